@@ -1,0 +1,92 @@
+# Everything a user or a contributor types. Needs make and Python 3.11 or newer, nothing else.
+#
+# The environment lives in .venv. Two stamp files in it say what was installed: demo.stamp (what runs)
+# and dev.stamp (what runs, and what tests). A stamp is written last, so a failed installation leaves
+# none, and the next run tries again.
+
+PYTHON ?= python3
+ROBOT ?= ur5
+PYTEST_ARGS ?=
+
+VENV := .venv
+PY := $(VENV)/bin/python
+INSTALL := $(PY) -m pip --disable-pip-version-check install --no-input -c constraints.txt
+REQUIREMENTS := pyproject.toml constraints.txt hatch_build.py
+
+# Paths inside the environment are absolute, and the editable install goes through .dev: when the
+# folder was moved, or .dev or the interpreter is gone, the stamps no longer tell the truth.
+STALE := $(shell test -x $(PY) && test -e .dev/openpendant/simplemsg/__init__.py \
+	&& test "$$(cat $(VENV)/demo.stamp 2>/dev/null)" = "$$(pwd -P)" || echo stale)
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.DELETE_ON_ERROR:
+.PHONY: help demo test bench lint format soak clean stale
+
+## help     this list
+help:
+	@echo 'openpendant: a virtual teach pendant'
+	@echo
+	@sed -n 's/^## /  make /p' Makefile
+	@echo
+	@echo 'Options: ROBOT=abb_irb2400 (demo), PYTEST_ARGS="-k limits" (test), PYTHON=/path/to/python3 (first run)'
+
+## demo     a pendant application moves an emulated robot; ROBOT=ur5 unless named
+demo: $(VENV)/demo.stamp
+	$(VENV)/bin/openpendant demo --robot '$(ROBOT)'
+
+## test     lint, then every test but the soak tests
+test: lint
+	$(PY) -m pytest $(PYTEST_ARGS)
+
+## bench    medians and ratios of what must be fast
+bench: $(VENV)/demo.stamp
+	$(PY) -m openpendant.tools.bench
+
+## lint     ruff (rules and format) and mypy --strict, tests included
+lint: $(VENV)/dev.stamp
+	$(PY) -m ruff check .
+	$(PY) -m ruff format --check .
+	$(PY) -m mypy .
+
+## format   let ruff put the files in order
+format: $(VENV)/dev.stamp
+	$(PY) -m ruff check --fix .
+	$(PY) -m ruff format .
+
+## soak     the long tests: thousands of random examples each, and tests marked soak
+soak: $(VENV)/dev.stamp
+	$(PY) -m pytest -m "soak or hypothesis" --hypothesis-profile=soak --timeout=3600 $(PYTEST_ARGS)
+
+## clean    remove the environment and everything generated
+clean:
+	rm -rf $(VENV) .dev build dist demo-output .mypy_cache .pytest_cache .ruff_cache .hypothesis .coverage
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+stale:
+
+$(VENV)/demo.stamp: $(REQUIREMENTS) $(STALE)
+	$(call install,server$(comma)plot)
+	@pwd -P > $@
+
+$(VENV)/dev.stamp: $(REQUIREMENTS) $(STALE)
+	$(call install,server$(comma)plot$(comma)dev)
+	@pwd -P > $(VENV)/demo.stamp
+	@pwd -P > $@
+
+comma := ,
+say = echo "openpendant: $(1)" >&2
+
+# The build backend goes in first, under the same constraints, so that building needs no second,
+# unpinned environment.
+define install
+	@command -v '$(PYTHON)' >/dev/null \
+	|| { $(call say,no '$(PYTHON)' here. Install Python 3.11 or newer$(comma) or name one: make PYTHON=/path/to/python3); exit 1; }
+	@'$(PYTHON)' -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+	|| { $(call say,'$(PYTHON)' is older than Python 3.11. Name a newer one: make PYTHON=/path/to/python3); exit 1; }
+	@'$(PYTHON)' -c 'import ensurepip, venv' 2>/dev/null \
+	|| { $(call say,'$(PYTHON)' has no venv module. Install it$(comma) on Debian and Ubuntu: apt install python3-venv); exit 1; }
+	@$(PY) -m pip --version >/dev/null 2>&1 || '$(PYTHON)' -m venv --clear $(VENV)
+	@{ $(INSTALL) hatchling && $(INSTALL) --no-build-isolation -e '.[$(1)]'; } \
+	|| { $(call say,the installation failed$(comma) see above. What runs on which platform: README.md); exit 1; }
+endef

@@ -1,0 +1,240 @@
+"""The controller's own check of every point, before it enters the buffer.
+
+Owns the limits as the controller applies them: exactly for what a sender states (rounded outward to
+the next 4-byte real), with an allowance for rounding where values are divided by a short time.
+Nothing is clipped: a point is taken as it is or refused with its numbers. Pure functions of a point
+and the state before it; knows no buffer, no sequence and no clock.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from openpendant.motion.limits import JointLimits, float32_ceiling
+
+from .faults import Refusal, ViolationKind, violation
+from .float32 import NANOSECONDS, rounding
+from .legs import Knot, Leg
+from .points import Point
+from .segment import Bounds, connect
+
+_TIME_ALLOWANCE = 0.25
+"""Most of an acceleration limit that rounded time stamps may account for."""
+
+_REST_FRACTION = 1e-5
+"""A speed below this part of its limit is rest."""
+
+_APPROACH_SHARE = 0.5
+"""Part of the acceleration limit used to close the gap to a first point."""
+
+
+class Tolerances(NamedTuple):
+    """How much more than a limit the controller lets pass.
+
+    Attributes:
+        velocity: relative, on stated and mean velocities.
+        acceleration: relative, on stated accelerations and on Δvelocity/Δtime.
+        interpolation: relative, on the acceleration *between* two points that are legal.
+        start: how far the first point at time 0 may be from the robot [rad or m].
+    """
+
+    velocity: float = 1e-6
+    acceleration: float = 1e-3
+    interpolation: float = 0.05
+    start: float = 0.01
+
+
+class Admission:
+    """The checks, for one robot.
+
+    Attributes:
+        limits: the robot's limits as its file states them.
+        hardest: (n,) greatest deceleration the controller ever uses […/s²].
+    """
+
+    def __init__(self, limits: JointLimits, tolerances: Tolerances) -> None:
+        self.limits = limits
+        self.hardest = tuple(a * (1 + tolerances.interpolation) for a in limits.acceleration)
+        self._tolerances = tolerances
+        wire = limits.as_float32()
+        self._lower, self._upper = wire.lower, wire.upper
+        self._velocity = tuple(
+            float32_ceiling(v * (1 + tolerances.velocity)) for v in limits.velocity
+        )
+        self._velocity_blur = tuple(4 * rounding(v) for v in self._velocity)
+        self._acceleration = tuple(
+            float32_ceiling(a * (1 + tolerances.acceleration)) for a in limits.acceleration
+        )
+
+    def is_rest(self, velocity: tuple[float, ...]) -> bool:
+        """Tell whether a velocity is small enough to end a motion with."""
+        return all(
+            abs(v) <= _REST_FRACTION * limit
+            for v, limit in zip(velocity, self.limits.velocity, strict=True)
+        )
+
+    def first(self, point: Point, before: Knot) -> Leg | Refusal:
+        """Check the first point of a trajectory.
+
+        A point at time 0 states where the motion starts and must be where the robot stands; a small
+        gap is closed by a slow motion before the trajectory's clock starts. A later point is moved
+        to from rest in its time.
+
+        Args:
+            point: the point.
+            before: state in which the robot will be found, with its velocity known.
+        """
+        refusal = self._values(point)
+        if refusal is not None:
+            return refusal
+        for joint, value in enumerate(before.velocity or ()):
+            if abs(value) > _REST_FRACTION * self.limits.velocity[joint]:
+                return violation(ViolationKind.START_VELOCITY, joint, value)
+        if point.duration if point.time is None else point.time:
+            return self.next(point, Knot.at_rest(before.position), 0)
+        return self._start(point, before)
+
+    def _start(self, point: Point, before: Knot) -> Leg | Refusal:
+        for joint, value in enumerate(point.velocity or ()):
+            limit = self._tolerances.acceleration * self.limits.velocity[joint]
+            if abs(value) > limit:
+                return violation(ViolationKind.START_VELOCITY, joint, value, limit)
+        gaps = [b - a for a, b in zip(before.position, point.position, strict=True)]
+        for joint, gap in enumerate(gaps):
+            if abs(gap) > self._tolerances.start:
+                return violation(ViolationKind.START_POSITION, joint, gap, self._tolerances.start)
+        rest = Knot.at_rest(point.position)
+        end = rest._replace(acceleration=point.acceleration)
+        # From rest to rest with least peak acceleration a over a distance d takes √(4d/a).
+        seconds = max(
+            math.sqrt(4 * abs(gap) / (_APPROACH_SHARE * limit))
+            for gap, limit in zip(gaps, self.limits.acceleration, strict=True)
+        )
+        duration = math.ceil(seconds * NANOSECONDS)
+        leg = Leg(point.sequence, duration, end, (), None)
+        if duration:
+            zeros = rest.mean_velocity
+            blur = [rounding(value) for value in point.position]
+            leg.bounds = self._bounds(before.position, seconds, blur, zeros)
+            segment = connect(leg.seconds, before.ends(zeros), rest.ends(zeros), leg.bounds)
+            if isinstance(segment, Refusal):
+                return segment
+            leg.segment = segment
+        return leg
+
+    def next(self, point: Point, before: Knot, elapsed: int) -> Leg | Refusal:
+        """Check a point that follows another.
+
+        Args:
+            point: the point.
+            before: state at the point before.
+            elapsed: time of the point before, from the start of the trajectory [ns].
+        """
+        refusal = self._values(point)
+        if refusal is not None:
+            return refusal
+        duration = point.duration if point.time is None else point.time - elapsed
+        if duration <= 0:
+            return violation(ViolationKind.TIME, -1, duration / NANOSECONDS)
+        seconds = duration / NANOSECONDS
+        mean = tuple(
+            (b - a) / seconds for a, b in zip(before.position, point.position, strict=True)
+        )
+        end = Knot(point.position, point.velocity, point.acceleration, mean, seconds)
+        # By how much the length of the leg may be off its time, because of 4-byte reals.
+        blur = [
+            rounding(a) + rounding(b) for a, b in zip(before.position, point.position, strict=True)
+        ]
+        stamp = 0.0 if point.time is None else 2 * rounding(point.time / NANOSECONDS)
+        timed_blur = [abs(v) * stamp for v in mean]
+        refusal = self._steps(before, end, blur, timed_blur)
+        if refusal is not None:
+            return refusal
+        bounds = self._bounds(before.position, seconds, blur, timed_blur)
+        leg = Leg(point.sequence, duration, end, bounds, None)
+        if before.velocity is not None and end.velocity is not None:
+            segment = connect(seconds, before.ends(before.velocity), end.ends(end.velocity), bounds)
+            if isinstance(segment, Refusal):
+                return segment
+            leg.segment = segment
+        return leg
+
+    def _values(self, point: Point) -> Refusal | None:
+        """Check what the point states, each number by itself."""
+        if not 0 <= point.speed_ratio <= 1:
+            return violation(ViolationKind.VELOCITY, -1, point.speed_ratio, 1.0)
+        for joint, value in enumerate(point.position):
+            lower, upper = self._lower[joint], self._upper[joint]
+            if not lower <= value <= upper:
+                limit = lower if value < lower else upper
+                return violation(ViolationKind.RANGE, joint, value, limit)
+        for joint, value in enumerate(point.velocity or ()):
+            if abs(value) > self._velocity[joint]:
+                return violation(ViolationKind.VELOCITY, joint, value, self._velocity[joint])
+            refusal = self._stops_inside(joint, point.position[joint], value)
+            if refusal is not None:
+                return refusal
+        for joint, value in enumerate(point.acceleration or ()):
+            limit = self._acceleration[joint]
+            if abs(value) > limit:
+                return violation(ViolationKind.ACCELERATION, joint, value, limit)
+        return None
+
+    def _stops_inside(self, joint: int, position: float, velocity: float) -> Refusal | None:
+        """A joint that could not stop inside its range any more is as good as outside."""
+        stop = position + velocity * abs(velocity) / (2 * self.hardest[joint])
+        lower, upper = self._lower[joint], self._upper[joint]
+        if velocity and not lower <= stop <= upper:
+            return violation(ViolationKind.RANGE, joint, stop, lower if stop < lower else upper)
+        return None
+
+    def _steps(
+        self, before: Knot, end: Knot, blur: Sequence[float], timed_blur: Sequence[float]
+    ) -> Refusal | None:
+        """Check Δposition/Δtime and Δvelocity/Δtime."""
+        seconds = end.span
+        for joint, mean in enumerate(end.mean_velocity):
+            off = blur[joint] + timed_blur[joint]
+            limit = self._velocity[joint] + off / seconds
+            if abs(mean) > limit:
+                return violation(ViolationKind.POSITION_STEP, joint, mean, limit)
+            if before.velocity is not None and end.velocity is not None:
+                old, new, time = before.velocity[joint], end.velocity[joint], seconds
+                noise = rounding(old) + rounding(new)
+            else:
+                # The velocities are open, but mean velocities of adjacent legs cannot differ by
+                # more than the acceleration limit times the time between the legs' middles.
+                old, new, time = before.mean_velocity[joint], mean, (before.span + seconds) / 2
+                noise = 2 * off / min(seconds, before.span or seconds)
+            rate = (new - old) / time
+            limit = self._acceleration[joint] + noise / time
+            if abs(rate) > limit:
+                return violation(ViolationKind.VELOCITY_STEP, joint, rate, limit)
+        return None
+
+    def _bounds(
+        self,
+        position: Sequence[float],
+        seconds: float,
+        blur: Sequence[float],
+        timed_blur: Sequence[float],
+    ) -> tuple[Bounds, ...]:
+        """Return what each joint may do on a leg that begins at a position."""
+        bounds = []
+        square = seconds * seconds
+        for joint, limit in enumerate(self.limits.acceleration):
+            fixed, timed = blur[joint], timed_blur[joint]
+            sharp = (
+                self.hardest[joint]
+                + 4 * fixed / square
+                + self._velocity_blur[joint] / seconds
+                + min(4 * timed / square, _TIME_ALLOWANCE * limit)
+            )
+            fast = self._velocity[joint] + 2 * (fixed + timed) / seconds
+            # A stop may have ended a hair outside the range; the way back is not barred.
+            lower = min(self._lower[joint], position[joint])
+            upper = max(self._upper[joint], position[joint])
+            bounds.append(Bounds(lower, upper, fast, sharp, self._acceleration[joint]))
+        return tuple(bounds)

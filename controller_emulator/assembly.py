@@ -1,0 +1,64 @@
+"""Makes a controller from settings: the only place that knows the robot's file and the core."""
+
+from __future__ import annotations
+
+from openpendant.motion.robot import SerialRobot, serial_robot
+
+from .admission import Admission, Tolerances
+from .controller import Controller
+from .float32 import NANOSECONDS
+from .profiles import PROFILES
+from .referee import Referee
+from .servo import StartRule
+from .settings import EmulatorSettings
+
+
+def build_controller(settings: EmulatorSettings, now: int) -> Controller:
+    """Return a controller that stands at its start position.
+
+    Args:
+        settings: what was asked for.
+        now: the time [ns].
+
+    Raises:
+        MotionError: the robot is unknown or its file faulty, or the start position is outside its
+            range or has the wrong number of joints.
+    """
+    robot = serial_robot(settings.robot)
+    limits = robot.limits
+    tolerances = Tolerances(
+        interpolation=settings.interpolation_margin, start=settings.start_tolerance
+    )
+    return Controller(
+        Admission(limits, tolerances),
+        start_position(settings, robot),
+        PROFILES[settings.profile],
+        buffer_depth=settings.buffer,
+        start_rule=StartRule(
+            points=settings.start_points,
+            lead=round(settings.start_lead * NANOSECONDS),
+            wait=round(settings.start_wait * NANOSECONDS),
+            patience=round(settings.start_patience * NANOSECONDS),
+        ),
+        is_strict=settings.strict_sequence,
+        operator_events=settings.operator_events,
+        referee=Referee(settings.violations_kept),
+        now=now,
+    )
+
+
+def start_position(settings: EmulatorSettings, robot: SerialRobot) -> tuple[float, ...]:
+    """Return where the robot stands at first, controller side [rad or m].
+
+    Raises:
+        MotionError: the position is outside the range or has the wrong number of joints.
+    """
+    match settings.start:
+        case "home":
+            position = robot.home_position
+        case "zero":
+            position = (0.0,) * robot.dof
+        case values:
+            position = tuple(values)
+    robot.limits.check_position(position)
+    return position

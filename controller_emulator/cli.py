@@ -1,0 +1,191 @@
+"""`openpendant emulate`: arguments, messages to the user, exit codes.
+
+Exit codes: 0 for a run that ended on request, 1 for one that could not start or, with `--strict`,
+in which the referee saw a violation, 2 for arguments that are not understood.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import contextlib
+import gc
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from openpendant.motion.errors import MotionError
+from openpendant.simplemsg.pendant import OperatorAction
+
+from .assembly import build_controller
+from .console import EMERGENCY_STOP, QUIT, RESET, watched_keys
+from .float32 import NANOSECONDS
+from .recording import MotionLog, write_report
+from .segment import State
+from .service import Service
+from .settings import ConfigurationError, EmulatorSettings, as_toml, load_settings
+
+OK, FAILED = 0, 1
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command and return its exit code; no error leaves as a traceback."""
+    arguments = _parser().parse_args(argv)
+    try:
+        settings = load_settings(arguments.config, _overrides(arguments))
+        if arguments.print_config:
+            print(as_toml(settings), end="")
+            return OK
+        return asyncio.run(_run(settings, arguments))
+    except (ConfigurationError, MotionError) as error:
+        return _fail(str(error))
+    except OSError as error:
+        return _fail(_reason(error))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="openpendant emulate",
+        description="Run an emulated multi-axis controller. Keys at a terminal: e emergency stop"
+        " (TRAINING), r reset, q quit.",
+    )
+    add = parser.add_argument
+    add("--config", type=Path, metavar="FILE", help="cell file; its table [emulator] is read")
+    add("--print-config", action="store_true", help="print the settings in effect and leave")
+    add("--robot", metavar="NAME|FILE", help="robot of the project, or a robot file")
+    add("--host", help="address to listen on (default 127.0.0.1)")
+    add("--motion-port", type=int, metavar="PORT", help="0 for a free one (default 12000)")
+    add("--state-port", type=int, metavar="PORT", help="0 for a free one (default 12002)")
+    add("--start", metavar="home|zero|'[…]'", help="joint position at the start, rad or m")
+    add("--rate", type=int, metavar="HZ", help="joint reports per second (default 100)")
+    add("--buffer", type=int, metavar="POINTS", help="most buffered points (default 200)")
+    add("--scenario", type=Path, metavar="FILE", help="timed operator events")
+    add("--report", type=Path, metavar="FILE", help="write the referee's record as JSON")
+    add("--record", type=Path, metavar="FILE", help="write the executed motion as CSV")
+    add("--strict", action="store_true", help="exit code 1 if the referee saw a violation")
+    add("--json", action="store_true", help="one JSON object a line on standard output")
+    return parser
+
+
+def _overrides(arguments: argparse.Namespace) -> dict[str, Any]:
+    names = set(vars(arguments)) & set(EmulatorSettings.model_fields)
+    given = {name: value for name in names if (value := getattr(arguments, name)) is not None}
+    start = given.get("start")
+    if start is not None and start not in ("home", "zero"):
+        try:
+            given["start"] = json.loads(start)
+        except json.JSONDecodeError:
+            expected = "home, zero, or joint values such as '[0, -1.57, 1.57, 0, 0, 0]'"
+            raise ConfigurationError("arguments", "--start", start, expected) from None
+    return given
+
+
+async def _run(settings: EmulatorSettings, options: argparse.Namespace) -> int:
+    loop = asyncio.get_running_loop()
+    due = _operator(options.scenario, loop)
+    controller = build_controller(settings, round(loop.time() * NANOSECONDS))
+    log = MotionLog(options.record, controller.joint_names) if options.record else None
+    with contextlib.ExitStack() as stack:
+        if log is not None:
+            stack.callback(_close, log)
+        service = Service(controller, settings, on_report=_recorder(log), due=due)
+        ports = await service.start()
+        stop = asyncio.Event()
+        _stop_on_signals(loop, stop)
+        stack.enter_context(
+            watched_keys(
+                {
+                    EMERGENCY_STOP: lambda: service.operate(OperatorAction.EMERGENCY_STOP),
+                    RESET: lambda: service.operate(OperatorAction.RESET),
+                    QUIT: stop.set,
+                }
+            )
+        )
+        _say_ready(ports.motion, ports.state, service.began, as_json=options.json)
+        # What start-up made stays: the collector need not look at it again, tick after tick.
+        gc.freeze()
+        gc.enable()
+        try:
+            await stop.wait()
+        finally:
+            await service.close()
+    return _finish(controller.referee.as_dict(), str(controller.referee), options)
+
+
+def _operator(
+    file: Path | None, loop: asyncio.AbstractEventLoop
+) -> Callable[[int], list[OperatorAction]] | None:
+    """Return what tells which operator events are due, if there is a scenario."""
+    if file is None:
+        return None
+    from .scenario import ScenarioPlayer, load_scenario  # a start without one is faster
+
+    return ScenarioPlayer(load_scenario(file), round(loop.time() * NANOSECONDS)).due
+
+
+def _stop_on_signals(loop: asyncio.AbstractEventLoop, stop: asyncio.Event) -> None:
+    for number in (signal.SIGINT, signal.SIGTERM):
+        try:
+            loop.add_signal_handler(number, stop.set)
+        except NotImplementedError:  # Windows
+            signal.signal(number, lambda *_: loop.call_soon_threadsafe(stop.set))
+
+
+def _recorder(log: MotionLog | None) -> Callable[[float, State], None] | None:
+    """Return what writes the log; a full disk ends the log, not the run."""
+    if log is None:
+        return None
+    is_broken = False
+
+    def write(time: float, state: State) -> None:
+        nonlocal is_broken
+        if is_broken:
+            return
+        try:
+            log.write(time, state)
+        except OSError as error:
+            is_broken = True
+            _fail(f"the motion log ends here: {_reason(error)}")
+
+    return write
+
+
+def _close(log: MotionLog) -> None:
+    try:
+        log.close()
+    except OSError as error:
+        _fail(f"the motion log is incomplete: {_reason(error)}")
+
+
+def _say_ready(motion: int, state: int, began: float, *, as_json: bool) -> None:
+    pid = os.getpid()
+    if as_json:
+        # The motion log counts from `origin_ns`, on the clock that all processes here share.
+        origin = round(began * NANOSECONDS)
+        ready = {"motion": motion, "state": state, "pid": pid, "origin_ns": origin}
+        line = json.dumps({"event": "ready", **ready})
+    else:
+        line = f"emulator ready motion={motion} state={state} pid={pid}"
+    print(line, flush=True)
+
+
+def _finish(record: dict[str, object], text: str, options: argparse.Namespace) -> int:
+    print(text, file=sys.stderr)
+    if options.json:
+        print(json.dumps({"event": "summary", **record}), flush=True)
+    if options.report:
+        write_report(options.report, record)
+    return FAILED if options.strict and record["violations"] else OK
+
+
+def _reason(error: OSError) -> str:
+    return " ".join(str(error).split())
+
+
+def _fail(reason: str) -> int:
+    print(f"openpendant emulate: {reason}", file=sys.stderr)
+    return FAILED

@@ -1,0 +1,392 @@
+"""The controller's core: messages and time in, messages out.
+
+Owns who may command, what is answered and when, the emergency stop, and the seven fields of STATUS.
+How points become motion is `servo`'s, `admission`'s and `trajectory`'s business. Pure: no sockets,
+files or clock; `now` is monotonic time in nanoseconds and never goes backwards.
+
+Every request is answered exactly once, topics never. The reply to a point that finds the buffer
+full is withheld until there is room. STOP, an emergency stop, a fault or a lost link flush the
+buffer; requests whose reply is then still withheld are answered FAILURE, before the STOP's own
+SUCCESS.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from enum import Enum
+
+from openpendant.simplemsg import (
+    CommType,
+    ControllerMode,
+    JointTraj,
+    JointTrajPt,
+    JointTrajPtFull,
+    Malformed,
+    Message,
+    Received,
+    SpecialSequence,
+    Status,
+    TriState,
+    Unasked,
+    accepted,
+    message_type,
+    refused,
+)
+from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
+
+from .admission import Admission
+from .faults import ErrorCode, Refusal, ViolationKind
+from .float32 import NANOSECONDS
+from .intake import Admitted, Rejected, admit
+from .profiles import Profile
+from .referee import Referee, Violation
+from .reports import Reports, answer
+from .segment import State
+from .servo import Phase, Servo, StartRule
+from .trajectory import Step, Trajectory
+
+Outgoing = list[tuple[int, Message]]
+"""Replies with the number of the motion link that each belongs to, in order."""
+
+PointMessage = JointTrajPt | JointTrajPtFull | JointTraj
+
+_LEAST_WITHHELD = 64
+
+
+class _Outcome(Enum):
+    TAKEN = 1
+    REFUSED = 2
+    WAITS = 3
+
+
+class Controller:
+    """One emulated controller.
+
+    Attributes:
+        referee: the record of what senders did wrong.
+    """
+
+    def __init__(
+        self,
+        admission: Admission,
+        start: tuple[float, ...],
+        profile: Profile,
+        *,
+        buffer_depth: int = 200,
+        start_rule: StartRule,
+        is_strict: bool = True,
+        operator_events: bool = True,
+        referee: Referee | None = None,
+        now: int = 0,
+    ) -> None:
+        """Switch the controller on: at rest, drives powered, no error.
+
+        Args:
+            admission: the checks, with the robot's limits.
+            start: (n,) where the robot stands [rad or m], controller side.
+            profile: whose controller it is.
+            buffer_depth: most buffered points.
+            start_rule: when a streamed motion starts.
+            is_strict: a gap in the sequence breaks the motion off.
+            operator_events: the message OPERATOR_EVENT is obeyed.
+            referee: the record to write; a new one by default.
+            now: the time [ns].
+        """
+        self.referee = referee or Referee()
+        self._limits = admission.limits
+        self._admission = admission
+        self._profile = profile
+        self._servo = Servo(admission, start, buffer_depth, start_rule)
+        self._trajectory = Trajectory(is_strict=is_strict)
+        self._operator_events = operator_events
+        self._withheld: deque[tuple[int, PointMessage]] = deque()
+        self._most_withheld = max(_LEAST_WITHHELD, buffer_depth)
+        self._owner: int | None = None
+        self._error = ErrorCode.NONE
+        self._e_stopped = False
+        self._out: Outgoing = []
+        self._began = now
+        self._reports = Reports(profile)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints, in wire order."""
+        return self._limits.names
+
+    # What the shell calls.
+
+    def connected(self, link: int, now: int) -> None:
+        """Take note of a new motion link; nothing depends on it yet."""
+        self.referee.count("motion-links")
+
+    def disconnected(self, link: int, now: int) -> Outgoing:
+        """Take note of a lost motion link: if it owns a motion, that ends on a ramp from `now`.
+
+        A link lost at rest leaves its trajectory open: the client may come back on a new link,
+        repeat the point whose reply it missed, and go on.
+        """
+        self._run(now)
+        self._withheld = deque(entry for entry in self._withheld if entry[0] != link)
+        if link == self._owner:
+            if self._servo.at_rest:
+                self._owner = None
+            else:
+                self.referee.count("lost-links")
+                self._break_off(ErrorCode.LINK_LOST, now)
+        self._run(now)
+        return [entry for entry in self._flush_out() if entry[0] != link]
+
+    def handle(self, link: int, message: Received, now: int) -> Outgoing:
+        """Take a message of a motion link and return what is to be sent, to any link."""
+        self._run(now)
+        match message:
+            case Unasked():
+                pass
+            case Malformed():
+                self.referee.count("malformed-frames")
+                self._say(link, self.answer(message, now))
+            case JointTrajPt() | JointTrajPtFull() | JointTraj():
+                if message_type(message) not in self._profile.accepts:
+                    self._say(link, self.answer(message, now))
+                elif message.comm_type in (CommType.REQUEST, CommType.TOPIC):
+                    self._handle_points(link, message, now)
+            case OperatorEvent():
+                done = self._operator_events and self._operate_by(message.action, now)
+                if message.comm_type == CommType.REQUEST:
+                    self._say(link, accepted(message) if done else refused(message))
+            case _:
+                self._say(link, self.answer(message, now))
+        self._run(now)
+        return self._flush_out()
+
+    def advance(self, now: int) -> Outgoing:
+        """Let time pass: motion goes on, and replies that were withheld become due."""
+        self._run(now)
+        return self._flush_out()
+
+    def answer(self, message: Received, now: int) -> Message | None:
+        """Return the reply to a question that changes nothing; either port may ask it."""
+        return answer(message, self.status(now))
+
+    def operate(self, action: OperatorAction, now: int) -> Outgoing:
+        """Do what a person does at the controller: emergency stop or reset."""
+        self._run(now)
+        self._operate_by(action, now)
+        return self._flush_out()
+
+    # What the shell reports.
+
+    def motion(self, now: int) -> State:
+        """Return position, velocity and acceleration; call `advance` with the same time first."""
+        return self._servo.sample(now)
+
+    def status(self, now: int) -> Status:
+        """Return STATUS as a topic."""
+        is_stopping = self._servo.phase is Phase.STOPPING
+        is_off = self._e_stopped and not is_stopping
+        return Status(
+            drives_powered=_tri(not is_off),
+            e_stopped=_tri(self._e_stopped),
+            error_code=int(self._error),
+            in_error=_tri(self._error is not ErrorCode.NONE),
+            in_motion=_tri(self._servo.in_motion),
+            mode=int(ControllerMode.AUTO),
+            motion_possible=_tri(not self._e_stopped and not is_stopping),
+        )
+
+    def status_change(self, now: int) -> Status | None:
+        """Return STATUS if it differs from the one returned last, by this or `state_messages`."""
+        return self._reports.change(self.status(now))
+
+    def state_messages(self, now: int) -> list[Message]:
+        """Return one round of the state port; call `advance` with the same time first."""
+        seconds = (now - self._began) / NANOSECONDS
+        return self._reports.round(self._servo.sample(now), self.status(now), seconds)
+
+    # Points.
+
+    def _handle_points(self, link: int, message: PointMessage, now: int) -> None:
+        if not isinstance(message, JointTraj) and message.sequence == SpecialSequence.STOP:
+            self.referee.count("stops")
+            self._break_off(None, now)
+            self._answer_points(link, message, _Outcome.TAKEN)
+            return
+        outcome = self._take(link, message, now)
+        if outcome is _Outcome.WAITS:
+            if len(self._withheld) < self._most_withheld:
+                self._withheld.append((link, message))
+                return
+            self._break_off(ErrorCode.BUFFER_OVERFLOW, now)
+            outcome = _Outcome.REFUSED
+        self._answer_points(link, message, outcome)
+
+    def _answer_points(self, link: int, message: PointMessage, outcome: _Outcome) -> None:
+        if outcome is _Outcome.REFUSED:
+            self.referee.count("points-refused")
+        if message.comm_type == CommType.REQUEST:
+            self._say(link, accepted(message) if outcome is _Outcome.TAKEN else refused(message))
+
+    def _take(
+        self, link: int, message: PointMessage, now: int, *, is_head: bool = False
+    ) -> _Outcome:
+        """Take points if the state of the controller lets it; nothing is answered here.
+
+        Args:
+            link: where they came from.
+            message: one point or a whole trajectory.
+            now: the time [ns].
+            is_head: the message waited, and everything before it is dealt with.
+        """
+        step = Step.START if isinstance(message, JointTraj) else self._trajectory.classify(message)
+        if self._e_stopped or not self._may_command(link, step):
+            return _Outcome.REFUSED
+        if not is_head and any(waiting == link for waiting, _ in self._withheld):
+            return _Outcome.WAITS
+        match step:
+            case Step.DUPLICATE:
+                self._owner = link
+                return _Outcome.TAKEN
+            case Step.STALE:
+                return _Outcome.REFUSED
+            case Step.OUT_OF_ORDER:
+                assert not isinstance(message, JointTraj)
+                refusal = Refusal(ErrorCode.SEQUENCE, ViolationKind.SEQUENCE)
+                return self._refuse(link, message.sequence, refusal, now)
+        if step is Step.START:
+            if _is_download(message) or self._trajectory.is_download:
+                # A download replaces whatever there is, and is replaced by whatever comes.
+                self._servo.stop(now)
+            if self._servo.phase is Phase.STOPPING:
+                return _Outcome.WAITS
+        return self._take_points(link, message, step, now)
+
+    def _may_command(self, link: int, step: Step) -> bool:
+        if self._owner is None or link == self._owner:
+            return True
+        return step is Step.START and self._servo.at_rest
+
+    def _take_points(self, link: int, message: PointMessage, step: Step, now: int) -> _Outcome:
+        points = message.points if isinstance(message, JointTraj) else (message,)
+        is_download = self._trajectory.is_download and step is not Step.START
+        if step is Step.END and is_download and self._trajectory.repeats_only_point(points[0]):
+            points = ()
+        buffer = self._servo.buffer
+        if len(points) > buffer.room:
+            waiting_helps = len(points) <= buffer.depth and not is_download
+            if waiting_helps and message.comm_type == CommType.REQUEST:
+                return _Outcome.WAITS
+            refusal = Refusal(ErrorCode.BUFFER_OVERFLOW)
+            return self._refuse(link, points[0].sequence, refusal, now)
+        if step is Step.START:
+            buffer.close()
+        elapsed = None if step is Step.START else self._trajectory.elapsed
+        admitted = admit(self._admission, points, self._servo.tail(), elapsed)
+        if isinstance(admitted, Rejected):
+            return self._refuse(link, admitted.sequence, admitted.refusal, now)
+        self._accept(link, message, step, admitted, now)
+        if isinstance(message, JointTraj) or step is Step.END:
+            self._servo.go(now)
+            self._trajectory.finish()
+        return _Outcome.TAKEN
+
+    def _accept(
+        self, link: int, message: PointMessage, step: Step, admitted: Admitted, now: int
+    ) -> None:
+        self._owner = link
+        if step is Step.START:
+            self._error = ErrorCode.NONE
+            self.referee.count("trajectories")
+        if isinstance(message, JointTraj):
+            self._trajectory.replace_by_whole()
+        else:
+            self._trajectory.accept(message, step, admitted.elapsed)
+        is_streamed = not self._trajectory.is_download and not isinstance(message, JointTraj)
+        for leg in admitted.legs:
+            self._servo.append(leg, now, streamed=is_streamed)
+        self.referee.count("points-accepted", len(admitted.legs))
+        self.referee.count("stray-joint-values", admitted.strays)
+
+    def _refuse(self, link: int, sequence: int, refusal: Refusal, now: int) -> _Outcome:
+        """Break the motion off because of a point that may not be taken."""
+        self._note(link, sequence, refusal, now)
+        self._break_off(refusal.code, now)
+        return _Outcome.REFUSED
+
+    def _note(self, link: int, sequence: int, refusal: Refusal, now: int) -> None:
+        if refusal.kind is None:
+            return
+        joint = "" if refusal.joint < 0 else self._limits.names[refusal.joint]
+        time = (now - self._began) / NANOSECONDS
+        self.referee.note(
+            Violation(refusal.kind, joint, refusal.value, refusal.limit, sequence, time, link)
+        )
+
+    # Time, stops and the operator.
+
+    def _run(self, now: int) -> None:
+        """Move on to a time, and let waiting points in where they fit meanwhile."""
+        while True:
+            problem = self._servo.advance(now)
+            if problem is not None:
+                self.referee.count("broken-off")
+                if problem.code is ErrorCode.BUFFER_UNDERRUN:
+                    self.referee.count("under-runs")
+                self._note(self._owner or 0, self._servo.sequence, problem, now)
+                self._break_off(problem.code, now)
+                continue
+            if not self._withheld:
+                return
+            link, message = self._withheld[0]
+            outcome = self._take(link, message, now, is_head=True)
+            if outcome is _Outcome.WAITS:
+                return
+            # A refusal has emptied the queue and answered what was in it, this one included.
+            if self._withheld:
+                self._withheld.popleft()
+                self._answer_points(link, message, outcome)
+
+    def _break_off(self, code: ErrorCode | None, now: int) -> None:
+        """End the motion on a ramp, forget its trajectory and fail whatever still waits.
+
+        Args:
+            code: the error from now on; None keeps what there is.
+            now: the time [ns].
+        """
+        self._servo.stop(now)
+        self._trajectory.break_off()
+        self._owner = None
+        if code is not None:
+            self._error = code
+        while self._withheld:
+            link, message = self._withheld.popleft()
+            self._answer_points(link, message, _Outcome.REFUSED)
+
+    def _operate_by(self, action: int, now: int) -> bool:
+        """Obey the operator; tell whether there was anything to obey."""
+        if action == OperatorAction.EMERGENCY_STOP:
+            self.referee.count("emergency-stops")
+            self._e_stopped = True
+            self._break_off(None, now)
+            return True
+        if action == OperatorAction.RESET and self._servo.phase is not Phase.STOPPING:
+            self.referee.count("resets")
+            self._e_stopped = False
+            self._error = ErrorCode.NONE
+            return True
+        return False
+
+    def _say(self, link: int, message: Message | None) -> None:
+        if message is not None:
+            self._out.append((link, message))
+
+    def _flush_out(self) -> Outgoing:
+        out, self._out = self._out, []
+        return out
+
+
+def _is_download(message: PointMessage) -> bool:
+    return not isinstance(message, JointTraj) and message.sequence == SpecialSequence.START_DOWNLOAD
+
+
+def _tri(value: bool) -> int:
+    return int(TriState.TRUE if value else TriState.FALSE)

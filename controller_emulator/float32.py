@@ -1,0 +1,47 @@
+"""How numbers read after they travelled as 4-byte reals.
+
+Owns the two allowances for that: how far a value may be from the one that was meant, and which
+decimal time a 4-byte real stands for. Knows no messages and no limits.
+"""
+
+from __future__ import annotations
+
+import math
+import struct
+
+_FLOAT32 = struct.Struct("<f")
+_SIGNIFICANT_DIGITS = range(6, 9)
+
+NANOSECONDS = 1_000_000_000
+"""Nanoseconds in a second."""
+
+
+def rounding(value: float) -> float:
+    """Return the largest error that rounding to a 4-byte real may have left in a value."""
+    return math.ldexp(1.0, math.frexp(value)[1] - 25) if value else 0.0
+
+
+def read_time(seconds: float) -> int:
+    """Return a time from the wire in nanoseconds.
+
+    A 4-byte real cannot hold 0.07 s, nor even a microsecond beyond 16 s, but the shortest decimal
+    that rounds to it is what the sender meant. Times are differenced over steps of 10 ms, where
+    the rounding left in would amount to accelerations of several percent of a limit.
+
+    Args:
+        seconds: a finite time [s], as decoded from a 4- or 8-byte real.
+    """
+    if _as_float32(seconds) == seconds:
+        for digits in _SIGNIFICANT_DIGITS:
+            decimal = float(f"{seconds:.{digits}g}")
+            if _as_float32(decimal) == seconds:
+                return round(decimal * NANOSECONDS)
+    return round(seconds * NANOSECONDS)
+
+
+def _as_float32(value: float) -> float:
+    try:
+        (rounded,) = _FLOAT32.unpack(_FLOAT32.pack(value))
+    except OverflowError:
+        return math.inf
+    return float(rounded)

@@ -1,0 +1,237 @@
+"""The emulator on TCP: two listening ports and one timer round the controller's core.
+
+Owns sockets, the clock and the order in which the core is called; decides nothing about motion. All
+runs on one event loop, so no two calls of the core overlap.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from openpendant.simplemsg import (
+    PENDANT,
+    STANDARD,
+    ByteOrder,
+    Connection,
+    Message,
+    Received,
+    Role,
+    codec_for,
+)
+from openpendant.simplemsg.pendant import OperatorAction
+
+from .controller import Controller, Outgoing
+from .float32 import NANOSECONDS
+from .links import Link, LinkEvents
+from .segment import State
+from .settings import EmulatorSettings
+
+LEAST_TICK_RATE = 100
+"""The timer runs at least this often [Hz], whatever the rate of reports."""
+
+_ACCEPT_BACKLOG = 32
+
+
+class Ports(NamedTuple):
+    """The TCP ports in use."""
+
+    motion: int
+    state: int
+
+
+class Service:
+    """Listens, ticks, and carries messages between links and core.
+
+    Attributes:
+        controller: the core.
+        began: the loop's time at which `start` was done [s]; reports count from it.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        settings: EmulatorSettings,
+        *,
+        on_report: Callable[[float, State], None] | None = None,
+        due: Callable[[int], list[OperatorAction]] | None = None,
+    ) -> None:
+        """Make a service that is not listening yet; needs a running loop.
+
+        Args:
+            controller: the core, made with the time of the running loop.
+            settings: ports, rates and bounds.
+            on_report: called with the time [s] since `start` and the motion, at the report rate.
+            due: asked every tick which operator events are due at a time [ns].
+        """
+        self.controller = controller
+        self._settings = settings
+        self._on_report = on_report
+        self._due = due
+        self._loop = asyncio.get_running_loop()
+        self._servers: list[asyncio.Server] = []
+        self._motion_links: dict[int, Link] = {}
+        self._state_links: dict[int, Link] = {}
+        self._links_made = 0
+        self._state_order = ByteOrder[settings.byte_order.upper()]
+        dialect = PENDANT if settings.operator_events else STANDARD
+        self._dialect = dialect
+        self._codec = codec_for(dialect, self._state_order, settings.real_size)
+        self._ticks_per_report = math.ceil(LEAST_TICK_RATE / settings.rate)
+        self._period = 1 / (settings.rate * self._ticks_per_report)
+        self._ticks = 0
+        self._rounds = 0
+        self.began = 0.0
+        self._deadline = 0.0
+        self._timer: asyncio.TimerHandle | None = None
+
+    @property
+    def now(self) -> int:
+        """The loop's time [ns]."""
+        return round(self._loop.time() * NANOSECONDS)
+
+    @property
+    def state_links(self) -> tuple[Link, ...]:
+        """The links on the state port, oldest first."""
+        return tuple(self._state_links.values())
+
+    async def start(self) -> Ports:
+        """Listen on both ports and start the timer.
+
+        Raises:
+            OSError: a port cannot be used; nothing is left open then.
+        """
+        settings = self._settings
+        try:
+            ports = [
+                await self._listen(self._motion_link, settings.motion_port),
+                await self._listen(self._state_link, settings.state_port),
+            ]
+        except OSError:
+            await self.close()
+            raise
+        self.began = self._deadline = self._loop.time()
+        self._schedule()
+        return Ports(*ports)
+
+    async def close(self) -> None:
+        """Stop listening, drop all links and the timer."""
+        if self._timer is not None:
+            self._timer.cancel()
+        for server in self._servers:
+            server.close()
+        for link in [*self._motion_links.values(), *self._state_links.values()]:
+            link.abort()
+        for server in self._servers:
+            await server.wait_closed()
+        self._servers.clear()
+
+    def operate(self, action: OperatorAction) -> None:
+        """Do what a person does at the controller."""
+        self._dispatch(self.controller.operate(action, self.now))
+        self._tell_change()
+
+    async def _listen(self, factory: Callable[[], Link], port: int) -> int:
+        server = await self._loop.create_server(
+            factory, self._settings.host, port, backlog=_ACCEPT_BACKLOG
+        )
+        self._servers.append(server)
+        bound: int = server.sockets[0].getsockname()[1]
+        return bound
+
+    def _motion_link(self) -> Link:
+        events = LinkEvents(self._motion_opened, self._motion_received, self._motion_closed)
+        return self._link(events, None)
+
+    def _state_link(self) -> Link:
+        events = LinkEvents(self._state_opened, self._state_received, self._state_closed)
+        return self._link(events, self._state_order)
+
+    def _link(self, events: LinkEvents, order: ByteOrder | None) -> Link:
+        self._links_made += 1
+        connection = Connection(Role.SERVER, self._dialect, order, self._settings.real_size)
+        return Link(self._links_made, connection, events, self._loop.time)
+
+    def _has_room(self, links: dict[int, Link]) -> bool:
+        return len(links) < self._settings.max_connections
+
+    def _motion_opened(self, link: Link) -> bool:
+        if not self._has_room(self._motion_links):
+            return False
+        self._motion_links[link.number] = link
+        self.controller.connected(link.number, self.now)
+        return True
+
+    def _motion_received(self, link: Link, message: Received) -> None:
+        self._dispatch(self.controller.handle(link.number, message, self.now))
+        self._tell_change()
+
+    def _motion_closed(self, link: Link) -> None:
+        del self._motion_links[link.number]
+        self._dispatch(self.controller.disconnected(link.number, self.now))
+        self._tell_change()
+
+    def _state_opened(self, link: Link) -> bool:
+        if not self._has_room(self._state_links):
+            return False
+        self._state_links[link.number] = link
+        return True
+
+    def _state_received(self, link: Link, message: Received) -> None:
+        reply = self.controller.answer(message, self.now)
+        if reply is not None:
+            link.send(reply)
+
+    def _state_closed(self, link: Link) -> None:
+        del self._state_links[link.number]
+
+    def _dispatch(self, outgoing: Outgoing) -> None:
+        for number, message in outgoing:
+            link = self._motion_links.get(number)
+            if link is not None:
+                link.send(message)
+
+    def _tell_change(self) -> None:
+        """Send a changed STATUS at once, not with the next round."""
+        status = self.controller.status_change(self.now)
+        if status is not None:
+            self._broadcast([status])
+
+    def _broadcast(self, messages: list[Message]) -> None:
+        if not self._state_links:
+            return
+        frames = b"".join(map(self._codec.encode, messages))
+        for link in list(self._state_links.values()):
+            link.send_state(frames)
+
+    def _schedule(self) -> None:
+        """Set the timer to the next absolute deadline; a missed one is skipped, not run late."""
+        late = self._loop.time() - self._deadline
+        missed = max(0, math.floor(late / self._period))
+        self._ticks += missed
+        self._deadline += (missed + 1) * self._period
+        self._timer = self._loop.call_at(self._deadline, self._tick)
+
+    def _tick(self) -> None:
+        now = self.now
+        if self._due is not None:
+            for action in self._due(now):
+                self._dispatch(self.controller.operate(action, now))
+        self._dispatch(self.controller.advance(now))
+        self._ticks += 1
+        rounds = self._ticks // self._ticks_per_report
+        if rounds > self._rounds:
+            self._rounds = rounds
+            self._report(now)
+        else:
+            self._tell_change()
+        for link in [*self._motion_links.values(), *self._state_links.values()]:
+            link.check_deadlines()
+        self._schedule()
+
+    def _report(self, now: int) -> None:
+        self._broadcast(self.controller.state_messages(now))
+        if self._on_report is not None:
+            self._on_report(now / NANOSECONDS - self.began, self.controller.motion(now))

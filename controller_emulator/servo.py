@@ -1,0 +1,215 @@
+"""The moving part: runs buffered legs along a clock, and stops.
+
+Owns where the robot is at any instant, when a buffered motion starts, and what happens at the end
+of the buffer: hold at a point of rest, stop ramp on an under-run. All transitions take place at
+their exact times, however late `advance` is called. Knows no messages, no links and no operators.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import NamedTuple
+
+from .admission import Admission
+from .faults import ErrorCode, Refusal
+from .float32 import NANOSECONDS
+from .interpolator import LOOKAHEAD, begin
+from .legs import Knot, Leg
+from .point_buffer import PointBuffer
+from .segment import Segment, State
+from .stopping import Ramp
+
+
+class Phase(Enum):
+    """What the servo is doing."""
+
+    RESTING = "nothing to do"
+    COLLECTING = "points are buffered, their clock has not started"
+    MOVING = "running buffered legs"
+    STOPPING = "on a stop ramp"
+
+
+class StartRule(NamedTuple):
+    """When a streamed motion starts.
+
+    Attributes:
+        points: at least this many points are buffered …
+        lead: … and at least this much motion [ns];
+        wait: or this long after the last point, if no more come [ns];
+        patience: or this long, if that point is to be passed at speed, so that more must come [ns].
+    """
+
+    points: int
+    lead: int
+    wait: int
+    patience: int
+
+
+class Servo:
+    """The axes of one robot.
+
+    Attributes:
+        phase: what it is doing.
+        buffer: the legs not finished yet.
+        sequence: number of the point that it moves to, or moved to last.
+    """
+
+    def __init__(
+        self, admission: Admission, start: tuple[float, ...], depth: int, rule: StartRule
+    ) -> None:
+        """Put the robot at rest.
+
+        Args:
+            admission: holds the limits; a stop needs them.
+            start: (n,) where the robot stands [rad or m].
+            depth: most buffered points.
+            rule: when a streamed motion starts.
+        """
+        self.phase = Phase.RESTING
+        self.buffer = PointBuffer(depth)
+        self.sequence = 0
+        self._admission = admission
+        self._rule = rule
+        self._zeros = (0.0,) * len(start)
+        self._start: int | None = None
+        self._since = 0
+        self._until = 0
+        self._segment: Segment | Ramp | None = None
+        self._state: State = (start, self._zeros, self._zeros)
+        self._end_velocity = self._zeros
+
+    @property
+    def at_rest(self) -> bool:
+        """True unless the axes move or are about to."""
+        return self.phase is Phase.RESTING
+
+    @property
+    def in_motion(self) -> bool:
+        """True while a motion runs, dwells included."""
+        return self.phase in (Phase.MOVING, Phase.STOPPING)
+
+    def tail(self) -> Knot:
+        """Return the state in which the buffered motion ends; the present one if there is none."""
+        last = self.buffer.last
+        if last is None:
+            return Knot.at_rest(self._state[0])
+        if self.phase is Phase.MOVING and last is self.buffer.first:
+            return last.end._replace(velocity=self._end_velocity)
+        return last.end
+
+    def sample(self, now: int) -> State:
+        """Return position, velocity and acceleration; call `advance` with the same time first."""
+        if self._segment is None:
+            return self._state
+        return self._segment.sample((min(now, self._until) - self._since) / NANOSECONDS)
+
+    def append(self, leg: Leg, now: int, *, streamed: bool) -> None:
+        """Buffer a leg; `advance` afterwards may start it.
+
+        Args:
+            leg: an admitted leg; the caller has looked at `buffer.room`.
+            now: the time [ns].
+            streamed: the start rule applies; else `go` starts the motion.
+        """
+        self.buffer.append(leg)
+        if self.phase is Phase.RESTING:
+            self.phase = Phase.COLLECTING
+            self._start = None
+        if self.phase is Phase.COLLECTING and streamed:
+            self._start = now + self._start_delay(leg)
+
+    def _start_delay(self, last: Leg) -> int:
+        rule = self._rule
+        if len(self.buffer) >= rule.points and self.buffer.span >= rule.lead:
+            return 0
+        may_rest = last.end.velocity is None or self._admission.is_rest(last.end.velocity)
+        return rule.wait if may_rest else rule.patience
+
+    def go(self, now: int) -> None:
+        """Close the buffered motion at its last point, and start it if it has not begun."""
+        self.buffer.close()
+        if self.phase is Phase.COLLECTING:
+            self._start = now
+
+    def stop(self, now: int) -> int:
+        """Flush the buffer and ramp down from wherever the axes are; return what was flushed."""
+        flushed = self.buffer.clear()
+        if self.phase is Phase.COLLECTING:
+            self._rest(self._state[0])
+        elif self.phase is Phase.MOVING:
+            self._ramp(self.sample(now), now)
+        return flushed
+
+    def advance(self, now: int) -> Refusal | None:
+        """Move on to a time, through every transition on the way.
+
+        Returns:
+            Why the motion was broken off, if it was; the ramp has begun at the time it happened.
+        """
+        while True:
+            if self.phase is Phase.COLLECTING:
+                if self._start is None or now < self._start:
+                    return None
+                at = self._start
+                problem = self._begin(at)
+            elif self.in_motion and now >= self._until:
+                at = self._until
+                problem = self._finish(at)
+            else:
+                return None
+            if problem is not None:
+                self.buffer.clear()
+                self._ramp(self._state, at)
+                return problem
+
+    def _begin(self, at: int) -> Refusal | None:
+        """Begin the first leg at a time, from the present state."""
+        leg = self.buffer.first
+        assert leg is not None
+        position, velocity, _ = self._state
+        self.phase = Phase.MOVING
+        self.sequence = leg.sequence
+        self._since, self._until = at, at + leg.duration
+        if leg.duration == 0:
+            self._segment, self._end_velocity = None, self._zeros
+            return None
+        ahead = self.buffer.ahead(LOOKAHEAD)
+        begun = begin(leg, position, velocity, ahead)
+        if isinstance(begun, Refusal):
+            ran_dry = not ahead and not self._admission.is_rest(velocity)
+            return Refusal(ErrorCode.BUFFER_UNDERRUN) if ran_dry else begun
+        self._segment, end = begun
+        self._end_velocity = end.velocity or self._zeros
+        return None
+
+    def _finish(self, at: int) -> Refusal | None:
+        """End the present leg or ramp at a time and go on with what follows."""
+        if isinstance(self._segment, Ramp):
+            self._rest(self._segment.final)
+            return None
+        leg = self.buffer.first
+        assert leg is not None
+        self.buffer.drop_first()
+        self._segment = None
+        self._state = (leg.end.position, self._end_velocity, self._zeros)
+        if self.buffer.first is not None:
+            return self._begin(at)
+        if self._admission.is_rest(self._end_velocity):
+            self._rest(leg.end.position)
+            return None
+        return Refusal(ErrorCode.BUFFER_UNDERRUN)
+
+    def _ramp(self, state: State, at: int) -> None:
+        position, velocity, _ = state
+        ramp = Ramp(position, velocity, self._admission.limits, self._admission.hardest)
+        if not ramp.duration:
+            self._rest(position)
+            return
+        self.phase = Phase.STOPPING
+        self._segment = ramp
+        self._since, self._until = at, at + round(ramp.duration * NANOSECONDS)
+
+    def _rest(self, position: tuple[float, ...]) -> None:
+        self.phase = Phase.RESTING
+        self._segment = None
+        self._state = (position, self._zeros, self._zeros)

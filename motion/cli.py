@@ -1,0 +1,267 @@
+"""The command `openpendant robots`: list, show and check robots, and their kinematics by hand.
+
+Owns arguments, output and exit codes, nothing else. Results go to standard output, one JSON line
+for `fk` and `ik`; an error is one line on standard error.
+
+Exit codes: 0 done, 1 a checked robot is bad, 2 a bad argument, robot name or robot file,
+3 refused: the pose cannot be reached, or the robot has no such kinematics, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import Annotated, Any
+
+import typer
+
+from .errors import (
+    BadArgument,
+    FrameUnknown,
+    MotionError,
+    NotFinite,
+    OutOfRange,
+    RobotFileError,
+    UnknownRobot,
+    WrongJointCount,
+)
+from .json_input import parse_joints, parse_pose
+from .robot import SerialRobot, load_robot, robot_names, serial_robot
+
+EXIT_BAD_ROBOT = 1
+EXIT_USAGE = 2
+EXIT_REFUSED = 3
+EXIT_INTERRUPTED = 130
+
+_USAGE_ERRORS = (
+    BadArgument,
+    FrameUnknown,
+    NotFinite,
+    RobotFileError,
+    UnknownRobot,
+    WrongJointCount,
+)
+# Newer typers carry their own click, older ones import it; this names its error in both.
+_TyperUsageError: type[Exception] = typer.BadParameter.mro()[2]
+
+
+class Angles(StrEnum):
+    """Which side of a coupled joint the numbers are on."""
+
+    FILE = "file"
+    CONTROLLER = "controller"
+
+
+class Frame(StrEnum):
+    """The frame a tool pose is expressed in."""
+
+    BASE = "base"
+    ROOT = "root"
+
+
+Robot = Annotated[
+    str, typer.Argument(metavar="NAME|FILE", help="A robot's name, or any robot file.")
+]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON line.")]
+InFrame = Annotated[
+    Frame, typer.Option(help="base: the controller's own; root: the root link, as the DH table.")
+]
+OnSide = Annotated[
+    Angles,
+    typer.Option(help="file: joint angles as in the robot file; controller: coupling applied."),
+]
+
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    help="List, show and check robots; forward and inverse kinematics by hand.",
+    epilog="Exit codes: 0 done, 1 a checked robot is bad, 2 bad argument or file, 3 refused.",
+)
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `openpendant robots` and return its exit code.
+
+    Args:
+        argv: the arguments after `robots`.
+    """
+    try:
+        result = app(args=list(argv), prog_name="openpendant robots", standalone_mode=False)
+    except _TyperUsageError as error:
+        describe = getattr(error, "format_message", error.__str__)
+        return _fail(describe(), EXIT_USAGE)
+    except typer.Abort:
+        return _fail("interrupted", EXIT_INTERRUPTED)
+    except MotionError as error:
+        usage = isinstance(error, _USAGE_ERRORS)
+        return _fail(str(error), EXIT_USAGE if usage else EXIT_REFUSED)
+    return result if isinstance(result, int) else 0
+
+
+@app.command("list")
+def list_robots(as_json: AsJson = False) -> None:
+    """List the robots that come with the project."""
+    robots = [load_robot(name) for name in robot_names()]
+    if as_json:
+        fields = {"name", "kind", "manufacturer", "model", "dof", "specs", "named_in"}
+        _print_json([robot.model_dump(mode="json", include=fields) for robot in robots])
+        return
+    from .robot_tables import print_list
+
+    print_list(robots)
+
+
+@app.command()
+def show(robot: Robot, as_json: AsJson = False) -> None:
+    """Show a robot's specification, limits, DH table, home and coupling."""
+    facts = load_robot(robot)
+    if as_json:
+        shown: dict[str, Any] = {"facts": facts.model_dump(mode="json", by_alias=True)}
+        if isinstance(facts, SerialRobot):
+            limits = facts.limits
+            shown["limits"] = {
+                "names": limits.names,
+                "lower": limits.lower,
+                "upper": limits.upper,
+                "velocity": limits.velocity,
+                "acceleration": limits.acceleration,
+            }
+            shown["home_position"] = facts.home_position
+        _print_json(shown)
+        return
+    from .robot_tables import print_robot
+
+    print_robot(facts)
+
+
+@app.command()
+def check(
+    robots: Annotated[list[str] | None, typer.Argument(metavar="[NAME|FILE]...")] = None,
+    everything: Annotated[bool, typer.Option("--all", help="Check the project's robots.")] = False,
+) -> None:
+    """Check robot files and say in words what is wrong with them."""
+    from .robot_check import check_robot
+
+    names = [*(robots or ()), *(robot_names() if everything else ())]
+    if not names:
+        raise BadArgument("NAME|FILE", "missing", "one or more robots, or --all")
+    reports = [check_robot(name) for name in names]
+    for report in reports:
+        print(_one_line(f"{'ok ' if report.sound else 'BAD'} {report.name}"))
+        for line in (*report.problems, *report.remarks):
+            print(f"      {_one_line(line)}")
+    bad = sum(not report.sound for report in reports)
+    print(f"{len(reports) - bad} of {len(reports)} robots are good")
+    if bad:
+        raise typer.Exit(EXIT_BAD_ROBOT)
+
+
+@app.command()
+def fk(
+    robot: Robot,
+    joints: Annotated[str, typer.Option(help="JSON list, one value per driven joint [rad or m].")],
+    frame: InFrame = Frame.BASE,
+    angles: OnSide = Angles.FILE,
+) -> None:
+    """Print the tool's pose for joint values: position [m] and quaternion x, y, z, w."""
+    facts = serial_robot(robot)
+    position = _to_controller(facts, parse_joints(joints, "--joints"), angles)
+    _note_out_of_range(facts, position)
+    from .kinematics import Kinematics
+
+    pose = Kinematics(facts).forward(position, frame)
+    _print_json(
+        {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist(), "frame": frame.value}
+    )
+
+
+@app.command()
+def ik(
+    robot: Robot,
+    pose: Annotated[str, typer.Option(help='JSON {"xyz": [m], "quat": [x, y, z, w]}.')],
+    seed: Annotated[
+        str | None, typer.Option(help="JSON list to start from; the robot's home if not given.")
+    ] = None,
+    frame: Annotated[
+        Frame | None, typer.Option(help="Frame of the pose; its own `frame`, else base.")
+    ] = None,
+    angles: OnSide = Angles.FILE,
+    restarts: Annotated[int, typer.Option(min=0, max=10_000, help="Search budget.")] = 50,
+    random_seed: Annotated[
+        int, typer.Option(min=0, max=2**63 - 1, help="Same number, same answer.")
+    ] = 0,
+) -> None:
+    """Print joint values that put the tool at a pose, inside the limits."""
+    facts = serial_robot(robot)
+    xyz, quaternion, named = parse_pose(pose, "--pose")
+    asked = _frame(frame, named)
+    start = (
+        facts.home_position
+        if seed is None
+        else _to_controller(facts, parse_joints(seed, "--seed"), angles)
+    )
+    from .ik import solve
+    from .kinematics import Kinematics
+    from .pose import Pose
+
+    target = Pose.from_values(xyz, quaternion)
+    solution = solve(
+        Kinematics(facts),
+        target,
+        start,
+        frame=asked,
+        restarts=restarts,
+        random_seed=random_seed,
+    )
+    found = tuple(solution.joint_position.tolist())
+    _print_json(
+        {
+            "joints": facts.to_model(found) if angles is Angles.FILE else found,
+            "angles": angles.value,
+            "frame": asked.value,
+            "position_error": solution.position_error,
+            "rotation_error": solution.rotation_error,
+            "restarts": solution.restarts,
+            "iterations": solution.iterations,
+        }
+    )
+
+
+def _to_controller(
+    robot: SerialRobot, values: tuple[float, ...], angles: Angles
+) -> Sequence[float]:
+    return robot.to_controller(values) if angles is Angles.FILE else values
+
+
+def _note_out_of_range(robot: SerialRobot, position: Sequence[float]) -> None:
+    try:
+        robot.limits.check_position(position)
+    except OutOfRange as error:
+        print(f"note: {_one_line(str(error))}", file=sys.stderr)
+
+
+def _frame(option: Frame | None, named: str | None) -> Frame:
+    if named is None:
+        return option or Frame.BASE
+    if named not in list(Frame):
+        raise FrameUnknown(named, tuple(Frame))
+    if option is not None and option != named:
+        raise BadArgument("--frame", option.value, f"the pose's own frame, {named}")
+    return Frame(named)
+
+
+def _print_json(value: object) -> None:
+    print(json.dumps(value, separators=(",", ":"), allow_nan=False))
+
+
+def _fail(message: str, code: int) -> int:
+    print(f"error: {_one_line(message)}", file=sys.stderr)
+    return code
+
+
+def _one_line(text: str) -> str:
+    # Names come from files and arguments: no line break or terminal control may pass.
+    return "".join(char if char.isprintable() else " " for char in text)

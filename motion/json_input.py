@@ -1,0 +1,68 @@
+"""Joint vectors and poses that a person typed as JSON.
+
+Owns the bounds and the wording: every malformed text becomes a `BadArgument` or `NotFinite` that
+names the option. Knows no robot.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+from .errors import BadArgument, NotFinite
+
+MAX_CHARACTERS = 4096
+
+_POSE_FIELDS = frozenset({"xyz", "quat", "frame"})
+
+
+def parse_joints(text: str, option: str) -> tuple[float, ...]:
+    """Read a JSON list of finite numbers.
+
+    Args:
+        text: what was typed.
+        option: the option's name, for the error.
+
+    Raises:
+        BadArgument: the text is not a JSON list of numbers.
+        NotFinite: a number is infinite or not a number.
+    """
+    return _numbers(_parse(text, option, "a JSON list of numbers"), option)
+
+
+def parse_pose(text: str, option: str) -> tuple[tuple[float, ...], tuple[float, ...], str | None]:
+    """Read `{"xyz": […], "quat": […]}`, with the frame's name if it has a `frame`.
+
+    Raises:
+        BadArgument: the text is not such an object.
+        NotFinite: a number is infinite or not a number.
+    """
+    accepted = '{"xyz": [x, y, z], "quat": [x, y, z, w]}'
+    value = _parse(text, option, accepted)
+    if not isinstance(value, dict) or not {"xyz", "quat"} <= value.keys() <= _POSE_FIELDS:
+        raise BadArgument(option, text, accepted)
+    frame = value.get("frame")
+    if frame is not None and not isinstance(frame, str):
+        raise BadArgument(f"frame of {option}", frame, "a frame's name")
+    xyz, quaternion = (_numbers(value[field], f"{field} of {option}") for field in ("xyz", "quat"))
+    return xyz, quaternion, frame
+
+
+def _parse(text: str, option: str, accepted: str) -> Any:
+    if len(text) > MAX_CHARACTERS:
+        raise BadArgument(option, text, f"at most {MAX_CHARACTERS} characters")
+    try:
+        # Integers are read as reals: one of thousands of digits is then infinite, not an error.
+        return json.loads(text, parse_int=float)
+    except (ValueError, RecursionError):
+        raise BadArgument(option, text, accepted) from None
+
+
+def _numbers(value: object, what: str) -> tuple[float, ...]:
+    if not isinstance(value, list) or not all(isinstance(number, float) for number in value):
+        raise BadArgument(what, value, "a list of numbers")
+    for index, number in enumerate(value):
+        if not math.isfinite(number):
+            raise NotFinite(what, index)
+    return tuple(value)

@@ -1,0 +1,278 @@
+"""Forward kinematics and Jacobians of a serial robot.
+
+Owns the pinocchio model, and the one affine map from a controller-side joint vector (n driven
+joints) to the model's vector (every moving joint): coupling, dependent joints and file order are
+all in it. The only module of its folder that imports pinocchio; no pinocchio type leaves it.
+
+Frames: `base` is the controller's own base frame of the robot file, `root` the chain's root link.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from .errors import FrameUnknown
+from .limits import JointLimits
+from .pose import Pose
+from .robot import SerialRobot
+from .robot_schema import Joint, Placement
+
+Array: TypeAlias = NDArray[np.float64]
+
+FRAMES = ("base", "root")
+
+_SMALLEST_ARM = 0.1  # m
+
+
+class Kinematics:
+    """The kinematics of one robot, for one thread: calls share scratch memory.
+
+    Attributes:
+        robot: the robot's facts.
+        limits: limits of the driven joints, controller side.
+        dof: number n of driven joints.
+        lower: (n,) least controller-side joint position [rad or m], read-only.
+        upper: (n,) greatest controller-side joint position [rad or m], read-only.
+        turning: (n,) whether a full turn of the joint leaves the tool where it was.
+        size: a length of the order of the arm's reach [m], to weigh turns against shifts.
+    """
+
+    def __init__(self, robot: SerialRobot) -> None:
+        self.robot = robot
+        self.limits: JointLimits = robot.limits
+        self.dof = robot.dof
+        self.lower = _read_only(np.array(self.limits.lower))
+        self.upper = _read_only(np.array(self.limits.upper))
+        self.size = _arm_size(robot)
+        self._gain, self._offset = model_map(robot)
+        self._plain = np.array_equal(self._gain, np.eye(self.dof)) and not self._offset.any()
+        self.turning = _turning_joints(robot, self._gain)
+        self._base = _base_in_root(robot)
+        # The model's world is the base frame, so that the common case needs no change of frame.
+        self._model = _model(robot, self._base.inverse())
+        self._data = self._model.createData()
+        self._tool: int = self._model.getFrameId(robot.tool_link)
+        self._motion_axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+
+    def forward(
+        self,
+        joint_position: Sequence[float] | Array,
+        frame: str = "base",
+        link: str | None = None,
+    ) -> Pose:
+        """Compute where a link is.
+
+        Args:
+            joint_position: (n,) controller-side [rad or m]; limits are not checked.
+            frame: `base` or `root`, the frame the pose is expressed in.
+            link: a link of the chain; the tool link if None.
+
+        Raises:
+            WrongJointCount: not one value per driven joint.
+            NotFinite: a value is infinite or not a number.
+            FrameUnknown: there is no such frame or link.
+        """
+        frame_id = self._tool if link is None else self._link(link)
+        in_root = self._in_root(frame)
+        pin.forwardKinematics(self._model, self._data, self._model_vector(joint_position))
+        placement = pin.updateFramePlacement(self._model, self._data, frame_id)
+        if in_root:
+            placement = self._base * placement
+        return Pose.from_matrix(placement.rotation, placement.translation)
+
+    def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
+        """Compute how the tool link moves with the joints.
+
+        Args:
+            joint_position: (n,) controller-side [rad or m]; limits are not checked.
+            frame: `base` or `root`, whose axes the velocities are expressed along.
+
+        Returns:
+            (6, n): linear velocity of the tool's origin [m/s], then angular velocity [rad/s], per
+            unit of controller-side joint velocity.
+
+        Raises:
+            WrongJointCount: not one value per driven joint.
+            NotFinite: a value is infinite or not a number.
+            FrameUnknown: there is no such frame.
+        """
+        in_root = self._in_root(frame)
+        _, _, jacobian = self.linearise(self._checked(joint_position))
+        if not in_root:
+            return jacobian
+        rotation = self._base.rotation
+        return np.vstack((rotation @ jacobian[:3], rotation @ jacobian[3:]))
+
+    def linearise(self, joint_position: Array) -> tuple[Array, Array, Array]:
+        """Compute tool placement and Jacobian in one pass, in the base frame, without checks.
+
+        Args:
+            joint_position: (n,) controller-side [rad or m], finite float64.
+
+        Returns:
+            The tool's (3, 3) rotation, its (3,) position [m], and the (6, n) Jacobian as of
+            `jacobian`.
+        """
+        model, data = self._model, self._data
+        pin.computeJointJacobians(model, data, self._expanded(joint_position))
+        # The frame placement is not refreshed by the Jacobian calls; a stale one would be read.
+        placement = pin.updateFramePlacement(model, data, self._tool)
+        full = pin.getFrameJacobian(model, data, self._tool, self._motion_axes)
+        jacobian = full if self._plain else full @ self._gain
+        return placement.rotation, placement.translation, jacobian
+
+    def place(self, joint_position: Array) -> tuple[Array, Array]:
+        """Compute the tool's (3, 3) rotation and (3,) position in the base frame, without checks.
+
+        Args:
+            joint_position: (n,) controller-side [rad or m], finite float64.
+        """
+        pin.forwardKinematics(self._model, self._data, self._expanded(joint_position))
+        placement = pin.updateFramePlacement(self._model, self._data, self._tool)
+        return placement.rotation, placement.translation
+
+    def pose_error(
+        self, joint_position: Sequence[float] | Array, target: Pose, frame: str = "base"
+    ) -> Array:
+        """Compute the motion that would carry the tool to a target.
+
+        Args:
+            joint_position: (n,) controller-side [rad or m].
+            target: the wanted tool pose in `frame`.
+            frame: `base` or `root`.
+
+        Returns:
+            (6,): translation [m], then rotation vector [rad], along the axes of `frame`.
+
+        Raises:
+            WrongJointCount: not one value per driven joint.
+            NotFinite: a value is infinite or not a number.
+            FrameUnknown: there is no such frame.
+        """
+        pose = self.forward(joint_position, frame)
+        return np.concatenate(
+            (target.position - pose.position, rotation_vector(target.rotation @ pose.rotation.T))
+        )
+
+    def to_base(self, pose: Pose, frame: str) -> Pose:
+        """Express a pose given in `base` or `root` in the base frame.
+
+        Raises:
+            FrameUnknown: there is no such frame.
+        """
+        if not self._in_root(frame):
+            return pose
+        base = Pose.from_matrix(self._base.rotation, self._base.translation)
+        return base.inverse().compose(pose)
+
+    def _in_root(self, frame: str) -> bool:
+        if frame not in FRAMES:
+            raise FrameUnknown(frame, FRAMES)
+        return frame == "root"
+
+    def _link(self, link: str) -> int:
+        if link not in self.robot.links:
+            raise FrameUnknown(link, self.robot.links)
+        frame_id: int = self._model.getFrameId(link)
+        return frame_id
+
+    def _checked(self, joint_position: Sequence[float] | Array) -> Array:
+        vector = np.asarray(joint_position, dtype=np.float64)
+        self.limits.check_finite(vector.tolist(), "the joint position")
+        return vector
+
+    def _model_vector(self, joint_position: Sequence[float] | Array) -> Array:
+        return self._expanded(self._checked(joint_position))
+
+    def _expanded(self, joint_position: Array) -> Array:
+        if self._plain:
+            return joint_position
+        vector: Array = self._gain @ joint_position + self._offset
+        return vector
+
+
+def model_map(robot: SerialRobot) -> tuple[Array, Array]:
+    """Return gain (m, n) and offset (m,) with model vector = gain · controller vector + offset.
+
+    The model vector has one value per moving joint (m), driven or dependent, base to tip.
+    """
+    chain_side = np.eye(robot.dof)
+    if robot.coupling.state_factor:
+        chain_side[2, 1] = robot.coupling.state_factor
+    row_of = {joint.name: chain_side[index] for index, joint in enumerate(robot.driven)}
+    gain = np.zeros((len(robot.moving), robot.dof))
+    offset = np.zeros(len(robot.moving))
+    for index, joint in enumerate(robot.moving):
+        if joint.dependent is None:
+            gain[index] = row_of[joint.name]
+            continue
+        offset[index] = joint.dependent.offset
+        for term in joint.dependent.terms:
+            gain[index] += term.gain * row_of[term.joint]
+    return gain, offset
+
+
+def rotation_vector(rotation: Array) -> Array:
+    """Return the (3,) rotation vector [rad] of a (3, 3) rotation matrix, length 0 to π."""
+    vector: Array = pin.log3(rotation)
+    return vector
+
+
+def _turning_joints(robot: SerialRobot, gain: Array) -> NDArray[np.bool_]:
+    # A coupled or dependent joint follows by its gain, so the gain must be a whole number.
+    prismatic = np.array([joint.prismatic for joint in robot.moving])
+    whole = (gain == np.round(gain)) & ~prismatic[:, None]
+    turning: NDArray[np.bool_] = (whole | (gain == 0.0)).all(axis=0)
+    turning.flags.writeable = False
+    return turning
+
+
+def _arm_size(robot: SerialRobot) -> float:
+    lengths = sum(math.hypot(*joint.origin.xyz) for joint in robot.joints)
+    return max(_SMALLEST_ARM, lengths / 2.0)
+
+
+def _read_only(array: Array) -> Array:
+    array.flags.writeable = False
+    return array
+
+
+def _placement(placement: Placement) -> Any:
+    rotation = pin.rpy.rpyToMatrix(*placement.rpy)
+    return pin.SE3(rotation, np.array(placement.xyz))
+
+
+def _base_in_root(robot: SerialRobot) -> Any:
+    placement = pin.SE3.Identity()
+    for joint in robot.joints:
+        if robot.base_frame.parent == joint.parent:
+            break
+        placement = placement * _placement(joint.origin)
+    return placement * _placement(robot.base_frame)
+
+
+def _model(robot: SerialRobot, root: Any) -> Any:
+    model = pin.Model()
+    joint_id, placement = 0, root
+    model.addFrame(pin.Frame(robot.root_link, 0, 0, placement, pin.FrameType.BODY))
+    for joint in robot.joints:
+        placement = placement * _placement(joint.origin)
+        if isinstance(joint, Joint):
+            joint_id = model.addJoint(joint_id, _joint_model(joint), placement, joint.name)
+            placement = pin.SE3.Identity()
+        model.addFrame(pin.Frame(joint.child, joint_id, 0, placement, pin.FrameType.BODY))
+    return model
+
+
+def _joint_model(joint: Joint) -> Any:
+    axis = np.array(joint.axis)
+    axis /= np.linalg.norm(axis)
+    if joint.prismatic:
+        return pin.JointModelPrismaticUnaligned(axis)
+    return pin.JointModelRevoluteUnaligned(axis)

@@ -1,0 +1,245 @@
+"""A position and an orientation, and the algebra on them.
+
+Owns the conventions: metres; unit quaternions x, y, z, w with w not negative; roll, pitch, yaw as
+R = Rz(yaw) Ry(pitch) Rx(roll). A pose says nothing of the frame it is expressed in: whoever passes
+one names the frame beside it. Knows no robot and no kinematics library.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import BadArgument, NotFinite
+
+Array: TypeAlias = NDArray[np.float64]
+
+_SMALLEST_QUATERNION = 1e-6
+_LARGEST_COORDINATE = 1e6
+_NEARLY_PARALLEL = 1e-6
+_GIMBAL_LOCK = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pose:
+    """A rigid placement; the arrays are the pose's own and read-only.
+
+    Attributes:
+        position: (3,) [m].
+        quaternion: (4,) x, y, z, w; normalised on the way in, w not negative.
+
+    Raises:
+        BadArgument: a wrong number of values, coordinates beyond a million metres, or a
+            quaternion too small to have a direction.
+        NotFinite: a value is infinite or not a number.
+    """
+
+    position: Array
+    quaternion: Array
+
+    def __post_init__(self) -> None:
+        position = _vector(self.position, 3, "position")
+        quaternion = _vector(self.quaternion, 4, "quaternion")
+        if float(np.max(np.abs(position))) > _LARGEST_COORDINATE:
+            raise BadArgument("position", position.tolist(), "coordinates within a million metres")
+        # Dividing by the largest element first keeps the norm from overflowing.
+        scale = float(np.max(np.abs(quaternion)))
+        if scale < _SMALLEST_QUATERNION:
+            raise BadArgument("quaternion", quaternion.tolist(), "a norm of at least 1e-6")
+        quaternion /= scale
+        quaternion /= math.sqrt(float(quaternion @ quaternion))
+        object.__setattr__(self, "position", _frozen(position))
+        object.__setattr__(self, "quaternion", _frozen(_canonical(quaternion)))
+
+    @classmethod
+    def identity(cls) -> Pose:
+        """Return the pose that moves nothing."""
+        return cls(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
+
+    @classmethod
+    def from_values(cls, position: Sequence[float], quaternion: Sequence[float]) -> Pose:
+        """Build a pose from plain numbers: position [m] and quaternion x, y, z, w."""
+        return cls(np.array(position, dtype=np.float64), np.array(quaternion, dtype=np.float64))
+
+    @classmethod
+    def from_rpy(cls, position: Sequence[float] | Array, rpy: Sequence[float] | Array) -> Pose:
+        """Build a pose from a position [m] and roll, pitch, yaw [rad].
+
+        Raises:
+            BadArgument: a vector does not have three values.
+            NotFinite: a value is infinite or not a number.
+        """
+        half = _vector(rpy, 3, "rpy") / 2.0
+        (sr, sp, sy), (cr, cp, cy) = np.sin(half), np.cos(half)
+        quaternion = np.array(
+            [
+                sr * cp * cy - cr * sp * sy,
+                cr * sp * cy + sr * cp * sy,
+                cr * cp * sy - sr * sp * cy,
+                cr * cp * cy + sr * sp * sy,
+            ]
+        )
+        return cls(np.asarray(position, dtype=np.float64), quaternion)
+
+    @classmethod
+    def from_matrix(cls, rotation: Array, position: Sequence[float] | Array) -> Pose:
+        """Build a pose from a (3, 3) rotation matrix and a position [m].
+
+        Raises:
+            NotFinite: a value is infinite or not a number.
+        """
+        return cls(np.asarray(position, dtype=np.float64), matrix_to_quaternion(rotation))
+
+    @property
+    def rotation(self) -> Array:
+        """The (3, 3) rotation matrix."""
+        return quaternion_to_matrix(self.quaternion)
+
+    def to_matrix(self) -> Array:
+        """Return the (4, 4) homogeneous matrix."""
+        matrix = np.eye(4)
+        matrix[:3, :3] = self.rotation
+        matrix[:3, 3] = self.position
+        return matrix
+
+    def to_rpy(self) -> tuple[float, float, float]:
+        """Return roll, pitch, yaw [rad]; at pitch ±π/2 roll is chosen to be 0."""
+        r = self.rotation
+        cos_pitch = math.hypot(r[0, 0], r[1, 0])
+        pitch = math.atan2(-r[2, 0], cos_pitch)
+        if cos_pitch < _GIMBAL_LOCK:
+            return 0.0, pitch, math.atan2(-r[0, 1], r[1, 1])
+        return math.atan2(r[2, 1], r[2, 2]), pitch, math.atan2(r[1, 0], r[0, 0])
+
+    def compose(self, other: Pose) -> Pose:
+        """Return the placement of `other`, given in this pose's frame, in this pose's parent."""
+        return Pose(
+            self.position + self.rotation @ other.position,
+            quaternion_product(self.quaternion, other.quaternion),
+        )
+
+    def inverse(self) -> Pose:
+        """Return the pose that undoes this one."""
+        conjugate = self.quaternion * np.array([-1.0, -1.0, -1.0, 1.0])
+        return Pose(-(self.rotation.T @ self.position), conjugate)
+
+    def position_distance(self, other: Pose) -> float:
+        """Return the distance between the two origins [m]."""
+        return math.dist(self.position, other.position)
+
+    def rotation_distance(self, other: Pose) -> float:
+        """Return the angle between the two orientations [rad], 0 to π."""
+        return rotation_distance(self.quaternion, other.quaternion)
+
+    def interpolate(self, other: Pose, fraction: float) -> Pose:
+        """Return the pose part of the way to another: straight line and constant-speed turn.
+
+        Args:
+            other: the pose at fraction 1.
+            fraction: 0 to 1.
+        """
+        position = (1.0 - fraction) * self.position + fraction * other.position
+        return Pose(position, slerp(self.quaternion, other.quaternion, fraction))
+
+
+def slerp(start: Array, goal: Array, fraction: float) -> Array:
+    """Interpolate two unit quaternions the short way round.
+
+    Args:
+        start: (4,) x, y, z, w at fraction 0.
+        goal: (4,) x, y, z, w at fraction 1.
+        fraction: 0 to 1.
+
+    Returns:
+        (4,) unit quaternion, w not negative.
+    """
+    near = goal if float(start @ goal) >= 0.0 else -goal
+    angle = rotation_distance(start, near) / 2.0
+    if angle < _NEARLY_PARALLEL:
+        blend = (1.0 - fraction) * start + fraction * near
+    else:
+        blend = math.sin((1.0 - fraction) * angle) * start + math.sin(fraction * angle) * near
+    return _canonical(blend / math.sqrt(float(blend @ blend)))
+
+
+def rotation_distance(first: Array, second: Array) -> float:
+    """Return the angle between two unit quaternions [rad], 0 to π; exact for small angles too."""
+    # The arc cosine of the dot product would lose half the digits near zero.
+    same = second if float(first @ second) >= 0.0 else -second
+    difference, total = first - same, first + same
+    return 4.0 * math.atan2(
+        math.sqrt(float(difference @ difference)), math.sqrt(float(total @ total))
+    )
+
+
+def quaternion_product(left: Array, right: Array) -> Array:
+    """Return the rotation `left` after `right`; both (4,) x, y, z, w."""
+    ax, ay, az, aw = left.tolist()
+    bx, by, bz, bw = right.tolist()
+    return np.array(
+        [
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+            aw * bw - ax * bx - ay * by - az * bz,
+        ]
+    )
+
+
+def quaternion_to_matrix(quaternion: Array) -> Array:
+    """Return the (3, 3) rotation matrix of a unit quaternion x, y, z, w."""
+    x, y, z, w = quaternion.tolist()
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
+def matrix_to_quaternion(rotation: Array) -> Array:
+    """Return the (4,) unit quaternion x, y, z, w of a rotation matrix, w not negative."""
+    (a, b, c), (d, e, f), (g, h, i) = np.asarray(rotation, dtype=np.float64).tolist()
+    # The element with the greatest square is divided by, so nothing is lost near a half turn.
+    squares = (1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i)
+    match squares.index(max(squares)):
+        case 0:
+            raw = (squares[0], b + d, c + g, h - f)
+        case 1:
+            raw = (b + d, squares[1], f + h, c - g)
+        case 2:
+            raw = (c + g, f + h, squares[2], d - b)
+        case _:
+            raw = (h - f, c - g, d - b, squares[3])
+    quaternion = np.array(raw)
+    return _canonical(quaternion / math.sqrt(float(quaternion @ quaternion)))
+
+
+def _canonical(quaternion: Array) -> Array:
+    # q and -q are one rotation; adding zero turns -0.0 into 0.0.
+    x, y, z, w = quaternion.tolist()
+    for element in (w, x, y, z):
+        if element != 0.0:
+            return (quaternion if element > 0.0 else -quaternion) + 0.0
+    return quaternion
+
+
+def _vector(values: Sequence[float] | Array, count: int, what: str) -> Array:
+    vector = np.array(values, dtype=np.float64)
+    if vector.shape != (count,):
+        raise BadArgument(what, vector.tolist(), f"{count} numbers")
+    finite = np.isfinite(vector)
+    if not finite.all():
+        raise NotFinite(what, int(np.argmin(finite)))
+    return vector
+
+
+def _frozen(array: Array) -> Array:
+    array.flags.writeable = False
+    return array

@@ -1,0 +1,117 @@
+"""Reading one YAML mapping from a file that nobody vouches for.
+
+Owns the bounds: file size, nesting, no aliases, no duplicate keys, safe tags only. Knows nothing
+of robots beyond the error it raises.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from .errors import RobotFileError
+
+MAX_FILE_BYTES = 1 << 20
+MAX_DEPTH = 32
+
+# The C one is ten times faster, but a PyYAML built without libyaml lacks it.
+_SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+# A loader of its own, so that taking 1e-5 for a number, as YAML 1.2 and JSON do, stays in here.
+_Loader: Any = type("_Loader", (_SafeLoader,), {})
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)[eE][-+]?[0-9]+$"),
+    list("-+.0123456789"),
+)
+
+
+def read_mapping(path: Path) -> dict[str, Any]:
+    """Read the one mapping a YAML file holds.
+
+    Args:
+        path: the file; it is never executed, and no more than 1 MiB is read.
+
+    Raises:
+        RobotFileError: the file cannot be read, is too large, or is not a plain YAML mapping.
+    """
+    text = _read_text(path)
+    try:
+        _refuse_hostile_structure(text, str(path))
+        loaded = yaml.load(text, Loader=_Loader)
+    except yaml.YAMLError as error:
+        raise RobotFileError(str(path), "", f"is not valid YAML: {_in_one_line(error)}") from error
+    except (ValueError, RecursionError) as error:
+        # Reading a scalar such as 2020-13-45 as a date fails outside YAML's own errors.
+        raise RobotFileError(str(path), "", f"holds an unreadable value: {error}") from error
+    if not isinstance(loaded, dict) or not all(isinstance(key, str) for key in loaded):
+        raise RobotFileError(str(path), "", "is not a mapping of field names to values")
+    return loaded
+
+
+def _read_text(path: Path) -> str:
+    try:
+        with path.open("rb") as file:
+            raw = file.read(MAX_FILE_BYTES + 1)
+    except OSError as error:
+        raise RobotFileError(str(path), "", error.strerror or "cannot be read") from error
+    except ValueError as error:
+        raise RobotFileError(repr(str(path)), "", "is not a legal file name") from error
+    if len(raw) > MAX_FILE_BYTES:
+        raise RobotFileError(str(path), "", f"is larger than {MAX_FILE_BYTES} bytes")
+    try:
+        return raw.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise RobotFileError(str(path), "", f"is not UTF-8 text (byte {error.start})") from error
+
+
+@dataclass(slots=True)
+class _Level:
+    mapping: bool
+    at_key: bool = True
+    keys: set[str] = field(default_factory=set)
+
+
+def _refuse_hostile_structure(text: str, file: str) -> None:
+    # The C composer recurses without a bound and crashes the process on deep nesting, and aliases
+    # let a small file stand for an enormous one. The event stream is flat, so it is read first.
+    stack: list[_Level] = []
+    documents = 0
+    for event in yaml.parse(text, Loader=_Loader):
+        where = "" if event.start_mark is None else f"line {event.start_mark.line + 1}"
+        if isinstance(event, yaml.DocumentStartEvent):
+            documents += 1
+            if documents > 1:
+                raise RobotFileError(file, where, "begins a second document; one is accepted")
+        elif isinstance(event, yaml.AliasEvent):
+            raise RobotFileError(file, where, "uses a YAML alias; write the value out")
+        elif isinstance(event, (yaml.MappingStartEvent, yaml.SequenceStartEvent)):
+            if len(stack) >= MAX_DEPTH:
+                raise RobotFileError(file, where, f"nests deeper than {MAX_DEPTH} levels")
+            _enter_value(stack, None, file, where)
+            stack.append(_Level(isinstance(event, yaml.MappingStartEvent)))
+        elif isinstance(event, (yaml.MappingEndEvent, yaml.SequenceEndEvent)):
+            stack.pop()
+        elif isinstance(event, yaml.ScalarEvent):
+            _enter_value(stack, event.value, file, where)
+
+
+def _enter_value(stack: list[_Level], key: str | None, file: str, where: str) -> None:
+    if not stack or not stack[-1].mapping:
+        return
+    level = stack[-1]
+    if level.at_key:
+        if key is None:
+            raise RobotFileError(file, where, "uses a list or mapping as a key")
+        if key in level.keys:
+            raise RobotFileError(file, where, f"repeats the key {key!r}")
+        level.keys.add(key)
+    level.at_key = not level.at_key
+
+
+def _in_one_line(error: yaml.YAMLError) -> str:
+    return " ".join(str(error).split())

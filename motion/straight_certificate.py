@@ -1,0 +1,140 @@
+"""The limit certificate of a straight joint move, proved from its numbers instead of its samples.
+
+An independent check with its own reasoning, for moves that are planned on the server's event loop.
+The path parameter rises evenly for `ramp` samples, cruises, and falls as evenly. Over a move of
+`steps` samples of length h its greatest rate is therefore 1 / ((steps - ramp) · h), and its
+acceleration is that over `ramp · h`. It never turns back, so each joint stays between its start and
+its goal. Nothing is sampled and no arithmetic of the planner is used.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .certificate import (
+    ACCELERATION_TOLERANCE,
+    START_TOLERANCE,
+    VELOCITY_TOLERANCE,
+    Extreme,
+)
+from .errors import CertificateRefused, WrongJointCount
+from .limits import JointLimits
+from .ptp import StraightMove
+
+
+@dataclass(frozen=True, slots=True)
+class StraightCertificate:
+    """What the check found; it exists only for a move that passed.
+
+    Attributes:
+        samples: number of samples.
+        sample_period: their distance [s].
+        duration: of the move [s].
+        position_margin: least distance of a joint to its limits [rad or m].
+        position_joint: the joint that comes so near.
+        velocity: the greatest velocity.
+        acceleration: the greatest acceleration.
+        start_distance: of the first sample from where the robot stands [rad or m].
+    """
+
+    samples: int
+    sample_period: float
+    duration: float
+    position_margin: float
+    position_joint: str
+    velocity: Extreme
+    acceleration: Extreme
+    start_distance: float
+
+    @property
+    def valid(self) -> bool:
+        """True: what fails gets a refusal and no certificate."""
+        return True
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the certificate as plain data for JSON."""
+        fields = {field: getattr(self, field) for field in self.__slots__}
+        return {"valid": self.valid, "method": "closed form"} | {
+            name: value._asdict() if isinstance(value, Extreme) else value
+            for name, value in fields.items()
+        }
+
+
+def certify_straight_move(
+    move: StraightMove, limits: JointLimits, *, start: Sequence[float]
+) -> StraightCertificate:
+    """Prove that a straight move keeps to the limits.
+
+    Args:
+        move: what is to be sent.
+        limits: the limits it must keep.
+        start: (n,) where the robot stands; the move must start within 0.01 rad or m of it.
+
+    Raises:
+        CertificateRefused: a rule is broken; with the joint, value, limit and time.
+        WrongJointCount: the move or the start is of another robot.
+    """
+    for given in (move.start, move.goal, start):
+        if len(given) != limits.dof:
+            raise WrongJointCount(len(given), limits.dof)
+    steps, ramp, period = move.steps, move.ramp, move.period
+    if not (1 <= ramp and 2 * ramp <= steps and 0.0 < period < math.inf):
+        raise CertificateRefused("time", "the clock", float(ramp), steps / 2, 0.0, "samples")
+    top_rate = 1.0 / ((steps - ramp) * period)
+    gain = top_rate / (ramp * period)
+    worst_velocity, worst_acceleration = (0.0, 0), (0.0, 0)
+    margin, nearest, distance = math.inf, 0, 0.0
+    for joint in range(limits.dof):
+        here, there = move.start[joint], move.goal[joint]
+        lower, upper = limits.lower[joint], limits.upper[joint]
+        for value, time in ((here, 0.0), (there, move.duration)):
+            # Written so that a value that is not a number fails.
+            if not lower <= value <= upper:
+                bound = lower if value < lower else upper
+                _refuse("position", limits, joint, value, bound, time)
+        span = abs(there - here)
+        velocity, acceleration = span * top_rate, span * gain
+        if not velocity <= limits.velocity[joint] * (1.0 + VELOCITY_TOLERANCE):
+            at = ramp * period
+            _refuse("velocity", limits, joint, velocity, limits.velocity[joint], at, "/s")
+        if not acceleration <= limits.acceleration[joint] * (1.0 + ACCELERATION_TOLERANCE):
+            bound = limits.acceleration[joint]
+            _refuse("acceleration", limits, joint, acceleration, bound, 0.0, "/s²")
+        gap = abs(here - start[joint])
+        if not gap <= START_TOLERANCE:
+            _refuse("start", limits, joint, gap, START_TOLERANCE, 0.0)
+        worst_velocity = max(worst_velocity, (velocity / limits.velocity[joint], joint))
+        worst_acceleration = max(
+            worst_acceleration, (acceleration / limits.acceleration[joint], joint)
+        )
+        spare = min(here - lower, there - lower, upper - here, upper - there)
+        if spare < margin:
+            margin, nearest = spare, joint
+        distance = max(distance, gap)
+    names = limits.names
+    return StraightCertificate(
+        steps + 1,
+        period,
+        steps * period,
+        margin,
+        names[nearest],
+        Extreme(worst_velocity[0], names[worst_velocity[1]], ramp * period),
+        Extreme(worst_acceleration[0], names[worst_acceleration[1]], 0.0),
+        distance,
+    )
+
+
+def _refuse(
+    check: str,
+    limits: JointLimits,
+    joint: int,
+    value: float,
+    limit: float,
+    time: float,
+    per: str = "",
+) -> None:
+    kind = check if math.isfinite(value) else "finite"
+    unit = limits.unit(joint) + per
+    raise CertificateRefused(kind, limits.names[joint], value, limit, time, unit)

@@ -1,0 +1,345 @@
+"""Timing a path: as fast as the joint limits allow, by TOPP-RA.
+
+Owns the use of toppra, which it imports when first asked and which no other module touches: always
+its Interpolation scheme, on a grid that holds every knot, with numbers scaled to the order of one.
+The solver keeps limits at the grid points only, so its answer is evaluated here (a constant path
+acceleration between grid points), measured in between, and slowed down by the worst excess.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import os
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from .errors import BadArgument, NotTimeable
+from .joint_curves import Path, check_extent
+from .limits import JointLimits
+from .trajectory import MAX_DURATION, SAMPLE_PERIOD, Array, Trajectory, check_rates, join
+from .velocity_profile import VelocityProfile
+
+_PER_SPAN = 8
+_LEAST_POINTS = 100
+_END_POINTS = 4
+_LEAST_STEP = 1e-6  # of the path's length; the solver fails on much smaller ones
+_MOST_DIVIDED = 800  # points, beyond one for each knot
+_TOLERATED = 1.01  # slowing down the whole motion by more for one place is worth a second solution
+_GREATEST_RATE = 99.0  # of the scaled problem; toppra's own bound is 100
+_ROUNDING = 1e-9  # a duration that is whole but for this many samples is not given one more
+
+
+@dataclass(frozen=True, slots=True)
+class SegmentRule:
+    """What is asked of the way from one waypoint to the next.
+
+    Attributes:
+        min_duration: the motion spends at least this long there [s].
+        speed_fraction: no joint exceeds this fraction of its velocity limit there, 0 to 1.
+    """
+
+    min_duration: float | None = None
+    speed_fraction: float | None = None
+
+
+def time_path(
+    path: Path,
+    limits: JointLimits,
+    *,
+    speed: float = 1.0,
+    segments: Sequence[SegmentRule] | None = None,
+    sample_period: float = SAMPLE_PERIOD,
+) -> Trajectory:
+    """Time a path from rest to rest, near the fastest that the limits and rules allow.
+
+    The continuous motion keeps every limit between samples too; its duration is rounded up to whole
+    sample periods by slowing it down as a whole.
+
+    Args:
+        path: where to go.
+        limits: the limits to keep.
+        speed: fraction of the velocity limits, also of those that a rule lowers; the acceleration
+            limits always hold in full.
+        segments: one rule for the way to each waypoint after the first. Where waypoints coincide,
+            the time asked for is spent on the way to the next that does not.
+        sample_period: time between samples [s].
+
+    Raises:
+        OutOfRange: the path leaves a joint's range.
+        WrongJointCount: the path is of another robot.
+        NotTimeable: the solver found no motion, or it would last longer than an hour.
+        BadArgument: speed, sample period, or a rule.
+    """
+    check_rates(speed, sample_period)
+    check_extent(path, limits)
+    problem = _Problem(path, limits, speed, _folded(path, segments))
+    profile = problem.solve()
+    excess = problem.excess(profile)
+    if _slowing(*excess) > _TOLERATED:
+        problem.tighten(*excess)
+        profile = problem.solve()
+        excess = problem.excess(profile)
+    duration = profile.duration * max(1.0, _slowing(*excess), problem.haste(profile))
+    if not duration <= MAX_DURATION:
+        raise NotTimeable(path.length, f"it would last more than {MAX_DURATION:g} s")
+    samples = max(math.ceil(duration / sample_period - _ROUNDING), 1)
+    waypoints = problem.at_knots[path.waypoint_knots]
+    return profile.sampled(path, limits, waypoints, samples, sample_period)
+
+
+def time_legs(
+    legs: Sequence[Path],
+    limits: JointLimits,
+    *,
+    speed: float = 1.0,
+    sample_period: float = SAMPLE_PERIOD,
+) -> Trajectory:
+    """Time several paths that follow one another, with a stop between each two.
+
+    Raises:
+        BadArgument: there are no legs, or one does not start where the one before ends.
+        MotionError: a leg is refused, as of `time_path`.
+    """
+    return join([time_path(leg, limits, speed=speed, sample_period=sample_period) for leg in legs])
+
+
+@dataclass(frozen=True, slots=True)
+class _Stretch:
+    """A rule on the way between two knots, given by their places."""
+
+    first: int
+    last: int
+    min_duration: float
+    speed_fraction: float
+
+
+def _folded(path: Path, segments: Sequence[SegmentRule] | None) -> list[_Stretch]:
+    """Return the rules by knots; those of ways without length fall to the next that has one."""
+    if segments is None:
+        return []
+    places = path.waypoint_knots.tolist()
+    if len(segments) != len(places) - 1:
+        raise BadArgument("segments", len(segments), f"{len(places) - 1} rules, one for each way")
+    folded: list[_Stretch] = []
+    waiting = 0.0
+    for rule, first, last in zip(segments, places, places[1:], strict=False):
+        duration, fraction = _checked(rule)
+        waiting += duration
+        if first < last:
+            folded.append(_Stretch(first, last, waiting, fraction))
+            waiting = 0.0
+    if waiting:
+        end = folded.pop()
+        folded.append(replace(end, min_duration=end.min_duration + waiting))
+    return folded
+
+
+def _checked(rule: SegmentRule) -> tuple[float, float]:
+    duration = 0.0 if rule.min_duration is None else rule.min_duration
+    fraction = 1.0 if rule.speed_fraction is None else rule.speed_fraction
+    if not 0.0 <= duration <= MAX_DURATION:
+        raise BadArgument("min_duration", duration, f"0 to {MAX_DURATION:g} s")
+    if not 0.0 < fraction <= 1.0:
+        raise BadArgument("speed_fraction", fraction, "more than 0 and at most 1")
+    return duration, fraction
+
+
+class _Problem:
+    """One path under its limits and rules, on the grid where it is solved."""
+
+    def __init__(
+        self, path: Path, limits: JointLimits, speed: float, rules: Sequence[_Stretch]
+    ) -> None:
+        self.path = path
+        self.limits = limits
+        self.rules = rules
+        self.velocity = speed * np.array(limits.velocity)
+        self.acceleration = np.array(limits.acceleration)
+        self.grid = _grid(path.knots)
+        self.at_knots = np.searchsorted(self.grid, path.knots)
+        self.slope = path.evaluate(self.grid, 1)
+        self.bend = path.evaluate(self.grid, 2)
+        # What part of a limit the solver may use, at each grid point.
+        self.speed_margin = np.ones(len(self.grid))
+        self.gain_margin = np.ones(len(self.grid))
+        # The speed fraction on each way between grid points.
+        self.fraction = np.ones(len(self.grid) - 1)
+        for rule in rules:
+            first, last = self.at_knots[[rule.first, rule.last]]
+            self.fraction[first:last] = rule.speed_fraction
+
+    def solve(self) -> VelocityProfile:
+        """Return the fastest profile that keeps the limits at the grid points.
+
+        Raises:
+            NotTimeable: the solver found none.
+        """
+        # In units of the path's length and of the time that the acceleration limits alone would
+        # take, so that the solver's absolute tolerances fit.
+        length = self.path.length
+        time = math.sqrt(length * float((np.abs(self.slope) / self.acceleration).max()))
+        usable = self.acceleration * self.gain_margin[:, np.newaxis] * time**2
+        rate = _fastest(
+            self.grid / length,
+            self.slope * length / usable,
+            self.bend * length**2 / usable,
+            np.minimum(self._greatest_rate() * (time / length), _GREATEST_RATE),
+        )
+        if isinstance(rate, str):
+            raise NotTimeable(length, rate)
+        rate = np.concatenate(([0.0], rate[1:-1] * (length / time), [0.0]))
+        if not (rate[1:] + rate[:-1] > 0.0).all():
+            raise NotTimeable(length, "the motion stops on the way")
+        return VelocityProfile.through(self.grid, rate)
+
+    def excess(self, profile: VelocityProfile) -> tuple[Array, Array]:
+        """Return the ratios of joint velocities and accelerations to their limits on each step."""
+        allowed = self.velocity * self.fraction[:, np.newaxis]
+        return profile.excess(self.path, allowed, self.acceleration)
+
+    def tighten(self, speeds: Array, gains: Array) -> None:
+        """Lower the limits given to the solver at both ends of each way where they were broken."""
+        for margin, excess in ((self.speed_margin, speeds), (self.gain_margin, gains)):
+            over = np.maximum(excess, 1.0)
+            margin /= np.maximum(np.append(over, 1.0), np.append(1.0, over))
+
+    def haste(self, profile: VelocityProfile) -> float:
+        """Return the factor by which to slow a profile down so that it keeps the durations."""
+        passing = profile.times[self.at_knots].tolist()
+        return max(
+            (rule.min_duration / (passing[rule.last] - passing[rule.first]) for rule in self.rules),
+            default=1.0,
+        )
+
+    def _greatest_rate(self) -> Array:
+        """Return the (g,) greatest path velocity that the joint velocities and rules allow."""
+        with np.errstate(divide="ignore"):
+            bound: Array = (self.velocity / np.abs(self.slope)).min(axis=1)
+        # A grid point on a knot obeys the rules on both sides.
+        bound *= np.minimum(np.append(self.fraction, 1.0), np.append(1.0, self.fraction))
+        bound *= self.speed_margin
+        for rule in self.rules:
+            if rule.min_duration:
+                first, last = self.at_knots[[rule.first, rule.last]]
+                mean = float(self.grid[last] - self.grid[first]) / rule.min_duration
+                bound[first : last + 1] = np.minimum(bound[first : last + 1], mean)
+        return bound
+
+
+def _slowing(speeds: Array, gains: Array) -> float:
+    """Return the factor in time that makes up for the worst excess."""
+    return max(float(speeds.max()), math.sqrt(float(gains.max())))
+
+
+def _grid(knots: Array) -> Array:
+    """Return where on the path the limits are imposed: at the knots and between them.
+
+    Eight points for each way and a hundred in all; of many knots each needs fewer, because the
+    curve bends less between them, and the cost goes with the number of points. The first and the
+    last step are divided further, because the acceleration from and to rest is constant on a step.
+    """
+    spans = len(knots) - 1
+    count = max(min(_PER_SPAN, math.ceil(_MOST_DIVIDED / spans)), math.ceil(_LEAST_POINTS / spans))
+    inner = np.arange(count) / count
+    steady = (knots[:-1, np.newaxis] + np.diff(knots)[:, np.newaxis] * inner).ravel()
+    end = knots[-1]
+    ends = 0.25 ** np.arange(_END_POINTS, 0, -1)
+    first, last = ends * steady[1], ends * (end - steady[-1])
+    least = end * _LEAST_STEP
+    return np.concatenate(
+        ([0.0], first[first > least], steady[1:], end - last[last > least][::-1], [end])
+    )
+
+
+def _fastest(grid: Array, slope: Array, bend: Array, greatest_rate: Array) -> Array | str:
+    """Solve max x' along the path under |slope x'' + bend x'²| <= 1 and x' <= greatest_rate.
+
+    Args:
+        grid: (g,) from 0 to 1.
+        slope: (g, n) first derivative of the path, each joint in units of its limit.
+        bend: (g, n) second derivative likewise.
+        greatest_rate: (g,).
+
+    Returns:
+        The (g,) rates from rest to rest, or the solver's word for why there are none.
+    """
+    algorithm, linear = _toppra()
+    constraint = _Constraint(linear, slope, bend, greatest_rate)
+    solver = algorithm([constraint], _Domain, gridpoints=grid, solver_wrapper="seidel")
+    _, rate, _ = solver.compute_parameterization(0.0, 0.0)
+    if rate is None or not np.isfinite(rate).all():
+        return str(solver.problem_data.return_code.value)
+    found: Array = rate
+    return found
+
+
+class _Domain:
+    """What toppra asks of a path whose derivatives it is not to evaluate itself."""
+
+    path_interval = (0.0, 1.0)
+
+
+class _Constraint:
+    """The limits on a grid, as toppra's canonical linear constraint.
+
+    With x the square of the path velocity and u the path acceleration from a grid point to the
+    next, it demands F (a u + b x) <= g, for a and b of the grid point and, x + 2 Δ u being the next
+    point's square, of the next one too: that is the Interpolation scheme.
+    """
+
+    n_extra_vars = 0
+    identical = True
+
+    def __init__(self, linear: Any, slope: Array, bend: Array, greatest_rate: Array) -> None:
+        self._type = linear
+        self._slope, self._bend, self._greatest_rate = slope, bend, greatest_rate
+
+    def get_constraint_type(self) -> Any:
+        return self._type
+
+    def get_no_extra_vars(self) -> int:
+        return self.n_extra_vars
+
+    def compute_constraint_params(self, path: Any, grid: Array) -> tuple[Any, ...]:
+        ahead = self._slope[1:] + 2.0 * np.diff(grid)[:, np.newaxis] * self._bend[1:]
+        a = np.hstack((self._slope, np.vstack((ahead, self._slope[-1]))))
+        b = np.hstack((self._bend, np.vstack((self._bend[1:], self._bend[-1]))))
+        rows = a.shape[1]
+        both_signs = np.vstack((np.eye(rows), -np.eye(rows)))
+        squares = np.column_stack((np.zeros(len(grid)), self._greatest_rate**2))
+        return a, b, np.zeros_like(a), both_signs, np.ones(2 * rows), None, squares
+
+
+@cache
+def _toppra() -> tuple[Any, Any]:
+    """Return toppra's algorithm for motions from rest to rest, and its word for `linear`."""
+    # toppra imports pyplot, for plots that are never made; without this it would look for a screen.
+    os.environ.setdefault("MPLBACKEND", "Agg")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        from toppra.algorithm import TOPPRA
+        from toppra.constraint import ConstraintType
+    # What it warns of comes back as a return code.
+    logging.getLogger("toppra").setLevel(logging.ERROR)
+    return type("RestToRest", (TOPPRA,), {"_one_step": _one_step}), ConstraintType.CanonicalLinear
+
+
+def _one_step(solver: Any, stage: int, following: Array) -> Array:
+    """Return the squares of the path velocity from which the following stage's can be reached.
+
+    toppra solves for both bounds. Nothing pulls on the joints here, so a path at rest may always
+    stay at rest, and the lower bound is 0.
+    """
+    if np.isnan(following).any():
+        return following
+    objective = np.array([1e-9, -1.0])
+    _, greatest = solver.solver_wrapper.solve_stagewise_optim(
+        stage, None, objective, math.nan, math.nan, *following
+    )
+    return np.array([0.0, greatest])

@@ -1,0 +1,206 @@
+"""A motion as samples: where every joint is, how fast, and how hard it accelerates, every 10 ms.
+
+Owns the layout of a timed motion and the rules of asking for one (speed fraction, sample period,
+longest duration). Knows nothing of how the samples were found, and no robot. All vectors are
+controller-side driven joints in file order [rad or m, s].
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import BadArgument
+
+Array: TypeAlias = NDArray[np.float64]
+
+SAMPLE_PERIOD = 0.01
+"""Time between samples [s]."""
+
+MAX_DURATION = 3600.0
+"""Longest motion that is sampled [s]; a longer one is refused rather than filling the memory."""
+
+
+class JointState(NamedTuple):
+    """One instant of a motion; each array is (n,)."""
+
+    position: Array
+    velocity: Array
+    acceleration: Array
+
+
+class Row(NamedTuple):
+    """One sample of a motion as plain numbers; each list has n values."""
+
+    time: float
+    position: list[float]
+    velocity: list[float]
+    acceleration: list[float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """A motion from rest to rest; the arrays are read-only and hold m samples of n joints.
+
+    Every sample lies exactly on one continuous motion. An acceleration may jump at a sample: the
+    value is the one that holds from the sample on, and 0 at the last, after which the robot stands.
+
+    Attributes:
+        times: (m,) from 0 [s], evenly spaced.
+        position: (m, n) [rad or m].
+        velocity: (m, n) [rad/s or m/s]; 0 at the first and the last sample.
+        acceleration: (m, n) [rad/s² or m/s²].
+        waypoint_times: (w,) when the motion passes each waypoint it was planned through [s].
+    """
+
+    times: Array
+    position: Array
+    velocity: Array
+    acceleration: Array
+    waypoint_times: Array
+
+    def __post_init__(self) -> None:
+        shape = self.position.shape
+        if len(shape) != 2 or not shape[0] or self.times.shape != shape[:1]:
+            raise BadArgument("position", shape, "one row of joints for each time")
+        if self.velocity.shape != shape or self.acceleration.shape != shape:
+            raise BadArgument("velocity and acceleration", shape, "the shape of position")
+        for array in (
+            self.times,
+            self.position,
+            self.velocity,
+            self.acceleration,
+            self.waypoint_times,
+        ):
+            array.flags.writeable = False
+
+    def __reduce__(self) -> tuple[Callable[..., Trajectory], tuple[Array, ...]]:
+        # Through the constructor: numpy forgets on the way that an array was read-only.
+        return Trajectory, (
+            self.times,
+            self.position,
+            self.velocity,
+            self.acceleration,
+            self.waypoint_times,
+        )
+
+    @property
+    def dof(self) -> int:
+        """Number of joints."""
+        return int(self.position.shape[1])
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample [s]."""
+        return float(self.times[-1])
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return len(self.times)
+
+    @property
+    def final(self) -> tuple[float, ...]:
+        """Where it ends, (n,) [rad or m]."""
+        return tuple(self.position[-1].tolist())
+
+    def row(self, index: int) -> Row:
+        """Return one sample as plain numbers."""
+        return Row(
+            float(self.times[index]),
+            self.position[index].tolist(),
+            self.velocity[index].tolist(),
+            self.acceleration[index].tolist(),
+        )
+
+    def trajectory(self) -> Trajectory:
+        """Return itself: all samples as arrays."""
+        return self
+
+    def sample(self, time: float) -> JointState:
+        """Return the motion at a time; before the start and after the end it stands still.
+
+        The position between two samples is the cubic that meets both positions and velocities.
+        Velocity and acceleration are interpolated linearly, so they never exceed what the samples
+        themselves keep to.
+
+        Args:
+            time: from the start of the motion [s].
+
+        Raises:
+            BadArgument: the time is not a number.
+        """
+        if math.isnan(time):
+            raise BadArgument("time", time, "a number of seconds")
+        if time >= self.duration:
+            return JointState(self.position[-1], self.velocity[-1], self.acceleration[-1])
+        left = max(int(np.searchsorted(self.times, time, side="right")) - 1, 0)
+        step = float(self.times[left + 1] - self.times[left])
+        u = max(time - float(self.times[left]), 0.0) / step
+        w = 1.0 - u
+        position, velocity, acceleration = (
+            field[left : left + 2] for field in (self.position, self.velocity, self.acceleration)
+        )
+        return JointState(
+            w * w * ((1.0 + 2.0 * u) * position[0] + u * step * velocity[0])
+            + u * u * ((1.0 + 2.0 * w) * position[1] - w * step * velocity[1]),
+            w * velocity[0] + u * velocity[1],
+            w * acceleration[0] + u * acceleration[1],
+        )
+
+
+def join(legs: Sequence[Trajectory]) -> Trajectory:
+    """Return one trajectory that runs several in turn, at rest where they meet.
+
+    Args:
+        legs: at least one, each starting where the one before ends, with one sample period.
+
+    Raises:
+        BadArgument: no legs, or a leg that starts elsewhere or has another sample period.
+    """
+    if not legs:
+        raise BadArgument("legs", 0, "at least one trajectory")
+    period = legs[0].times[1]
+    for number, (before, after) in enumerate(pairwise(legs), start=1):
+        if not np.array_equal(before.position[-1], after.position[0]):
+            raise BadArgument("legs", f"leg {number} starts elsewhere", "legs that meet exactly")
+        if after.times[1] != period:
+            raise BadArgument("legs", float(after.times[1]), f"a sample period of {period:g} s")
+    # A leg's last sample is the next one's first, and gives way to it.
+    parts = [slice(0, -1)] * (len(legs) - 1) + [slice(None)]
+    starts = np.cumsum([0] + [len(leg.times) - 1 for leg in legs])
+    return Trajectory(
+        times=np.arange(starts[-1] + 1) * period,
+        position=np.concatenate([leg.position[p] for leg, p in zip(legs, parts, strict=True)]),
+        velocity=np.concatenate([leg.velocity[p] for leg, p in zip(legs, parts, strict=True)]),
+        acceleration=np.concatenate(
+            [leg.acceleration[p] for leg, p in zip(legs, parts, strict=True)]
+        ),
+        waypoint_times=np.concatenate(
+            [
+                leg.waypoint_times[p] + start * period
+                for leg, p, start in zip(legs, parts, starts[:-1], strict=True)
+            ]
+        ),
+    )
+
+
+def check_rates(speed: float, sample_period: float) -> None:
+    """Check how a motion is asked for.
+
+    Args:
+        speed: fraction of the velocity limits, above 0 and at most 1.
+        sample_period: time between samples [s], 0.1 ms to 1 s.
+
+    Raises:
+        BadArgument: one of them is outside.
+    """
+    if not 0.0 < speed <= 1.0:
+        raise BadArgument("speed", speed, "more than 0 and at most 1")
+    if not 1e-4 <= sample_period <= 1.0:
+        raise BadArgument("sample_period", sample_period, "0.0001 to 1 s")

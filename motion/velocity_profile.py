@@ -1,0 +1,115 @@
+"""How fast a path is run: its velocity over the path, measured against limits and sampled in time.
+
+Owns the profile whose path acceleration is constant between grid points. Knows nothing of how one
+is found. Joint vectors are controller-side driven joints in file order [rad or m, s].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .joint_curves import Indices, Path
+from .limits import JointLimits
+from .trajectory import Array, Trajectory
+
+_MEASURED = 32  # places measured between two knots
+_LEAST_MEASURED = 4  # between two grid points
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class VelocityProfile:
+    """A run along a path from rest to rest; the square of its rate is linear on each step.
+
+    Attributes:
+        grid: (g,) path positions from 0 to the path's length, with every knot among them.
+        rate: (g,) path velocity there [1/s times the unit of the grid].
+        gain: (g - 1,) path acceleration on the step that follows [1/s² likewise].
+        times: (g,) when the run passes [s].
+    """
+
+    grid: Array
+    rate: Array
+    gain: Array
+    times: Array
+
+    @classmethod
+    def through(cls, grid: Array, rate: Array) -> VelocityProfile:
+        """Return the profile with given rates at the grid points, no two successive ones 0."""
+        steps = np.diff(grid)
+        both = rate[1:] + rate[:-1]
+        gain = np.diff(rate) * both / (2.0 * steps)
+        return cls(grid, rate, gain, np.concatenate(([0.0], np.cumsum(2.0 * steps / both))))
+
+    @property
+    def duration(self) -> float:
+        """Time from start to end [s]."""
+        return float(self.times[-1])
+
+    def excess(self, path: Path, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
+        """Measure the run between the grid points.
+
+        Args:
+            path: what is run along.
+            velocity: (g - 1, n) velocity limits on each step.
+            acceleration: (n,) acceleration limits.
+
+        Returns:
+            For each step (g - 1,) the greatest ratio of a joint velocity, and of a joint
+            acceleration, to its limit.
+        """
+        steps = len(self.gain)
+        places = max(_MEASURED * len(path.knots) // steps, _LEAST_MEASURED)
+        ahead = np.diff(self.grid)[:, np.newaxis] * (np.arange(places + 1) / places)
+        square = self.rate[:-1, np.newaxis] ** 2 + 2.0 * self.gain[:, np.newaxis] * ahead
+        square = np.maximum(square, 0.0)[:, :, np.newaxis]
+        s = np.minimum(self.grid[:-1, np.newaxis] + ahead, path.length).ravel()
+        slope, bend = (path.evaluate(s, k).reshape(steps, places + 1, path.dof) for k in (1, 2))
+        speeds = np.square(slope / velocity[:, np.newaxis]) * square
+        gains = (slope * self.gain[:, np.newaxis, np.newaxis] + bend * square) / acceleration
+        return np.sqrt(_crests(speeds)), _crests(gains)
+
+    def sampled(
+        self, path: Path, limits: JointLimits, waypoints: Indices, samples: int, period: float
+    ) -> Trajectory:
+        """Return the run, slowed down as a whole to last a number of sample periods.
+
+        Args:
+            path: what is run along.
+            limits: whose ranges the path keeps but for rounding.
+            waypoints: places of the path's waypoints in the grid.
+            samples: number of sample periods.
+            period: their length [s].
+        """
+        slower = samples * period / self.duration
+        ticks = np.arange(samples + 1)
+        elapsed = ticks[:-1] * (period / slower)
+        step = np.searchsorted(self.times[1:-1], elapsed, side="right")
+        since = elapsed - self.times[step]
+        gain, before = self.gain[step], self.rate[step]
+        s = self.grid[step] + (before + 0.5 * gain * since) * since
+        s = np.append(np.minimum(s, self.grid[step + 1]), path.length)
+        rate = np.append(np.maximum(before + gain * since, 0.0), 0.0)[:, np.newaxis] / slower
+        gain = np.append(gain, 0.0)[:, np.newaxis] / slower**2
+        slope, bend = path.evaluate(s, 1), path.evaluate(s, 2)
+        # A curve that just touches a limit may pass it by rounding.
+        position = np.clip(path.evaluate(s), limits.lower, limits.upper)
+        return Trajectory(
+            times=np.asarray(ticks * period, dtype=np.float64),
+            position=np.asfortranarray(position),
+            velocity=np.asfortranarray(slope * rate),
+            acceleration=np.asfortranarray(slope * gain + bend * rate**2),
+            waypoint_times=self.times[waypoints] * slower,
+        )
+
+
+def _crests(values: Array) -> Array:
+    """Return the (steps,) greatest magnitude on each step of curves given at (steps, places, n).
+
+    Between neighbouring places a curve rises above them by an eighth of their second difference at
+    most, as far as it is a parabola.
+    """
+    rise = np.abs(np.diff(values, 2, axis=1)).max(axis=(1, 2)) / 8.0
+    greatest: Array = np.abs(values).max(axis=(1, 2)) + rise
+    return greatest

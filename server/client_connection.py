@@ -1,0 +1,185 @@
+"""The shell round one client's TCP connection: bytes to the core, messages back.
+
+Owns the socket's options, the deadline of a begun frame and back-pressure. It decides nothing
+about motion.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import socket
+from typing import TYPE_CHECKING
+
+from openpendant.simplemsg import (
+    MAX_REFERENCE_FRAME,
+    PENDANT,
+    STANDARD,
+    ByteOrder,
+    Connection,
+    LocalProtocolError,
+    Message,
+    Role,
+)
+from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
+
+from .core import Port
+
+if TYPE_CHECKING:
+    from .app import App
+
+log = logging.getLogger("openpendant.server")
+
+FRAME_DEADLINE_NS = 1_000_000_000
+"""A begun frame must be complete by then (promise 8)."""
+
+STATE_BACKLOG = 16 * 1024
+"""State is skipped for a client with more unread bytes than this (promise 4)."""
+
+DRAIN_DEADLINE_NS = 2_000_000_000
+"""A client that reads nothing of a full backlog for so long is cut off (promise 4)."""
+
+REPLY_BACKLOG = 256 * 1024
+"""A client that asks but does not read is cut off at so many unread bytes."""
+
+
+class ClientConnection(asyncio.Protocol):
+    """One accepted connection.
+
+    Attributes:
+        session: its number.
+        port: what it was accepted for.
+        address: the peer's address.
+        wire: the conversation.
+    """
+
+    def __init__(self, app: App, port: Port) -> None:
+        """Make the protocol of a connection that was just accepted."""
+        self.port = port
+        self.session = 0
+        self.address = ""
+        self.wire: Connection
+        self._app = app
+        self._transport: asyncio.Transport | None = None
+        self._frame_begun: int | None = None
+        self._clogged_since: int | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Set the socket up and introduce the connection to the core."""
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+        peer = transport.get_extra_info("peername")
+        self.address = peer[0] if peer else ""
+        prepare_socket(transport.get_extra_info("socket"))
+        if self.port is Port.PENDANT:
+            self.wire = Connection(Role.SERVER, PENDANT, max_frame=MAX_PENDANT_FRAME)
+        else:
+            order = self._app.state_byte_order(self.address)
+            known = order if self.port is Port.ROS_STATE else None
+            self.wire = Connection(
+                Role.SERVER, STANDARD, byte_order=known, max_frame=MAX_REFERENCE_FRAME
+            )
+        self._app.admit(self)
+
+    def data_received(self, data: bytes) -> None:
+        """Decode what came and hand each message to the core, on this call stack."""
+        wire = self.wire
+        order = wire.byte_order
+        for received in wire.receive(data):
+            self._app.perform(self._app.core.receive(self.session, received, self._app.now()))
+        if wire.fault is not None:
+            self.close(str(wire.fault))
+            return
+        if wire.byte_order is not order and self.port is Port.ROS_MOTION:
+            self._app.learn_byte_order(self.address, wire.byte_order or ByteOrder.LITTLE)
+        if wire.more:
+            self._yield_to_others()
+        if not wire.partial:
+            self._frame_begun = None
+        elif self._frame_begun is None or order is None:
+            self._frame_begun = self._app.now()
+
+    def _yield_to_others(self) -> None:
+        """Go on with the rest of a large chunk in the next turn of the loop."""
+        if self._transport is not None and not self._transport.is_closing():
+            self._transport.pause_reading()
+            asyncio.get_running_loop().call_soon(self._go_on)
+
+    def _go_on(self) -> None:
+        if self._transport is None or self._transport.is_closing():
+            return
+        self._transport.resume_reading()
+        self.data_received(b"")
+
+    def eof_received(self) -> bool:
+        """Treat a half-closed connection as closed: a peer that says no more is gone."""
+        return False
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Tell the core that the client is gone."""
+        self._transport = None
+        self._app.dismiss(self)
+
+    def send(self, message: Message) -> None:
+        """Write a message; one that the conversation forbids is a bug of ours and is logged."""
+        try:
+            frame = self.wire.send(message)
+        except LocalProtocolError:
+            log.exception("session %d: not sent", self.session)
+            return
+        self.write(frame)
+
+    def write(self, frame: bytes) -> None:
+        """Write a frame that was encoded for this conversation."""
+        transport = self._transport
+        if transport is None or transport.is_closing():
+            return
+        transport.write(frame)
+        if transport.get_write_buffer_size() > REPLY_BACKLOG:
+            self.abort("does not read its replies")
+
+    def is_clogged(self) -> bool:
+        """Tell whether the client reads too slowly for another state message."""
+        transport = self._transport
+        return transport is None or transport.get_write_buffer_size() > STATE_BACKLOG
+
+    def check_deadlines(self, now: int) -> None:
+        """Cut off a client whose frame never ends or who never reads; called once a tick."""
+        if self._frame_begun is not None and now - self._frame_begun > FRAME_DEADLINE_NS:
+            self.abort("a frame was begun and not completed within 1 s")
+        elif not self.is_clogged():
+            self._clogged_since = None
+        elif self._clogged_since is None:
+            self._clogged_since = now
+        elif now - self._clogged_since > DRAIN_DEADLINE_NS:
+            self.abort("does not read")
+
+    def close(self, reason: str) -> None:
+        """Close after what was written has left."""
+        if self._transport is not None and not self._transport.is_closing():
+            log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, reason)
+            self._transport.close()
+
+    def abort(self, reason: str) -> None:
+        """Close at once; what was not written is lost."""
+        if self._transport is not None:
+            log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, reason)
+            self._transport.abort()
+
+
+def prepare_socket(sock: socket.socket) -> None:
+    """Send at once, keep little in the kernel, and find a dead peer within about two seconds."""
+    if sock.family not in (socket.AF_INET, socket.AF_INET6):
+        return
+    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 8 * 1024)
+    for option, value in (
+        ("TCP_KEEPIDLE", 1),
+        ("TCP_KEEPINTVL", 1),
+        ("TCP_KEEPCNT", 2),
+        ("TCP_USER_TIMEOUT", 1_500),
+    ):
+        number = getattr(socket, option, None)
+        if number is not None:
+            sock.setsockopt(socket.IPPROTO_TCP, number, value)

@@ -1,0 +1,140 @@
+"""The shell round one TCP connection to the robot controller: connects, reconnects, passes on.
+
+Owns the attempts to connect. What a lost connection means for a motion is the core's decision.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from typing import TYPE_CHECKING
+
+from openpendant.simplemsg import STANDARD, Connection, LocalProtocolError, Message, Role
+
+from .client_connection import prepare_socket
+from .robot_cell import ControllerPath
+from .settings import ControllerLink
+
+if TYPE_CHECKING:
+    from .app import App
+
+log = logging.getLogger("openpendant.server")
+
+_CONNECT_TIMEOUT = 2.0
+
+
+class ControllerConnection(asyncio.Protocol):
+    """One path to the controller, kept up for as long as the server runs.
+
+    Attributes:
+        path: which of the paths.
+    """
+
+    def __init__(self, app: App, path: ControllerPath, link: ControllerLink) -> None:
+        """Make a path that is not connected yet."""
+        self.path = path
+        self._app = app
+        self._link = link
+        self._port = link.state_port if path is ControllerPath.STATE else link.motion_port
+        self._transport: asyncio.Transport | None = None
+        self._wire: Connection | None = None
+        self._lost = asyncio.Event()
+        self._complained = False
+        self._ending = False
+
+    @property
+    def is_up(self) -> bool:
+        """Whether the path is connected."""
+        return self._transport is not None and not self._transport.is_closing()
+
+    async def keep_up(self) -> None:
+        """Connect, wait for the end, connect again; runs until cancelled."""
+        loop = asyncio.get_running_loop()
+        while True:
+            self._lost.clear()
+            try:
+                async with asyncio.timeout(_CONNECT_TIMEOUT):
+                    await loop.create_connection(lambda: self, self._link.host, self._port)
+            except (OSError, TimeoutError) as error:
+                self._complain(error)
+            else:
+                await self._lost.wait()
+            await asyncio.sleep(self._link.reconnect_period)
+
+    def _complain(self, error: Exception) -> None:
+        """Log the first failure of a series only."""
+        if not self._complained:
+            self._complained = True
+            log.warning(
+                "controller %s link to %s:%d: %s",
+                self.path.name.lower(),
+                self._link.host,
+                self._port,
+                error or type(error).__name__,
+            )
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Begin a conversation and tell the core."""
+        assert isinstance(transport, asyncio.Transport)
+        prepare_socket(transport.get_extra_info("socket"))
+        self._transport = transport
+        self._wire = Connection(
+            Role.CLIENT, STANDARD, self._link.order, real_size=self._link.real_size
+        )
+        self._complained = False
+        log.info("controller %s link is up", self.path.name.lower())
+        self._app.perform(self._app.core.controller_path(self.path, True, self._app.now()))
+
+    def data_received(self, data: bytes) -> None:
+        """Decode what came and hand each message to the core, on this call stack."""
+        wire = self._wire
+        if wire is None:
+            return
+        while True:
+            for received in wire.receive(data):
+                now = self._app.now()
+                self._app.perform(
+                    self._app.core.on_controller(self.path, received, wire.awaited, now)
+                )
+            if not wire.more:
+                break
+            data = b""
+        if wire.fault is not None:
+            self.drop(str(wire.fault))
+
+    def eof_received(self) -> bool:
+        """A controller that says no more is lost."""
+        return False
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Tell the core that this path is gone."""
+        self._transport = None
+        self._wire = None
+        if not self._ending:
+            log.warning("controller %s link was lost", self.path.name.lower())
+        self._app.perform(self._app.core.controller_path(self.path, False, self._app.now()))
+        self._lost.set()
+
+    def send(self, message: Message) -> bool:
+        """Write a message in one piece; tell whether there was a connection to write to."""
+        if self._wire is None or not self.is_up:
+            return False
+        assert self._transport is not None
+        try:
+            self._transport.write(self._wire.send(message))
+        except LocalProtocolError:
+            log.exception("controller %s link: not sent", self.path.name.lower())
+            return False
+        return True
+
+    def end(self) -> None:
+        """Close the path because the server is going down."""
+        self._ending = True
+        if self._transport is not None:
+            self._transport.close()
+
+    def drop(self, reason: str) -> None:
+        """Close the path at once; it connects anew."""
+        if self._transport is not None:
+            log.warning("controller %s link dropped: %s", self.path.name.lower(), reason)
+            self._transport.abort()

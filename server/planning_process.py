@@ -1,0 +1,183 @@
+"""The planning process and the shell round it.
+
+Jobs go to a child process as length-prefixed pickles on its standard input, answers come back on
+its standard output, so that neither side ever blocks the event loop and the death of either ends
+the other: the child sees the end of its input, the server the end of its output.
+
+Run as a module it is the child: `python -m openpendant.server.planning_process ROBOT`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import pickle
+import signal
+import struct
+import sys
+from collections.abc import Callable
+from typing import BinaryIO, Protocol
+
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from .jobs import Job, Planned
+from .refusal import Refusal
+
+log = logging.getLogger("openpendant.server")
+
+_LENGTH = struct.Struct("<I")
+_NICENESS = 10
+_RESTART_PAUSE = 0.5
+_LONGEST_PAUSE = 10.0
+_LONGEST_PLAN = 30.0
+_FAREWELL = 0.5
+
+Deliver = Callable[[Planned], None]
+
+
+class Planner(Protocol):
+    """Takes jobs and delivers answers later; tests supply one that answers at once."""
+
+    def submit(self, job: Job, deliver: Deliver) -> None:
+        """Plan a job; `deliver` is called with the answer."""
+
+
+class PlanningProcess:
+    """A warm, niced child process that plans one job after the other."""
+
+    def __init__(self, robot: str) -> None:
+        """Make a planner for one robot; `keep_up` starts its process."""
+        self._robot = robot
+        self._process: asyncio.subprocess.Process | None = None
+        self._waiting: dict[int, tuple[Deliver, asyncio.TimerHandle]] = {}
+        self._unsent: list[Job] = []
+        self.warm = asyncio.Event()
+
+    def submit(self, job: Job, deliver: Deliver) -> None:
+        """Send a job to the process; while it starts, the job waits."""
+        loop = asyncio.get_running_loop()
+        timer = loop.call_later(_LONGEST_PLAN, self._give_up, job.job_id)
+        self._waiting[job.job_id] = (deliver, timer)
+        if self._process is None:
+            self._unsent.append(job)
+        else:
+            self._write(job)
+
+    def _write(self, job: Job) -> None:
+        assert self._process is not None
+        assert self._process.stdin is not None
+        data = pickle.dumps(job)
+        self._process.stdin.write(_LENGTH.pack(len(data)) + data)
+
+    def _give_up(self, job_id: int) -> None:
+        """End a process that has not answered for too long; `keep_up` starts another."""
+        log.error("planning job %d took more than %g s", job_id, _LONGEST_PLAN)
+        if self._process is not None:
+            self._process.kill()
+
+    async def keep_up(self) -> None:
+        """Run the process, and another when it ends; until cancelled."""
+        pause = _RESTART_PAUSE
+        while True:
+            try:
+                await self._run_once()
+            finally:
+                was_warm = self.warm.is_set()
+                self.warm.clear()
+                self._fail_waiting()
+            log.error("the planning process ended; starting another")
+            # One that never gets warm would otherwise burn a core with its attempts.
+            pause = _RESTART_PAUSE if was_warm else min(2 * pause, _LONGEST_PAUSE)
+            await asyncio.sleep(pause)
+
+    async def _run_once(self) -> None:
+        process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            "-m",
+            __name__,
+            self._robot,
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+        )
+        self._process = process
+        try:
+            for job in self._unsent:
+                self._write(job)
+            self._unsent.clear()
+            await self._read_answers(process)
+        finally:
+            self._process = None
+            await _end(process)
+
+    async def _read_answers(self, process: asyncio.subprocess.Process) -> None:
+        assert process.stdout is not None
+        while True:
+            try:
+                (size,) = _LENGTH.unpack(await process.stdout.readexactly(_LENGTH.size))
+                planned = pickle.loads(await process.stdout.readexactly(size))
+            except asyncio.IncompleteReadError:
+                return
+            if planned is None:
+                self.warm.set()
+                continue
+            deliver, timer = self._waiting.pop(planned.job_id)
+            timer.cancel()
+            deliver(planned)
+
+    def _fail_waiting(self) -> None:
+        waiting, self._waiting = self._waiting, {}
+        self._unsent.clear()
+        for job_id, (deliver, timer) in waiting.items():
+            timer.cancel()
+            deliver(Planned(job_id, Refusal(VerdictCode.PLANNER_FAILED), 0.0))
+
+
+async def _end(process: asyncio.subprocess.Process) -> None:
+    """End the child by closing its input, by force where it is busy with a plan."""
+    assert process.stdin is not None
+    process.stdin.close()
+    try:
+        code = await asyncio.wait_for(process.wait(), _FAREWELL)
+    except TimeoutError:
+        process.kill()
+        code = await process.wait()
+    log.info("planning process %d ended with %d", process.pid, code)
+
+
+def run_child(robot: str) -> None:
+    """Answer jobs until the server closes the pipe; the body of the child process."""
+    # The terminal's Ctrl-C goes to the whole group; the server decides when planning ends.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.nice(_NICENESS)
+    jobs = sys.stdin.buffer
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    # Whatever a library prints must not end up between the answers.
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+
+    from .planning import answer, warm_up
+
+    warm_up(robot)
+    _send(answers, None)
+    while True:
+        head = jobs.read(_LENGTH.size)
+        if len(head) < _LENGTH.size:
+            return
+        job: Job = pickle.loads(jobs.read(_LENGTH.unpack(head)[0]))
+        try:
+            planned = answer(robot, job)
+        except Exception as error:
+            # A fault of ours; the pendant is told, the process and its libraries stay warm.
+            text = f"{type(error).__name__}: {error}"
+            planned = Planned(job.job_id, Refusal(VerdictCode.PLANNER_FAILED, text), 0.0)
+        _send(answers, planned)
+
+
+def _send(answers: BinaryIO, planned: Planned | None) -> None:
+    data = pickle.dumps(planned, protocol=pickle.HIGHEST_PROTOCOL)
+    answers.write(_LENGTH.pack(len(data)) + data)
+    answers.flush()
+
+
+if __name__ == "__main__":
+    run_child(sys.argv[1])

@@ -1,0 +1,229 @@
+"""What a cell's configuration file may say, with units and bounds, and how it is read.
+
+One TOML file describes one cell. The table `[emulator]` belongs to the emulated controller and is
+left alone here; every other unknown key is refused.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+
+from openpendant.simplemsg import ByteOrder
+
+Port = Annotated[int, Field(ge=0, le=65_535, description="TCP port, 0 for any free one")]
+Seconds = Annotated[float, Field(gt=0, le=3_600)]
+
+
+class ConfigurationError(Exception):
+    """A configuration that cannot be used; names file, key and what would be accepted.
+
+    Attributes:
+        file: the file, or "arguments".
+        key: dotted name of the key, empty for the file as a whole.
+        problem: what is wrong and what is expected.
+    """
+
+    def __init__(self, file: str, key: str, problem: str) -> None:
+        super().__init__(f"{file}: {key}: {problem}" if key else f"{file}: {problem}")
+        self.file = file
+        self.key = key
+        self.problem = problem
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+
+class Listen(_Table):
+    """Where the server listens."""
+
+    host: str = "127.0.0.1"
+    """Address to bind; loopback unless credentials are configured."""
+    pendant_port: Port = 11010
+    """Pendant protocol."""
+    ros_motion_port: Port = 11000
+    """ROS-Industrial motion connections."""
+    ros_state_port: Port = 11002
+    """ROS-Industrial state connections."""
+    max_connections: Annotated[int, Field(ge=1, le=1_024)] = 256
+    """Connections at once, all ports together."""
+
+
+class ControllerLink(_Table):
+    """The robot controller and how to talk to it."""
+
+    host: str = "127.0.0.1"
+    """Its address."""
+    motion_port: Port = 12000
+    """Its motion port."""
+    state_port: Port = 12002
+    """Its state port."""
+    byte_order: Literal["little", "big"] = "little"
+    """Its byte order; the controller's wins."""
+    real_size: Literal[4, 8] = 4
+    """Bytes of a real on its wire."""
+    points: Literal["full", "simple"] = "full"
+    """Type 14 with velocity, acceleration and time, or type 11."""
+    stop_connection: bool = True
+    """Keep a second motion connection for nothing but STOP."""
+    reply_deadline: Seconds = 0.5
+    """A point not answered by then aborts the motion, s."""
+    state_period: Annotated[float, Field(ge=0.001, le=1.0)] = 0.01
+    """How often it reports its state, s."""
+    lead: Annotated[float, Field(ge=0.02, le=0.1)] = 0.09
+    """How far points are sent ahead of the robot, s."""
+    reconnect_period: Seconds = 0.5
+    """Pause between attempts to connect, s."""
+
+    @property
+    def order(self) -> ByteOrder:
+        """The byte order as the codec names it."""
+        return ByteOrder.LITTLE if self.byte_order == "little" else ByteOrder.BIG
+
+    @property
+    def fresh_age_ns(self) -> int:
+        """Oldest report that a new motion may start from (promise 5 as amended)."""
+        return round(1e9 * max(0.1, 2.5 * self.state_period))
+
+    @property
+    def abort_age_ns(self) -> int:
+        """Age of the last report that aborts a motion (promise 5 as amended)."""
+        return round(1e9 * max(0.25, 4 * self.state_period))
+
+
+class RosFace(_Table):
+    """The ROS-Industrial face: the server looks like a controller."""
+
+    allow: tuple[str, ...] = ("127.0.0.1", "::1")
+    """Addresses that may move the robot; others are only told its state."""
+    unknown_mode_is_automatic: bool = False
+    """Move although the controller does not report its mode."""
+    byte_order: Literal["little", "big"] = "little"
+    """State port, for addresses without a motion connection to learn it from."""
+    state_rate: Annotated[float, Field(ge=1, le=125)] = 50.0
+    """Joint positions and status, Hz."""
+    trajectory_gap: Annotated[float, Field(ge=0.02, le=5)] = 0.15
+    """A trajectory ends when no point follows for so long after the last reply, s."""
+    resume_window: Seconds = 2.0
+    """How long points of a lost connection wait for it to come back, s."""
+    idle_release: Seconds = 3.0
+    """The authority ends after so long at rest with nothing queued, s."""
+    approach_speed: Annotated[float, Field(gt=0, le=0.1)] = 0.1
+    """Speed towards a first point where the robot does not stand, of the joints' limits."""
+    max_points: Annotated[int, Field(ge=1, le=20_000)] = 5_000
+    """Most points of one trajectory."""
+
+
+class Pendants(_Table):
+    """The pendant face."""
+
+    authority_timeout: Annotated[float, Field(ge=0.5, le=60)] = 3.0
+    """The motion authority expires so long after its holder's last beat, s."""
+    max_state_rate: Annotated[float, Field(ge=1, le=125)] = 100.0
+    """Fastest state messages, Hz."""
+    hello_deadline: Seconds = 2.0
+    """A connection must say hello by then, s."""
+    idle_timeout: Seconds = 30.0
+    """A connection without any message for so long is closed, s."""
+
+
+def _check_name(name: str) -> str:
+    if not (name.isprintable() and 1 <= len(name.encode("utf-8", "replace")) <= 32):
+        raise ValueError("a name is 1 to 32 bytes of printable characters")
+    return name
+
+
+class CellSettings(_Table):
+    """Everything that one cell's configuration file may say to the server."""
+
+    name: Annotated[str, AfterValidator(_check_name)] = "cell"
+    """Name of the cell, at most 32 bytes; pendants may ask for it in their hello."""
+    robot: str = "ur5"
+    """Name of a robot of the catalogue, or path of a robot file."""
+    tick_rate: Annotated[int, Field(ge=50, le=250)] = 100
+    """Control rate, Hz."""
+    listen: Listen = Listen()
+    controller: ControllerLink = ControllerLink()
+    ros_i: RosFace = RosFace()
+    pendants: Pendants = Pendants()
+
+    @property
+    def tick_ns(self) -> int:
+        """Period of the control tick, ns."""
+        return 1_000_000_000 // self.tick_rate
+
+
+def load_settings(path: Path) -> dict[str, Any]:
+    """Read a cell file into plain data, without the emulator's table.
+
+    Raises:
+        ConfigurationError: the file cannot be read or is no TOML.
+    """
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigurationError(str(path), "", f"cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigurationError(str(path), "", f"is no TOML: {error}") from None
+    data.pop("emulator", None)
+    return data
+
+
+def make_settings(data: dict[str, Any], source: str) -> CellSettings:
+    """Check plain data and return settings.
+
+    Args:
+        data: as read from TOML, possibly overridden by arguments.
+        source: file name for the message.
+
+    Raises:
+        ConfigurationError: the first key that is unknown or out of bounds.
+    """
+    try:
+        return CellSettings.model_validate(data)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(str(part) for part in first["loc"])
+        if first["type"] == "extra_forbidden":
+            problem = f"unknown key; known here: {', '.join(_known_keys(first['loc']))}"
+        else:
+            problem = f"{first['msg']}; got {first['input']!r}"
+        raise ConfigurationError(source, key, problem) from None
+
+
+def _known_keys(location: tuple[int | str, ...]) -> list[str]:
+    model: type[BaseModel] = CellSettings
+    for part in location[:-1]:
+        annotation = model.model_fields[str(part)].annotation
+        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+            model = annotation
+    return list(model.model_fields)
+
+
+def settings_as_toml(settings: CellSettings) -> str:
+    """Return the settings as a TOML file that would give them again."""
+    lines: list[str] = []
+    tables: list[str] = []
+    for name, value in settings.model_dump().items():
+        if isinstance(value, dict):
+            tables += ["", f"[{name}]"] + [f"{key} = {_toml(item)}" for key, item in value.items()]
+        else:
+            lines.append(f"{name} = {_toml(value)}")
+    return "\n".join(lines + tables) + "\n"
+
+
+def _toml(value: object) -> str:
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case str():
+            # JSON's strings are TOML's too, but for one character that TOML wants escaped.
+            return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+        case list() | tuple():
+            return "[" + ", ".join(_toml(item) for item in value) + "]"
+    return repr(value)

@@ -1,0 +1,1 @@
+"""Controller dialects of the server, one per file."""

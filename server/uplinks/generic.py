@@ -1,0 +1,154 @@
+"""The generic controller: streamed points of type 14 or 11, stop by sequence -4.
+
+Owns how a set-point is written for such a controller and what its answers mean. One request is
+under way at a time, because many controllers cannot take a second before they answered the first.
+
+Residual motion after a stop: none beyond the controller's own deceleration ramp, because STOP
+empties its buffer. A controller that cannot pause holds at most `lead` seconds of points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from openpendant.motion.trajectory import Row
+from openpendant.simplemsg import (
+    JointTrajPt,
+    JointTrajPtFull,
+    Message,
+    MsgType,
+    ReplyCode,
+    SpecialSequence,
+    ValidField,
+    joint_array,
+    message_type,
+)
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..refusal import Refusal
+from ..settings import ControllerLink
+
+DEFAULT_SPEED_RATIO = 0.1
+"""Speed ratio of a point of rest; what the stock client sends, since 0 means "none given"."""
+
+_NO_JOINTS = joint_array(())
+
+
+@dataclass(frozen=True, slots=True)
+class SetPoint:
+    """One certified sample of a trajectory.
+
+    Attributes:
+        index: its number in the trajectory.
+        row: its time from the start of the trajectory and its values.
+        step: time since the sample before it [s]; 0 for the first.
+    """
+
+    index: int
+    row: Row
+    step: float
+
+
+class GenericUplink:
+    """Writes set-points and reads answers of a generic controller.
+
+    Attributes:
+        awaiting: whether an answer is outstanding.
+    """
+
+    def __init__(self, link: ControllerLink, velocity_limits: Sequence[float]) -> None:
+        """Make an uplink with nothing under way.
+
+        Args:
+            link: how to talk to the controller.
+            velocity_limits: (n,) largest joint speeds, for the speed ratio of type 11.
+        """
+        self._full = link.points == "full"
+        self._deadline_ns = round(link.reply_deadline * 1e9)
+        self._velocity_limits = tuple(velocity_limits)
+        self._reply_types = (
+            {MsgType.JOINT_TRAJ_PT_FULL}
+            if self._full
+            else {MsgType.JOINT_TRAJ_PT, MsgType.JOINT_POSITION}
+        )
+        self._deadline: int | None = None
+
+    @property
+    def awaiting(self) -> bool:
+        """Whether a point was sent and not answered yet."""
+        return self._deadline is not None
+
+    def point(self, set_point: SetPoint, now: int) -> Message:
+        """Return the message for a set-point, and expect its answer."""
+        self._deadline = now + self._deadline_ns
+        if self._full:
+            return JointTrajPtFull(
+                robot_id=0,
+                sequence=set_point.index,
+                valid_fields=ValidField.ALL,
+                time=set_point.row.time,
+                positions=joint_array(set_point.row.position),
+                velocities=joint_array(set_point.row.velocity),
+                accelerations=joint_array(set_point.row.acceleration),
+            )
+        ratio = max(
+            abs(speed) / limit
+            for speed, limit in zip(set_point.row.velocity, self._velocity_limits, strict=True)
+        )
+        return JointTrajPt(
+            sequence=set_point.index,
+            joints=joint_array(set_point.row.position),
+            velocity=min(ratio, 1.0) or DEFAULT_SPEED_RATIO,
+            duration=set_point.step,
+        )
+
+    def stop(self) -> Message:
+        """Return the message that stops the robot and empties the controller's buffer."""
+        self._deadline = None
+        return JointTrajPt(
+            sequence=SpecialSequence.STOP, joints=_NO_JOINTS, velocity=0.0, duration=0.0
+        )
+
+    def answer(self, reply: Message, pending: int) -> Refusal | None:
+        """Judge an answer on the motion link.
+
+        Args:
+            reply: what the controller answered.
+            pending: answers that the link still owes after this one.
+
+        Returns:
+            None where it is a success, else why the motion must end.
+        """
+        if self._deadline is None:
+            return None
+        if pending:
+            # Answers come in order: while more are owed, this one belongs to what was sent before.
+            return None
+        self._deadline = None
+        number = message_type(reply)
+        if number not in self._reply_types:
+            return Refusal(
+                VerdictCode.CONTROLLER_MISMATCH,
+                f"the controller answered a point with a message of type {number}",
+            )
+        if reply.reply_code != ReplyCode.SUCCESS:
+            return Refusal(
+                VerdictCode.CONTROLLER_REFUSED,
+                f"the controller answered a point with reply code {int(reply.reply_code)}",
+            )
+        return None
+
+    def overdue(self, now: int) -> Refusal | None:
+        """Tell whether the answer to a point has been outstanding for too long."""
+        if self._deadline is None or now < self._deadline:
+            return None
+        self._deadline = None
+        return Refusal(
+            VerdictCode.CONTROLLER_SILENT,
+            f"the controller has not answered a point for {self._deadline_ns / 1e9:g} s",
+        )
+
+    def lost(self) -> None:
+        """Forget what was under way, because the motion link is gone."""
+        self._deadline = None

@@ -1,0 +1,103 @@
+"""ROS-Industrial simple message: the wire format, and nothing else.
+
+Sans-I/O and standard library only: bytes go in, messages come out, and the reverse. Make a
+`Connection`, give it what the socket received, write what `send` returns.
+"""
+
+from __future__ import annotations
+
+from .codec import DIALECTS, MOTOMAN, PENDANT, STANDARD, Codec, Dialect, codec_for
+from .codes import (
+    JOINT_SLOTS,
+    ByteOrder,
+    CommType,
+    ControllerMode,
+    MsgType,
+    ReplyCode,
+    SpecialSequence,
+    TriState,
+    ValidField,
+)
+from .connection import MAX_REFERENCE_FRAME, Connection, Malformed, Received, Role, Unasked
+from .declaration import Message
+from .errors import (
+    BodyFault,
+    FramingFault,
+    HeaderFault,
+    LengthOutOfBounds,
+    LocalProtocolError,
+    MessageFault,
+    NotEncodable,
+    OrderUndetectable,
+    ProtocolError,
+    RemoteProtocolError,
+)
+from .joints import joint_array
+from .opaque import HeaderOnly, Opaque, accepted, message_type, refused
+from .standard import (
+    GetVersion,
+    GetVersionReply,
+    JointFeedback,
+    JointPosition,
+    JointTraj,
+    JointTrajPt,
+    JointTrajPtFull,
+    Ping,
+    Status,
+    TrajPoint,
+)
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "DIALECTS",
+    "JOINT_SLOTS",
+    "MAX_REFERENCE_FRAME",
+    "MOTOMAN",
+    "PENDANT",
+    "STANDARD",
+    "BodyFault",
+    "ByteOrder",
+    "Codec",
+    "CommType",
+    "Connection",
+    "ControllerMode",
+    "Dialect",
+    "FramingFault",
+    "GetVersion",
+    "GetVersionReply",
+    "HeaderFault",
+    "HeaderOnly",
+    "JointFeedback",
+    "JointPosition",
+    "JointTraj",
+    "JointTrajPt",
+    "JointTrajPtFull",
+    "LengthOutOfBounds",
+    "LocalProtocolError",
+    "Malformed",
+    "Message",
+    "MessageFault",
+    "MsgType",
+    "NotEncodable",
+    "Opaque",
+    "OrderUndetectable",
+    "Ping",
+    "ProtocolError",
+    "Received",
+    "RemoteProtocolError",
+    "ReplyCode",
+    "Role",
+    "SpecialSequence",
+    "Status",
+    "TrajPoint",
+    "TriState",
+    "Unasked",
+    "ValidField",
+    "__version__",
+    "accepted",
+    "codec_for",
+    "joint_array",
+    "message_type",
+    "refused",
+]

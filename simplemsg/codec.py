@@ -1,0 +1,271 @@
+"""Whole frames to messages and back, for one dialect, byte order and real width.
+
+Owns the header of a frame and the choice of a layout. How a body is packed is the business of
+`fixed` and `variable`; where a frame begins in a stream is `connection`'s.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from .codes import ByteOrder, CommType, MsgType, ReplyCode
+from .declaration import Message
+from .errors import BodyFault, HeaderFault, LocalProtocolError, NotEncodable
+from .fixed import FixedLayout
+from .layout import (
+    HEADER_SIZE,
+    PREFIX_SIZE,
+    Bytes,
+    Decode,
+    Encode,
+    Misfit,
+    WireForm,
+    broken_header_rule,
+)
+from .motoman import MOTOMAN_MESSAGES
+from .opaque import HeaderOnly, Opaque
+from .pendant import PENDANT_MESSAGES
+from .standard import STANDARD_MESSAGES
+from .unfit import header_fault
+from .variable import VariableLayout
+
+_REAL_CODES = {4: "f", 8: "d"}
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """A named set of messages.
+
+    Attributes:
+        name: as on the command line.
+        messages: the message classes it knows.
+    """
+
+    name: str
+    messages: tuple[type[Message], ...]
+
+
+STANDARD = Dialect("standard", STANDARD_MESSAGES)
+MOTOMAN = Dialect("motoman", STANDARD_MESSAGES + MOTOMAN_MESSAGES)
+PENDANT = Dialect("pendant", STANDARD_MESSAGES + PENDANT_MESSAGES)
+DIALECTS = {dialect.name: dialect for dialect in (STANDARD, MOTOMAN, PENDANT)}
+
+_REPLY_HEADERS = [
+    (CommType.REPLY, ReplyCode.SUCCESS),
+    (CommType.REPLY, ReplyCode.FAILURE),
+]
+_OTHER_HEADERS = [
+    (CommType.TOPIC, ReplyCode.UNUSED),
+    (CommType.REQUEST, ReplyCode.UNUSED),
+]
+
+# Types that have a name but no layout anywhere, so they stay opaque.
+_NAMED_OPAQUE = {
+    int(msg_type): msg_type.name.lower() for msg_type in (MsgType.READ_INPUT, MsgType.WRITE_OUTPUT)
+}
+
+
+class Codec:
+    """Encodes and decodes the messages of one dialect in one wire form.
+
+    Get one from `codec_for`, which keeps them: building one writes and compiles its functions.
+
+    Attributes:
+        encode: `encode(message: Message) -> bytes` gives the whole frame, prefix included. Raises
+            `LocalProtocolError` where the dialect does not know the message or its header breaks
+            a rule, and `NotEncodable` where a value does not fit its field.
+        decode: `decode(frame) -> Message` takes one whole frame, prefix included, in any bytes-like
+            object. Raises `HeaderFault` or `BodyFault`.
+        dialect: the messages that it knows.
+        byte_order: order of bytes on the wire.
+        real_size: bytes of a real, 4 or 8.
+    """
+
+    encode: Encode
+    decode: Decode
+
+    def __init__(self, dialect: Dialect, byte_order: ByteOrder, real_size: int) -> None:
+        if real_size not in _REAL_CODES:
+            raise ValueError(f"a real has 4 or 8 bytes, not {real_size}")
+        self.dialect = dialect
+        self.byte_order = byte_order
+        self.real_size = real_size
+        form = WireForm(byte_order.value, _REAL_CODES[real_size])
+        self._header = struct.Struct(f"{form.order}4i")
+        self._layouts: dict[tuple[int, bool], FixedLayout | VariableLayout] = {}
+        self._encoders: dict[type[Message], Callable[[Any], bytes]] = {
+            HeaderOnly: self._encode_header_only,
+            Opaque: self._encode_opaque,
+        }
+        for cls in dialect.messages:
+            layout = _layout_of(cls, form)
+            self._layouts[cls.PLACE.msg_type, cls.PLACE.is_reply] = layout
+            self._encoders[cls] = layout.encode
+        self.encode = self._fast_encode()
+        self.decode = self._fast_decode(self._usual_headers())
+
+    def _usual_headers(self) -> dict[Bytes, Decode]:
+        """Return a decoder for every header that is usual in this dialect."""
+        usual: dict[Bytes, Decode] = {}
+        for (msg_type, is_reply), layout in self._layouts.items():
+            if not isinstance(layout, FixedLayout):
+                continue
+            if is_reply:
+                headers = _REPLY_HEADERS
+            elif (msg_type, True) in self._layouts:
+                headers = _OTHER_HEADERS
+            else:
+                headers = _OTHER_HEADERS + _REPLY_HEADERS
+            for comm, code in headers:
+                header = self._header.pack(layout.size - PREFIX_SIZE, msg_type, comm, code)
+                usual[header] = layout.decoder(comm, code)
+        for msg_type, _ in self._layouts:
+            for comm, code in _REPLY_HEADERS:
+                header = self._header.pack(HEADER_SIZE - PREFIX_SIZE, msg_type, comm, code)
+                usual.setdefault(header, _header_only_decoder(msg_type, code))
+        return usual
+
+    def _fast_decode(self, usual: dict[Bytes, Decode]) -> Decode:
+        """Return `decode`: one look-up of the sixteen header bytes checks the whole header.
+
+        Length, type, communication type and reply code of every usual frame are known beforehand;
+        only unusual ones are taken apart.
+        """
+        unusual = self._decode_unusual
+        header = slice(0, HEADER_SIZE)
+        size_error = struct.error
+
+        # Names bound as defaults are locals of the function: looked up by index, without a cell.
+        def decode(
+            frame: Bytes, usual: dict[Bytes, Decode] = usual, header: slice = header
+        ) -> Message:
+            try:
+                return usual[frame[header]](frame)
+            except (KeyError, size_error, ValueError, TypeError):
+                return unusual(frame)
+
+        return decode
+
+    def _fast_encode(self) -> Encode:
+        """Return `encode`: a closure, since attributes of `self` would cost a fifth more."""
+        encoders = self._encoders
+        dialect = self.dialect.name
+
+        def encode(message: Message) -> bytes:
+            try:
+                return encoders[type(message)](message)
+            except KeyError:
+                name = type(message).__name__
+            raise LocalProtocolError(f"{name} is no message of the {dialect} dialect")
+
+        return encode
+
+    def name_of(self, msg_type: int, comm_type: int) -> str:
+        """Return the name of a message type, `unknown` where the dialect has none."""
+        cls = self.message_class(msg_type, comm_type)
+        return _NAMED_OPAQUE.get(msg_type, "unknown") if cls is None else cls.PLACE.name
+
+    def message_class(self, msg_type: int, comm_type: int) -> type[Message] | None:
+        """Return the class that a header calls for, None where the dialect has none."""
+        layout = self._find(msg_type, comm_type)
+        return None if layout is None else layout.cls
+
+    def _find(self, msg_type: int, comm_type: int) -> FixedLayout | VariableLayout | None:
+        is_reply = comm_type == CommType.REPLY
+        return self._layouts.get((msg_type, is_reply)) or self._layouts.get((msg_type, False))
+
+    def _encode_header_only(self, message: HeaderOnly) -> bytes:
+        return self._frame("header_only", message, message.msg_type, b"")
+
+    def _encode_opaque(self, message: Opaque) -> bytes:
+        return self._frame("opaque", message, message.msg_type, message.body)
+
+    def _frame(self, name: str, message: Message, msg_type: int, body: Bytes) -> bytes:
+        comm, code = message.comm_type, message.reply_code
+        reason = header_fault(msg_type, comm, code)
+        if reason is not None:
+            raise LocalProtocolError(f"{name}: {reason}")
+        try:
+            raw = bytes(memoryview(body))
+        except TypeError:
+            raise NotEncodable(name, "body", body, "bytes") from None
+        return self._header.pack(len(raw) + HEADER_SIZE - PREFIX_SIZE, msg_type, comm, code) + raw
+
+    def _decode_unusual(self, frame: Bytes) -> Message:
+        if not isinstance(frame, bytes):
+            return self.decode(bytes(memoryview(frame)))
+        if len(frame) < HEADER_SIZE:
+            raise HeaderFault(f"{len(frame)} bytes are less than a header", 0, 0, 0)
+        length, msg_type, comm, code = self._header.unpack_from(frame)
+        if length != len(frame) - PREFIX_SIZE:
+            reason: str | None = (
+                f"declared length {length} is not the {len(frame) - PREFIX_SIZE} bytes that follow"
+            )
+        else:
+            reason = broken_header_rule(msg_type, comm, code)
+        if reason is not None:
+            raise HeaderFault(reason, msg_type, comm, code)
+        return self._decode_body(frame, msg_type, _comm_type(comm), _reply_code(code))
+
+    def _decode_body(self, frame: bytes, msg_type: int, comm: int, code: int) -> Message:
+        layout = self._find(msg_type, comm)
+        if layout is None:
+            return _undeclared(frame, msg_type, comm, code)
+        if layout.cls.PLACE.any_body:
+            return layout.cls(comm_type=comm, reply_code=code)
+        try:
+            return layout.decode(frame, comm, code)
+        except Misfit as misfit:
+            # Vendors answer one type with several layouts, so no reply is refused for its body.
+            if comm == CommType.REPLY:
+                return _undeclared(frame, msg_type, comm, code)
+            raise BodyFault(f"{layout.cls.PLACE.name}: {misfit}", msg_type, comm, code) from None
+
+
+def _layout_of(cls: type[Message], form: WireForm) -> FixedLayout | VariableLayout:
+    return VariableLayout(cls, form) if VariableLayout.suits(cls) else FixedLayout(cls, form)
+
+
+def _undeclared(frame: bytes, msg_type: int, comm: int, code: int) -> Message:
+    if comm == CommType.REPLY and len(frame) == HEADER_SIZE:
+        return HeaderOnly(msg_type, comm_type=comm, reply_code=code)
+    return Opaque(msg_type, frame[HEADER_SIZE:], comm_type=comm, reply_code=code)
+
+
+def _header_only_decoder(msg_type: int, code: ReplyCode) -> Decode:
+    def decode(frame: Bytes) -> Message:
+        if len(frame) != HEADER_SIZE:
+            raise Misfit("a bare reply has no body")
+        return HeaderOnly(msg_type, reply_code=code)
+
+    return decode
+
+
+_COMM_TYPES = {int(member): member for member in CommType}
+_REPLY_CODES = {int(member): member for member in ReplyCode}
+
+
+def _comm_type(number: int) -> int:
+    return _COMM_TYPES.get(number, number)
+
+
+def _reply_code(number: int) -> int:
+    return _REPLY_CODES.get(number, number)
+
+
+@cache
+def codec_for(
+    dialect: Dialect = STANDARD,
+    byte_order: ByteOrder = ByteOrder.LITTLE,
+    real_size: int = 4,
+) -> Codec:
+    """Return the codec of a dialect in a wire form; the same object every time.
+
+    Raises:
+        ValueError: `real_size` is neither 4 nor 8.
+    """
+    return Codec(dialect, byte_order, real_size)

@@ -1,0 +1,257 @@
+"""One TCP or serial conversation as a pure object: bytes in, messages out.
+
+Owns reassembly, the bounds of a frame, detection of the byte order, and who owes whom a reply. It
+knows no sockets and no time; deadlines belong to the shell, which sees `partial`.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from enum import Enum
+
+from .codec import STANDARD, Dialect, codec_for
+from .codes import ByteOrder, CommType
+from .declaration import Message
+from .errors import (
+    FramingFault,
+    LengthOutOfBounds,
+    LocalProtocolError,
+    MessageFault,
+    OrderUndetectable,
+)
+from .layout import HEADER_SIZE, PREFIX_SIZE, Bytes
+from .opaque import message_type
+
+MAX_REFERENCE_FRAME = 1023
+"""Largest frame that the reference C++ library sends or can receive safely, bytes."""
+
+MAX_DETECTABLE_LENGTH = 65_535
+"""Largest length field that reads differently in both byte orders."""
+
+FRAMES_PER_CALL = 64
+"""Most frames decoded per call, so that one talkative peer cannot hold up the others."""
+
+
+class Role(Enum):
+    """Which end of the conversation we are."""
+
+    CLIENT = "opens the connection and knows the byte order"
+    SERVER = "accepts the connection and may learn the byte order from the first frame"
+
+
+@dataclass(frozen=True, slots=True)
+class Malformed:
+    """A frame in bounds whose header or body is wrong; the conversation goes on.
+
+    Attributes:
+        msg_type: from the header.
+        comm_type: from the header; a request is still owed a reply.
+        error: what is wrong.
+    """
+
+    msg_type: int
+    comm_type: int
+    error: MessageFault
+
+
+@dataclass(frozen=True, slots=True)
+class Unasked:
+    """A reply that answers no request of ours; REP-I0006 says to ignore it.
+
+    Attributes:
+        message: the reply.
+    """
+
+    message: Message
+
+
+Received = Message | Malformed | Unasked
+
+
+class Connection:
+    """The state of one conversation.
+
+    Attributes:
+        role: which end we are.
+        byte_order: None on a server until the first frame came.
+        fault: set for good once the position in the stream is lost; then close the link.
+        unanswered: requests of the peer, malformed ones too, that may still be answered.
+        awaited: requests of ours that the peer still owes a reply.
+    """
+
+    def __init__(
+        self,
+        role: Role,
+        dialect: Dialect = STANDARD,
+        byte_order: ByteOrder | None = None,
+        real_size: int = 4,
+        max_frame: int = MAX_REFERENCE_FRAME,
+    ) -> None:
+        """Make a conversation that has not begun.
+
+        Args:
+            role: which end we are.
+            dialect: the messages spoken.
+            byte_order: order of the wire; a server may leave it out and learn it.
+            real_size: bytes of a real, 4 or 8.
+            max_frame: largest frame to send or accept, prefix included.
+
+        Raises:
+            ValueError: a client without byte order, or a bound that leaves no room.
+        """
+        if role is Role.CLIENT and byte_order is None:
+            raise ValueError("a client must know the byte order: the controller's wins")
+        if not HEADER_SIZE <= max_frame <= MAX_DETECTABLE_LENGTH + PREFIX_SIZE:
+            raise ValueError(f"max_frame must be {HEADER_SIZE} to 65539, not {max_frame}")
+        self.role = role
+        self.byte_order: ByteOrder | None = None
+        self.fault: FramingFault | None = None
+        self.unanswered = 0
+        self.awaited = 0
+        self._dialect = dialect
+        self._real_size = real_size
+        self._max_frame = max_frame
+        self._max_length = max_frame - PREFIX_SIZE
+        self._pending = bytearray()
+        self._needed = PREFIX_SIZE
+        self._more = False
+        if byte_order is not None:
+            self.settle_byte_order(byte_order)
+
+    def settle_byte_order(self, byte_order: ByteOrder) -> None:
+        """Fix the byte order, as learned from the first frame or from this peer's other link."""
+        self.byte_order = byte_order
+        self._prefix = struct.Struct(f"{byte_order.value}i")
+        self._codec = codec_for(self._dialect, byte_order, self._real_size)
+
+    @property
+    def partial(self) -> bool:
+        """True while the buffer holds the beginning of a frame but not its end."""
+        return bool(self._pending) and not self._more
+
+    @property
+    def more(self) -> bool:
+        """True when the last call stopped at its limit: call `receive(b"")` a turn later."""
+        return self._more
+
+    def receive(self, data: Bytes) -> list[Received]:
+        """Take bytes and return what they complete, at most 64 frames.
+
+        After a framing fault `fault` is set, nothing more is decoded and further bytes are
+        dropped; what was complete before the fault is still returned. No more than one unfinished
+        frame is kept, unless `more` is true: then read nothing from the peer before it is false.
+
+        Args:
+            data: bytes as they came, in any portions.
+
+        Returns:
+            Messages, `Malformed` frames and `Unasked` replies, in order.
+        """
+        if self.fault is not None:
+            return []
+        if not isinstance(data, bytes):
+            data = bytes(memoryview(data))
+        pending = self._pending
+        if not pending:
+            received, used = self._split(data)
+            if used < len(data) and self.fault is None:
+                pending += data[used:]
+            return received
+        pending += data
+        if len(pending) < self._needed:
+            return []
+        received, used = self._split(pending)
+        del pending[:used]
+        return received
+
+    def _split(self, buffer: bytes | bytearray) -> tuple[list[Received], int]:
+        """Take the whole frames at the front of a buffer; return them and the bytes used up."""
+        received: list[Received] = []
+        start, size = 0, len(buffer)
+        self._more = False
+        self._needed = PREFIX_SIZE
+        while size - start >= PREFIX_SIZE:
+            if len(received) == FRAMES_PER_CALL:
+                self._more = True
+                break
+            if self.byte_order is None and not self._learn_byte_order(buffer):
+                return received, size
+            (length,) = self._prefix.unpack_from(buffer, start)
+            if not HEADER_SIZE - PREFIX_SIZE <= length <= self._max_length:
+                self.fault = LengthOutOfBounds(length, HEADER_SIZE - PREFIX_SIZE, self._max_length)
+                return received, size
+            end = start + PREFIX_SIZE + length
+            if end > size:
+                self._needed = end - start
+                break
+            received.append(self._take(bytes(buffer[start:end])))
+            start = end
+        return received, start
+
+    def _learn_byte_order(self, buffer: bytes | bytearray) -> bool:
+        try:
+            self.settle_byte_order(_detect(bytes(buffer[:PREFIX_SIZE])))
+        except OrderUndetectable as fault:
+            self.fault = fault
+            return False
+        return True
+
+    def _take(self, frame: bytes) -> Received:
+        try:
+            message = self._codec.decode(frame)
+        except MessageFault as error:
+            self._settle_accounts(error.comm_type)
+            return Malformed(error.msg_type, error.comm_type, error)
+        if message.comm_type is CommType.TOPIC:
+            return message
+        return message if self._settle_accounts(message.comm_type) else Unasked(message)
+
+    def _settle_accounts(self, comm_type: int) -> bool:
+        """Note what a frame of the peer owes or pays; return False for a reply nobody asked for.
+
+        A reply settles a request whatever is wrong with it: no second one will come.
+        """
+        if comm_type == CommType.REQUEST:
+            self.unanswered += 1
+        elif comm_type == CommType.REPLY:
+            if not self.awaited:
+                return False
+            self.awaited -= 1
+        return True
+
+    def send(self, message: Message) -> bytes:
+        """Return the bytes of a message, to be written at once and in one piece.
+
+        Raises:
+            LocalProtocolError: the message cannot be encoded, is too large for this
+                conversation, is a reply that nobody asked for, or the byte order is not known yet.
+        """
+        if self.byte_order is None:
+            raise LocalProtocolError("the byte order is not known before the peer's first frame")
+        comm_type = message.comm_type
+        if comm_type == CommType.REPLY and not self.unanswered:
+            raise LocalProtocolError(
+                f"a reply of type {message_type(message)} answers no request: topics are never"
+                " answered, requests once"
+            )
+        frame = self._codec.encode(message)
+        if len(frame) > self._max_frame:
+            raise LocalProtocolError(
+                f"a frame of {len(frame)} bytes exceeds the {self._max_frame} of this conversation"
+            )
+        if comm_type == CommType.REPLY:
+            self.unanswered -= 1
+        elif comm_type == CommType.REQUEST:
+            self.awaited += 1
+        return frame
+
+
+def _detect(prefix: bytes) -> ByteOrder:
+    """Tell the byte order from a length prefix: only one reading lies in 12 to 65535."""
+    lowest = HEADER_SIZE - PREFIX_SIZE
+    if lowest <= int.from_bytes(prefix, "little") <= MAX_DETECTABLE_LENGTH:
+        return ByteOrder.LITTLE
+    if lowest <= int.from_bytes(prefix, "big") <= MAX_DETECTABLE_LENGTH:
+        return ByteOrder.BIG
+    raise OrderUndetectable(prefix)

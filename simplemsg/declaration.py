@@ -1,0 +1,217 @@
+"""How a message is declared: its fields with type, unit and meaning, and its place in the protocol.
+
+A message is declared once, as a class whose annotations carry one `Field` each. The codec, the
+readable text form and the reference pages are all derived from that declaration; no other module
+knows a byte offset. This module knows nothing of bytes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import (
+    Annotated,
+    Any,
+    ClassVar,
+    TypeVar,
+    cast,
+    dataclass_transform,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
+
+from .codes import JOINT_SLOTS, CommType, ReplyCode
+
+
+class Direction(Enum):
+    """Which way a message travels."""
+
+    TO_CONTROLLER = "client to controller"
+    FROM_CONTROLLER = "controller to client"
+    TO_SERVER = "pendant to server"
+    FROM_SERVER = "server to pendant"
+    BOTH = "either way"
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One declared field.
+
+    Attributes:
+        meaning: what the value says, for the reference page.
+        unit: SI unit, empty for a pure number.
+    """
+
+    meaning: str
+    unit: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Int(Field):
+    """A signed 32-bit integer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Real(Field):
+    """One real of the connection's width (4 or 8 bytes)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reals(Field):
+    """A fixed number of reals.
+
+    Attributes:
+        count: how many.
+        shape: how the readable form nests them, slowest index first; empty for a plain list.
+    """
+
+    count: int = JOINT_SLOTS
+    shape: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Text(Field):
+    """UTF-8 text in a fixed number of bytes, padded with zero bytes.
+
+    Attributes:
+        size: bytes on the wire.
+    """
+
+    size: int = 32
+
+
+@dataclass(frozen=True, slots=True)
+class Tail(Field):
+    """Bytes up to the end of the body; only as the last field."""
+
+
+class CountPlace(Enum):
+    """Where the number of records of an `Array` stands."""
+
+    NOWHERE = "the body's length tells"
+    BEFORE = "just before the records"
+    AFTER = "just after the records"
+
+
+@dataclass(frozen=True, slots=True)
+class Array(Field):
+    """Records of one kind, one after the other; at most one per message.
+
+    Attributes:
+        of: the record class.
+        count_name: name of the integer that counts the records, empty where there is none.
+        count_place: where that integer stands.
+        least: fewest records.
+        most: most records.
+    """
+
+    of: type[Record] | None = None
+    count_name: str = ""
+    count_place: CountPlace = CountPlace.NOWHERE
+    least: int = 1
+    most: int = JOINT_SLOTS
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A message's place in the protocol.
+
+    Attributes:
+        msg_type: number of the message type.
+        name: snake-case name, as in the reference vectors.
+        direction: which way it travels.
+        reply: what is expected in answer, in words; "none" for topics and replies.
+        source: where the layout comes from.
+        about: one sentence on its purpose.
+        is_reply: true where the body of the reply differs from the request of the same type.
+        any_body: true where a receiver accepts a body of any size and ignores it.
+    """
+
+    msg_type: int
+    name: str
+    direction: Direction
+    reply: str
+    source: str
+    about: str
+    is_reply: bool = False
+    any_body: bool = False
+
+
+class Record:
+    """A group of fields that repeats inside an `Array`; no header of its own."""
+
+    __slots__ = ()
+    FIELDS: ClassVar[dict[str, Field]]
+
+
+@dataclass(slots=True)
+class Message(Record):
+    """Base of every message; the two header fields that are not the type itself.
+
+    Attributes:
+        comm_type: a `CommType`; another integer where the peer sent one.
+        reply_code: a `ReplyCode`; another integer where the peer sent one.
+    """
+
+    PLACE: ClassVar[Place]
+    comm_type: int = dataclasses.field(default=CommType.REQUEST, kw_only=True)
+    reply_code: int = dataclasses.field(default=ReplyCode.UNUSED, kw_only=True)
+
+
+@dataclass(slots=True)
+class Topic(Message):
+    """Base of messages that are usually topics: sent unasked, never answered."""
+
+    comm_type: int = dataclasses.field(default=CommType.TOPIC, kw_only=True)
+
+
+@dataclass(slots=True)
+class Reply(Message):
+    """Base of messages that are always the answer to a request."""
+
+    comm_type: int = dataclasses.field(default=CommType.REPLY, kw_only=True)
+    reply_code: int = dataclasses.field(default=ReplyCode.SUCCESS, kw_only=True)
+
+
+_RecordT = TypeVar("_RecordT", bound=Record)
+_MessageT = TypeVar("_MessageT", bound=Message)
+
+
+def _fields_of(cls: type[Record]) -> dict[str, Field]:
+    fields: dict[str, Field] = {}
+    for name, hint in get_type_hints(cls, include_extras=True).items():
+        if get_origin(hint) is Annotated:
+            (field,) = (extra for extra in get_args(hint)[1:] if isinstance(extra, Field))
+            fields[name] = field
+    return fields
+
+
+@dataclass_transform()
+def record(cls: type[_RecordT]) -> type[_RecordT]:
+    """Declare a record class: a slotted dataclass whose annotated fields are its layout."""
+    made: Any = dataclass(slots=True)(cls)
+    made.FIELDS = _fields_of(made)
+    return cast("type[_RecordT]", made)
+
+
+@dataclass_transform()
+def message(place: Place) -> Callable[[type[_MessageT]], type[_MessageT]]:
+    """Declare a message class.
+
+    Args:
+        place: its number, name and role.
+
+    Returns:
+        A decorator that makes the class a slotted dataclass and attaches `PLACE` and `FIELDS`.
+    """
+
+    def declare(cls: type[_MessageT]) -> type[_MessageT]:
+        made: Any = dataclass(slots=True)(cls)
+        made.PLACE = place
+        made.FIELDS = _fields_of(made)
+        return cast("type[_MessageT]", made)
+
+    return declare

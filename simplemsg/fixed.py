@@ -1,0 +1,228 @@
+"""Packs and unpacks messages, and parts of messages, of fixed size.
+
+For each message it writes, once for each byte order and real width, the source of two small
+functions with every index in place (the way `dataclasses` writes `__init__`): a generic loop over
+the fields costs three times as much.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import struct
+from collections.abc import Callable, Mapping
+from functools import partial
+from types import FunctionType
+from typing import Any
+
+from .codes import CommType, ReplyCode
+from .declaration import Field, Message, Reals, Record, Text
+from .layout import (
+    HEADER_SIZE,
+    PREFIX_SIZE,
+    Bytes,
+    Decode,
+    Encode,
+    Misfit,
+    WireForm,
+    broken_header_rule,
+    text_from_wire,
+    text_to_wire,
+)
+from .unfit import encoding_fault
+
+UNPACKABLE = (struct.error, OverflowError, ValueError, TypeError, AttributeError)
+"""What packing raises for a value of the wrong kind or size."""
+
+
+def _compile(name: str, source: list[str], scope: dict[str, Any]) -> FunctionType:
+    exec(compile("\n".join(source), f"<simplemsg {name}>", "exec"), scope)
+    made = scope[name]
+    assert isinstance(made, FunctionType)
+    return made
+
+
+def _assignments(fields: Mapping[str, Field], scope: dict[str, Any]) -> list[str]:
+    """Write statements that set the fields of `m` from the unpacked tuple `v`."""
+    lines: list[str] = []
+    index = 0
+    for name, field in fields.items():
+        if isinstance(field, Reals):
+            scope[f"at_{name}"] = slice(index, index + field.count)
+            lines.append(f" m.{name} = v[at_{name}]")
+            index += field.count
+            continue
+        value = f"text(v[{index}])" if isinstance(field, Text) else f"v[{index}]"
+        lines.append(f" m.{name} = {value}")
+        index += 1
+    return lines
+
+
+def _arguments(fields: Mapping[str, Field]) -> str:
+    """Write the arguments of `pack`: the fields of `m`, arrays spread out."""
+    parts = []
+    for name, field in fields.items():
+        match field:
+            case Reals():
+                parts.append(f"*m.{name}")
+            case Text():
+                parts.append(f"text(m.{name}, {field.size})")
+            case _:
+                parts.append(f"m.{name}")
+    return ", ".join(parts)
+
+
+def _length_check(fields: Mapping[str, Field], indent: str) -> list[str]:
+    """Write a check of all arrays but the first.
+
+    `struct` counts the values of all arrays together, so 9 + 11 would pass for 10 + 10; with every
+    array but one measured, its count settles the last.
+    """
+    arrays = [(name, field.count) for name, field in fields.items() if isinstance(field, Reals)]
+    if len(arrays) < 2:
+        return []
+    wrong = " or ".join(f"len(m.{name}) != {count}" for name, count in arrays[1:])
+    return [f"{indent}if {wrong}:", f"{indent} raise ValueError"]
+
+
+class FieldGroup:
+    """Fields of fixed size that lie together: the head of a message, or one repeated record.
+
+    Attributes:
+        structure: their packed structure.
+        fill: `fill(record, values)` sets the fields from the unpacked tuple; raises
+            `UnicodeDecodeError` for a text that is none.
+        pack: `pack(record) -> bytes`; raises one of `UNPACKABLE`.
+    """
+
+    def __init__(self, fields: Mapping[str, Field], form: WireForm) -> None:
+        self.structure = form.structure(fields)
+        scope: dict[str, Any] = {"text": text_from_wire}
+        body = _assignments(fields, scope) or [" pass"]
+        self.fill: Callable[[Record, tuple[Any, ...]], None] = _compile(
+            "fill", ["def fill(m, v):", *body], scope
+        )
+        self.pack: Callable[[Record], bytes] = _compile(
+            "pack_group",
+            [
+                "def pack_group(m):",
+                *_length_check(fields, " "),
+                f" return pack({_arguments(fields)})",
+            ],
+            {"pack": self.structure.pack, "text": text_to_wire},
+        )
+
+
+class FixedLayout:
+    """A message of fixed size in one wire form.
+
+    Attributes:
+        cls: the message class.
+        size: bytes of the frame, prefix included.
+        encode: `encode(message) -> bytes`, the whole frame; raises `LocalProtocolError`, and
+            `NotEncodable` for a value that does not fit.
+    """
+
+    def __init__(self, cls: type[Message], form: WireForm) -> None:
+        self.cls = cls
+        self.size = HEADER_SIZE + form.structure(cls.FIELDS).size
+        self.encode: Encode = self._compile_encode(form)
+        self._decode = self._compile_decode(form)
+
+    def _compile_decode(self, form: WireForm) -> FunctionType:
+        """Write the decoder: one `unpack` for all single values, one for each array.
+
+        Cutting the arrays out of one long tuple would take an eighth longer.
+        """
+        fields = self.cls.FIELDS
+        arrays = [name for name, field in fields.items() if isinstance(field, Reals)]
+        texts = [name for name, field in fields.items() if isinstance(field, Text)]
+        singles = [name for name in fields if name not in arrays]
+        scope: dict[str, Any] = {
+            "new": partial(object.__new__, self.cls),
+            "text": text_from_wire,
+            "comm": CommType.INVALID,
+            "code": ReplyCode.UNUSED,
+            "unpack": self._only(form, singles),
+        }
+        source = [
+            "def decode(frame):",
+            " m = new()",
+            " m.comm_type = comm",
+            " m.reply_code = code",
+        ]
+        if singles or not arrays:
+            targets = ", ".join(f"m.{name}" for name in singles)
+            source.append(f" [{targets}] = unpack(frame)")
+        source += [f" m.{name} = text(m.{name})" for name in texts]
+        for name in arrays:
+            scope[f"unpack_{name}"] = self._only(form, [name])
+            source.append(f" m.{name} = unpack_{name}(frame)")
+        return _compile("decode", [*source, " return m"], scope)
+
+    def _only(self, form: WireForm, names: list[str]) -> Callable[[Bytes], tuple[Any, ...]]:
+        """Return a function that unpacks these fields of a frame and skips all others."""
+        codes = (
+            form.format_of(field) if name in names else f"{form.structure({name: field}).size}x"
+            for name, field in self.cls.FIELDS.items()
+        )
+        return struct.Struct(f"{form.order}{HEADER_SIZE}x{''.join(codes)}").unpack
+
+    def decoder(self, comm_type: int, reply_code: int) -> Decode:
+        """Return a decoder for frames whose header is known to be the given one.
+
+        Returns:
+            `decode(frame)`; it raises `struct.error` for a frame of another size, and
+            `UnicodeDecodeError` for a text that is none.
+        """
+        scope = {**self._decode.__globals__, "comm": comm_type, "code": reply_code}
+        return FunctionType(self._decode.__code__, scope)
+
+    def decode(self, frame: bytes, comm_type: int, reply_code: int) -> Message:
+        """Return the message in a whole frame.
+
+        Raises:
+            Misfit: the body is longer or shorter than declared, or a text is not UTF-8.
+        """
+        if len(frame) != self.size:
+            raise Misfit(
+                f"the body has {len(frame) - HEADER_SIZE} bytes, not {self.size - HEADER_SIZE}"
+            )
+        try:
+            return self.decoder(comm_type, reply_code)(frame)
+        except UnicodeDecodeError as error:
+            raise Misfit(f"a text is not UTF-8: {error}") from None
+
+    def _compile_encode(self, form: WireForm) -> FunctionType:
+        place, fields = self.cls.PLACE, self.cls.FIELDS
+        usual = {field.name: field.default for field in dataclasses.fields(self.cls)}
+        scope: dict[str, Any] = {
+            "pack": form.structure(fields, prefix="4i").pack,
+            "text": text_to_wire,
+            "usual_comm": usual["comm_type"],
+            "usual_code": usual["reply_code"],
+            "breaks_rule": partial(breaks_rule, self.cls),
+            "fault": partial(encoding_fault, form=form),
+            "unpackable": UNPACKABLE,
+        }
+        head = f"{self.size - PREFIX_SIZE}, {int(place.msg_type)}, c, r, "
+        source = [
+            "def encode(m):",
+            " c = m.comm_type",
+            " r = m.reply_code",
+            # Members of an enumeration are one object each, so the usual header costs two pointers.
+            " if (c is not usual_comm or r is not usual_code) and breaks_rule(c, r):",
+            "  raise fault(m)",
+            " try:",
+            *_length_check(fields, "  "),
+            f"  return pack({head}{_arguments(fields)})",
+            " except unpackable:",
+            "  raise fault(m) from None",
+        ]
+        return _compile("encode", source, scope)
+
+
+def breaks_rule(cls: type[Message], comm_type: int, reply_code: int) -> bool:
+    """Say whether a message of this class may not have this header."""
+    if cls.PLACE.is_reply and comm_type != CommType.REPLY:
+        return True
+    return broken_header_rule(cls.PLACE.msg_type, comm_type, reply_code) is not None

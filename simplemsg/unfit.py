@@ -1,0 +1,122 @@
+"""Finds the value for which a message could not be packed, to name it in the error.
+
+Packing itself checks nothing beforehand (that would cost more than packing); only once it failed is
+the message searched, value by value.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from .codes import CommType
+from .declaration import Array, Field, Int, Message, Real, Reals, Record, Tail, Text
+from .errors import LocalProtocolError, NotEncodable
+from .layout import WireForm, broken_header_rule, text_to_wire
+
+_REAL_WIDTHS = {"f": 4, "d": 8}
+
+
+@dataclass(frozen=True, slots=True)
+class _Unfit:
+    """One value that does not fit.
+
+    Attributes:
+        path: where it stands, such as `points[3].joints[0]`.
+        value: the value.
+        expected: what would have been accepted.
+    """
+
+    path: str
+    value: object
+    expected: str
+
+
+def encoding_fault(message: Message, form: WireForm) -> LocalProtocolError:
+    """Return the error that says why a declared message could not be packed."""
+    place = message.PLACE
+    reason = header_fault(place.msg_type, message.comm_type, message.reply_code)
+    if reason is None and place.is_reply and message.comm_type != CommType.REPLY:
+        reason = f"this layout is a reply's, communication type {message.comm_type} is not"
+    if reason is not None:
+        return LocalProtocolError(f"{place.name}: {reason}")
+    for unfit in _unfit_fields(message, form):
+        return NotEncodable(place.name, unfit.path, unfit.value, unfit.expected)
+    return LocalProtocolError(f"{place.name}: the message cannot be packed")
+
+
+def header_fault(msg_type: int, comm_type: int, reply_code: int) -> str | None:
+    """Say what is wrong with a header of ours, None where nothing is."""
+    header = {"message type": msg_type, "communication type": comm_type, "reply code": reply_code}
+    for name, value in header.items():
+        if not _packs("=i", value):
+            return f"the {name} is no integer of 32 bits"
+    return broken_header_rule(msg_type, comm_type, reply_code)
+
+
+def _unfit_fields(record: Record, form: WireForm) -> Iterator[_Unfit]:
+    for name, field in record.FIELDS.items():
+        yield from _unfit_value(name, field, getattr(record, name, None), form)
+
+
+def _unfit_value(path: str, field: Field, value: Any, form: WireForm) -> Iterator[_Unfit]:
+    match field:
+        case Int():
+            if not _packs("=i", value):
+                yield _Unfit(path, value, "an integer of 32 bits")
+        case Real():
+            yield from _unfit_real(path, value, form)
+        case Reals():
+            if not isinstance(value, Collection) or len(value) != field.count:
+                yield _Unfit(path, value, f"{field.count} real numbers")
+                return
+            for index, real in enumerate(value):
+                yield from _unfit_real(f"{path}[{index}]", real, form)
+        case Text():
+            if not _is_text(value, field.size):
+                yield _Unfit(path, value, f"up to {field.size} bytes of UTF-8 without a zero byte")
+        case Tail():
+            if not isinstance(value, bytes | bytearray | memoryview):
+                yield _Unfit(path, value, "bytes")
+        case Array():
+            if not isinstance(value, tuple | list):
+                yield _Unfit(path, value, "a tuple of records")
+            elif not field.least <= len(value) <= field.most:
+                yield _Unfit(path, len(value), f"{field.least} to {field.most} records")
+            else:
+                yield from _unfit_records(path, field, value, form)
+
+
+def _unfit_records(
+    path: str, array: Array, records: tuple[Any, ...] | list[Any], form: WireForm
+) -> Iterator[_Unfit]:
+    assert array.of is not None
+    for index, record in enumerate(records):
+        for name, field in array.of.FIELDS.items():
+            value = getattr(record, name, None)
+            yield from _unfit_value(f"{path}[{index}].{name}", field, value, form)
+
+
+def _unfit_real(path: str, value: object, form: WireForm) -> Iterator[_Unfit]:
+    if not _packs(f"={form.real}", value):
+        yield _Unfit(path, value, f"a real number that fits {_REAL_WIDTHS[form.real]} bytes")
+
+
+def _packs(code: str, value: object) -> bool:
+    try:
+        struct.pack(code, value)
+    except (struct.error, OverflowError, TypeError, ValueError):
+        return False
+    return True
+
+
+def _is_text(value: object, size: int) -> bool:
+    if not isinstance(value, str):
+        return False
+    try:
+        text_to_wire(value, size)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,38 @@
+"""What every test has: a clock to choose, and the same random examples in every run."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator, Mapping
+
+import pytest
+from hypothesis import HealthCheck, settings
+from virtual_clock import VirtualLoop
+
+# The same examples in every run, and no deadline: a busy machine is not a failing test.
+settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=100)
+settings.register_profile(
+    "soak",
+    deadline=None,
+    max_examples=5_000,
+    print_blob=True,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile("repeatable")
+
+
+def pytest_asyncio_loop_factories(
+    config: pytest.Config, item: pytest.Item
+) -> Mapping[str, Callable[[], asyncio.AbstractEventLoop]]:
+    """Give tests marked `virtual_clock` the virtual loop, all others the ordinary one."""
+    if item.get_closest_marker("virtual_clock"):
+        return {"virtual": VirtualLoop}
+    return {"real": asyncio.new_event_loop}
+
+
+@pytest.fixture
+def virtual_loop() -> Iterator[VirtualLoop]:
+    """A fresh virtual loop for a synchronous test that drives it itself."""
+    loop = VirtualLoop()
+    yield loop
+    loop.close()

@@ -1,0 +1,145 @@
+"""A server core joined with the emulator's core by two lists, every message through the codec.
+
+No sockets and no loop: one virtual clock drives both ends, so that the bytes that the controller
+would see, 4-byte reals included, are the same in every run.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from server_rig import IDENTITY, MS, NoTool, Shell
+
+from openpendant.controller_emulator.assembly import build_controller
+from openpendant.controller_emulator.settings import EmulatorSettings
+from openpendant.motion.robot import serial_robot
+from openpendant.server.core import ServerCore
+from openpendant.server.outgoing import (
+    Close,
+    DropLink,
+    Forward,
+    ForwardStop,
+    Outgoing,
+    Plan,
+    Send,
+    Spread,
+)
+from openpendant.server.planning import answer
+from openpendant.server.robot_cell import ControllerPath
+from openpendant.server.settings import make_settings
+from openpendant.simplemsg import (
+    PENDANT,
+    ByteOrder,
+    Codec,
+    CommType,
+    Message,
+    Received,
+    Unasked,
+)
+
+_CODEC = Codec(PENDANT, ByteOrder.LITTLE, 4)
+_LINKS = {ControllerPath.MOTION: 1, ControllerPath.STOP: 2}
+
+
+class EmulatedCell(Shell):
+    """One cell with an emulated robot; 10 ms ticks, the controller runs at 5 ms."""
+
+    def __init__(self, robot: str = "ur5", *, start: str = "home", **settings: object) -> None:
+        super().__init__()
+        self.robot = robot
+        self.now = 1_000_000_000
+        self.limits = serial_robot(robot).limits
+        emulator = EmulatorSettings.model_validate({"robot": robot, "start": start})
+        self.controller = build_controller(emulator, self.now)
+        self.core = ServerCore(
+            make_settings({"robot": robot, **settings}, "test"), self.limits, IDENTITY, NoTool()
+        )
+        self.sent: list[Message] = []
+        self._links: dict[int, ControllerPath] = {}
+        self._awaited = dict.fromkeys(ControllerPath, 0)
+        self._last_link = 0
+        for path in ControllerPath:
+            self.connect(path)
+        self.wait(30)
+
+    def connect(self, path: ControllerPath) -> None:
+        if path is not ControllerPath.STATE:
+            self._last_link += 1
+            self._links[self._last_link] = path
+            self.controller.connected(self._last_link, self.now)
+        self._awaited[path] = 0
+        self.perform(self.core.controller_path(path, True, self.now))
+
+    def disconnect(self, path: ControllerPath) -> None:
+        for link in [link for link, kind in self._links.items() if kind is path]:
+            del self._links[link]
+            self._from_controller(self.controller.disconnected(link, self.now))
+        self.perform(self.core.controller_path(path, False, self.now))
+
+    def perform(self, outgoing: list[Outgoing]) -> list[Outgoing]:
+        commands: deque[tuple[ControllerPath, Message]] = deque()
+        for item in outgoing:
+            match item:
+                case Send(session=session, message=message):
+                    self._deliver(session, _through_wire(message))
+                case Spread(sessions=sessions, message=message):
+                    for session in sessions:
+                        self._deliver(session, _through_wire(message))
+                case Close(session=session, reason=reason):
+                    self._peers[session].closed_for.append(reason)
+                case Forward(message=message):
+                    commands.append((ControllerPath.MOTION, message))
+                case ForwardStop(message=message):
+                    commands += [(path, message) for path in _LINKS]
+                case DropLink():
+                    self.disconnect(ControllerPath.MOTION)
+                case Plan(job=job):
+                    self.perform(self.core.planned(answer(self.robot, job), self.now))
+        for path, message in commands:
+            self._to_controller(path, message)
+        return outgoing
+
+    def _to_controller(self, path: ControllerPath, message: Message) -> None:
+        for link in [link for link, kind in self._links.items() if kind is path]:
+            self._awaited[path] += 1
+            assert (
+                path is not ControllerPath.MOTION or self._awaited[path] <= 1 or _is_stop(message)
+            )
+            self.sent.append(message)
+            self._from_controller(self.controller.handle(link, _through_wire(message), self.now))
+
+    def _from_controller(self, outgoing: list[tuple[int, Message]]) -> None:
+        for link, message in outgoing:
+            path = self._links.get(link)
+            if path is not None:
+                received: Received = _through_wire(message)
+                if message.comm_type == CommType.REPLY:
+                    if self._awaited[path]:
+                        self._awaited[path] -= 1
+                    else:
+                        received = Unasked(message)
+                self._hear(path, received)
+
+    def _hear(self, path: ControllerPath, received: Received) -> None:
+        self.perform(self.core.on_controller(path, received, self._awaited[path], self.now))
+
+    def wait(self, milliseconds: int) -> None:
+        for _ in range(0, milliseconds, 5):
+            self.now += 5 * MS
+            self._from_controller(self.controller.advance(self.now))
+            if self.now % (10 * MS) == 0:
+                for message in self.controller.state_messages(self.now):
+                    self._hear(ControllerPath.STATE, _through_wire(message))
+                self.perform(self.core.tick(self.now))
+
+    @property
+    def position(self) -> tuple[float, ...]:
+        return self.controller.motion(self.now)[0]
+
+
+def _is_stop(message: Message) -> bool:
+    return getattr(message, "sequence", None) == -4
+
+
+def _through_wire(message: Message) -> Message:
+    return _CODEC.decode(_CODEC.encode(message))

@@ -1,0 +1,75 @@
+"""Management: one JSON object in, one out, whatever came in."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from server_rig import Pendant, ServerRig, ready
+
+from openpendant.simplemsg import ReplyCode
+from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Management
+from openpendant.simplemsg.verdicts import VerdictCode
+
+
+def ask(pendant: Pendant, body: bytes) -> tuple[int, Any]:
+    (reply,) = pendant.send(Management(7, body))
+    assert isinstance(reply, Management)
+    assert reply.request_id == 7
+    assert len(reply.body) < MAX_PENDANT_FRAME - 100
+    return reply.reply_code, json.loads(reply.body)
+
+
+def snapshot(rig: ServerRig) -> Any:
+    code, body = ask(rig.pendant(), b'{"op": "snapshot"}')
+    assert code == ReplyCode.SUCCESS
+    return body
+
+
+def test_a_snapshot_describes_robot_and_cell() -> None:
+    body = snapshot(ready())
+    assert body["cell"] == "cell"
+    assert body["joints"][1] == {
+        "name": "elbow",
+        "unit": "rad",
+        "lower": -2.0,
+        "upper": 2.0,
+        "velocity": 2.0,
+        "acceleration": 4.0,
+    }
+    assert (body["activity"], body["link"], body["mode"]) == ("idle", "up", "auto")
+    assert (body["owner"], body["stop"], body["obstacle"]) == (None, None, "")
+
+
+def test_a_snapshot_names_the_owner_the_stop_and_the_obstacle() -> None:
+    rig = ready()
+    rig.holder("anna").stop("tea")
+    body = snapshot(rig)
+    assert body["owner"] == {"session": 1, "client": "anna"}
+    assert body["stop"] == {"session": 1, "client": "anna", "reason": "tea"}
+    assert "tea" in body["obstacle"]
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b"",
+        b"null",
+        b"[]",
+        b'{"op": "format-disk"}',
+        b"{}",
+        b'{"op": "snapshot", "more": 1}',
+        b'{"op": NaN}',
+        b"\xff\xfe\x00",
+        b"[" * 60_000,
+        b'{"op": "snapshot", "' + b"k" * 60_000 + b'": 1}',
+        b'{"op": "' + b"x" * 60_000 + b'"}',
+        b'{"op": "\\ud800"}',
+    ],
+)
+def test_anything_else_is_refused_with_code_and_text(body: bytes) -> None:
+    code, answer = ask(ready().pendant(), body)
+    assert code == ReplyCode.FAILURE
+    assert answer["code"] == VerdictCode.BAD_ARGUMENT
+    assert answer["text"]

@@ -1,0 +1,55 @@
+"""Every reason has a code, and every code a cause and a remedy."""
+
+from __future__ import annotations
+
+import pytest
+
+from openpendant.motion import errors
+from openpendant.server.refusal import CODE_OF_ERROR, Refusal, refusal_of
+from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
+
+
+def kinds(base: type[errors.MotionError]) -> list[type[errors.MotionError]]:
+    found = []
+    for kind in base.__subclasses__():
+        found += [kind, *kinds(kind)]
+    return found
+
+
+@pytest.mark.parametrize("kind", kinds(errors.MotionError))
+def test_every_motion_error_has_a_code(kind: type[errors.MotionError]) -> None:
+    assert kind in CODE_OF_ERROR
+
+
+@pytest.mark.parametrize("code", VerdictCode)
+def test_every_code_has_a_cause_and_a_remedy(code: VerdictCode) -> None:
+    assert CATALOGUE[code].cause.endswith(".")
+    assert CATALOGUE[code].remedy.endswith(".")
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"),
+    [
+        (
+            errors.OutOfRange("elbow", 2.5, -2.0, 2.0, "rad", 1),
+            (VerdictCode.OUT_OF_RANGE, 1, 2.5, 2.0),
+        ),
+        (
+            errors.OutOfRange("elbow", -2.5, -2.0, 2.0, "rad", 1),
+            (VerdictCode.OUT_OF_RANGE, 1, -2.5, -2.0),
+        ),
+        (errors.TooFast("wrist", 9.0, 3.0, "rad", 2), (VerdictCode.TOO_FAST, 2, 9.0, 3.0)),
+        (errors.TooSharp("wrist", 9.0, 3.0, "rad", 2), (VerdictCode.TOO_SHARP, 2, 9.0, 3.0)),
+        (errors.NoMotion(), (VerdictCode.NO_MOTION, -1, 0.0, 0.0)),
+    ],
+)
+def test_a_refusal_carries_joint_value_and_limit(
+    error: errors.MotionError, expected: tuple[VerdictCode, int, float, float]
+) -> None:
+    refusal = refusal_of(error)
+    assert (refusal.code, refusal.joint, refusal.value, refusal.limit) == expected
+    assert refusal.text == str(error)
+
+
+def test_a_refusal_without_words_uses_those_of_the_catalogue() -> None:
+    assert Refusal(VerdictCode.MOVING).sentence == CATALOGUE[VerdictCode.MOVING].cause

@@ -1,0 +1,294 @@
+"""A pendant, the server and the emulated controller as they are used: processes on real sockets."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import time
+from typing import Any
+
+import pytest
+
+from openpendant.simplemsg.pendant import Activity, Motion, StateField
+from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.tools.pendants.client import (
+    Aborted,
+    ConnectionLost,
+    PendantClient,
+    Pose,
+    Refused,
+)
+
+pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+
+FAR = 0.8
+"""A joint move of this size at low speed takes long enough to be interrupted [rad]."""
+
+
+def moved(pendant: PendantClient, joint: int, by: float) -> list[float]:
+    target = list(pendant.joints())
+    target[joint] += by
+    return target
+
+
+def lowered(pose: Pose, by: float) -> Pose:
+    x, y, z = pose.position
+    return Pose((x, y, z - by), pose.orientation)
+
+
+async def test_joints_poses_and_paths_arrive_without_a_violation(start_cell: Any) -> None:
+    cell = await start_cell()
+    pendant = await cell.ready_pendant()
+    async with pendant.control():
+        target = moved(pendant, 0, 0.3)
+        await (await pendant.move_joints(target, speed=0.5)).done()
+        await pendant.next_state()
+        assert pendant.joints() == pytest.approx(target, abs=1e-5)
+
+        here = pendant.tool_pose()
+        await (await pendant.move_to_pose(lowered(here, 0.05), motion=Motion.LIN)).done()
+        await pendant.next_state()
+        assert pendant.tool_pose().position == pytest.approx(lowered(here, 0.05).position, abs=2e-4)
+
+        path = [lowered(here, 0.05 - 0.01 * step) for step in range(1, 6)]
+        result = await (await pendant.follow_poses(path, speed=0.3)).done()
+        assert result.motion_time > 0
+        await (await pendant.follow_joints([moved(pendant, 1, 0.1), target], speed=0.3)).done()
+    assert (await cell.end())["violations"] == 0
+
+
+async def test_type_11_points_drive_the_robot_too(start_cell: Any, tmp_path: Any) -> None:
+    config = tmp_path / "cell.toml"
+    config.write_text('[controller]\npoints = "simple"\n')
+    cell = await start_cell(server=("--config", str(config)))
+    pendant = await cell.ready_pendant()
+    async with pendant.control():
+        target = moved(pendant, 2, -0.2)
+        await (await pendant.move_joints(target, speed=0.3)).done()
+        await pendant.next_state()
+        assert pendant.joints() == pytest.approx(target, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("joint", "value", "code"),
+    [
+        (0, 7.0, VerdictCode.OUT_OF_RANGE),
+        (2, float("nan"), VerdictCode.NOT_FINITE),
+        (2, float("inf"), VerdictCode.NOT_FINITE),
+        (8, 0.5, VerdictCode.WRONG_JOINT_COUNT),
+        (0, None, VerdictCode.NO_MOTION),
+    ],
+)
+async def test_a_wrong_target_is_refused_with_its_joint_and_moves_nothing(
+    start_cell: Any, joint: int, value: float | None, code: VerdictCode
+) -> None:
+    cell = await start_cell()
+    pendant = await cell.ready_pendant()
+    before = pendant.joints()
+    target = [*before, *([0.0] * 4)]
+    if value is not None:
+        target[joint] = value
+    async with pendant.control():
+        with pytest.raises(Refused) as refused:
+            await pendant.move_joints(target)
+    assert refused.value.code == code
+    if code is VerdictCode.OUT_OF_RANGE:
+        assert (refused.value.joint, refused.value.value) == (0, 7.0)
+        assert refused.value.limit == pytest.approx(6.283185, abs=1e-5)
+    await pendant.next_state()
+    assert pendant.joints() == before
+
+
+async def test_an_unreachable_pose_is_refused_and_the_next_request_works(start_cell: Any) -> None:
+    cell = await start_cell()
+    pendant = await cell.ready_pendant()
+    here = pendant.tool_pose()
+    far = Pose((5.0, 0.0, 0.0), here.orientation)
+    async with pendant.control():
+        for motion in Motion:
+            with pytest.raises(Refused) as refused:
+                await pendant.move_to_pose(far, motion=motion)
+            assert refused.value.code == VerdictCode.UNREACHABLE
+        await (await pendant.move_joints(moved(pendant, 5, 0.1))).done()
+
+
+async def test_who_is_not_in_control_moves_nothing_but_may_stop(start_cell: Any) -> None:
+    cell = await start_cell()
+    holder = await cell.ready_pendant(client="holder")
+    observer = await cell.ready_pendant(client="observer")
+    await holder.take_control()
+
+    with pytest.raises(Refused) as refused:
+        await observer.take_control()
+    assert refused.value.code == VerdictCode.HELD_BY_OTHER
+    assert "holder" in refused.value.text
+    with pytest.raises(Refused):
+        await observer.move_joints(moved(observer, 0, 0.1))
+
+    move = await holder.move_joints(moved(holder, 0, FAR), speed=0.05)
+    await observer.stop("seen something")
+    with pytest.raises(Aborted) as aborted:
+        await move.done()
+    assert aborted.value.code == VerdictCode.STOPPED
+
+    with pytest.raises(Refused) as latched:
+        await holder.move_joints(moved(holder, 0, 0.1))
+    assert latched.value.code == VerdictCode.STOP_LATCHED
+    with pytest.raises(Refused):
+        await observer.reset_stop()
+    await holder.wait_until(lambda state: state.activity == Activity.IDLE)
+    await holder.reset_stop()
+    await (await holder.move_joints(moved(holder, 0, 0.05))).done()
+    assert (await cell.end())["violations"] == 0
+
+
+async def test_a_pendant_that_is_killed_in_motion_leaves_a_robot_at_rest(start_cell: Any) -> None:
+    cell = await start_cell()
+    observer = await cell.ready_pendant()
+    holder = await cell.ready_pendant()
+    await holder.take_control()
+    await holder.move_joints(moved(holder, 0, FAR), speed=0.1)
+    await observer.wait_until(lambda state: max(map(abs, state.velocities)) > 0.1)
+
+    assert holder._wire.transport is not None
+    holder._wire.transport.abort()
+    state = await observer.wait_until(
+        lambda state: state.in_motion == 0 and state.holder == 0, within=3
+    )
+
+    assert state.positions[0] < FAR - 0.1
+    async with observer.control():
+        await (await observer.move_joints(moved(observer, 1, 0.05))).done()
+
+
+async def test_a_controller_that_dies_in_motion_aborts_it_and_nothing_resumes(
+    start_cell: Any,
+) -> None:
+    cell = await start_cell()
+    pendant = await cell.ready_pendant()
+    await pendant.take_control()
+    move = await pendant.move_joints(moved(pendant, 0, FAR), speed=0.05)
+    await pendant.wait_until(lambda state: state.in_motion == 1)
+
+    began = time.monotonic()
+    os.kill(cell.emulator.pid, signal.SIGKILL)
+    with pytest.raises(Aborted) as aborted:
+        await asyncio.wait_for(move.done(), 5)
+
+    assert aborted.value.code in (VerdictCode.CONTROLLER_LOST, VerdictCode.FEEDBACK_STALE)
+    assert time.monotonic() - began < 1.0
+    with pytest.raises(Refused) as refused:
+        await pendant.move_joints(moved(pendant, 0, 0.1))
+    assert refused.value.code == VerdictCode.CONTROLLER_DOWN
+
+
+async def test_a_frozen_controller_is_noticed_by_its_silence(start_cell: Any) -> None:
+    cell = await start_cell()
+    pendant = await cell.ready_pendant()
+    await pendant.take_control()
+    move = await pendant.move_joints(moved(pendant, 0, FAR), speed=0.05)
+    await pendant.wait_until(lambda state: state.in_motion == 1)
+
+    os.kill(cell.emulator.pid, signal.SIGSTOP)
+    try:
+        with pytest.raises(Aborted) as aborted:
+            await asyncio.wait_for(move.done(), 5)
+    finally:
+        os.kill(cell.emulator.pid, signal.SIGCONT)
+
+    assert aborted.value.code in (VerdictCode.FEEDBACK_STALE, VerdictCode.CONTROLLER_SILENT)
+    state = await pendant.wait_until(
+        lambda state: state.in_motion == 0 and 0 <= state.age < 0.1, within=5
+    )
+    later = await pendant.wait_until(lambda now: now.sequence > state.sequence + 30)
+    assert later.positions == state.positions
+
+
+async def test_a_server_that_dies_in_motion_leaves_a_robot_at_rest(start_cell: Any) -> None:
+    cell = await start_cell()
+    pendant = await cell.ready_pendant()
+    await pendant.take_control()
+    move = await pendant.move_joints(moved(pendant, 0, FAR), speed=0.05)
+    await pendant.wait_until(lambda state: state.in_motion == 1)
+
+    os.kill(cell.server.pid, signal.SIGKILL)
+    with pytest.raises(ConnectionLost):
+        await asyncio.wait_for(move.done(), 5)
+
+    reader, writer = await asyncio.open_connection("127.0.0.1", cell.controller["state"])
+    in_motion = 1
+    async with asyncio.timeout(5):
+        while in_motion:
+            length = int.from_bytes(await reader.readexactly(4), "little")
+            body = await reader.readexactly(length)
+            if int.from_bytes(body[:4], "little") == 13:
+                in_motion = int.from_bytes(body[28:32], "little", signed=True)
+    writer.close()
+    await writer.wait_closed()
+
+
+async def test_a_dead_planner_refuses_and_comes_back(start_cell: Any) -> None:
+    cell = await start_cell()
+    pendant = await cell.ready_pendant()
+    await pendant.take_control()
+    here = pendant.tool_pose()
+    await (await pendant.move_to_pose(lowered(here, 0.02))).done()
+
+    for child in children_of(cell.server.pid):
+        os.kill(child, signal.SIGSTOP)
+        waiting = asyncio.ensure_future(pendant.move_to_pose(here))
+        await pendant.wait_until(lambda state: state.activity == Activity.PLANNING)
+        with pytest.raises(Refused) as busy:
+            await pendant.move_joints(moved(pendant, 0, 0.1))
+        assert busy.value.code == VerdictCode.PLANNING
+        os.kill(child, signal.SIGKILL)
+        with pytest.raises(Refused) as refused:
+            await waiting
+        assert refused.value.code == VerdictCode.PLANNER_FAILED
+
+    await (await pendant.move_to_pose(here)).done()
+
+
+def children_of(pid: int) -> list[int]:
+    with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as children:
+        return [int(child) for child in children.read().split()]
+
+
+async def test_the_snapshot_describes_the_cell(start_cell: Any) -> None:
+    cell = await start_cell()
+    pendant = await cell.ready_pendant(client="who asks")
+    async with pendant.control():
+        snapshot = await pendant.snapshot()
+    assert snapshot["robot"] == "ur5"
+    assert [joint["unit"] for joint in snapshot["joints"]] == ["rad"] * 6
+    assert snapshot["owner"]["client"] == "who asks"
+    assert snapshot["obstacle"] == ""
+
+
+async def test_garbage_on_every_port_disturbs_nobody(start_cell: Any) -> None:
+    cell = await start_cell()
+    pendant = await cell.ready_pendant()
+    await pendant.take_control()
+    move = await pendant.move_joints(moved(pendant, 0, 0.5), speed=0.1)
+    for port in (cell.ports["pendant"], cell.ports["ros_motion"], cell.controller["motion"]):
+        for garbage in (b"\xff" * 64, b"GET / HTTP/1.1\r\n\r\n", b"\0" * 16, os.urandom(4) * 9):
+            reader, writer = await asyncio.open_connection("127.0.0.1", port)
+            writer.write(garbage)
+            async with asyncio.timeout(5):
+                await reader.read()
+            writer.close()
+            await writer.wait_closed()
+    await move.done()
+    assert (await cell.end())["violations"] == 0
+
+
+async def test_state_comes_at_the_chosen_rate_with_rising_sequence(start_cell: Any) -> None:
+    cell = await start_cell()
+    pendant = await cell.pendant(state_rate=50)
+    states = [await pendant.next_state() for _ in range(50)]
+    sequences = [state.sequence for state in states]
+    assert sequences == sorted(set(sequences))
+    spent = (states[-1].time_s - states[0].time_s) + (states[-1].time_ns - states[0].time_ns) / 1e9
+    assert 49 / spent == pytest.approx(50, rel=0.2)
+    assert states[-1].valid_fields & StateField.TOOL

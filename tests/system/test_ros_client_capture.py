@@ -1,0 +1,317 @@
+"""What the real ROS-I client sent, against the real server and emulator.
+
+The client's side of the capture is sent packet by packet, waiting for replies as the client does.
+A patient replay lets the robot arrive before a further trajectory or the client's closing STOP.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from openpendant.tools.pendants.client import PendantClient
+
+VECTORS = Path(__file__).parents[1] / "vectors"
+STOP, END, START_DOWNLOAD = -4, -3, -1
+TOPIC, REQUEST, REPLY = 1, 2, 3
+REPLY_TIMEOUT = 5.0
+ARRIVAL = 0.005
+"""Half the goal threshold of the ROS-I action server [rad]."""
+
+STEPS = tuple(0.2 * joint for joint in range(1, 7))
+"""Last point of the usual trajectory: 0.2, 0.4, … 1.2."""
+
+SHIFTED = tuple(0.05 + step for step in STEPS)
+"""The same from 0.05 on."""
+
+
+@dataclass(frozen=True)
+class Packet:
+    connection: int
+    data: bytes
+    order: str
+
+    @property
+    def comm_type(self) -> int:
+        return int(struct.unpack_from(self.order + "i", self.data, 8)[0])
+
+    @property
+    def sequence(self) -> int:
+        return int(struct.unpack_from(self.order + "i", self.data, 16)[0])
+
+    @property
+    def joints(self) -> tuple[float, ...]:
+        return struct.unpack_from(self.order + "6f", self.data, 20)
+
+    @property
+    def duration(self) -> float:
+        return float(struct.unpack_from(self.order + "f", self.data, 64)[0])
+
+
+def motion_packets(scenario: str) -> list[Packet]:
+    capture = json.loads((VECTORS / "capture-industrial-robot-client.json").read_text())
+    order = ">" if "bswap" in scenario else "<"
+    return [
+        Packet(item["conn"], bytes.fromhex(item["hex"]), order)
+        for item in capture
+        if item["scenario"] == scenario
+        and item["dir"] == "client->server"
+        and item["port"] == 11000
+    ]
+
+
+def trajectories(packets: list[Packet]) -> Iterator[list[Packet]]:
+    """Split packets where a trajectory or a STOP begins."""
+    group: list[Packet] = []
+    for packet in packets:
+        begins = packet.sequence in (0, START_DOWNLOAD, STOP)
+        if begins and group:
+            yield group
+            group = []
+        group.append(packet)
+    if group:
+        yield group
+
+
+class RosClient:
+    """The motion writer of the real client, as far as its packets go."""
+
+    def __init__(self, port: int) -> None:
+        self._port = port
+        self._connection = 0
+        self._streams: tuple[asyncio.StreamReader, asyncio.StreamWriter] | None = None
+        self.answered = 0
+
+    async def send(self, packet: Packet) -> None:
+        if self._streams is None or packet.connection != self._connection:
+            await self.close()
+            self._streams = await asyncio.open_connection("127.0.0.1", self._port)
+            self._connection = packet.connection
+        reader, writer = self._streams
+        writer.write(packet.data)
+        await writer.drain()
+        if packet.comm_type == REQUEST:
+            assert await self._reply(reader, packet.order) == 1
+            self.answered += 1
+            await asyncio.sleep(0.005)
+
+    @staticmethod
+    async def _reply(reader: asyncio.StreamReader, order: str) -> int:
+        async with asyncio.timeout(REPLY_TIMEOUT):
+            (length,) = struct.unpack(order + "i", await reader.readexactly(4))
+            body = await reader.readexactly(length)
+        msg_type, comm_type, reply_code = struct.unpack_from(order + "3i", body)
+        assert (msg_type, comm_type) == (11, REPLY)
+        return int(reply_code)
+
+    async def lose_reply_and_reconnect(self, packet: Packet) -> None:
+        """Send a point and lose the link before its reply, as the capture's server did."""
+        assert self._streams is not None
+        _, writer = self._streams
+        writer.write(packet.data)
+        await writer.drain()
+        await asyncio.sleep(0.02)
+        await self.close()
+        await asyncio.sleep(0.25)
+
+    async def close(self) -> None:
+        if self._streams is not None:
+            self._streams[1].close()
+            await self._streams[1].wait_closed()
+            self._streams = None
+
+
+def distance(pendant: PendantClient, goal: tuple[float, ...]) -> float:
+    return max(abs(at - to) for at, to in zip(pendant.joints(), goal, strict=True))
+
+
+async def arrive(pendant: PendantClient, goal: tuple[float, ...], within: float) -> float:
+    """Wait until the robot stands at a goal; return when the last state of motion was seen."""
+    state = await pendant.wait_until(
+        lambda state: (
+            state.in_motion == 0
+            and state.activity == 0
+            and max(abs(a - b) for a, b in zip(state.positions, goal, strict=False)) < ARRIVAL
+        ),
+        within=within,
+    )
+    return state.time_s + state.time_ns / 1e9
+
+
+async def replay(client: RosClient, pendant: PendantClient, packets: list[Packet]) -> None:
+    """Send every trajectory, letting the robot arrive at each before the next packet."""
+    for group in trajectories(packets):
+        stop = group[0].sequence == STOP
+        for number, packet in enumerate(group):
+            again = number and packet.connection != group[number - 1].connection
+            if again and packet.data == group[number - 1].data:
+                continue
+            resent = number + 1 < len(group) and group[number + 1].data == packet.data
+            if resent:
+                await client.lose_reply_and_reconnect(packet)
+                await client.send(group[number + 1])
+            else:
+                await client.send(packet)
+        if not stop:
+            await arrive(pendant, group[-1].joints, within=45)
+
+
+PATIENT = {
+    "stream_three_points_success": SHIFTED,
+    "stream_one_point": None,
+    "stream_no_velocities": STEPS,
+    "stream_reordered_joints": None,
+    "stream_bswap_three_points": STEPS,
+    "stream_disconnect_mid_then_listen_again": STEPS,
+    "stream_idle_disconnect_then_trajectory": None,
+    "download_three_points": (0.0,) * 6,
+    "download_with_replies": STEPS,
+}
+"""Scenario: the pose where it ends; None where the last point of the capture says it."""
+
+
+def final_pose(scenario: str) -> tuple[float, ...]:
+    named = PATIENT[scenario]
+    points = [packet for packet in motion_packets(scenario) if packet.sequence != STOP]
+    if named is None:
+        return points[-1].joints
+    assert points[-1].joints == pytest.approx(named, abs=1e-6)
+    return named
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("scenario", PATIENT)
+@pytest.mark.asyncio
+async def test_the_robot_ends_where_the_real_client_sent_it(scenario: str, start_cell: Any) -> None:
+    cell = await start_cell(start="zero")
+    pendant = await cell.ready_pendant()
+    client = RosClient(cell.ports["ros_motion"])
+    packets = motion_packets(scenario)
+
+    await replay(client, pendant, packets)
+
+    requests = {packet.data for packet in packets if packet.comm_type == REQUEST}
+    assert client.answered >= len(requests)
+    await arrive(pendant, final_pose(scenario), within=10)
+    await client.close()
+    assert (await cell.end())["violations"] == 0
+
+
+@pytest.mark.realtime
+@pytest.mark.asyncio
+async def test_the_robot_arrives_no_sooner_than_the_durations_allow(start_cell: Any) -> None:
+    cell = await start_cell(start="zero")
+    pendant = await cell.ready_pendant()
+    client = RosClient(cell.ports["ros_motion"])
+    group = next(trajectories(motion_packets("stream_no_velocities")))
+    asked = sum(packet.duration for packet in group[1:])
+
+    for packet in group:
+        await client.send(packet)
+    begun = await pendant.wait_until(lambda state: state.in_motion == 1, within=10)
+    arrived = await arrive(pendant, group[-1].joints, within=45)
+    await client.close()
+
+    # One report period at either end is all that the observer may have missed.
+    assert arrived - (begun.time_s + begun.time_ns / 1e9) >= asked - 0.05
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("scenario", ["stream_empty_trajectory_is_stop", "stream_stop_service"])
+@pytest.mark.asyncio
+async def test_a_stop_while_idle_is_answered_and_moves_nothing(
+    scenario: str, start_cell: Any
+) -> None:
+    cell = await start_cell(start="zero")
+    pendant = await cell.ready_pendant()
+    client = RosClient(cell.ports["ros_motion"])
+    packets = motion_packets(scenario)
+
+    for packet in packets:
+        await client.send(packet)
+
+    assert client.answered == len(packets)
+    assert distance(pendant, (0.0,) * 6) < 1e-6
+    await client.close()
+
+
+@pytest.mark.realtime
+@pytest.mark.asyncio
+async def test_a_stop_in_motion_brings_the_robot_to_rest_on_the_way(start_cell: Any) -> None:
+    cell = await start_cell(start="zero")
+    pendant = await cell.ready_pendant()
+    client = RosClient(cell.ports["ros_motion"])
+    first, *_ = trajectories(motion_packets("stream_three_points_success"))
+    stop = motion_packets("stream_three_points_success")[-1]
+    assert stop.sequence == STOP
+
+    for packet in first:
+        await client.send(packet)
+    await pendant.wait_until(lambda state: max(state.positions) > 0.2, within=10)
+    await client.send(stop)
+    state = await pendant.wait_until(lambda state: state.in_motion == 0, within=2)
+
+    at_rest = state.positions
+    assert 0.2 < max(at_rest) < max(STEPS) - 0.05
+    later = await pendant.wait_until(lambda later: later.sequence > state.sequence + 50, within=5)
+    assert later.positions == at_rest
+    await client.close()
+    assert (await cell.end())["violations"] == 0
+
+
+@pytest.mark.realtime
+@pytest.mark.asyncio
+async def test_a_trajectory_broken_by_the_clients_stop_is_discarded(start_cell: Any) -> None:
+    cell = await start_cell(start="zero")
+    pendant = await cell.ready_pendant()
+    client = RosClient(cell.ports["ros_motion"])
+    packets = motion_packets("stream_new_trajectory_while_streaming")
+    assert [packet.sequence for packet in packets] == [0, 1, STOP, STOP]
+
+    for packet in packets:
+        await client.send(packet)
+    await asyncio.sleep(0.5)
+
+    assert client.answered == len(packets)
+    assert distance(pendant, (0.0,) * 6) < 1e-6
+    await client.close()
+
+
+@pytest.mark.realtime
+@pytest.mark.asyncio
+async def test_the_whole_client_stack_gets_its_goal_and_its_cancel(start_cell: Any) -> None:
+    cell = await start_cell(start="zero")
+    pendant = await cell.ready_pendant()
+    client = RosClient(cell.ports["ros_motion"])
+    groups = list(trajectories(motion_packets("full_stack_action")))
+    goal, cancelled, cancel = groups[0], groups[1], groups[2]
+    assert cancel[0].sequence == STOP
+
+    for packet in goal:
+        await client.send(packet)
+    await arrive(pendant, goal[-1].joints, within=30)
+    for packet in cancelled:
+        await client.send(packet)
+    await pendant.wait_until(lambda state: state.in_motion == 1, within=5)
+    for packet in cancel:
+        await client.send(packet)
+    await pendant.wait_until(lambda state: state.in_motion == 0, within=2)
+
+    assert distance(pendant, cancelled[-1].joints) > 0.1
+    await client.close()
+    assert (await cell.end())["violations"] == 0
+
+
+def test_the_capture_holds_what_these_tests_rely_on() -> None:
+    for scenario in PATIENT:
+        points = motion_packets(scenario)
+        assert points, scenario
+        assert all(math.isfinite(value) for packet in points for value in packet.joints)

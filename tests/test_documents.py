@@ -1,0 +1,45 @@
+"""What the documents promise: their links lead somewhere, and their commands exist."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from openpendant.tools.cli import COMMANDS
+
+ROOT = Path(__file__).parent.parent
+DOCUMENTS = [*sorted(ROOT.glob("*.md")), *sorted(ROOT.glob("docs/*.md"))]
+
+every_document = pytest.mark.parametrize(
+    "document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix()
+)
+
+
+@every_document
+def test_every_link_inside_the_project_leads_somewhere(document: Path) -> None:
+    targets = re.findall(r"\]\(([^)#]+)[^)]*\)", document.read_text("utf-8"))
+    inside = [target for target in targets if "://" not in target]
+    assert [target for target in inside if not (document.parent / target).exists()] == []
+
+
+@every_document
+def test_every_make_target_and_command_exists(document: Path) -> None:
+    code = "\n".join(re.findall(r"```.*?```|`[^`\n]+`", document.read_text("utf-8"), re.DOTALL))
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    targets = set(re.findall(r"(?m)^([a-z]+):", makefile))
+    assert set(re.findall(r"\bmake (?:[A-Z]+=\S+ )?([a-z]+)\b", code)) <= targets
+    assert set(re.findall(r"\bopenpendant ([a-z]+)\b", code)) <= set(COMMANDS)
+
+
+def test_every_page_is_listed_in_the_index() -> None:
+    index = (ROOT / "docs" / "index.md").read_text("utf-8")
+    pages = {path.name for path in ROOT.glob("docs/*.md")} - {"index.md"}
+    assert {page for page in pages if f"({page})" not in index} == set()
+
+
+def test_the_picture_is_well_formed() -> None:
+    root = ElementTree.parse(ROOT / "docs" / "parts.svg").getroot()
+    assert root.tag.endswith("svg")

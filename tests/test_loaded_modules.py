@@ -1,0 +1,89 @@
+"""What is loaded when a program starts: the same rules as `test_layers.py`, seen at run time."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+NO_ARM_MATHEMATICS = {"pinocchio", "toppra", "ompl", "scipy", "matplotlib"}
+ROOMS = ("simplemsg", "motion", "controller_emulator", "server", "tools")
+
+
+def loaded_by(*modules: str) -> set[str]:
+    """Names in `sys.modules` after a fresh interpreter imported the given modules."""
+    script = f"import json, sys, {', '.join(modules)}; print(json.dumps(list(sys.modules)))"
+    return set(json.loads(_python(script)))
+
+
+def _python(script: str) -> str:
+    ran = subprocess.run(
+        [sys.executable, "-W", "error", "-c", script], capture_output=True, text=True, check=False
+    )
+    assert ran.returncode == 0, ran.stderr
+    return ran.stdout
+
+
+@pytest.mark.parametrize("module", ["cli", "service", "controller"])
+def test_the_emulator_starts_without_heavy_libraries(module: str) -> None:
+    loaded = loaded_by(f"openpendant.controller_emulator.{module}")
+    assert loaded.isdisjoint(NO_ARM_MATHEMATICS | {"numpy", "typer", "rich"})
+    assert "openpendant.server" not in loaded
+
+
+def test_a_pendant_loads_nothing_of_the_server() -> None:
+    loaded = loaded_by("openpendant.tools.pendants.client")
+    rooms = {name.split(".")[1] for name in loaded if name.startswith("openpendant.")}
+    assert rooms == {"simplemsg", "tools"}
+    assert loaded.isdisjoint(NO_ARM_MATHEMATICS | {"numpy", "pydantic"})
+
+
+def test_the_packet_tools_load_no_robot_mathematics() -> None:
+    loaded = loaded_by("openpendant.tools.packets.cli")
+    assert loaded.isdisjoint(NO_ARM_MATHEMATICS | {"numpy", "openpendant.server"})
+
+
+def test_robot_facts_load_neither_numpy_nor_heavier() -> None:
+    modules = [f"openpendant.motion.{name}" for name in ("robot", "limits", "errors")]
+    assert loaded_by(*modules).isdisjoint(NO_ARM_MATHEMATICS | {"numpy"})
+
+
+def test_the_server_starts_without_what_only_its_planning_worker_needs() -> None:
+    assert loaded_by("openpendant.server.cli").isdisjoint({"toppra", "matplotlib", "scipy"})
+
+
+def test_the_command_loads_the_standard_library_only() -> None:
+    packages = {name.partition(".")[0] for name in loaded_by("openpendant.tools.cli")}
+    foreign = packages - loaded_packages_at_start() - set(sys.stdlib_module_names)
+    assert foreign == {"openpendant"}
+
+
+def loaded_packages_at_start() -> set[str]:
+    """What an interpreter of this environment holds at once, such as editable-install hooks."""
+    return {name.partition(".")[0] for name in loaded_by("json")}
+
+
+def test_no_file_is_loaded_under_two_names() -> None:
+    script = f"""
+import collections, importlib, json, os, pkgutil, sys
+
+packages = [importlib.import_module("openpendant." + room) for room in {ROOMS!r}]
+for package in packages:
+    for found in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
+        if not found.name.endswith("__main__"):
+            importlib.import_module(found.name)
+
+folders = tuple(os.path.realpath(package.__path__[0]) + os.sep for package in packages)
+names = collections.defaultdict(list)
+for name, module in list(sys.modules.items()):
+    file = os.path.realpath(getattr(module, "__file__", None) or "")
+    if file.startswith(folders):
+        names[file].append(name)
+print(json.dumps(list(names.values())))
+"""
+    names = json.loads(_python(script))
+    assert len(names) > 50
+    assert [several for several in names if len(several) > 1] == []
+    assert [name for (name,) in names if not name.startswith("openpendant.")] == []

@@ -1,0 +1,178 @@
+"""The two commands of the README, with an interpreter that only writes down what it is asked."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+
+pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="make is not here")
+
+# Stands in for `python3` and, once "installed", for the interpreter of the environment.
+INTERPRETER = """#!/bin/sh
+echo "$@" >> "$LOG"
+case "$*" in
+    *version_info*) exit "${TOO_OLD:-0}" ;;
+    *ensurepip*) exit "${NO_VENV:-0}" ;;
+    *"-m venv"*) mkdir -p .venv/bin && cp "$0" .venv/bin/python && cp "$0" .venv/bin/openpendant ;;
+    *"install"*"-e "*)
+        [ -z "$NO_WHEELS" ] || exit 1
+        mkdir -p .dev/openpendant/simplemsg && : > .dev/openpendant/simplemsg/__init__.py ;;
+esac
+"""
+
+
+@dataclass
+class Project:
+    folder: Path
+    log: Path
+    interpreter: Path
+
+    def make(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
+        """Run make; the outer make's variables must not reach it."""
+        self.log.write_text("")
+        kept = {name: value for name, value in os.environ.items() if "MAKE" not in name}
+        return subprocess.run(
+            ["make", f"PYTHON={self.interpreter}", *arguments],
+            cwd=self.folder,
+            env={**kept, "LOG": str(self.log), **environment},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    @property
+    def calls(self) -> list[str]:
+        return self.log.read_text().splitlines()
+
+    @property
+    def installed(self) -> list[str]:
+        """What was installed by the last run, such as `-e .[server,plot]`."""
+        return [call.rpartition("constraints.txt ")[2] for call in self.calls if "-c con" in call]
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Project:
+    folder = tmp_path / "project"
+    folder.mkdir()
+    for name in ("Makefile", "pyproject.toml", "constraints.txt", "hatch_build.py"):
+        shutil.copy(ROOT / name, folder)
+    interpreter = tmp_path / "python3"
+    interpreter.write_text(INTERPRETER)
+    interpreter.chmod(interpreter.stat().st_mode | stat.S_IXUSR)
+    return Project(folder, tmp_path / "log", interpreter)
+
+
+def test_help_is_the_default_and_lists_the_targets(project: Project) -> None:
+    shown = project.make()
+    assert shown.returncode == 0
+    for target in ("demo", "test", "bench", "lint", "soak", "clean"):
+        assert f"  make {target} " in shown.stdout
+    assert project.calls == []
+
+
+def test_demo_installs_what_runs_and_starts_with_the_named_robot(project: Project) -> None:
+    assert project.make("demo", "ROBOT=abb_irb2400").returncode == 0
+    assert project.installed == ["hatchling", "--no-build-isolation -e .[server,plot]"]
+    assert project.calls[-1] == "demo --robot abb_irb2400"
+
+
+def test_demo_moves_a_ur5_unless_told_otherwise(project: Project) -> None:
+    project.make("demo")
+    assert project.calls[-1] == "demo --robot ur5"
+
+
+def test_test_installs_what_tests_and_ends_with_pytest(project: Project) -> None:
+    assert project.make("test").returncode == 0
+    assert project.installed == ["hatchling", "--no-build-isolation -e .[server,plot,dev]"]
+    assert project.calls[-4:] == [
+        "-m ruff check .",
+        "-m ruff format --check .",
+        "-m mypy .",
+        "-m pytest",
+    ]
+
+
+@pytest.mark.parametrize("target", ["demo", "test"])
+def test_a_second_run_installs_nothing(project: Project, target: str) -> None:
+    project.make(target)
+    assert project.make(target).returncode == 0
+    assert project.installed == []
+
+
+def test_demo_after_test_installs_nothing(project: Project) -> None:
+    project.make("test")
+    project.make("demo")
+    assert project.installed == []
+
+
+@pytest.mark.parametrize("changed", ["pyproject.toml", "constraints.txt", "hatch_build.py"])
+def test_changed_requirements_are_installed(project: Project, changed: str) -> None:
+    project.make("demo")
+    newer = (project.folder / ".venv" / "demo.stamp").stat().st_mtime + 10
+    os.utime(project.folder / changed, (newer, newer))
+    project.make("demo")
+    assert project.installed != []
+
+
+def test_a_failed_installation_is_tried_again(project: Project) -> None:
+    failed = project.make("demo", NO_WHEELS="1")
+    assert failed.returncode != 0
+    assert "openpendant: the installation failed" in failed.stderr
+    assert not (project.folder / ".venv" / "demo.stamp").exists()
+    assert project.make("demo").returncode == 0
+    assert project.installed != []
+
+
+def test_a_deleted_link_folder_is_made_again(project: Project) -> None:
+    project.make("demo")
+    shutil.rmtree(project.folder / ".dev")
+    project.make("demo")
+    assert project.installed != []
+
+
+def test_a_moved_project_is_installed_again(project: Project) -> None:
+    project.make("test")
+    project.folder = project.folder.rename(project.folder.with_name("moved here"))
+    assert project.make("test").returncode == 0
+    assert project.installed != []
+    project.make("test")
+    assert project.installed == []
+
+
+@pytest.mark.parametrize(
+    ("trouble", "said"),
+    [
+        ({"TOO_OLD": "1"}, "is older than Python 3.11"),
+        ({"NO_VENV": "1"}, "has no venv module"),
+    ],
+)
+def test_an_unfit_interpreter_is_named_in_one_line(
+    project: Project, trouble: dict[str, str], said: str
+) -> None:
+    refused = project.make("demo", **trouble)
+    assert refused.returncode != 0
+    lines = [line for line in refused.stderr.splitlines() if line.startswith("openpendant:")]
+    assert len(lines) == 1
+    assert said in lines[0]
+    assert not (project.folder / ".venv").exists()
+
+
+def test_a_missing_interpreter_is_named_in_one_line(project: Project) -> None:
+    refused = project.make("test", "PYTHON=python-of-nowhere")
+    assert refused.returncode != 0
+    assert "openpendant: no 'python-of-nowhere' here." in refused.stderr
+
+
+def test_clean_leaves_no_environment(project: Project) -> None:
+    project.make("demo")
+    assert project.make("clean").returncode == 0
+    assert not (project.folder / ".venv").exists()
+    assert not (project.folder / ".dev").exists()

@@ -1,0 +1,151 @@
+"""An event loop whose clock is a number: when nothing is ready, time jumps to the next timer.
+
+Owns the test double for time. `asyncio.sleep`, `asyncio.timeout`, `call_later` and sockets work
+unchanged on it, an hour passes in milliseconds, and a run repeats to the byte. Prefer socket pairs;
+loopback TCP works as long as both ends are on this loop. Never talk to another process or thread
+under virtual time: the clock does not wait for them, so every deadline passes before they answer.
+Mark such a test `realtime` instead.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import selectors
+import socket
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from functools import partial
+from typing import Protocol, TypeVar, TypeVarTuple
+
+# Not zero, as no real monotonic clock starts there: code that takes 0 for "never" is found out.
+START_NS = 1_000_000_000_000
+
+# The kernel delivers over loopback TCP within the sender's call, but under load it may put that off
+# to another thread. One short real pause before each jump gives it the chance.
+SETTLE_S = 50e-6
+
+# With neither a timer nor anything ready, only bytes under way inside the kernel can still come.
+STALL_S = 0.5
+
+_Result = TypeVar("_Result")
+_Arguments = TypeVarTuple("_Arguments")
+
+
+class HasFileno(Protocol):
+    """What a selector can watch, besides a bare descriptor."""
+
+    def fileno(self) -> int:
+        """Return the file descriptor."""
+        ...
+
+
+class StalledError(RuntimeError):
+    """Nothing is ready, no timer is set and nothing arrives: the test would wait for ever."""
+
+
+class VirtualSelector(selectors.DefaultSelector):
+    """A selector that moves its own clock instead of waiting for a timer."""
+
+    def __init__(self, stalled: Callable[[], str]) -> None:
+        super().__init__()
+        self.now_ns = START_NS
+        self._stalled = stalled
+        self._network: set[int] = set()
+
+    def register(
+        self, fileobj: int | HasFileno, events: int, data: object = None
+    ) -> selectors.SelectorKey:
+        """Watch a file, and remember whether bytes may reach it with a delay."""
+        key = super().register(fileobj, events, data)
+        if _is_network_socket(key.fd):
+            self._network.add(key.fd)
+        return key
+
+    def unregister(self, fileobj: int | HasFileno) -> selectors.SelectorKey:
+        """Stop watching a file."""
+        key = super().unregister(fileobj)
+        self._network.discard(key.fd)
+        return key
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        """Return what is ready; if nothing is, jump `timeout` seconds ahead.
+
+        Raises:
+            StalledError: There is no timer to jump to, and nothing arrives.
+        """
+        ready = super().select(0)
+        if ready or timeout == 0:
+            return ready
+        if timeout is None:
+            ready = super().select(STALL_S)
+            if not ready:
+                raise StalledError(self._stalled())
+            return ready
+        if self._network:
+            time.sleep(SETTLE_S)
+            ready = super().select(0)
+            if ready:
+                return ready
+        self.now_ns += max(1, round(timeout * 1e9))
+        return []
+
+
+class VirtualLoop(asyncio.SelectorEventLoop):
+    """An asyncio loop on virtual time; executors run inline, and take no time."""
+
+    def __init__(self) -> None:
+        self._virtual = VirtualSelector(self._describe_stall)
+        super().__init__(self._virtual)
+
+    @property
+    def now_ns(self) -> int:
+        """Virtual time in nanoseconds; it starts at `START_NS`."""
+        return self._virtual.now_ns
+
+    def time(self) -> float:
+        """Return virtual time in seconds."""
+        return self._virtual.now_ns / 1e9
+
+    def run_in_executor(
+        self,
+        executor: Executor | None,
+        func: Callable[[*_Arguments], _Result],
+        *args: *_Arguments,
+    ) -> asyncio.Future[_Result]:
+        """Call `func` here and now; its outcome arrives in the next turn of the loop.
+
+        A thread or process at work is invisible to the selector, which would jump past every
+        deadline in the meantime.
+        """
+        future: asyncio.Future[_Result] = self.create_future()
+        try:
+            result = func(*args)
+        except Exception as error:
+            self.call_soon(_unless_done, future, partial(future.set_exception, error))
+        else:
+            self.call_soon(_unless_done, future, partial(future.set_result, result))
+        return future
+
+    def _describe_stall(self) -> str:
+        waiting = sorted(repr(task.get_coro()) for task in asyncio.all_tasks(self))
+        return (
+            f"nothing is ready, no timer is set and nothing came within {STALL_S} s; "
+            f"still waiting: {', '.join(waiting) or 'no task'}"
+        )
+
+
+def _unless_done(future: asyncio.Future[_Result], deliver: Callable[[], None]) -> None:
+    if not future.done():  # whoever asked may have been cancelled in the meantime
+        deliver()
+
+
+def _is_network_socket(fd: int) -> bool:
+    try:
+        probe = socket.socket(fileno=fd)
+    except OSError:
+        return False
+    try:
+        return probe.family in (socket.AF_INET, socket.AF_INET6)
+    finally:
+        probe.detach()

@@ -1,0 +1,1 @@
+"""What people start: the command `openpendant`, the demo, pendants, packet tools and benchmarks."""

@@ -1,0 +1,1 @@
+"""Benchmarks: what things cost, beside what they would cost at least."""

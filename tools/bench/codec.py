@@ -1,0 +1,168 @@
+"""Codec: decode and encode of the four messages that travel most, against bare `struct`."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from timeit import Timer
+from typing import Any
+
+from openpendant.simplemsg import (
+    JointFeedback,
+    JointPosition,
+    JointTrajPt,
+    JointTrajPtFull,
+    Message,
+    codec_for,
+)
+
+from .table import Benchmark, Bound, Sides
+
+_CALLS = 5_000
+_DECODE = Bound(2.5, aim=1.8)
+_ENCODE = Bound(1.4, aim=1.1)
+
+_JOINTS = tuple(0.1 * joint for joint in range(10))
+
+POSITION = JointPosition(sequence=1, joints=_JOINTS)
+POINT = JointTrajPt(sequence=1, joints=_JOINTS, velocity=0.5, duration=1.0)
+FULL_POINT = JointTrajPtFull(
+    robot_id=0,
+    sequence=1,
+    valid_fields=15,
+    time=0.5,
+    positions=_JOINTS,
+    velocities=_JOINTS,
+    accelerations=_JOINTS,
+)
+FEEDBACK = JointFeedback(
+    robot_id=0,
+    valid_fields=15,
+    time=0.5,
+    positions=_JOINTS,
+    velocities=_JOINTS,
+    accelerations=_JOINTS,
+)
+
+POSITION_BODY = struct.Struct("<i10f")
+POINT_BODY = struct.Struct("<i12f")
+FULL_POINT_BODY = struct.Struct("<3i31f")
+FEEDBACK_BODY = struct.Struct("<2i31f")
+
+POSITION_FRAME = struct.Struct("<5i10f")
+POINT_FRAME = struct.Struct("<5i12f")
+FULL_POINT_FRAME = struct.Struct("<7i31f")
+FEEDBACK_FRAME = struct.Struct("<6i31f")
+
+
+# The baselines are written out, one for each message, because that is what someone would write who
+# has no codec: nothing shared, nothing checked.
+
+
+def unpack_position(frame: bytes) -> tuple[Any, ...]:
+    """Unpack the body of a JOINT_POSITION."""
+    return POSITION_BODY.unpack_from(frame, 16)
+
+
+def unpack_point(frame: bytes) -> tuple[Any, ...]:
+    """Unpack the body of a JOINT_TRAJ_PT."""
+    return POINT_BODY.unpack_from(frame, 16)
+
+
+def unpack_full_point(frame: bytes) -> tuple[Any, ...]:
+    """Unpack the body of a JOINT_TRAJ_PT_FULL."""
+    return FULL_POINT_BODY.unpack_from(frame, 16)
+
+
+def unpack_feedback(frame: bytes) -> tuple[Any, ...]:
+    """Unpack the body of a JOINT_FEEDBACK."""
+    return FEEDBACK_BODY.unpack_from(frame, 16)
+
+
+def pack_position(m: JointPosition) -> bytes:
+    """Pack a JOINT_POSITION."""
+    return POSITION_FRAME.pack(56, 10, m.comm_type, m.reply_code, m.sequence, *m.joints)
+
+
+def pack_point(m: JointTrajPt) -> bytes:
+    """Pack a JOINT_TRAJ_PT."""
+    return POINT_FRAME.pack(
+        64, 11, m.comm_type, m.reply_code, m.sequence, *m.joints, m.velocity, m.duration
+    )
+
+
+def pack_full_point(m: JointTrajPtFull) -> bytes:
+    """Pack a JOINT_TRAJ_PT_FULL."""
+    return FULL_POINT_FRAME.pack(
+        148,
+        14,
+        m.comm_type,
+        m.reply_code,
+        m.robot_id,
+        m.sequence,
+        m.valid_fields,
+        m.time,
+        *m.positions,
+        *m.velocities,
+        *m.accelerations,
+    )
+
+
+def pack_feedback(m: JointFeedback) -> bytes:
+    """Pack a JOINT_FEEDBACK."""
+    return FEEDBACK_FRAME.pack(
+        144,
+        15,
+        m.comm_type,
+        m.reply_code,
+        m.robot_id,
+        m.valid_fields,
+        m.time,
+        *m.positions,
+        *m.velocities,
+        *m.accelerations,
+    )
+
+
+_CASES: tuple[tuple[Message, Callable[[bytes], Any], Callable[[Any], bytes]], ...] = (
+    (POSITION, unpack_position, pack_position),
+    (POINT, unpack_point, pack_point),
+    (FEEDBACK, unpack_feedback, pack_feedback),
+    (FULL_POINT, unpack_full_point, pack_full_point),
+)
+
+
+def benchmarks() -> list[Benchmark]:
+    """Return one benchmark for each message and direction."""
+    codec = codec_for()
+    found = []
+    for message, unpack, pack in _CASES:
+        frame = codec.encode(message)
+        if pack(message) != frame:
+            raise ValueError(f"the baseline of {message.PLACE.name} packs other bytes")
+        label = f"{message.PLACE.name} ({len(frame)} bytes)"
+        decode = partial(_sides, codec.decode, unpack, frame)
+        encode = partial(_sides, codec.encode, pack, message)
+        found.append(Benchmark(f"codec decode {label}", "ns", decode, _DECODE))
+        found.append(Benchmark(f"codec encode {label}", "ns", encode, _ENCODE))
+    return found
+
+
+@contextmanager
+def _sides(
+    subject: Callable[[Any], Any], baseline: Callable[[Any], Any], argument: Any
+) -> Iterator[Sides]:
+    yield Sides(
+        partial(_sample, _timer(subject, argument)), partial(_sample, _timer(baseline, argument))
+    )
+
+
+def _timer(function: Callable[[Any], Any], argument: Any) -> Timer:
+    return Timer("f(x)", globals={"f": function, "x": argument})
+
+
+def _sample(timer: Timer) -> float:
+    """Return nanoseconds per call."""
+    return timer.timeit(_CALLS) / _CALLS * 1e9

@@ -1,0 +1,219 @@
+"""Latency over loopback: a packet's way through the server, against the least asyncio can do.
+
+(a) a ROS-I point to its reply, against an echo; (b) a pendant's joint command to the first point at
+the controller, against a relay. The baseline is measured in the same run, turn by turn, and so is
+the idle control: what a busy machine does to the baseline, it does to ours.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
+
+from openpendant.motion.robot import serial_robot
+from openpendant.simplemsg import PENDANT, JointTrajPt, SpecialSequence, codec_for, joint_array
+from openpendant.simplemsg.pendant import (
+    PROTOCOL_VERSION,
+    Authority,
+    AuthorityAction,
+    AuthorityBeat,
+    Hello,
+    JointMove,
+    Outcome,
+    Verdict,
+)
+
+from .peers import (
+    accept,
+    connect,
+    listen,
+    pinned,
+    plain_controller,
+    process,
+    receive_exactly,
+    receive_message,
+)
+from .table import Benchmark, Bound, Sides
+
+ROBOT = "ur5"
+HERE, PEER = 0, 1
+"""Places of this process and of whoever it measures."""
+
+POINTS = 200
+"""Points of one sample of (a)."""
+
+MOVES = 5
+"""Joint commands of one sample of (b)."""
+
+_SETTLE = 4.0
+"""Until the planning process is warm and leaves the processors alone [s]."""
+
+
+def benchmarks() -> list[Benchmark]:
+    """Return both latency benchmarks."""
+    return [
+        Benchmark(
+            "latency (a) ROS-I point to reply", "us", _point_to_reply, Bound(2.5, aim=1.5), 15
+        ),
+        Benchmark(
+            "latency (b) joint command to point", "us", _command_to_point, Bound(3.0, aim=2.0), 15
+        ),
+    ]
+
+
+@contextmanager
+def _point_to_reply() -> Iterator[Sides]:
+    """Time points of a trajectory that a real server collects for an emulated controller."""
+    with ExitStack() as stack:
+        emulator = stack.enter_context(
+            process(
+                "openpendant.controller_emulator",
+                *("--robot", ROBOT, "--motion-port", "0", "--state-port", "0", "--json"),
+            )
+        )
+        server = stack.enter_context(
+            process(
+                "openpendant.server",
+                *("--robot", ROBOT, "--json", "--pendant-port", "0", "--ros-motion-port", "0"),
+                *("--ros-state-port", "0"),
+                *("--controller", f"127.0.0.1:{emulator['motion']}:{emulator['state']}"),
+                place=PEER,
+            )
+        )
+        echo = stack.enter_context(process("openpendant.tools.bench.peers", "echo", place=PEER))
+        time.sleep(_SETTLE)
+        stack.enter_context(pinned(HERE))
+        ours = stack.enter_context(closing(connect(server["ros_motion"])))
+        theirs = stack.enter_context(closing(connect(echo["port"])))
+        home = joint_array(serial_robot(ROBOT).home_position)
+        codec = codec_for()
+        frames = [
+            codec.encode(JointTrajPt(sequence=number, joints=home, velocity=0.1, duration=0.1))
+            for number in range(POINTS)
+        ]
+        stop = codec.encode(
+            JointTrajPt(
+                sequence=SpecialSequence.STOP, joints=joint_array(()), velocity=0.0, duration=0.0
+            )
+        )
+
+        def subject() -> float:
+            taken = []
+            for frame in frames:
+                began = time.perf_counter()
+                ours.sendall(frame)
+                reply = receive_exactly(ours, 16)
+                taken.append(time.perf_counter() - began)
+                if codec.decode(reply).reply_code != 1:
+                    raise RuntimeError("the server refused a point")
+            ours.sendall(stop)
+            receive_exactly(ours, 16)
+            return statistics.median(taken) * 1e6
+
+        def baseline() -> float:
+            taken = []
+            for frame in frames:
+                began = time.perf_counter()
+                theirs.sendall(frame)
+                receive_exactly(theirs, len(frame))
+                taken.append(time.perf_counter() - began)
+            return statistics.median(taken) * 1e6
+
+        yield Sides(subject, baseline)
+
+
+@contextmanager
+def _command_to_point() -> Iterator[Sides]:
+    """Time joint moves from the pendant's write to the first point at the controller."""
+    with ExitStack() as stack:
+        motion, state, sink = (stack.enter_context(closing(listen())) for _ in range(3))
+        server = stack.enter_context(
+            process(
+                "openpendant.server",
+                *("--robot", ROBOT, "--json", "--pendant-port", "0", "--ros-motion-port", "0"),
+                *("--ros-state-port", "0", "--no-stop-connection"),
+                "--controller",
+                f"127.0.0.1:{motion.getsockname()[1]}:{state.getsockname()[1]}",
+                place=PEER,
+            )
+        )
+        relay = stack.enter_context(
+            process(
+                "openpendant.tools.bench.peers", "relay", str(sink.getsockname()[1]), place=PEER
+            )
+        )
+        controller = stack.enter_context(
+            plain_controller(
+                stack.enter_context(closing(accept(motion))),
+                stack.enter_context(closing(accept(state))),
+                serial_robot(ROBOT).home_position,
+            )
+        )
+        to_relay = stack.enter_context(closing(connect(relay["port"])))
+        from_relay = stack.enter_context(closing(accept(sink)))
+        time.sleep(_SETTLE)
+        stack.enter_context(pinned(HERE))
+        pendant = stack.enter_context(closing(connect(server["pendant"])))
+        codec = codec_for(PENDANT)
+
+        def read_until(kind: type[Verdict] | type[Outcome]) -> Verdict | Outcome:
+            while True:
+                prefix = receive_exactly(pendant, 4)
+                size = int.from_bytes(prefix, "little")
+                message = codec.decode(prefix + receive_exactly(pendant, size))
+                if isinstance(message, Verdict | Outcome) and message.code:
+                    raise RuntimeError(message.text)
+                if isinstance(message, kind):
+                    return message
+
+        pendant.sendall(
+            codec.encode(
+                Hello(
+                    protocol_version=PROTOCOL_VERSION, state_rate=0.0, cell="", client="benchmark"
+                )
+            )
+        )
+        pendant.sendall(codec.encode(Authority(request_id=1, action=AuthorityAction.REQUEST)))
+        read_until(Verdict)
+        moves = 0
+
+        def move() -> float:
+            nonlocal moves
+            moves += 1
+            pendant.sendall(codec.encode(AuthorityBeat()))
+            home = serial_robot(ROBOT).home_position
+            goal = (home[0] + (0.02 if moves % 2 else 0.0), *home[1:])
+            frame = codec.encode(
+                JointMove(request_id=100 + moves, speed=1.0, joints=joint_array(goal))
+            )
+            began = time.perf_counter()
+            pendant.sendall(frame)
+            first = receive_message(controller.motion)
+            taken = time.perf_counter() - began
+            goal32 = tuple(codec.decode(frame).joints[: len(goal)])  # type: ignore[attr-defined]
+            controller.obey(first, goal32)
+            read_until(Outcome)
+            return taken
+
+        def subject() -> float:
+            return statistics.median(move() for _ in range(MOVES)) * 1e6
+
+        packet = bytes(64)
+
+        def pass_on() -> float:
+            began = time.perf_counter()
+            to_relay.sendall(packet)
+            receive_exactly(from_relay, len(packet))
+            return time.perf_counter() - began
+
+        def baseline() -> float:
+            # As far apart as the moves: a process that slept wakes more slowly than a busy one.
+            taken = []
+            for _ in range(MOVES):
+                time.sleep(0.1)
+                taken.append(pass_on())
+            return statistics.median(taken) * 1e6
+
+        yield Sides(subject, baseline)

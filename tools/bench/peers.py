@@ -1,0 +1,244 @@
+"""Processes and sockets that the latency benchmarks talk to.
+
+The baselines run here too, as `python -m openpendant.tools.bench.peers echo|relay`: the least that
+an asyncio program can do with a packet, so that a ratio says what ours adds.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from openpendant.simplemsg import (
+    JointFeedback,
+    JointTrajPtFull,
+    Message,
+    Status,
+    accepted,
+    codec_for,
+    joint_array,
+)
+
+TIMEOUT = 10.0
+
+
+class Echo(asyncio.Protocol):
+    """Writes back what it reads."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Keep the transport."""
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+
+    def data_received(self, data: bytes) -> None:
+        """Write back."""
+        self._transport.write(data)
+
+
+class Relay(asyncio.Protocol):
+    """Writes what it reads to another connection."""
+
+    def __init__(self, upstream: asyncio.Transport) -> None:
+        self._upstream = upstream
+
+    def data_received(self, data: bytes) -> None:
+        """Pass on."""
+        self._upstream.write(data)
+
+
+async def _serve_echo() -> None:
+    server = await asyncio.get_running_loop().create_server(Echo, "127.0.0.1", 0)
+    print(json.dumps({"port": server.sockets[0].getsockname()[1]}), flush=True)
+    await server.serve_forever()
+
+
+async def _serve_relay(port: int) -> None:
+    loop = asyncio.get_running_loop()
+    upstream, _ = await loop.create_connection(asyncio.Protocol, "127.0.0.1", port)
+    server = await loop.create_server(lambda: Relay(upstream), "127.0.0.1", 0)
+    print(json.dumps({"port": server.sockets[0].getsockname()[1]}), flush=True)
+    await server.serve_forever()
+
+
+def pin(pid: int, place: int) -> None:
+    """Keep a process on one processor, where the system can.
+
+    Whether two processes share a processor changes the time of a round trip by a factor of two, and
+    the scheduler decides it anew in every run. So subject and baseline get the same place.
+
+    Args:
+        pid: process id, 0 for this one.
+        place: counts the processors that this process may use.
+    """
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(pid, {_PROCESSORS[place % len(_PROCESSORS)]})
+
+
+_PROCESSORS = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else [0]
+
+
+@contextmanager
+def process(*command: str, place: int | None = None) -> Iterator[dict[str, int]]:
+    """Run a Python module that prints one JSON line when it is ready; end it afterwards."""
+    child = subprocess.Popen(
+        [sys.executable, "-m", *command],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    try:
+        assert child.stdout is not None
+        ready: dict[str, int] = json.loads(child.stdout.readline())
+        if place is not None:
+            pin(child.pid, place)
+        yield ready
+    finally:
+        child.terminate()
+        child.wait(TIMEOUT)
+        assert child.stdout is not None
+        child.stdout.close()
+
+
+@contextmanager
+def pinned(place: int) -> Iterator[None]:
+    """Keep this process on one processor for the length of the context."""
+    pin(0, place)
+    try:
+        yield
+    finally:
+        if hasattr(os, "sched_setaffinity"):
+            os.sched_setaffinity(0, _PROCESSORS)
+
+
+def connect(port: int) -> socket.socket:
+    """Return a blocking connection to a port of this machine that sends at once."""
+    connection = socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT)
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return connection
+
+
+def listen() -> socket.socket:
+    """Return a listening socket on a free port of this machine."""
+    listener = socket.create_server(("127.0.0.1", 0))
+    listener.settimeout(TIMEOUT)
+    return listener
+
+
+def accept(listener: socket.socket) -> socket.socket:
+    """Return the next connection, blocking and sending at once."""
+    connection, _ = listener.accept()
+    connection.settimeout(TIMEOUT)
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return connection
+
+
+def receive_exactly(connection: socket.socket, size: int) -> bytes:
+    """Read so many bytes."""
+    data = bytearray()
+    while len(data) < size:
+        part = connection.recv(size - len(data))
+        if not part:
+            raise ConnectionError("the peer closed the connection")
+        data += part
+    return bytes(data)
+
+
+def receive_message(connection: socket.socket) -> Message:
+    """Read one standard frame, little endian."""
+    prefix = receive_exactly(connection, 4)
+    return codec_for().decode(
+        prefix + receive_exactly(connection, int.from_bytes(prefix, "little"))
+    )
+
+
+@dataclass
+class PlainController:
+    """A controller that obeys at once: where a point says, there it stands.
+
+    Attributes:
+        motion: its motion connection.
+        position: where it stands [rad].
+    """
+
+    motion: socket.socket
+    state: socket.socket
+    position: tuple[float, ...]
+    moving: bool = False
+    ended: bool = False
+
+    def report(self) -> None:
+        """Send joint feedback and status at 100 Hz until `ended`; runs in a thread."""
+        codec = codec_for()
+        while not self.ended:
+            joints = joint_array(self.position)
+            still = joint_array(())
+            frames = codec.encode(
+                JointFeedback(
+                    robot_id=0,
+                    valid_fields=14,
+                    time=0.0,
+                    positions=joints,
+                    velocities=still,
+                    accelerations=still,
+                )
+            ) + codec.encode(
+                Status(
+                    drives_powered=1,
+                    e_stopped=0,
+                    error_code=0,
+                    in_error=0,
+                    in_motion=int(self.moving),
+                    mode=2,
+                    motion_possible=1,
+                )
+            )
+            try:
+                self.state.sendall(frames)
+            except OSError:
+                return
+            time.sleep(0.01)
+
+    def obey(self, first: Message, goal: tuple[float, ...]) -> None:
+        """Answer points, from one that was received, until the goal was sent."""
+        message = first
+        while True:
+            self.motion.sendall(codec_for().encode(accepted(message)))
+            if isinstance(message, JointTrajPtFull):
+                self.position = message.positions[: len(self.position)]
+                near = max(abs(a - b) for a, b in zip(self.position, goal, strict=True)) < 1e-6
+                if near and not any(message.velocities):
+                    return
+            message = receive_message(self.motion)
+
+
+@contextmanager
+def plain_controller(
+    motion: socket.socket, state: socket.socket, position: tuple[float, ...]
+) -> Iterator[PlainController]:
+    """Report state from a thread for the length of the context."""
+    controller = PlainController(motion, state, position)
+    thread = threading.Thread(target=controller.report, daemon=True)
+    thread.start()
+    try:
+        yield controller
+    finally:
+        controller.ended = True
+        thread.join(TIMEOUT)
+
+
+if __name__ == "__main__":
+    match sys.argv[1:]:
+        case ["echo"]:
+            asyncio.run(_serve_echo())
+        case ["relay", port]:
+            asyncio.run(_serve_relay(int(port)))

@@ -1,0 +1,191 @@
+"""Measures benchmarks and prints them as one table.
+
+A figure of one run says little on a shared machine; a ratio says more, when both sides were
+measured in turn. So each repetition takes one sample of the subject and one of its baseline, in
+alternating order, and the ratio is the median of the repetitions' ratios.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import asdict, dataclass
+from enum import Enum
+from typing import Any
+
+Sample = Callable[[], float]
+"""Takes one measurement and returns it in the benchmark's unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sides:
+    """What a benchmark compares.
+
+    Attributes:
+        subject: samples what is measured.
+        baseline: samples what it is measured against, None where there is nothing.
+    """
+
+    subject: Sample
+    baseline: Sample | None = None
+
+
+class Judged(Enum):
+    """Which figure a bound applies to."""
+
+    RATIO = "ratio to the baseline"
+    VALUE = "median itself"
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """The largest accepted figure.
+
+    Attributes:
+        most: the figure must not exceed this.
+        aim: where it should be one day.
+        judged: which figure is meant.
+    """
+
+    most: float
+    aim: float
+    judged: Judged = Judged.RATIO
+
+
+@dataclass(frozen=True, slots=True)
+class Benchmark:
+    """One row of the table.
+
+    Attributes:
+        name: short, unique, the first word naming the module.
+        unit: unit of the samples.
+        prepare: opens what both sides need (servers, files), gives them, and closes it.
+        bound: None for a figure that is only shown.
+        repetitions: samples of each side; a quick run takes a third of them.
+    """
+
+    name: str
+    unit: str
+    prepare: Callable[[], AbstractContextManager[Sides]]
+    bound: Bound | None = None
+    repetitions: int = 15
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What was measured.
+
+    Attributes:
+        name: of the benchmark.
+        median: of the subject's samples.
+        unit: of both medians.
+        baseline: median of the baseline's samples, None without a baseline.
+        ratio: median of the ratios, None without a baseline.
+        bound: largest accepted figure, None where there is none.
+        aim: where it should be one day.
+        judged: the figure that `bound` applies to.
+        verdict: "ok", "over", or "" where there is no bound.
+    """
+
+    name: str
+    median: float
+    unit: str
+    baseline: float | None
+    ratio: float | None
+    bound: float | None
+    aim: float | None
+    judged: str
+    verdict: str
+
+
+def measure(benchmark: Benchmark, quick: bool = False) -> Row:
+    """Run one benchmark.
+
+    Args:
+        benchmark: what to run.
+        quick: take a third of the repetitions.
+    """
+    repetitions = max(3, benchmark.repetitions // 3) if quick else benchmark.repetitions
+    with benchmark.prepare() as sides:
+        subject, baseline = _interleaved(sides, repetitions)
+    median = statistics.median(subject)
+    ratio = None
+    if baseline:
+        ratio = statistics.median(s / b for s, b in zip(subject, baseline, strict=True))
+    bound = benchmark.bound
+    return Row(
+        name=benchmark.name,
+        median=median,
+        unit=benchmark.unit,
+        baseline=statistics.median(baseline) if baseline else None,
+        ratio=ratio,
+        bound=None if bound is None else bound.most,
+        aim=None if bound is None else bound.aim,
+        judged="" if bound is None else bound.judged.value,
+        verdict=_verdict(bound, median, ratio),
+    )
+
+
+def _interleaved(sides: Sides, repetitions: int) -> tuple[list[float], list[float]]:
+    samples: tuple[list[float], list[float]] = ([], [])
+    order = [(sides.subject, samples[0])]
+    if sides.baseline is not None:
+        order.append((sides.baseline, samples[1]))
+    for sample, _ in order:
+        sample()  # warms caches up
+    for _ in range(repetitions):
+        for sample, into in order:
+            into.append(sample())
+        order.reverse()
+    return samples
+
+
+def _verdict(bound: Bound | None, median: float, ratio: float | None) -> str:
+    if bound is None:
+        return ""
+    figure = median if bound.judged is Judged.VALUE else ratio
+    if figure is None:
+        raise ValueError("a bound on the ratio needs a baseline")
+    return "ok" if figure <= bound.most else "over"
+
+
+def render(rows: Sequence[Row]) -> str:
+    """Return the rows as a table of plain text."""
+    heading = ("name", "median", "unit", "baseline", "ratio", "bound", "aim", "")
+    cells = [heading, *(_cells(row) for row in rows)]
+    widths = [max(len(row[column]) for row in cells) for column in range(len(heading))]
+    return "\n".join(_line(row, widths) for row in cells)
+
+
+def _line(cells: tuple[str, ...], widths: list[int]) -> str:
+    padded = [
+        cell.ljust(width) if column in (0, 2) else cell.rjust(width)
+        for column, (cell, width) in enumerate(zip(cells, widths, strict=True))
+    ]
+    return "  ".join(padded).rstrip()
+
+
+def _cells(row: Row) -> tuple[str, ...]:
+    limit_unit = f" {row.unit}" if row.judged == Judged.VALUE.value else ""
+    return (
+        row.name,
+        _figure(row.median),
+        row.unit,
+        _figure(row.baseline),
+        "" if row.ratio is None else f"{row.ratio:.2f}",
+        "" if row.bound is None else f"{row.bound:g}{limit_unit}",
+        "" if row.aim is None else f"{row.aim:g}{limit_unit}",
+        row.verdict,
+    )
+
+
+def _figure(value: float | None) -> str:
+    if value is None:
+        return ""
+    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
+
+
+def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """Return the rows as JSON objects."""
+    return [asdict(row) for row in rows]

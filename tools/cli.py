@@ -1,0 +1,167 @@
+"""The command `openpendant`: one table of sub-commands, each imported only when it is called.
+
+Owns what all sub-commands share: help, version, unknown commands, missing extras, interrupts and
+closed pipes. Must import nothing but the standard library, so that `openpendant emulate` starts
+where the server's libraries do not exist. Arguments of a sub-command belong to its own room.
+
+Exit codes: 0 done, 2 wrong usage, 69 something is not installed, 70 a fault of this program, 130
+interrupted, 141 the reader of the output went away; other codes are the sub-command's own.
+"""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+import os
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+TRACEBACK_VARIABLE = "OPENPENDANT_TRACEBACK"
+"""Environment variable: when set, an unforeseen error shows its traceback."""
+
+
+class ExitCode(IntEnum):
+    """Exit codes of the command itself; the names follow `sysexits.h` and the shells."""
+
+    OK = 0
+    USAGE = 2
+    NOT_INSTALLED = 69
+    INTERNAL_ERROR = 70
+    INTERRUPTED = 130
+    PIPE_CLOSED = 141
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """A sub-command: where its `main(argv: list[str]) -> int` is, and what it does."""
+
+    module: str
+    help: str
+
+
+COMMANDS: Mapping[str, Command] = {
+    "demo": Command("openpendant.tools.demo", "watch a pendant move an emulated robot"),
+    "serve": Command("openpendant.server.cli", "run the pendant server of a cell"),
+    "emulate": Command("openpendant.controller_emulator.cli", "run an emulated robot controller"),
+    "robots": Command("openpendant.motion.cli", "list, show and check robots; their kinematics"),
+    "packets": Command("openpendant.tools.packets.cli", "decode and encode simple message packets"),
+}
+
+EXTRA_OF_LIBRARY: Mapping[str, str] = {
+    "pinocchio": "server",
+    "toppra": "server",
+    "matplotlib": "plot",
+}
+"""The extra of the distribution that installs a library which not every sub-command needs."""
+
+
+def main(argv: Sequence[str] | None = None, *, commands: Mapping[str, Command] = COMMANDS) -> int:
+    """Run the command `openpendant`.
+
+    Args:
+        argv: Arguments after the program's name; those of the process if None.
+        commands: The table of sub-commands.
+
+    Returns:
+        The exit code.
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    try:
+        try:
+            return _dispatch(arguments, commands)
+        finally:
+            sys.stdout.flush()  # here, where a closed pipe is still caught
+    except KeyboardInterrupt:
+        return ExitCode.INTERRUPTED
+    except BrokenPipeError:
+        _discard_output()
+        return ExitCode.PIPE_CLOSED
+
+
+def _dispatch(arguments: list[str], commands: Mapping[str, Command]) -> int:
+    match arguments:
+        case []:
+            print(_help(commands), file=sys.stderr)
+            return ExitCode.USAGE
+        case ["-h" | "--help", *_]:
+            print(_help(commands))
+            return ExitCode.OK
+        case ["-V" | "--version", *_]:
+            print(f"openpendant {_version()}")
+            return ExitCode.OK
+        case [name, *rest] if name in commands:
+            return _run(commands[name], rest)
+        case [name, *_]:
+            return _complain(_unknown(name, commands), ExitCode.USAGE)
+    raise AssertionError("every list of arguments is matched above")
+
+
+def _run(command: Command, arguments: list[str]) -> int:
+    try:
+        run: Callable[[list[str]], int] = importlib.import_module(command.module).main
+        return run(arguments)
+    except ModuleNotFoundError as error:
+        library = (error.name or "").partition(".")[0]
+        if library == "openpendant" or not library:
+            return _internal_error(error)
+        return _complain(_not_installed(library), ExitCode.NOT_INSTALLED)
+    except BrokenPipeError:
+        raise
+    except Exception as error:
+        return _internal_error(error)
+
+
+def _internal_error(error: Exception) -> int:
+    if os.environ.get(TRACEBACK_VARIABLE):
+        raise error
+    what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    message = f"internal error: {what} (set {TRACEBACK_VARIABLE}=1 to see where)"
+    return _complain(message, ExitCode.INTERNAL_ERROR)
+
+
+def _complain(message: str, code: ExitCode) -> int:
+    print(f"openpendant: {message}", file=sys.stderr)
+    return code
+
+
+def _help(commands: Mapping[str, Command]) -> str:
+    width = max(len(name) for name in commands)
+    return "\n".join(
+        [
+            "usage: openpendant [--help] [--version] COMMAND ...",
+            "",
+            "A virtual teach pendant, speaking ROS-Industrial simple message.",
+            "",
+            "commands:",
+            *(f"  {name:<{width}}  {command.help}" for name, command in commands.items()),
+            "",
+            "`openpendant COMMAND --help` lists a command's own options.",
+        ]
+    )
+
+
+def _unknown(name: str, commands: Mapping[str, Command]) -> str:
+    kind = "option" if name.startswith("-") else "command"
+    candidates = ["--help", "--version"] if kind == "option" else list(commands)
+    close = difflib.get_close_matches(name, candidates, n=1)
+    hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(candidates)}"
+    return f"unknown {kind} {name!r}; {hint}"
+
+
+def _not_installed(library: str) -> str:
+    extra = EXTRA_OF_LIBRARY.get(library)
+    distribution = f"openpendant[{extra}]" if extra else "openpendant"
+    return f"this needs {library}, which is not installed: pip install '{distribution}'"
+
+
+def _version() -> str:
+    from openpendant.simplemsg import __version__
+
+    return __version__
+
+
+def _discard_output() -> None:
+    # What is still buffered would fail once more, with a traceback, when the interpreter ends.
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

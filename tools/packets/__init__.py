@@ -1,0 +1,1 @@
+"""Packet-level tools: reading and writing simple-message packets by hand and by script."""

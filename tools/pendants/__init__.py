@@ -1,0 +1,1 @@
+"""Clients of the public pendant protocol; nothing here knows the server."""
