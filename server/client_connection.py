@@ -85,7 +85,10 @@ class ClientConnection(asyncio.Protocol):
         """Decode what came and hand each message to the core, on this call stack."""
         wire = self.wire
         order = wire.byte_order
-        for received in wire.receive(data):
+        complete = wire.receive(data)
+        for received in complete:
+            if self.is_closing:
+                return
             self._app.perform(self._app.core.receive(self.session, received, self._app.now()))
         if wire.fault is not None:
             self.close(str(wire.fault))
@@ -96,17 +99,22 @@ class ClientConnection(asyncio.Protocol):
             self._yield_to_others()
         if not wire.partial:
             self._frame_begun = None
-        elif self._frame_begun is None or order is None:
+        elif self._frame_begun is None or complete:
             self._frame_begun = self._app.now()
+
+    @property
+    def is_closing(self) -> bool:
+        """Whether the connection is closed, or will be once what was written has left."""
+        return self._transport is None or self._transport.is_closing()
 
     def _yield_to_others(self) -> None:
         """Go on with the rest of a large chunk in the next turn of the loop."""
-        if self._transport is not None and not self._transport.is_closing():
+        if self._transport is not None and not self.is_closing:
             self._transport.pause_reading()
             asyncio.get_running_loop().call_soon(self._go_on)
 
     def _go_on(self) -> None:
-        if self._transport is None or self._transport.is_closing():
+        if self._transport is None or self.is_closing:
             return
         self._transport.resume_reading()
         self.data_received(b"")

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("openpendant.server")
 
 _CONNECT_TIMEOUT = 2.0
+_FAREWELL = 0.25
 
 
 class ControllerConnection(asyncio.Protocol):
@@ -130,11 +131,17 @@ class ControllerConnection(asyncio.Protocol):
     def end(self) -> None:
         """Close the path because the server is going down."""
         self._ending = True
-        if self._transport is not None:
-            self._transport.close()
+        self._close()
 
     def drop(self, reason: str) -> None:
-        """Close the path at once; it connects anew."""
+        """Close the path; it connects anew."""
         if self._transport is not None:
             log.warning("controller %s link dropped: %s", self.path.name.lower(), reason)
-            self._transport.abort()
+            self._close()
+
+    def _close(self) -> None:
+        """Close gently, so that a stop just written still leaves; by force where nobody reads."""
+        transport = self._transport
+        if transport is not None:
+            transport.close()
+            asyncio.get_running_loop().call_later(_FAREWELL, transport.abort)

@@ -42,6 +42,9 @@ class PlanStore:
     def __init__(self, folder: Path) -> None:
         """Make a store; the folder is made when the first motion is kept."""
         self._folder = folder
+        # A second run in the same folder goes on counting; nothing is overwritten.
+        kept = [int(path.stem) for path in folder.glob("*.json") if path.stem.isdigit()]
+        self._before = max(kept, default=0)
         self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="plan-store")
         self._complained = False
 
@@ -55,8 +58,9 @@ class PlanStore:
 
     def _write(self, motion: StoredMotion) -> None:
         trajectory = motion.certified.trajectory.trajectory()
+        number = self._before + motion.number
         about = {
-            "number": motion.number,
+            "number": number,
             "started_ns": motion.started,
             "plan_time": motion.plan_time,
             "duration": trajectory.duration,
@@ -65,13 +69,13 @@ class PlanStore:
         try:
             self._folder.mkdir(parents=True, exist_ok=True)
             np.savez(
-                self._folder / f"{motion.number:04d}.npz",
+                self._folder / f"{number:04d}.npz",
                 times=trajectory.times,
                 position=trajectory.position,
                 velocity=trajectory.velocity,
                 acceleration=trajectory.acceleration,
             )
-            path = self._folder / f"{motion.number:04d}.json"
+            path = self._folder / f"{number:04d}.json"
             path.write_text(json.dumps(about, indent=1), encoding="utf-8")
         except OSError as error:
             if not self._complained:

@@ -7,11 +7,11 @@ Runs in the planning process.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from openpendant.motion.errors import NoMotion
 from openpendant.motion.limits import JointLimits
 from openpendant.motion.paths import COINCIDENT, JointSpline
-from openpendant.motion.ptp import plan_joint_move
 from openpendant.motion.timing import SegmentRule, time_path
 from openpendant.motion.trajectory import Trajectory, join
 
@@ -39,8 +39,8 @@ def plan_ros_path(job: RosPathJob, limits: JointLimits) -> Trajectory:
     start = job.start
     elsewhere = _distance(start, first.position) > job.approach_tolerance
     if elsewhere or not (somewhere or _coincide(start, first.position)):
-        approach = min(job.approach_speed, first.speed_fraction)
-        legs.append(plan_joint_move(start, first.position, limits, speed=approach))
+        speed = min(job.approach_speed, first.speed_fraction)
+        legs.append(_follow(start, [replace(first, speed_fraction=speed)], limits))
         start = first.position
     if somewhere:
         legs.append(_follow(start, rest, limits))

@@ -341,7 +341,7 @@ class ResetStop(Message):
 class State(Topic):
     """STATE: the newest only; what a slow reader misses is counted in `dropped`."""
 
-    sequence: Annotated[int, Int("counts the state messages of this connection")]
+    sequence: Annotated[int, Int("counts the cell's state messages; a listener may see gaps")]
     time_s: Annotated[int, Int("the server's monotonic time, whole seconds", "s")]
     time_ns: Annotated[int, Int("the server's monotonic time, rest", "ns")]
     age: Annotated[float, Real("age of the controller's last report, -1 before the first", "s")]

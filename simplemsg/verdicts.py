@@ -32,7 +32,6 @@ class VerdictCode(IntEnum):
     NOT_STANDING = 26
     STOPPED = 27
     SHUTTING_DOWN = 28
-    UNKNOWN_MESSAGE = 40
     MALFORMED = 41
     BAD_ARGUMENT = 42
     NOT_FINITE = 43
@@ -131,9 +130,6 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "A software stop ended the motion.", "Reset the stop; ask for the motion again."
     ),
     VerdictCode.SHUTTING_DOWN: _entry("The server is going down.", "Start it again."),
-    VerdictCode.UNKNOWN_MESSAGE: _entry(
-        "The server does not know this request.", "See the protocol reference."
-    ),
     VerdictCode.MALFORMED: _entry(
         "The body does not have the layout of its message type.", "See the protocol reference."
     ),
