@@ -1,0 +1,207 @@
+"""The client's side of one connection: requests out, verdicts and outcomes back to whoever waits.
+
+Owns the matching of replies to requests and the end of everything that waits when the connection is
+lost. What the requests mean is `client`'s business.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Callable
+from typing import TypeVar
+
+from openpendant.simplemsg import (
+    PENDANT,
+    ByteOrder,
+    CommType,
+    Connection,
+    FramingFault,
+    HeaderOnly,
+    Malformed,
+    Message,
+    ReplyCode,
+    Role,
+    Unasked,
+)
+from openpendant.simplemsg.pendant import (
+    MAX_PENDANT_FRAME,
+    HelloReply,
+    Management,
+    Outcome,
+    Verdict,
+)
+
+from .failures import ConnectionLost, PendantError, Refused
+from .motions import MotionHandle
+
+REPLY_TIMEOUT = 35.0
+"""A verdict comes after planning, which the server ends after 30 s."""
+
+HELLO = 0
+"""Stands for the request id of hello, which has none."""
+
+_T = TypeVar("_T")
+
+
+class Conversation(asyncio.Protocol):
+    """One connection to a pendant server.
+
+    Attributes:
+        error: why it is over; None while it goes on.
+        closed: set when the connection has ended.
+    """
+
+    def __init__(self, on_news: Callable[[Message], None]) -> None:
+        """Make a conversation that has not begun.
+
+        Args:
+            on_news: called with every message that answers nothing: state and changes.
+        """
+        self.error: PendantError | None = None
+        self.closed = asyncio.Event()
+        self._on_news = on_news
+        self._wire = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
+        self._transport: asyncio.Transport | None = None
+        # Verdicts come in the order of decisions, not of requests: a planned motion is answered
+        # late. So each is found by its request id.
+        self._verdicts: dict[int, asyncio.Future[Message]] = {}
+        self._outcomes: dict[int, asyncio.Future[Outcome]] = {}
+        self._waiting: set[Callable[[PendantError], None]] = set()
+        self._last_request = HELLO
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Send at once from now on."""
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+        transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def data_received(self, data: bytes) -> None:
+        """Decode what came and give each message to whoever waits for it."""
+        while True:
+            for received in self._wire.receive(data):
+                if not isinstance(received, Malformed | Unasked):
+                    self._take(received)
+            if not self._wire.more:
+                break
+            data = b""
+        if self._wire.fault is not None:
+            self._end(self._wire.fault)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """End everything that waits."""
+        self._transport = None
+        self._end(exc)
+        self.closed.set()
+
+    def close(self) -> None:
+        """Close the connection; `closed` tells when it is."""
+        if self._transport is not None:
+            self._transport.close()
+        else:
+            self.closed.set()
+
+    def abort(self) -> None:
+        """Break the connection at once."""
+        if self._transport is not None:
+            self._transport.abort()
+
+    def new_request(self) -> int:
+        """Return a request id that was not used yet."""
+        self._last_request += 1
+        return self._last_request
+
+    def write(self, message: Message) -> None:
+        """Send a message.
+
+        Raises:
+            ConnectionLost: the connection is over.
+        """
+        if self.error is not None:
+            raise self.error
+        if self._transport is None:
+            raise ConnectionLost("not connected")
+        self._transport.write(self._wire.send(message))
+
+    def expect(self, kind: type[_T]) -> asyncio.Future[_T]:
+        """Return a future that the caller completes, and that fails when the connection ends.
+
+        Raises:
+            ConnectionLost: the connection is over already.
+        """
+        if self.error is not None:
+            raise self.error
+        future: asyncio.Future[_T] = asyncio.get_running_loop().create_future()
+
+        def fail(error: PendantError) -> None:
+            future.set_exception(error)
+            # Nobody may be waiting for it any more; that is no fault of its own.
+            future.exception()
+
+        self._waiting.add(fail)
+        future.add_done_callback(lambda _: self._waiting.discard(fail))
+        return future
+
+    async def ask(self, request: Message, request_id: int) -> Message:
+        """Send a request and wait for its verdict.
+
+        Raises:
+            Refused: the verdict is a failure.
+            ConnectionLost: the connection ended, or no verdict came.
+        """
+        future = self._verdicts[request_id] = self.expect(Message)
+        try:
+            self.write(request)
+            async with asyncio.timeout(REPLY_TIMEOUT):
+                reply = await future
+        except TimeoutError:
+            raise ConnectionLost(f"no verdict within {REPLY_TIMEOUT:g} s") from None
+        finally:
+            self._verdicts.pop(request_id, None)
+        if isinstance(reply, Verdict) and reply.reply_code != ReplyCode.SUCCESS:
+            raise Refused(reply.code, reply.text, reply.joint, reply.value, reply.limit)
+        return reply
+
+    async def begin_motion(self, request: Message, request_id: int) -> MotionHandle:
+        """Send a motion request; return the motion once it was accepted and has begun.
+
+        Raises:
+            Refused: the verdict is a failure.
+            ConnectionLost: the connection ended, or no verdict came.
+        """
+        outcome = self._outcomes[request_id] = self.expect(Outcome)
+        try:
+            await self.ask(request, request_id)
+        except BaseException:
+            self._outcomes.pop(request_id, None)
+            outcome.cancel()
+            raise
+        return MotionHandle(request_id, outcome)
+
+    def _take(self, message: Message) -> None:
+        match message:
+            case Verdict(request_id=request_id) | Management(request_id=request_id):
+                _complete(self._verdicts.get(request_id), message)
+            case HelloReply():
+                _complete(self._verdicts.get(HELLO), message)
+            case Outcome(request_id=request_id):
+                _complete(self._outcomes.pop(request_id, None), message)
+            case HeaderOnly(comm_type=CommType.REPLY):
+                self._end(ConnectionLost(f"the server does not know type {message.msg_type}"))
+            case _:
+                self._on_news(message)
+
+    def _end(self, cause: Exception | None) -> None:
+        if self.error is None:
+            reason = str(cause) if cause else "the server closed the connection"
+            self.error = cause if isinstance(cause, PendantError) else ConnectionLost(reason)
+        for fail in list(self._waiting):
+            fail(self.error)
+        self._waiting.clear()
+        if isinstance(cause, FramingFault):
+            self.abort()
+
+
+def _complete(future: asyncio.Future[_T] | None, value: _T) -> None:
+    if future is not None and not future.done():
+        future.set_result(value)
