@@ -11,16 +11,13 @@ import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from inspect import get_annotations
 from typing import (
-    Annotated,
     Any,
     ClassVar,
     TypeVar,
     cast,
     dataclass_transform,
-    get_args,
-    get_origin,
-    get_type_hints,
 )
 
 from .codes import JOINT_SLOTS, CommType, ReplyCode
@@ -141,13 +138,29 @@ class Place:
 
 
 class Record:
-    """A group of fields that repeats inside an `Array`; no header of its own."""
+    """A group of fields that repeats inside an `Array`; no header of its own.
+
+    Comparison and text are written here once: `dataclass` would write and compile both anew for
+    every message, which was most of what importing this package cost.
+    """
 
     __slots__ = ()
     FIELDS: ClassVar[dict[str, Field]]
 
+    def _values(self) -> dict[str, object]:
+        return {name: getattr(self, name) for name in self.FIELDS}
 
-@dataclass(slots=True)
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return self._values() == other._values()
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name}={value!r}" for name, value in self._values().items())
+        return f"{type(self).__name__}({values})"
+
+
+@dataclass(slots=True, eq=False, repr=False)
 class Message(Record):
     """Base of every message; the two header fields that are not the type itself.
 
@@ -160,15 +173,19 @@ class Message(Record):
     comm_type: int = dataclasses.field(default=CommType.REQUEST, kw_only=True)
     reply_code: int = dataclasses.field(default=ReplyCode.UNUSED, kw_only=True)
 
+    def _values(self) -> dict[str, object]:
+        header = {"comm_type": self.comm_type, "reply_code": self.reply_code}
+        return {**header, **Record._values(self)}
 
-@dataclass(slots=True)
+
+@dataclass(slots=True, eq=False, repr=False)
 class Topic(Message):
     """Base of messages that are usually topics: sent unasked, never answered."""
 
     comm_type: int = dataclasses.field(default=CommType.TOPIC, kw_only=True)
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False, repr=False)
 class Reply(Message):
     """Base of messages that are always the answer to a request."""
 
@@ -182,17 +199,17 @@ _MessageT = TypeVar("_MessageT", bound=Message)
 
 def _fields_of(cls: type[Record]) -> dict[str, Field]:
     fields: dict[str, Field] = {}
-    for name, hint in get_type_hints(cls, include_extras=True).items():
-        if get_origin(hint) is Annotated:
-            (field,) = (extra for extra in get_args(hint)[1:] if isinstance(extra, Field))
-            fields[name] = field
+    for name, hint in get_annotations(cls, eval_str=True).items():
+        for extra in getattr(hint, "__metadata__", ()):
+            if isinstance(extra, Field):
+                fields[name] = extra
     return fields
 
 
 @dataclass_transform()
 def record(cls: type[_RecordT]) -> type[_RecordT]:
     """Declare a record class: a slotted dataclass whose annotated fields are its layout."""
-    made: Any = dataclass(slots=True)(cls)
+    made: Any = dataclass(slots=True, eq=False, repr=False)(cls)
     made.FIELDS = _fields_of(made)
     return cast("type[_RecordT]", made)
 
@@ -209,7 +226,7 @@ def message(place: Place) -> Callable[[type[_MessageT]], type[_MessageT]]:
     """
 
     def declare(cls: type[_MessageT]) -> type[_MessageT]:
-        made: Any = dataclass(slots=True)(cls)
+        made: Any = dataclass(slots=True, eq=False, repr=False)(cls)
         made.PLACE = place
         made.FIELDS = _fields_of(made)
         return cast("type[_MessageT]", made)

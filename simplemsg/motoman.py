@@ -4,8 +4,6 @@ Layouts: ros-industrial/motoman, `motoman_driver/MotoPlus/SimpleMessage.h` 1.9.1
 classes of `motoman_driver`.
 """
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from .declaration import (

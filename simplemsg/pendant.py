@@ -6,8 +6,6 @@ request id of the pendant's choice and has exactly three outcomes: refused (a fa
 accepted (a success `Verdict`) and then completed or aborted (an `Outcome`).
 """
 
-from __future__ import annotations
-
 from enum import IntEnum, IntFlag
 from typing import Annotated
 

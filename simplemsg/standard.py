@@ -4,8 +4,6 @@ Layouts: REP-I0006 and the `load`/`unload` routines of industrial_core's `simple
 where the two disagree the C++ library is followed (`docs/simplemsg.md` lists the cases).
 """
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from .codes import MAX_TRAJECTORY_POINTS, MsgType
