@@ -1,19 +1,17 @@
 """A pendant server on a hand-driven clock: lists in, lists out, times in nanoseconds.
 
-Owns the doubles that the server's core tests share: a scripted controller that follows its points
-exactly and misbehaves as told, a planner that answers when asked, and pendants and ROS-I clients
-that remember what they were told. Two joints with round limits: ±2 rad, 2 rad/s, 4 rad/s².
+Joins the server's core with the scripted controller, the clients that are connected to it, and a
+planner that answers when asked. Two joints with round limits: ±2 rad, 2 rad/s, 4 rad/s².
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from bisect import bisect_right
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from enum import Enum
-from typing import TypeVar
+
+from scripted_controller import Fault, ScriptedController
+from server_clients import Peer, Pendant, RosClient
 
 from openpendant.motion.certificate import certify
 from openpendant.motion.errors import MotionError
@@ -37,38 +35,18 @@ from openpendant.server.refusal import Refusal, refusal_of
 from openpendant.server.robot_cell import ControllerPath
 from openpendant.server.settings import CellSettings, make_settings
 from openpendant.simplemsg import (
-    CommType,
-    ControllerMode,
     HeaderOnly,
-    JointFeedback,
     JointTrajPt,
     JointTrajPtFull,
     Message,
     MsgType,
     Received,
     ReplyCode,
-    Status,
-    TriState,
     Unasked,
-    ValidField,
     accepted,
-    joint_array,
     refused,
 )
-from openpendant.simplemsg.pendant import (
-    PROTOCOL_VERSION,
-    Activity,
-    Authority,
-    AuthorityAction,
-    Hello,
-    JointMove,
-    JointPath,
-    JointWaypoint,
-    Outcome,
-    ResetStop,
-    SoftwareStop,
-    Verdict,
-)
+from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode
 
 MS = 1_000_000
@@ -84,8 +62,6 @@ LIMITS = JointLimits(
 IDENTITY = Identity("cell", "two-joints", "openpendant test")
 SUCCESS, FAILURE = ReplyCode.SUCCESS, ReplyCode.FAILURE
 
-_M = TypeVar("_M", bound=Message)
-
 
 class NoTool:
     """A tool that stays at the origin."""
@@ -95,86 +71,6 @@ class NoTool:
 
     def tool_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
         return 0.0
-
-
-class Fault(Enum):
-    """What the controller does to a point instead of taking it."""
-
-    REFUSE = "answers failure"
-    WRONG_TYPE = "answers with another type"
-    SILENT = "does not answer"
-    LATE = "answers after 600 ms"
-    TWICE = "answers twice"
-    LINK_LOST = "closes the connection"
-
-
-@dataclass
-class ScriptedController:
-    """Follows every point exactly at its time; a stop freezes it."""
-
-    position: tuple[float, ...] = (0.0, 0.0)
-    faults: dict[int, Fault] = field(default_factory=dict)
-    reports: bool = True
-    coasts: bool = False
-    mode: int = ControllerMode.AUTO
-    e_stopped: bool = False
-    error_code: int = 0
-    powered: bool = True
-    awaited: int = 0
-    points: list[JointTrajPtFull | JointTrajPt] = field(default_factory=list)
-    _began: int = 0
-    _times: list[int] = field(default_factory=list)
-    _path: list[JointTrajPtFull] = field(default_factory=list)
-    _stopped: bool = True
-
-    def take(self, point: JointTrajPtFull, now: int) -> None:
-        if point.sequence == 0:
-            self._began, self._times, self._path = now, [], []
-            self._stopped = False
-        self._times.append(self._began + round(point.time * 1e9))
-        self._path.append(point)
-
-    def stop(self, now: int) -> None:
-        if not self.coasts:
-            self.position = self.state(now)[0]
-            self._stopped = True
-
-    def state(self, now: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return (position, velocity), two joints each."""
-        if self._stopped or not self._path:
-            return self.position, (0.0, 0.0)
-        index = bisect_right(self._times, now) - 1
-        if index < 0:
-            return self.position, (0.0, 0.0)
-        self.position = self._path[index].positions[:2]
-        return self.position, self._path[index].velocities[:2]
-
-    def feedback(self, now: int) -> JointFeedback:
-        position, velocity = self.state(now)
-        return JointFeedback(
-            robot_id=0,
-            valid_fields=ValidField.POSITION | ValidField.VELOCITY,
-            time=now / 1e9,
-            positions=joint_array(position),
-            velocities=joint_array(velocity),
-            accelerations=joint_array(()),
-        )
-
-    def status(self, now: int) -> Status:
-        moves = any(self.state(now)[1])
-        return Status(
-            drives_powered=tri(self.powered),
-            e_stopped=tri(self.e_stopped),
-            error_code=self.error_code,
-            in_error=tri(self.error_code != 0),
-            in_motion=tri(moves),
-            mode=self.mode,
-            motion_possible=tri(not self.e_stopped and not self.error_code),
-        )
-
-
-def tri(value: bool) -> TriState:
-    return TriState.TRUE if value else TriState.FALSE
 
 
 class Shell(ABC):
@@ -221,106 +117,6 @@ class Shell(ABC):
     def _open(self, peer: Peer, port: Port, address: str) -> None:
         self._peers[peer.session] = peer
         self.perform(self.core.opened(peer.session, port, address, self.now))
-
-
-class Peer:
-    """One client's connection: what it sent is the core's business, what it got is kept here."""
-
-    def __init__(self, rig: Shell, session: int) -> None:
-        self.rig = rig
-        self.session = session
-        self.got: list[Message] = []
-        self.closed_for: list[str] = []
-
-    def send(self, message: Received) -> list[Message]:
-        """Send a message and return what came back on this call stack."""
-        before = len(self.got)
-        self.rig.perform(self.rig.core.receive(self.session, message, self.rig.now))
-        return self.got[before:]
-
-    def close(self) -> None:
-        self.rig.perform(self.rig.core.closed(self.session, self.rig.now))
-
-    def all(self, kind: type[_M]) -> list[_M]:
-        return [message for message in self.got if isinstance(message, kind)]
-
-
-class Pendant(Peer):
-    """A pendant with shorthands for its requests; each uses a fresh request id."""
-
-    last_request = 0
-
-    def _next(self) -> int:
-        self.last_request += 1
-        return self.last_request
-
-    def hello(self, client: str = "tester", state_rate: float = 0.0) -> list[Message]:
-        return self.send(hello(client, state_rate))
-
-    def code(self, message: Message) -> VerdictCode | None:
-        """Send a request and return the code of its own verdict, None if none came yet."""
-        request_id = getattr(message, "request_id", 0)
-        codes = [
-            VerdictCode(answer.code)
-            for answer in self.send(message)
-            if isinstance(answer, Verdict) and answer.request_id == request_id
-        ]
-        assert len(codes) <= 1
-        return codes[0] if codes else None
-
-    def take(self) -> VerdictCode | None:
-        return self.code(Authority(self._next(), AuthorityAction.REQUEST))
-
-    def release(self) -> VerdictCode | None:
-        return self.code(Authority(self._next(), AuthorityAction.RELEASE))
-
-    def move(self, *joints: float, speed: float = 1.0) -> VerdictCode | None:
-        return self.code(JointMove(self._next(), speed, joint_array(joints)))
-
-    def path(self, *waypoints: Sequence[float], speed: float = 1.0) -> VerdictCode | None:
-        points = tuple(JointWaypoint(joint_array(waypoint)) for waypoint in waypoints)
-        return self.code(JointPath(self._next(), speed, points))
-
-    def stop(self, reason: str = "enough") -> VerdictCode | None:
-        return self.code(SoftwareStop(self._next(), reason))
-
-    def reset(self) -> VerdictCode | None:
-        return self.code(ResetStop(self._next()))
-
-    def verdicts(self) -> list[tuple[int, VerdictCode]]:
-        return [(item.request_id, VerdictCode(item.code)) for item in self.all(Verdict)]
-
-    def outcomes(self) -> list[tuple[int, VerdictCode]]:
-        return [(item.request_id, VerdictCode(item.code)) for item in self.all(Outcome)]
-
-
-class RosClient(Peer):
-    """A ROS-I motion connection."""
-
-    def point(
-        self,
-        sequence: int,
-        *joints: float,
-        duration: float = 0.5,
-        velocity: float = 0.1,
-        comm_type: CommType = CommType.REQUEST,
-    ) -> ReplyCode | None:
-        """Send one point and return the code of its reply."""
-        message = JointTrajPt(
-            sequence, joint_array(joints), velocity, duration, comm_type=comm_type
-        )
-        return self.code(message)
-
-    def code(self, message: Message) -> ReplyCode | None:
-        replies = self.send(message)
-        assert len(replies) <= 1
-        return ReplyCode(replies[0].reply_code) if replies else None
-
-    def trajectory(self, *positions: tuple[float, ...]) -> list[ReplyCode | None]:
-        return [self.point(index, *joints) for index, joints in enumerate(positions)]
-
-    def stop(self) -> ReplyCode | None:
-        return self.point(-4)
 
 
 class ServerRig(Shell):
@@ -480,10 +276,6 @@ class ServerRig(Shell):
     def stops(self) -> list[int]:
         """Times at which a stop left."""
         return [time for time, item in self.log if isinstance(item, ForwardStop)]
-
-
-def hello(client: str = "tester", state_rate: float = 0.0, cell: str = "") -> Hello:
-    return Hello(PROTOCOL_VERSION, state_rate, cell, client)
 
 
 def ready(*, plans_at_once: bool = True, **settings: object) -> ServerRig:

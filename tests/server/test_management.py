@@ -6,7 +6,8 @@ import json
 from typing import Any
 
 import pytest
-from server_rig import Pendant, ServerRig, ready
+from server_clients import Pendant
+from server_rig import ServerRig, ready
 
 from openpendant.simplemsg import ReplyCode
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Management

@@ -6,7 +6,9 @@ import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
-from server_rig import LIMITS, MS, Fault, Pendant, RosClient, ServerRig, ready
+from scripted_controller import Fault
+from server_clients import Pendant, RosClient
+from server_rig import LIMITS, MS, ServerRig, ready
 
 from openpendant.server.outgoing import Forward, ForwardStop, Outgoing
 from openpendant.server.robot_cell import ControllerPath

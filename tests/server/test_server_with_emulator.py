@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 from emulated_cell import EmulatedCell
-from server_rig import MS, RosClient
+from server_clients import RosClient
+from server_rig import MS
 
 from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.robot import serial_robot

@@ -1,0 +1,98 @@
+"""A scripted controller: follows its points exactly and misbehaves as told. Two joints."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from enum import Enum
+
+from openpendant.simplemsg import (
+    ControllerMode,
+    JointFeedback,
+    JointTrajPt,
+    JointTrajPtFull,
+    Status,
+    TriState,
+    ValidField,
+    joint_array,
+)
+
+
+class Fault(Enum):
+    """What the controller does to a point instead of taking it."""
+
+    REFUSE = "answers failure"
+    WRONG_TYPE = "answers with another type"
+    SILENT = "does not answer"
+    LATE = "answers after 600 ms"
+    TWICE = "answers twice"
+    LINK_LOST = "closes the connection"
+
+
+@dataclass
+class ScriptedController:
+    """Follows every point exactly at its time; a stop freezes it."""
+
+    position: tuple[float, ...] = (0.0, 0.0)
+    faults: dict[int, Fault] = field(default_factory=dict)
+    reports: bool = True
+    coasts: bool = False
+    mode: int = ControllerMode.AUTO
+    e_stopped: bool = False
+    error_code: int = 0
+    powered: bool = True
+    awaited: int = 0
+    points: list[JointTrajPtFull | JointTrajPt] = field(default_factory=list)
+    _began: int = 0
+    _times: list[int] = field(default_factory=list)
+    _path: list[JointTrajPtFull] = field(default_factory=list)
+    _stopped: bool = True
+
+    def take(self, point: JointTrajPtFull, now: int) -> None:
+        if point.sequence == 0:
+            self._began, self._times, self._path = now, [], []
+            self._stopped = False
+        self._times.append(self._began + round(point.time * 1e9))
+        self._path.append(point)
+
+    def stop(self, now: int) -> None:
+        if not self.coasts:
+            self.position = self.state(now)[0]
+            self._stopped = True
+
+    def state(self, now: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return (position, velocity), two joints each."""
+        if self._stopped or not self._path:
+            return self.position, (0.0, 0.0)
+        index = bisect_right(self._times, now) - 1
+        if index < 0:
+            return self.position, (0.0, 0.0)
+        self.position = self._path[index].positions[:2]
+        return self.position, self._path[index].velocities[:2]
+
+    def feedback(self, now: int) -> JointFeedback:
+        position, velocity = self.state(now)
+        return JointFeedback(
+            robot_id=0,
+            valid_fields=ValidField.POSITION | ValidField.VELOCITY,
+            time=now / 1e9,
+            positions=joint_array(position),
+            velocities=joint_array(velocity),
+            accelerations=joint_array(()),
+        )
+
+    def status(self, now: int) -> Status:
+        moves = any(self.state(now)[1])
+        return Status(
+            drives_powered=tri(self.powered),
+            e_stopped=tri(self.e_stopped),
+            error_code=self.error_code,
+            in_error=tri(self.error_code != 0),
+            in_motion=tri(moves),
+            mode=self.mode,
+            motion_possible=tri(not self.e_stopped and not self.error_code),
+        )
+
+
+def tri(value: bool) -> TriState:
+    return TriState.TRUE if value else TriState.FALSE

@@ -1,0 +1,113 @@
+"""What the controller's reports end: stale ones, its own stops, a goal not reached."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from robot_cell_situations import (
+    GOAL,
+    codes,
+    emergency_stop,
+    error,
+    in_motion,
+    in_planning,
+    in_settling,
+    keep_beating,
+    moving,
+    no_power,
+)
+from server_clients import Pendant
+from server_rig import MS, TICK, ServerRig, ready
+
+from openpendant.server.outgoing import ForwardStop, Send
+from openpendant.server.robot_cell import ControllerPath
+from openpendant.simplemsg import ControllerMode, TriState
+from openpendant.simplemsg.pendant import Activity, Outcome
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+
+def test_stale_feedback_aborts_on_the_first_tick_after_250_ms() -> None:
+    rig, pendant = moving()
+    seen = rig.now
+    rig.controller.reports = False
+    rig.wait(250)
+    assert rig.stops == []
+    rig.wait(10)
+    assert rig.stops == [seen + 260 * MS]
+    assert codes(pendant) == [V.FEEDBACK_STALE]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "code"),
+    [
+        (emergency_stop, V.CONTROLLER_STOPPED),
+        (error, V.CONTROLLER_STOPPED),
+        (no_power, V.CONTROLLER_STOPPED),
+    ],
+)
+@pytest.mark.parametrize("phase", [in_motion, in_settling])
+def test_the_controllers_own_stop_aborts_within_a_tick(
+    phase: Callable[[ServerRig, Pendant], None],
+    spoil: Callable[[ServerRig, Pendant], None],
+    code: V,
+) -> None:
+    rig = ready()
+    pendant = rig.holder()
+    phase(rig, pendant)
+    rig.controller.reports = True
+    spoil(rig, pendant)
+    assert codes(pendant) == [code]
+    assert rig.stops == [rig.now]
+
+
+@pytest.mark.parametrize("phase", [in_motion, in_planning])
+def test_a_change_of_the_controllers_mode_stops(
+    phase: Callable[[ServerRig, Pendant], None],
+) -> None:
+    rig = ready()
+    pendant = rig.holder()
+    phase(rig, pendant)
+    pendant.got.clear()
+    rig.controller.mode = ControllerMode.MANUAL
+    rig.wait(10)
+    told = codes(pendant) if phase is in_motion else [code for _, code in pendant.verdicts()]
+    assert told == [V.CONTROLLER_STOPPED]
+    assert rig.core.cell.request is None
+
+
+def test_an_error_that_the_controller_showed_before_ends_no_motion_until_it_comes_back() -> None:
+    rig = ready()
+    pendant = rig.holder()
+    status = rig.controller.status(rig.now)
+    status.in_error, status.error_code = TriState.TRUE, 7
+    rig.hear(ControllerPath.STATE, status)
+    assert pendant.move(*GOAL) is V.ACCEPTED
+    rig.now += TICK
+    rig.hear(ControllerPath.STATE, status)
+    rig.tick()
+    assert rig.activity() is Activity.MOVING
+    rig.wait(10)
+    rig.hear(ControllerPath.STATE, status)
+    rig.now += TICK
+    rig.tick()
+    assert codes(pendant) == [V.CONTROLLER_STOPPED]
+
+
+def test_a_robot_that_stops_short_of_its_goal_has_not_arrived() -> None:
+    rig, pendant = moving()
+    rig.controller.stop(rig.now)
+    rig.controller.coasts = True
+    keep_beating(rig, pendant, 4_000)
+    assert codes(pendant) == [V.NOT_ARRIVED]
+    assert rig.stops
+
+
+def test_the_abort_is_told_in_the_same_list_as_the_stop() -> None:
+    rig, _ = moving()
+    rig.controller.reports = False
+    rig.now += 260 * MS
+    out = rig.core.tick(rig.now)
+    assert isinstance(out[0], ForwardStop)
+    assert isinstance(out[1], Send)
+    assert isinstance(out[1].message, Outcome)
