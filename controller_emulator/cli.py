@@ -1,7 +1,8 @@
 """`openpendant emulate`: arguments, messages to the user, exit codes.
 
-Exit codes: 0 for a run that ended on request, 1 for one that could not start or, with `--strict`,
-in which the referee saw a violation, 2 for arguments that are not understood.
+Exit codes: 0 for a run that ended on request; 1 for one with a file that cannot be written or, with
+`--strict`, in which the referee saw a violation; 2 for wrong usage or configuration; 3 for a port
+that could not be bound.
 """
 
 from __future__ import annotations
@@ -26,10 +27,10 @@ from .console import EMERGENCY_STOP, QUIT, RESET, watched_keys
 from .float32 import NANOSECONDS
 from .recording import MotionLog, write_report
 from .segment import State
-from .service import Service
+from .service import ListenFailed, Service
 from .settings import ConfigurationError, EmulatorSettings, as_toml, load_settings
 
-OK, FAILED = 0, 1
+OK, FAILED, USAGE, PORT_TAKEN = 0, 1, 2, 3
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -42,7 +43,9 @@ def main(argv: Sequence[str] | None = None) -> int:
             return OK
         return asyncio.run(_run(settings, arguments))
     except (ConfigurationError, MotionError) as error:
-        return _fail(str(error))
+        return _fail(str(error), USAGE)
+    except ListenFailed as error:
+        return _fail(str(error), PORT_TAKEN)
     except OSError as error:
         return _fail(_reason(error))
 
@@ -52,12 +55,15 @@ def _parser() -> argparse.ArgumentParser:
         prog="openpendant emulate",
         description="Run an emulated multi-axis controller. Keys at a terminal: e emergency stop"
         " (TRAINING), r reset, q quit.",
+        epilog="Exit codes: 0 ended on request, 1 a file could not be written or, with --strict,"
+        " the referee saw a violation, 2 wrong usage or configuration, 3 a port could not be"
+        " bound.",
     )
     add = parser.add_argument
     add("--config", type=Path, metavar="FILE", help="cell file; its table [emulator] is read")
     add("--print-config", action="store_true", help="print the settings in effect and leave")
     add("--robot", metavar="NAME|FILE", help="robot of the project, or a robot file")
-    add("--host", help="address to listen on (default 127.0.0.1)")
+    add("--host", help="address to listen on (default 127.0.0.1); others warn")
     add("--motion-port", type=int, metavar="PORT", help="0 for a free one (default 12000)")
     add("--state-port", type=int, metavar="PORT", help="0 for a free one (default 12002)")
     add("--start", metavar="home|zero|'[…]'", help="joint position at the start, rad or m")
@@ -94,6 +100,7 @@ async def _run(settings: EmulatorSettings, options: argparse.Namespace) -> int:
             stack.callback(_close, log)
         service = Service(controller, settings, on_report=_recorder(log), due=due)
         ports = await service.start()
+        _warn_of_strangers(settings.host)
         stop = asyncio.Event()
         _stop_on_signals(loop, stop)
         stack.enter_context(
@@ -161,6 +168,20 @@ def _close(log: MotionLog) -> None:
         _fail(f"the motion log is incomplete: {_reason(error)}")
 
 
+def _warn_of_strangers(host: str) -> None:
+    """Say that others can connect, where they can: nobody is asked who they are."""
+    if host in ("127.0.0.1", "localhost"):
+        return
+    import ipaddress  # most runs need none, and the emulator is to start fast
+
+    try:
+        is_loopback = ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        is_loopback = False
+    if not is_loopback:
+        _say(f"warning: whoever reaches {host or 'any address'} may move this robot")
+
+
 def _say_ready(motion: int, state: int, began: float, *, as_json: bool) -> None:
     pid = os.getpid()
     if as_json:
@@ -186,6 +207,10 @@ def _reason(error: OSError) -> str:
     return " ".join(str(error).split())
 
 
-def _fail(reason: str) -> int:
-    print(f"openpendant emulate: {reason}", file=sys.stderr)
-    return FAILED
+def _say(text: str) -> None:
+    print(f"openpendant emulate: {text}", file=sys.stderr)
+
+
+def _fail(reason: str, code: int = FAILED) -> int:
+    _say(reason)
+    return code

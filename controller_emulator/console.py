@@ -24,7 +24,8 @@ def watched_keys(actions: Mapping[str, Callable[[], None]]) -> Iterator[bool]:
     Yields:
         Whether there is a terminal to watch.
     """
-    if sys.platform == "win32" or not sys.stdin.isatty():
+    # A process that was started with its standard input closed has none at all.
+    if sys.platform == "win32" or sys.stdin is None or not sys.stdin.isatty():
         yield False
         return
     import termios

@@ -1,13 +1,14 @@
 """Files that a run leaves behind: the log of the executed motion and the referee's report.
 
 Owns their formats. The log is streamed, so its length costs no memory; the report is replaced in
-one step, so a reader never sees half of it. Times are handed in.
+one step where it is a regular file, so a reader never sees half of it. Times are handed in.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import stat
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TextIO
@@ -59,14 +60,31 @@ _COLUMNS = ("position", "velocity", "acceleration")
 def write_report(file: Path, report: Mapping[str, object]) -> None:
     """Write a report as JSON, replacing an older one in one step.
 
+    A device, a pipe or a symbolic link such as /dev/stdout is written in place.
+
     Raises:
         OSError: the file cannot be written.
     """
+    text = json.dumps(report, indent=2, allow_nan=False) + "\n"
+    if _is_replaceable(file):
+        _replace(file, text)
+    else:
+        file.write_text(text, encoding="utf-8")
+
+
+def _is_replaceable(file: Path) -> bool:
+    # Renaming onto /dev/null would take the device away from everyone on the machine.
+    try:
+        return stat.S_ISREG(file.lstat().st_mode)
+    except FileNotFoundError:
+        return True
+
+
+def _replace(file: Path, text: str) -> None:
     temporary = file.with_name(f".{file.name}.{os.getpid()}.tmp")
     try:
         with temporary.open("w", encoding="utf-8") as stream:
-            json.dump(report, stream, indent=2, allow_nan=False)
-            stream.write("\n")
+            stream.write(text)
             stream.flush()
             os.fsync(stream.fileno())
         temporary.replace(file)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import math
+import os
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -40,6 +41,22 @@ class Ports(NamedTuple):
 
     motion: int
     state: int
+
+
+class ListenFailed(Exception):
+    """A port cannot be listened on.
+
+    Attributes:
+        host: the address.
+        port: the TCP port.
+        reason: why, in the words of the system.
+    """
+
+    def __init__(self, host: str, port: int, reason: str) -> None:
+        super().__init__(f"cannot listen on {host} port {port}: {reason}")
+        self.host = host
+        self.port = port
+        self.reason = reason
 
 
 class Service:
@@ -101,7 +118,7 @@ class Service:
         """Listen on both ports and start the timer.
 
         Raises:
-            OSError: a port cannot be used; nothing is left open then.
+            ListenFailed: a port cannot be used; nothing is left open then.
         """
         settings = self._settings
         try:
@@ -109,7 +126,7 @@ class Service:
                 await self._listen(self._motion_link, settings.motion_port),
                 await self._listen(self._state_link, settings.state_port),
             ]
-        except OSError:
+        except ListenFailed:
             await self.close()
             raise
         self.began = self._deadline = self._loop.time()
@@ -134,9 +151,11 @@ class Service:
         self._tell_change()
 
     async def _listen(self, factory: Callable[[], Link], port: int) -> int:
-        server = await self._loop.create_server(
-            factory, self._settings.host, port, backlog=_ACCEPT_BACKLOG
-        )
+        host = self._settings.host
+        try:
+            server = await self._loop.create_server(factory, host, port, backlog=_ACCEPT_BACKLOG)
+        except (OSError, UnicodeError) as error:  # UnicodeError: no name that could be looked up
+            raise ListenFailed(host, port, _in_short(error)) from None
         self._servers.append(server)
         bound: int = server.sockets[0].getsockname()[1]
         return bound
@@ -235,3 +254,9 @@ class Service:
         self._broadcast(self.controller.state_messages(now))
         if self._on_report is not None:
             self._on_report(now / NANOSECONDS - self.began, self.controller.motion(now))
+
+
+def _in_short(error: OSError | UnicodeError) -> str:
+    # asyncio puts the address into `strerror`; the system's own words are short.
+    number = error.errno if isinstance(error, OSError) else None
+    return os.strerror(number) if number is not None and number > 0 else str(error)

@@ -164,9 +164,9 @@ class Unreachable(MotionError):
         x, y, z = (float(value) for value in self.pose.position)
         where = "" if self.fraction is None else f" at {self.fraction:.1%} of the path"
         return (
-            f"the pose at x {x:.6g} m, y {y:.6g} m, z {z:.6g} m in frame {self.frame}{where} is not"
-            f" reachable: the best of {self.restarts} restarts inside the limits stays"
-            f" {self.best_position_error:.3g} m and {self.best_rotation_error:.3g} rad away"
+            f"not reachable: the nearest position found stays {self.best_position_error:.3g} m and"
+            f" {self.best_rotation_error:.3g} rad away from the pose at x {x:.4g} m, y {y:.4g} m,"
+            f" z {z:.4g} m in {self.frame}{where}"
         )
 
 

@@ -137,29 +137,6 @@ class Kinematics:
         placement = pin.updateFramePlacement(self._model, self._data, self._tool)
         return placement.rotation, placement.translation
 
-    def pose_error(
-        self, joint_position: Sequence[float] | Array, target: Pose, frame: str = "base"
-    ) -> Array:
-        """Compute the motion that would carry the tool to a target.
-
-        Args:
-            joint_position: (n,) controller-side [rad or m].
-            target: the wanted tool pose in `frame`.
-            frame: `base` or `root`.
-
-        Returns:
-            (6,): translation [m], then rotation vector [rad], along the axes of `frame`.
-
-        Raises:
-            WrongJointCount: not one value per driven joint.
-            NotFinite: a value is infinite or not a number.
-            FrameUnknown: there is no such frame.
-        """
-        pose = self.forward(joint_position, frame)
-        return np.concatenate(
-            (target.position - pose.position, rotation_vector(target.rotation @ pose.rotation.T))
-        )
-
     def to_base(self, pose: Pose, frame: str) -> Pose:
         """Express a pose given in `base` or `root` in the base frame.
 

@@ -133,14 +133,6 @@ class JointLimits:
         )
 
 
-def round_outward(lower: float, upper: float) -> tuple[float, float]:
-    """Return a range widened to the next 4-byte reals, unchanged where a bound is one already.
-
-    A bound that was itself rounded to a 4-byte real for the wire is thereby never refused.
-    """
-    return -float32_ceiling(-lower), float32_ceiling(upper)
-
-
 def float32_ceiling(value: float) -> float:
     """Return the least 4-byte real that is not below a value.
 

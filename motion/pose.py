@@ -22,7 +22,6 @@ Array: TypeAlias = NDArray[np.float64]
 _SMALLEST_QUATERNION = 1e-6
 _LARGEST_COORDINATE = 1e6
 _NEARLY_PARALLEL = 1e-6
-_GIMBAL_LOCK = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,15 +105,6 @@ class Pose:
         matrix[:3, :3] = self.rotation
         matrix[:3, 3] = self.position
         return matrix
-
-    def to_rpy(self) -> tuple[float, float, float]:
-        """Return roll, pitch, yaw [rad]; at pitch ±π/2 roll is chosen to be 0."""
-        r = self.rotation
-        cos_pitch = math.hypot(r[0, 0], r[1, 0])
-        pitch = math.atan2(-r[2, 0], cos_pitch)
-        if cos_pitch < _GIMBAL_LOCK:
-            return 0.0, pitch, math.atan2(-r[0, 1], r[1, 1])
-        return math.atan2(r[2, 1], r[2, 2]), pitch, math.atan2(r[1, 0], r[0, 0])
 
     def compose(self, other: Pose) -> Pose:
         """Return the placement of `other`, given in this pose's frame, in this pose's parent."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import os
 from collections.abc import AsyncIterator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
@@ -51,6 +52,22 @@ class Ports:
     pendant: int
     ros_motion: int
     ros_state: int
+
+
+class ListenFailed(Exception):
+    """A port cannot be listened on.
+
+    Attributes:
+        host: the address.
+        port: the TCP port.
+        reason: why, in the words of the system.
+    """
+
+    def __init__(self, host: str, port: int, reason: str) -> None:
+        super().__init__(f"cannot listen on {host} port {port}: {reason}")
+        self.host = host
+        self.port = port
+        self.reason = reason
 
 
 class KinematicsView:
@@ -230,9 +247,13 @@ class App:
             (Port.ROS_MOTION, listen.ros_motion_port),
             (Port.ROS_STATE, listen.ros_state_port),
         ):
-            server = await loop.create_server(
-                partial(ClientConnection, self, port), listen.host, number, backlog=BACKLOG
-            )
+            factory = partial(ClientConnection, self, port)
+            try:
+                server = await loop.create_server(factory, listen.host, number, backlog=BACKLOG)
+            except OSError as error:
+                # asyncio puts the address into `strerror`; the system's own words are short.
+                reason = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
+                raise ListenFailed(listen.host, number, reason) from None
             stack.callback(server.close)
             numbers[port] = server.sockets[0].getsockname()[1]
         return Ports(numbers[Port.PENDANT], numbers[Port.ROS_MOTION], numbers[Port.ROS_STATE])
@@ -248,7 +269,7 @@ class App:
             The ports that it listens on.
 
         Raises:
-            OSError: a port cannot be bound.
+            ListenFailed: a port cannot be bound.
         """
         loop = asyncio.get_running_loop()
         async with AsyncExitStack() as stack:

@@ -1,6 +1,7 @@
 """`openpendant serve`: arguments to settings, messages to the user, exit codes.
 
-Exit codes: 0 stopped as asked, 2 wrong usage or configuration, 3 a port could not be bound.
+Exit codes: 0 stopped as asked, 1 something failed in the run, such as writing the ready line, 2
+wrong usage or configuration, 3 a port could not be bound.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from .settings import (
     settings_as_toml,
 )
 
-OK, USAGE, PORT_TAKEN = 0, 2, 3
+OK, FAILED, USAGE, PORT_TAKEN = 0, 1, 2, 3
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
 
@@ -88,11 +89,15 @@ def serve(
         format="%(asctime)s %(levelname)s %(name)s: %(message)s",
         stream=sys.stderr,
     )
+    # Imported here so that --help and a wrong configuration answer without loading pinocchio.
+    from .app import ListenFailed
+
     try:
         asyncio.run(_run(settings, model, json_output, plans))
+    except ListenFailed as error:
+        raise _failure(str(error), PORT_TAKEN) from None
     except OSError as error:
-        reason = error.strerror or str(error)
-        raise _failure(f"cannot listen on {settings.listen.host}: {reason}", PORT_TAKEN) from None
+        raise _failure(" ".join(str(error).split()), FAILED) from None
 
 
 def _check_loopback(host: str) -> None:
@@ -136,8 +141,7 @@ def _failure(text: str, code: int) -> typer.Exit:
 async def _run(
     settings: CellSettings, robot: SerialRobot, json_output: bool, plans: Path | None
 ) -> None:
-    # Imported here so that --help and a wrong configuration answer without loading pinocchio.
-    from .app import App
+    from .app import App  # here for the same reason as in `serve`
     from .plan_store import PlanStore
 
     loop = asyncio.get_running_loop()

@@ -126,6 +126,8 @@ class ClientConnection(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Tell the core that the client is gone."""
         self._transport = None
+        if exc is not None:
+            log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, exc)
         self._app.dismiss(self)
 
     def send(self, message: Message) -> None:

@@ -101,6 +101,9 @@ class ControllerConnection(asyncio.Protocol):
                 break
             data = b""
         if wire.fault is not None:
+            self._app.perform(
+                self._app.core.controller_fault(self.path, str(wire.fault), self._app.now())
+            )
             self.drop(str(wire.fault))
 
     def eof_received(self) -> bool:

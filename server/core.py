@@ -125,6 +125,12 @@ class ServerCore:
             return [Forward(refused(received))] if is_motion else []
         return self.cell.reported(received, now) if path is ControllerPath.STATE else []
 
+    def controller_fault(self, path: ControllerPath, problem: str, now: int) -> list[Outgoing]:
+        """The bytes of a connection to the controller make no sense any more."""
+        if path is ControllerPath.STOP:
+            return []
+        return self.cell.misanswered(problem, now)
+
     def tick(self, now: int) -> list[Outgoing]:
         """Advance by one control tick."""
         return self.cell.tick(now) + self.ros.tick(now) + self.pendants.tick(now)

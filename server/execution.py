@@ -19,6 +19,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from .departure import DepartureCheck
 from .feedback import Feedback
+from .following import LONGEST_LAG, Following
 from .refusal import Refusal
 from .settings import ControllerLink
 from .uplinks.generic import GenericUplink, SetPoint
@@ -89,6 +90,7 @@ class Execution:
         self._lead = round(link.lead * 1e9)
         self._samples = certified.trajectory
         self._departure = DepartureCheck(limits)
+        self._following = Following(now)
         self._known_error = known_error
         self._count = len(self._samples)
         self._next = 0
@@ -104,12 +106,13 @@ class Execution:
         index, row = self._next, self._due
         if index == self._count or self._uplink.awaiting:
             return None
-        if row.time * 1e9 > now - self.started + self._lead:
+        if row.time * 1e9 > now - self._following.base + self._lead:
             return None
         refusal = self._departure.check(row)
         if refusal is not None:
             return refusal
         point = self._uplink.point(SetPoint(index, row, row.time - self._last_time), now)
+        self._following.sent(row)
         self._next, self._last_time = index + 1, row.time
         if self._next < self._count:
             self._due = self._samples.row(self._next)
@@ -135,6 +138,12 @@ class Execution:
             return Refusal(VerdictCode.CONTROLLER_STOPPED, fault)
         if self._next == self._count and not self._uplink.awaiting:
             return self._settle(feedback, now)
+        self._following.update(feedback)
+        if self._following.lag > LONGEST_LAG:
+            text = f"the robot is {self._following.lag:.2f} s behind the points that it was sent"
+            return Refusal(
+                VerdictCode.NOT_FOLLOWING, text, value=self._following.lag, limit=LONGEST_LAG
+            )
         return None
 
     def _new_error(self, feedback: Feedback) -> str:
@@ -147,7 +156,7 @@ class Execution:
 
     def _settle(self, feedback: Feedback, now: int) -> Refusal | None:
         self.phase = Phase.SETTLING
-        end = self.started + round(self._samples.duration * 1e9)
+        end = self._following.base + round(self._samples.duration * 1e9)
         final = self._samples.final
         # A report from before the end of the motion says nothing about its end.
         if feedback.received < end or feedback.position is None:

@@ -42,6 +42,20 @@ class JointSlots:
             return refusal_of(error)
         return position
 
+    def count_fault(self, joint_count: int) -> Refusal | None:
+        """Return why a message that means so many joints is not for this robot.
+
+        Empty slots are zeros, so a list that is too short looks like a target; only its sender can
+        tell, and says so in the count.
+        """
+        dof = self._limits.dof
+        if joint_count == dof:
+            return None
+        text = f"{joint_count} joint values; the robot has {dof} driven joints"
+        return Refusal(
+            VerdictCode.WRONG_JOINT_COUNT, text, value=float(joint_count), limit=float(dof)
+        )
+
     def _without_rounding(self, joint: int, value: float) -> float:
         lower, upper = self._limits.lower[joint], self._limits.upper[joint]
         if upper < value <= self._rounded.upper[joint]:

@@ -308,7 +308,11 @@ class PendantFace:
     # Motion.
 
     def _joint_move(self, session: int, message: JointMove, now: int) -> list[Outgoing]:
-        refusal = self._cell.check(session, now) or speed_fault(message.speed)
+        refusal = (
+            self._cell.check(session, now)
+            or speed_fault(message.speed)
+            or self._cell.slots.count_fault(message.joint_count)
+        )
         goal = refusal or self._cell.slots.position(message.joints)
         if isinstance(goal, Refusal):
             return [_verdict(session, message.request_id, goal)]
@@ -317,7 +321,11 @@ class PendantFace:
         return self._cell.move_joints(request, goal, message.speed, now)
 
     def _joint_path(self, session: int, message: JointPath, now: int) -> list[Outgoing]:
-        refusal = self._cell.check(session, now) or speed_fault(message.speed)
+        refusal = (
+            self._cell.check(session, now)
+            or speed_fault(message.speed)
+            or self._cell.slots.count_fault(message.joint_count)
+        )
         if refusal is not None:
             return [_verdict(session, message.request_id, refusal)]
         waypoints: list[tuple[float, ...]] = []

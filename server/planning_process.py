@@ -82,11 +82,14 @@ class PlanningProcess:
         while True:
             try:
                 await self._run_once()
+                log.error("the planning process ended; starting another")
+            except OSError as error:
+                # Out of memory or processes, say: that may pass, and until then the server serves.
+                log.error("the planning process failed, trying again: %s", error)
             finally:
                 was_warm = self.warm.is_set()
                 self.warm.clear()
                 self._fail_waiting()
-            log.error("the planning process ended; starting another")
             # One that never gets warm would otherwise burn a core with its attempts.
             pause = _RESTART_PAUSE if was_warm else min(2 * pause, _LONGEST_PAUSE)
             await asyncio.sleep(pause)

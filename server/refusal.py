@@ -66,4 +66,18 @@ def refusal_of(error: errors.MotionError) -> Refusal:
             return Refusal(code, str(error), error.index, error.value, limit)
         case errors.TooFast() | errors.TooSharp():
             return Refusal(code, str(error), error.index, error.value, error.limit)
+        case errors.WrongJointCount():
+            return Refusal(code, str(error), value=float(error.got), limit=float(error.expected))
+        case errors.NotFinite():
+            return Refusal(code, str(error), error.index)
+        case errors.Unreachable():
+            # The worse of both residuals: a pose may be out of reach by its turn alone.
+            residual = max(error.best_position_error, error.best_rotation_error)
+            return Refusal(code, str(error), value=residual)
+        case errors.BranchChange():
+            return Refusal(code, str(error), value=error.step)
+        case errors.NotTimeable():
+            return Refusal(code, str(error), value=error.path_length)
+        case errors.CertificateRefused():
+            return Refusal(code, str(error), value=error.value, limit=error.limit)
     return Refusal(code, str(error))

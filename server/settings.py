@@ -152,11 +152,6 @@ class CellSettings(_Table):
     ros_i: RosFace = RosFace()
     pendants: Pendants = Pendants()
 
-    @property
-    def tick_ns(self) -> int:
-        """Period of the control tick, ns."""
-        return 1_000_000_000 // self.tick_rate
-
 
 def load_settings(path: Path) -> dict[str, Any]:
     """Read a cell file into plain data, without the emulator's table.

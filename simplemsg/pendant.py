@@ -252,6 +252,7 @@ class JointMove(Message):
 
     request_id: Annotated[int, Int("chosen by the pendant")]
     speed: Annotated[float, Real("fraction of the joints' largest speed, above 0, up to 1")]
+    joint_count: Annotated[int, Int("slots that are meant; must be the robot's driven joints")]
     joints: Annotated[tuple[float, ...], Reals("target positions, unused slots 0", _JOINT_UNIT)]
 
 
@@ -288,6 +289,7 @@ class JointPath(Message):
 
     request_id: Annotated[int, Int("chosen by the pendant")]
     speed: Annotated[float, Real("fraction of the joints' largest speed, above 0, up to 1")]
+    joint_count: Annotated[int, Int("slots that are meant; must be the robot's driven joints")]
     waypoints: Annotated[
         tuple[JointWaypoint, ...],
         Array(

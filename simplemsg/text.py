@@ -200,6 +200,10 @@ def _real_from_json(value: Any, where: str) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise LocalProtocolError(f"{where} must be a real number, not {shown(value)}")
     try:
-        return float(value)
+        real = float(value)
     except OverflowError:
         raise LocalProtocolError(f"{where} is too large for a real number") from None
+    # JSON reads 1e400 as infinity; whoever means infinity spells it.
+    if not math.isfinite(real):
+        raise LocalProtocolError(f'{where} is not finite; accepted then: "nan", "inf" and "-inf"')
+    return real

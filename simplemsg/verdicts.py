@@ -54,6 +54,7 @@ class VerdictCode(IntEnum):
     CONTROLLER_MISMATCH = 63
     CONTROLLER_STOPPED = 64
     NOT_ARRIVED = 65
+    NOT_FOLLOWING = 66
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,6 +200,10 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     VerdictCode.CONTROLLER_STOPPED: _entry(
         "The controller stopped the robot itself.",
         "Read the controller's status and error code; clear it there.",
+    ),
+    VerdictCode.NOT_FOLLOWING: _entry(
+        "The robot does not follow the points that it is sent; the motion was stopped.",
+        "Check the controller's program, its mode and its own speed override.",
     ),
     VerdictCode.NOT_ARRIVED: _entry(
         "All points were sent, but the robot did not come to rest at the goal.",

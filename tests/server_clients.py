@@ -82,11 +82,11 @@ class Pendant(Peer):
         return self.code(Authority(self._next(), AuthorityAction.RELEASE))
 
     def move(self, *joints: float, speed: float = 1.0) -> VerdictCode | None:
-        return self.code(JointMove(self._next(), speed, joint_array(joints)))
+        return self.code(JointMove(self._next(), speed, len(joints), joint_array(joints)))
 
     def path(self, *waypoints: Sequence[float], speed: float = 1.0) -> VerdictCode | None:
         points = tuple(JointWaypoint(joint_array(waypoint)) for waypoint in waypoints)
-        return self.code(JointPath(self._next(), speed, points))
+        return self.code(JointPath(self._next(), speed, len(waypoints[0]), points))
 
     def stop(self, reason: str = "enough") -> VerdictCode | None:
         return self.code(SoftwareStop(self._next(), reason))
@@ -144,4 +144,4 @@ def pose(
 
 
 def joints(*values: float, speed: float = 0.5) -> JointMove:
-    return JointMove(9, speed, joint_array(values))
+    return JointMove(9, speed, len(values), joint_array(values))

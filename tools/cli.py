@@ -4,8 +4,9 @@ Owns what all sub-commands share: help, version, unknown commands, missing extra
 closed pipes. Must import nothing but the standard library, so that `openpendant emulate` starts
 where the server's libraries do not exist. Arguments of a sub-command belong to its own room.
 
-Exit codes: 0 done, 2 wrong usage, 69 something is not installed, 70 a fault of this program, 130
-interrupted, 141 the reader of the output went away; other codes are the sub-command's own.
+Exit codes: 0 done, 2 wrong usage, 69 something is not installed, 70 a fault of this program, 74 the
+output cannot be written, 130 interrupted, 141 the reader of the output went away; other codes are
+the sub-command's own.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ class ExitCode(IntEnum):
     USAGE = 2
     NOT_INSTALLED = 69
     INTERNAL_ERROR = 70
+    OUTPUT_FAILED = 74
     INTERRUPTED = 130
     PIPE_CLOSED = 141
 
@@ -68,16 +70,23 @@ def main(argv: Sequence[str] | None = None, *, commands: Mapping[str, Command] =
         The exit code.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
+    code: int = ExitCode.OK
     try:
         try:
-            return _dispatch(arguments, commands)
+            code = _dispatch(arguments, commands)
         finally:
             sys.stdout.flush()  # here, where a closed pipe is still caught
+        return code
     except KeyboardInterrupt:
         return ExitCode.INTERRUPTED
     except BrokenPipeError:
         _discard_output()
         return ExitCode.PIPE_CLOSED
+    except OSError as error:
+        _discard_output()
+        # A sub-command that failed has said why already, maybe for this very reason.
+        reason = f"cannot write to standard output: {error.strerror or error}"
+        return code or _complain(reason, ExitCode.OUTPUT_FAILED)
 
 
 def _dispatch(arguments: list[str], commands: Mapping[str, Command]) -> int:

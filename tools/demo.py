@@ -2,12 +2,14 @@
 
 Starts them on free loopback ports, lets the pendant run its tour, stops them in order and reports:
 what was planned against what the emulated robot did, as a plot and a table, and what the
-emulator's referee found. Exit codes: 0 all went well, 1 something did not, 2 wrong usage.
+emulator's referee found. Exit codes: 0 all went well, 1 something did not, 2 wrong usage,
+128 + the signal that ended it.
 """
 
 from __future__ import annotations
 
 import argparse
+import ctypes
 import json
 import os
 import queue
@@ -16,9 +18,11 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 from typing import IO, Any
 
 from .demo_report import DemoResult, summarise, write_csv, write_plot
@@ -27,79 +31,175 @@ READY_TIMEOUT = 30.0
 TOUR_TIMEOUT = 120.0
 STOP_TIMEOUT = 10.0
 
+_STOP_SIGNALS = [signal.SIGINT, signal.SIGTERM]
+if sys.platform != "win32":
+    _STOP_SIGNALS.append(signal.SIGHUP)
+
+_PR_SET_PDEATHSIG = 1  # from linux/prctl.h
+
 
 class DemoFailed(Exception):
     """A part of the demonstration did not do its work; the text says which and how."""
+
+
+class Interrupted(BaseException):
+    """A signal asks the demonstration to end; `number` is the signal's."""
+
+    def __init__(self, number: int) -> None:
+        """Make the interruption by a signal."""
+        super().__init__(number)
+        self.number = number
+
+
+class Interruptions:
+    """Turns signals into `Interrupted`, but only where the demonstration waits or computes.
+
+    Anywhere else a signal is kept until the next such place: raised between the start of a process
+    and the note that it has to be stopped, or while one is being stopped, it would leave an orphan.
+    """
+
+    def __init__(self) -> None:
+        """Make it; `installed` puts the handlers in place."""
+        self._pending: int | None = None
+        self._is_welcome = False
+
+    @contextmanager
+    def installed(self) -> Iterator[None]:
+        """Handle the signals for the length of the context; ignored ones (nohup) stay ignored."""
+        numbers = [n for n in _STOP_SIGNALS if signal.getsignal(n) is not signal.SIG_IGN]
+        before = [(number, signal.signal(number, self._on_signal)) for number in numbers]
+        try:
+            yield
+        finally:
+            for number, handler in before:
+                signal.signal(number, handler)
+
+    @contextmanager
+    def welcome(self) -> Iterator[None]:
+        """Let a signal, also one that came before, interrupt what the context does.
+
+        Raises:
+            Interrupted: a signal came.
+        """
+        self._is_welcome = True
+        try:
+            if self._pending is not None:
+                raise Interrupted(self._pending)
+            yield
+        finally:
+            self._is_welcome = False
+
+    def _on_signal(self, number: int, _: FrameType | None) -> None:
+        if self._pending is None:
+            self._pending = number
+        if self._is_welcome:
+            # A second Ctrl-C must not interrupt the unwinding that this one begins.
+            self._is_welcome = False
+            raise Interrupted(self._pending)
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """A running process and the first line of its output, if that is read here."""
+
+    name: str
+    process: subprocess.Popen[str]
+    lines: queue.Queue[str]
 
 
 def _command(module: str, *arguments: str) -> list[str]:
     return [sys.executable, "-m", module, *arguments]
 
 
+def _dying_with_parent() -> Callable[[], None] | None:
+    """Return what a child runs before it starts, so that it ends with a demo killed by force."""
+    if sys.platform != "linux":
+        return None
+    # Loaded before the fork: a forked child of a threaded process should do as little as possible.
+    prctl, parent = ctypes.CDLL(None).prctl, os.getpid()
+
+    def set_death_signal() -> None:
+        prctl(_PR_SET_PDEATHSIG, int(signal.SIGTERM), 0, 0, 0)
+        if os.getppid() != parent:  # it died before the request was made
+            os._exit(1)
+
+    return set_death_signal
+
+
 @contextmanager
-def _process(name: str, command: list[str]) -> Iterator[subprocess.Popen[str]]:
-    """Run a process for the length of the context; it is interrupted, then killed."""
+def _process(name: str, command: list[str], *, has_terminal: bool = False) -> Iterator[_Part]:
+    """Run a process for the length of the context; it is asked to end, then killed."""
     process = subprocess.Popen(
         command,
         stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
+        stdout=None if has_terminal else subprocess.PIPE,
         text=True,
         # Ctrl-C is ours to handle: the parts are stopped in order, by process id.
         start_new_session=True,
+        preexec_fn=_dying_with_parent(),
         env={**os.environ, "MPLBACKEND": "Agg"},
     )
+    part = _Part(name, process, queue.Queue())
+    reader = threading.Thread(target=_forward, args=(process.stdout, part.lines), daemon=True)
+    reader.start()
     try:
-        yield process
+        yield part
     finally:
-        if process.poll() is None:
-            process.send_signal(signal.SIGTERM)
-        try:
-            process.wait(STOP_TIMEOUT)
-        except subprocess.TimeoutExpired:
-            print(f"demo: {name} does not end; killing it", file=sys.stderr)
-            process.kill()
-            process.wait()
-        if process.stdout is not None:
+        _stop(part)
+        reader.join(STOP_TIMEOUT)
+        # A grandchild may hold the pipe open; closing it under the reader would make that fail.
+        if process.stdout is not None and not reader.is_alive():
             process.stdout.close()
 
 
-def _ready(name: str, process: subprocess.Popen[str]) -> dict[str, Any]:
-    """Return the ready line that a part prints as JSON.
-
-    Raises:
-        DemoFailed: it ended, or said nothing in time.
-    """
-    assert process.stdout is not None
-    lines: queue.Queue[str] = queue.Queue()
-    reader = threading.Thread(target=_forward, args=(process.stdout, lines), daemon=True)
-    reader.start()
+def _stop(part: _Part) -> None:
+    if part.process.poll() is None:
+        part.process.send_signal(signal.SIGTERM)
     try:
-        line = lines.get(timeout=READY_TIMEOUT)
-    except queue.Empty:
-        raise DemoFailed(f"{name} was not ready within {READY_TIMEOUT:g} s") from None
-    if not line:
-        raise DemoFailed(f"{name} ended with exit code {process.wait(STOP_TIMEOUT)}")
-    ready: dict[str, Any] = json.loads(line)
-    return ready
+        part.process.wait(STOP_TIMEOUT)
+    except subprocess.TimeoutExpired:
+        print(f"demo: {part.name} does not end; killing it", file=sys.stderr)
+        part.process.kill()
+        part.process.wait()
 
 
-def _forward(stream: IO[str], lines: queue.Queue[str]) -> None:
+def _forward(stream: IO[str] | None, lines: queue.Queue[str]) -> None:
     """Pass the first line on and drain the rest, so that the process never blocks on a pipe."""
+    if stream is None:
+        return
     lines.put(stream.readline())
     for _ in stream:
         continue
 
 
-def run_demo(robot: str, output: Path, work: Path) -> DemoResult:
+def _ready(part: _Part, interruptions: Interruptions) -> dict[str, Any]:
+    """Return the ready line that a part prints as JSON.
+
+    Raises:
+        DemoFailed: it ended, or said nothing in time.
+    """
+    try:
+        with interruptions.welcome():
+            line = part.lines.get(timeout=READY_TIMEOUT)
+    except queue.Empty:
+        raise DemoFailed(f"{part.name} was not ready within {READY_TIMEOUT:g} s") from None
+    if not line:
+        raise DemoFailed(f"{part.name} ended with exit code {part.process.wait(STOP_TIMEOUT)}")
+    ready: dict[str, Any] = json.loads(line)
+    return ready
+
+
+def run_demo(robot: str, work: Path, interruptions: Interruptions) -> DemoResult:
     """Run the three processes and the tour.
 
     Args:
         robot: name or file of the robot.
-        output: folder for the plot and the table.
         work: folder for what the processes leave behind.
+        interruptions: says when a signal may end it.
 
     Raises:
         DemoFailed: a part did not start, ended early or refused a motion.
+        Interrupted: a signal came; all processes are stopped.
     """
     referee, record = work / "referee.json", work / "executed.csv"
     plans, tour = work / "plans", work / "tour.json"
@@ -114,7 +214,7 @@ def run_demo(robot: str, output: Path, work: Path) -> DemoResult:
                 ),
             )
         )
-        controller = _ready("the emulator", emulator)
+        controller = _ready(emulator, interruptions)
         server = stack.enter_context(
             _process(
                 "the server",
@@ -126,27 +226,54 @@ def run_demo(robot: str, output: Path, work: Path) -> DemoResult:
                 ),
             )
         )
-        ports = _ready("the server", server)
-        _run_tour(ports["pendant"], tour)
-    return summarise(robot, tour, plans, record, referee, controller["origin_ns"] / 1e9)
+        ports = _ready(server, interruptions)
+        _run_tour(ports["pendant"], tour, interruptions)
+    with interruptions.welcome():
+        return summarise(robot, tour, plans, record, referee, controller["origin_ns"] / 1e9)
 
 
-def _run_tour(port: int, report: Path) -> None:
+def _run_tour(port: int, report: Path, interruptions: Interruptions) -> None:
     command = _command(
         "openpendant.tools.pendants.demo_pendant", "--port", str(port), "--report", str(report)
     )
     # The pendant keeps the terminal: its table is what there is to see.
-    pendant = subprocess.Popen(command, stdin=subprocess.DEVNULL)
-    try:
-        code = pendant.wait(TOUR_TIMEOUT)
-    except subprocess.TimeoutExpired:
-        raise DemoFailed(f"the pendant's tour took more than {TOUR_TIMEOUT:g} s") from None
-    finally:
-        if pendant.poll() is None:
-            pendant.kill()
-            pendant.wait()
+    with _process("the pendant", command, has_terminal=True) as pendant:
+        try:
+            with interruptions.welcome():
+                code = pendant.process.wait(TOUR_TIMEOUT)
+        except subprocess.TimeoutExpired:
+            raise DemoFailed(f"the pendant's tour took more than {TOUR_TIMEOUT:g} s") from None
     if code:
         raise DemoFailed("the pendant's tour was not completed")
+
+
+def _check_output(folder: Path) -> None:
+    """Make the folder for plot and table and see that files can be written there.
+
+    Raises:
+        DemoFailed: they cannot.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise DemoFailed(f"cannot write to the folder {folder}: {error.strerror}") from None
+
+
+def _show(robot: str, output: Path, interruptions: Interruptions) -> int:
+    """Run the demonstration, write plot and table, print the summary; return the exit code."""
+    _check_output(output)
+    with tempfile.TemporaryDirectory(prefix="openpendant-demo-") as work:
+        result = run_demo(robot, Path(work), interruptions)
+    with interruptions.welcome():
+        stem = f"demo-{result.robot}"
+        table = write_csv(result, output / f"{stem}.csv")
+        plot = write_plot(result, output / f"{stem}.png")
+        print(result.text())
+        print(f"plot:  {plot}")
+        print(f"table: {table}")
+    return 0 if result.violations == 0 else 1
 
 
 def main(argv: list[str]) -> int:
@@ -161,19 +288,14 @@ def main(argv: list[str]) -> int:
         "--output", type=Path, default=Path("demo-output"), help="folder for plot and table"
     )
     arguments = parser.parse_args(argv)
-    try:
-        with tempfile.TemporaryDirectory(prefix="openpendant-demo-") as work:
-            result = run_demo(arguments.robot, arguments.output, Path(work))
-            arguments.output.mkdir(parents=True, exist_ok=True)
-            stem = f"demo-{result.robot}"
-            table = write_csv(result, arguments.output / f"{stem}.csv")
-            plot = write_plot(result, arguments.output / f"{stem}.png")
-    except (DemoFailed, OSError) as error:
-        print(f"openpendant demo: {error}", file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        return 130
-    print(result.text())
-    print(f"plot:  {plot}")
-    print(f"table: {table}")
-    return 0 if result.violations == 0 else 1
+    interruptions = Interruptions()
+    with interruptions.installed():
+        try:
+            return _show(arguments.robot, arguments.output, interruptions)
+        except BrokenPipeError:
+            raise  # the command `openpendant` knows what to do when its reader went away
+        except (DemoFailed, OSError) as error:
+            print(f"openpendant demo: {error}", file=sys.stderr)
+            return 1
+        except Interrupted as interruption:
+            return 128 + interruption.number

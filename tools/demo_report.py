@@ -109,7 +109,7 @@ class DemoResult:
             f"plan time:            {sum(plan_times):.1f} ms, {max(plan_times):.1f} ms worst",
             f"motion time:          {sum(motion.duration for motion in self.motions):.2f} s",
             f"start delay:          {1000 * max(m.delay for m in self.motions):.1f} ms worst",
-            f"worst tracking error: {error:.2e} rad or m",
+            f"worst tracking error: {error:.1e} rad or m, start delay taken out",
             f"worst limit ratio:    {max(motion.limit_ratio for motion in self.motions):.6f}",
             f"referee:              {self.violations} violations",
         ]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
+import os
+import stat
 from pathlib import Path
 
 import pytest
@@ -125,3 +127,23 @@ def test_a_report_replaces_the_old_one_and_leaves_nothing_else(tmp_path: Path) -
 def test_a_report_that_cannot_be_written_says_so(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="No such file"):
         write_report(tmp_path / "none" / "report.json", {})
+
+
+def test_a_report_to_a_symbolic_link_goes_where_the_link_points(tmp_path: Path) -> None:
+    target, link = tmp_path / "target", tmp_path / "link"
+    target.write_text("old")
+    link.symlink_to(target)
+    write_report(link, {"violations": 0})
+    assert link.is_symlink()
+    assert json.loads(target.read_text()) == {"violations": 0}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_a_report_to_a_pipe_goes_through_it(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_report(pipe, {"violations": 0})
+    assert json.loads(os.read(reader, 1024)) == {"violations": 0}
+    os.close(reader)
+    assert stat.S_ISFIFO(pipe.lstat().st_mode)

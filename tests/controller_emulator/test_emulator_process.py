@@ -148,30 +148,30 @@ def test_keys_at_a_terminal_stop_reset_and_quit(launch: Launch) -> None:
 def test_a_port_in_use_is_one_line_and_an_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])
-        assert main(["--motion-port", port, "--state-port", "0"]) == 1
+        assert main(["--motion-port", port, "--state-port", "0"]) == 3
     err = capsys.readouterr().err
     assert err.count("\n") == 1
     assert port in err
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
+    ("arguments", "words", "code"),
     [
-        (["--robot", "no_such_robot"], "no_such_robot"),
-        (["--robot", "stewart_classroom"], "stewart_classroom"),
-        (["--start", "[0, 0]"], "2 joint values"),
-        (["--start", "[0, 9, 0, 0, 0, 0]"], "outside its range"),
-        (["--start", "nowhere"], "--start"),
-        (["--rate", "1000"], "rate"),
-        (["--config", "/nowhere.toml"], "/nowhere.toml"),
-        (["--host", "203.0.113.1"], "203.0.113.1"),
-        (["--record", "/nowhere/log.csv"], "/nowhere/log.csv"),
+        (["--robot", "no_such_robot"], "no_such_robot", 2),
+        (["--robot", "stewart_classroom"], "stewart_classroom", 2),
+        (["--start", "[0, 0]"], "2 joint values", 2),
+        (["--start", "[0, 9, 0, 0, 0, 0]"], "outside its range", 2),
+        (["--start", "nowhere"], "--start", 2),
+        (["--rate", "1000"], "rate", 2),
+        (["--config", "/nowhere.toml"], "/nowhere.toml", 2),
+        (["--host", "203.0.113.1"], "203.0.113.1", 3),
+        (["--record", "/nowhere/log.csv"], "/nowhere/log.csv", 1),
     ],
 )
 def test_what_cannot_be_started_is_one_line_and_an_exit_code(
-    arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], words: str, code: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main([*FREE_PORTS, *arguments]) == 1
+    assert main([*FREE_PORTS, *arguments]) == code
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.count("\n") == 1
@@ -183,6 +183,30 @@ def test_the_settings_in_effect_can_be_printed(capsys: pytest.CaptureFixture[str
     out = capsys.readouterr().out
     assert out.startswith("[emulator]\n")
     assert "rate = 50" in out
+
+
+@pytest.mark.parametrize(("host", "warnings"), [("0.0.0.0", 1), ("127.0.0.2", 0)])
+def test_an_address_that_others_reach_is_warned_of(
+    launch: Launch, host: str, warnings: int
+) -> None:
+    process = launch("--host", host)
+    ready(process)
+    process.send_signal(signal.SIGTERM)
+    _, err = process.communicate(timeout=TIMEOUT_S)
+    assert err.count("warning: whoever reaches") == warnings
+
+
+def test_it_runs_without_a_standard_input() -> None:
+    # The shell closes it: Popen can only redirect it.
+    command = f"exec {sys.executable} -m {MODULE} {' '.join(FREE_PORTS)} <&-"
+    with subprocess.Popen(
+        command, shell=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        ready(process)
+        process.send_signal(signal.SIGTERM)
+        _, err = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == 0
+    assert "Traceback" not in err
 
 
 def test_it_needs_less_than_70_mb(launch: Launch) -> None:

@@ -11,7 +11,7 @@ import pytest
 import pytest_asyncio
 from controller_rig import STOP, ControllerRig, full_point, ratio_point
 
-from openpendant.controller_emulator.service import Ports, Service
+from openpendant.controller_emulator.service import ListenFailed, Ports, Service
 from openpendant.controller_emulator.settings import EmulatorSettings
 from openpendant.simplemsg import (
     PENDANT,
@@ -263,7 +263,7 @@ async def test_a_listener_that_does_not_read_is_cut_off_and_bounded(start: Start
 
 async def test_a_port_in_use_leaves_nothing_open(start: Start) -> None:
     emulator = await start()
-    with pytest.raises(OSError, match="in use"):
+    with pytest.raises(ListenFailed, match="in use"):
         await start(state_port=emulator.ports.motion)
 
 

@@ -53,7 +53,7 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
     [
         (joints(math.nan, 0.0), V.NOT_FINITE),
         (joints(0.0, math.inf), V.NOT_FINITE),
-        (joints(0.0, 0.0, 0.0, math.nan), V.NOT_FINITE),
+        (JointMove(9, 0.5, 2, joint_array((0.0, 0.0, 0.0, math.nan))), V.NOT_FINITE),
         (joints(0.0, 0.0, 0.1), V.WRONG_JOINT_COUNT),
         (joints(2.1, 0.0), V.OUT_OF_RANGE),
         (joints(0.0, 3e38), V.OUT_OF_RANGE),
@@ -71,9 +71,12 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
         (pose(orientation=(0, 0, math.inf, 1)), V.NOT_FINITE),
         (pose(orientation=(0, 0, 0, 0)), V.BAD_ARGUMENT),
         (pose(orientation=(3e38, 3e38, 3e38, 3e38)), V.BAD_ARGUMENT),
-        (JointPath(9, 0.5, (JointWaypoint(joint_array((0.0, 2.1))),)), V.OUT_OF_RANGE),
-        (JointPath(9, 0.5, (JointWaypoint(joint_array((0.0, math.nan))),)), V.NOT_FINITE),
-        (JointPath(9, 1.5, (JointWaypoint(joint_array((0.0, 0.1))),)), V.BAD_ARGUMENT),
+        (JointPath(9, 0.5, 2, (JointWaypoint(joint_array((0.0, 2.1))),)), V.OUT_OF_RANGE),
+        (JointPath(9, 0.5, 2, (JointWaypoint(joint_array((0.0, math.nan))),)), V.NOT_FINITE),
+        (JointPath(9, 0.5, 1, (JointWaypoint(joint_array((0.1,))),)), V.WRONG_JOINT_COUNT),
+        (JointMove(9, 0.5, 1, joint_array((0.1,))), V.WRONG_JOINT_COUNT),
+        (JointMove(9, 0.5, 3, joint_array((0.1, 0.1))), V.WRONG_JOINT_COUNT),
+        (JointPath(9, 1.5, 2, (JointWaypoint(joint_array((0.0, 0.1))),)), V.BAD_ARGUMENT),
         (PosePath(9, 1, 0.5, "base", (PoseWaypoint(NEAR, (0, 0, 0, 2.0)),)), V.BAD_ARGUMENT),
         (Authority(9, 3), V.BAD_ARGUMENT),
         (Subscribe(9, math.nan), V.BAD_ARGUMENT),
@@ -133,8 +136,8 @@ def test_an_unknown_request_is_answered_failure_and_ten_of_them_close(message: M
     "message",
     [
         Opaque(4711, b"x", comm_type=CommType.TOPIC),
-        JointMove(1, 0.5, joint_array((0.1,)), comm_type=CommType.TOPIC),
-        JointMove(1, 0.5, joint_array((0.1,)), comm_type=CommType.REPLY),
+        JointMove(1, 0.5, 2, joint_array((0.1,)), comm_type=CommType.TOPIC),
+        JointMove(1, 0.5, 2, joint_array((0.1,)), comm_type=CommType.REPLY),
         hello(),
     ],
 )
@@ -209,8 +212,8 @@ def test_requests_in_one_chunk_are_judged_one_after_the_other() -> None:
     pendant.got.clear()
     chunk: list[Message] = [
         Authority(1, 1),
-        JointMove(2, 0.5, joint_array((0.5, 0.5))),
-        JointMove(3, 0.5, joint_array((0.1, 0.1))),
+        JointMove(2, 0.5, 2, joint_array((0.5, 0.5))),
+        JointMove(3, 0.5, 2, joint_array((0.1, 0.1))),
         SoftwareStop(4, ""),
         ResetStop(5),
     ]

@@ -22,7 +22,7 @@ from server_rig import MS, TICK, ServerRig, ready
 
 from openpendant.server.outgoing import ForwardStop, Send
 from openpendant.server.robot_cell import ControllerPath
-from openpendant.simplemsg import ControllerMode, TriState
+from openpendant.simplemsg import ControllerMode, JointTrajPtFull, TriState
 from openpendant.simplemsg.pendant import Activity, Outcome
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -94,12 +94,16 @@ def test_an_error_that_the_controller_showed_before_ends_no_motion_until_it_come
     assert codes(pendant) == [V.CONTROLLER_STOPPED]
 
 
-def test_a_robot_that_stops_short_of_its_goal_has_not_arrived() -> None:
+def test_a_robot_that_does_not_follow_is_sent_no_more_than_the_lead_and_stopped() -> None:
     rig, pendant = moving()
     rig.controller.stop(rig.now)
     rig.controller.coasts = True
-    keep_beating(rig, pendant, 4_000)
-    assert codes(pendant) == [V.NOT_ARRIVED]
+    before = [point for point in rig.controller.points if isinstance(point, JointTrajPtFull)]
+    frozen_at = max(p.time for p in before if p.positions[0] <= rig.controller.position[0])
+    keep_beating(rig, pendant, 2_000)
+    points = [point for point in rig.controller.points if isinstance(point, JointTrajPtFull)]
+    assert max(point.time for point in points) <= frozen_at + 0.1 + 0.01
+    assert codes(pendant) == [V.NOT_FOLLOWING]
     assert rig.stops
 
 

@@ -86,7 +86,7 @@ UNFIT: dict[str, tuple[Message, str]] = {
     "a text for bytes": (Management(1, _any("{}")), "body"),
     "nothing for an opaque body": (Opaque(999, _any(None)), "body"),
     "a number for an opaque body": (Opaque(999, _any(4)), "body"),
-    "a bad waypoint": (JointPath(1, 0.5, (JointWaypoint(J[:3]),)), "waypoints[0].joints"),
+    "a bad waypoint": (JointPath(1, 0.5, 3, (JointWaypoint(J[:3]),)), "waypoints[0].joints"),
 }
 
 
@@ -145,7 +145,7 @@ def test_a_header_of_ours_that_breaks_a_rule_is_not_encoded(case: str) -> None:
 
 def test_a_message_of_another_dialect_is_not_encoded() -> None:
     with pytest.raises(LocalProtocolError, match="JointMove is no message of the standard dialect"):
-        codec_for(STANDARD).encode(JointMove(1, 0.5, J))
+        codec_for(STANDARD).encode(JointMove(1, 0.5, 6, J))
 
 
 def test_a_real_has_four_or_eight_bytes() -> None:
@@ -175,7 +175,7 @@ BODIES: dict[str, tuple[Dialect, type[Message], bytes, str]] = {
     "a negative count": (
         PENDANT,
         JointPath,
-        bytes(8) + struct.pack("<i", -1) + bytes(40),
+        bytes(12) + struct.pack("<i", -1) + bytes(40),
         "count is -1, the body holds 1 records",
     ),
     "half a record": (PENDANT, JointPath, bytes(12 + 60), "no 1 to 1600 records of 40 bytes"),

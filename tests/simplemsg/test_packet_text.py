@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import pytest
@@ -46,6 +47,10 @@ REFUSED: dict[str, tuple[Any, str]] = {
     ),
     "a true real": (_packet({**POSITION, "joints": [True, *ZEROS[1:]]}), r"joints\[0\] must be"),
     "a huge real": (_packet({**POSITION, "joints": [10**400, *ZEROS[1:]]}), "too large"),
+    "a real beyond all": (
+        _packet({**POSITION, "joints": [json.loads("-1e400"), *ZEROS[1:]]}),
+        r"joints\[0\] is not finite",
+    ),
     "a real sequence": (_packet({**POSITION, "sequence": 0.0}), "sequence must be an integer"),
     "a wrong count": (
         _packet({**TRAJECTORY, "size": 2}, msg_type=12),
@@ -81,9 +86,9 @@ def test_a_count_may_be_left_out() -> None:
 
 
 def test_the_count_of_a_path_stands_where_it_travels() -> None:
-    path = JointPath(1, 0.5, (JointWaypoint(joint_array([])),))
+    path = JointPath(1, 0.5, 6, (JointWaypoint(joint_array([])),))
     fields = packet_to_json(path, codec_for(PENDANT))["fields"]
-    assert list(fields) == ["request_id", "speed", "count", "waypoints"]
+    assert list(fields) == ["request_id", "speed", "joint_count", "count", "waypoints"]
 
 
 def test_any_type_can_be_written_as_a_body() -> None:

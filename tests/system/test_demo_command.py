@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
+import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -36,3 +40,112 @@ def test_an_unknown_robot_ends_the_demo_with_a_sentence(tmp_path: Path) -> None:
     assert demo.returncode == 1
     assert "nobody" in demo.stderr
     assert "Traceback" not in demo.stderr
+
+
+@pytest.mark.parametrize("reason", ["a file", "below a file"])
+def test_an_output_that_cannot_be_written_is_told_before_anything_starts(
+    reason: str, tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    output = tmp_path / "file" if reason == "a file" else tmp_path / "file" / "folder"
+    demo = run_demo("--robot", "nobody", "--output", str(output))
+    assert demo.returncode == 1
+    assert demo.stderr.startswith(f"openpendant demo: cannot write to the folder {output}: ")
+    assert demo.stderr.count("\n") == 1
+
+
+def processes_marked(mark: str) -> dict[int, str]:
+    """Processes with this mark in their environment, which they hand down to their children."""
+    found = {}
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            # A zombie has an empty environment: it is over, whoever has yet to collect it.
+            if mark.encode() in (folder / "environ").read_bytes().split(b"\0"):
+                found[int(folder.name)] = (folder / "cmdline").read_text().replace("\0", " ")
+        except OSError:
+            continue
+    return found
+
+
+def left_over(mark: str) -> dict[int, str]:
+    deadline = time.monotonic() + 5
+    while (left := processes_marked(mark)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    return left
+
+
+@pytest.fixture
+def mark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    monkeypatch.setenv("OPENPENDANT_DEMO_TEST", str(tmp_path))
+    mark = f"OPENPENDANT_DEMO_TEST={tmp_path}"
+    # Tests in the background of a shell inherit an ignored SIGINT and would hand it down.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield mark
+    signal.signal(signal.SIGINT, before)
+    for pid in processes_marked(mark).keys() - {os.getpid()}:
+        os.kill(pid, signal.SIGKILL)
+
+
+def start_demo(output: Path) -> subprocess.Popen[str]:
+    with (output / "stderr").open("w") as stderr:
+        return subprocess.Popen(
+            [sys.executable, "-m", "openpendant.tools", "demo", "--output", str(output)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=stderr,
+            text=True,
+            start_new_session=True,
+        )
+
+
+def wait_for_part(mark: str, part: str) -> None:
+    deadline = time.monotonic() + 30
+    while not any(part in command for command in processes_marked(mark).values()):
+        assert time.monotonic() < deadline, f"{part} does not start"
+        time.sleep(0.02)
+
+
+linux_only = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+PARTS = ["controller_emulator", "openpendant.server", "demo_pendant"]
+
+
+@linux_only
+@pytest.mark.parametrize("part", PARTS)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_the_demo_and_all_its_processes(
+    number: signal.Signals, part: str, tmp_path: Path, mark: str
+) -> None:
+    demo = start_demo(tmp_path)
+    wait_for_part(mark, part)
+    os.killpg(demo.pid, number)  # as a terminal does with Ctrl-C
+    assert demo.wait(20) == 128 + number
+    assert left_over(mark) == {}
+    assert "Traceback" not in (tmp_path / "stderr").read_text()
+
+
+@linux_only
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_in_the_middle_ends_it_at_once(
+    number: signal.Signals, tmp_path: Path, mark: str
+) -> None:
+    demo = start_demo(tmp_path)
+    wait_for_part(mark, PARTS[0])
+    time.sleep(1.5)
+    for _ in range(2):  # a second Ctrl-C must not break the unwinding
+        demo.send_signal(number)
+        time.sleep(0.02)
+    assert demo.wait(20) == 128 + number
+    assert left_over(mark) == {}
+    assert "Traceback" not in (tmp_path / "stderr").read_text()
+
+
+@linux_only
+@pytest.mark.parametrize("part", PARTS)
+def test_a_demo_that_is_killed_leaves_no_process(part: str, tmp_path: Path, mark: str) -> None:
+    demo = start_demo(tmp_path)
+    wait_for_part(mark, part)
+    time.sleep(0.5)
+    demo.kill()
+    demo.wait()
+    assert left_over(mark) == {}
+    assert "Traceback" not in (tmp_path / "stderr").read_text()

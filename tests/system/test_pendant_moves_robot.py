@@ -18,6 +18,7 @@ from openpendant.tools.pendants.client import (
     PendantClient,
     Pose,
     Refused,
+    WrongArgument,
 )
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
@@ -86,7 +87,7 @@ async def test_a_wrong_target_is_refused_with_its_joint_and_moves_nothing(
     cell = await start_cell()
     pendant = await cell.ready_pendant()
     before = pendant.joints()
-    target = [*before, *([0.0] * 4)]
+    target = [*before, *([0.0] * max(joint + 1 - len(before), 0))]
     if value is not None:
         target[joint] = value
     async with pendant.control():
@@ -96,6 +97,31 @@ async def test_a_wrong_target_is_refused_with_its_joint_and_moves_nothing(
     if code is VerdictCode.OUT_OF_RANGE:
         assert (refused.value.joint, refused.value.value) == (0, 7.0)
         assert refused.value.limit == pytest.approx(6.283185, abs=1e-5)
+    await pendant.next_state()
+    assert pendant.joints() == before
+
+
+async def test_a_target_with_too_few_joints_is_refused_and_moves_nothing(start_cell: Any) -> None:
+    cell = await start_cell()
+    pendant = await cell.ready_pendant()
+    before = pendant.joints()
+    async with pendant.control():
+        for ask in (
+            pendant.move_joints([0.3, *before[1:5]]),
+            pendant.follow_joints([[0.3, *before[1:5]]]),
+        ):
+            with pytest.raises(Refused) as refused:
+                await ask
+            assert refused.value.code == VerdictCode.WRONG_JOINT_COUNT
+            assert (refused.value.value, refused.value.limit) == (5, 6)
+        for wrong in (
+            pendant.move_joints([0.0] * 11),
+            pendant.follow_joints([]),
+            pendant.follow_joints([before, before[:3]]),
+            pendant.follow_poses([]),
+        ):
+            with pytest.raises(WrongArgument):
+                await wrong
     await pendant.next_state()
     assert pendant.joints() == before
 

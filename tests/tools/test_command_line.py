@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -178,3 +179,14 @@ def test_the_package_runs_as_the_command() -> None:
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_of_the_table_has_a_main(name: str) -> None:
     assert callable(importlib.import_module(COMMANDS[name].module).main)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+def test_an_output_that_cannot_be_written_is_one_line_and_an_exit_code() -> None:
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "openpendant.tools", "--version"]
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == ExitCode.OUTPUT_FAILED
+    assert done.stderr == (
+        "openpendant: cannot write to standard output: No space left on device\n"
+    )

@@ -186,7 +186,12 @@ def _command_to_point() -> Iterator[Sides]:
             home = serial_robot(ROBOT).home_position
             goal = (home[0] + (0.02 if moves % 2 else 0.0), *home[1:])
             frame = codec.encode(
-                JointMove(request_id=100 + moves, speed=1.0, joints=joint_array(goal))
+                JointMove(
+                    request_id=100 + moves,
+                    speed=1.0,
+                    joint_count=len(goal),
+                    joints=joint_array(goal),
+                )
             )
             began = time.perf_counter()
             pendant.sendall(frame)

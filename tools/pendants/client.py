@@ -45,7 +45,7 @@ from openpendant.simplemsg.pendant import (
 )
 
 from .conversation import HELLO, Conversation
-from .failures import Aborted, ConnectionLost, PendantError, Refused
+from .failures import Aborted, ConnectionLost, PendantError, Refused, WrongArgument
 from .motions import MotionHandle, MotionResult, Pose
 
 __all__ = [
@@ -59,6 +59,7 @@ __all__ = [
     "Pose",
     "Refused",
     "State",
+    "WrongArgument",
 ]
 
 DEFAULT_PORT = 11010
@@ -234,11 +235,17 @@ class PendantClient:
             The motion, accepted and begun; await its `done`.
 
         Raises:
-            Refused: out of range, not in control, robot busy, …
+            Refused: out of range, wrong joint count, not in control, robot busy, …
+            WrongArgument: more joints than a message has room for.
             ConnectionLost: the connection ended.
         """
         request_id = self._conversation.new_request()
-        request = JointMove(request_id=request_id, speed=speed, joints=joint_array(joints))
+        request = JointMove(
+            request_id=request_id,
+            speed=speed,
+            joint_count=len(joints),
+            joints=_slots(joints),
+        )
         return await self._conversation.begin_motion(request, request_id)
 
     async def move_to_pose(
@@ -268,13 +275,18 @@ class PendantClient:
 
         Raises:
             Refused: out of range, not in control, robot busy, …
+            WrongArgument: no waypoints, or waypoints of different lengths.
             ConnectionLost: the connection ended.
         """
+        counts = {len(point) for point in waypoints}
+        if len(counts) != 1:
+            raise WrongArgument(f"the waypoints of one path hold {sorted(counts)} joints each")
         request_id = self._conversation.new_request()
         request = JointPath(
             request_id=request_id,
             speed=speed,
-            waypoints=tuple(JointWaypoint(joints=joint_array(point)) for point in waypoints),
+            joint_count=counts.pop(),
+            waypoints=tuple(JointWaypoint(joints=_slots(point)) for point in waypoints),
         )
         return await self._conversation.begin_motion(request, request_id)
 
@@ -284,13 +296,13 @@ class PendantClient:
         """Move the tool through poses: PTP passes them without stopping, LIN stops at each.
 
         Raises:
-            ValueError: the poses are given in several frames.
+            WrongArgument: no poses, or poses in several frames.
             Refused: a pose is unreachable, not in control, robot busy, …
             ConnectionLost: the connection ended.
         """
         frames = {pose.frame for pose in poses}
         if len(frames) != 1:
-            raise ValueError(f"the poses of one path need one frame, not {sorted(frames)}")
+            raise WrongArgument(f"the poses of one path need one frame, not {sorted(frames)}")
         request_id = self._conversation.new_request()
         request = PosePath(
             request_id=request_id,
@@ -396,6 +408,13 @@ class PendantClient:
         x, y, z = self.state.tool_position
         qx, qy, qz, qw = self.state.tool_orientation
         return Pose((x, y, z), (qx, qy, qz, qw))
+
+
+def _slots(joints: Sequence[float]) -> tuple[float, ...]:
+    try:
+        return joint_array(joints)
+    except ValueError as error:
+        raise WrongArgument(str(error)) from None
 
 
 async def _end(task: asyncio.Task[None] | None) -> None:

@@ -18,6 +18,7 @@ from openpendant.simplemsg import (
     Connection,
     FramingFault,
     HeaderOnly,
+    LocalProtocolError,
     Malformed,
     Message,
     ReplyCode,
@@ -32,7 +33,7 @@ from openpendant.simplemsg.pendant import (
     Verdict,
 )
 
-from .failures import ConnectionLost, PendantError, Refused
+from .failures import ConnectionLost, PendantError, Refused, WrongArgument
 from .motions import MotionHandle
 
 REPLY_TIMEOUT = 35.0
@@ -116,12 +117,17 @@ class Conversation(asyncio.Protocol):
 
         Raises:
             ConnectionLost: the connection is over.
+            WrongArgument: the message cannot be written.
         """
         if self.error is not None:
             raise self.error
         if self._transport is None:
             raise ConnectionLost("not connected")
-        self._transport.write(self._wire.send(message))
+        try:
+            frame = self._wire.send(message)
+        except LocalProtocolError as error:
+            raise WrongArgument(str(error)) from None
+        self._transport.write(frame)
 
     def expect(self, kind: type[_T]) -> asyncio.Future[_T]:
         """Return a future that the caller completes, and that fails when the connection ends.

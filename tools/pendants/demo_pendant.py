@@ -11,6 +11,7 @@ import asyncio
 import contextlib
 import json
 import math
+import signal
 import sys
 from collections.abc import AsyncIterator, Awaitable
 from dataclasses import asdict, dataclass, field
@@ -34,6 +35,9 @@ SPEED = 0.3
 
 _READY_TIMEOUT = 20.0
 _MODES = {1: "manual", 2: "automatic"}
+
+_NO_SUCH_LINE = (VerdictCode.UNREACHABLE, VerdictCode.BRANCH_CHANGE)
+_NEEDS_A_LINE = "the tour needs a robot that can move its tool along a straight line"
 
 
 @dataclass
@@ -169,7 +173,6 @@ class Tour:
     async def _straight_line(self) -> None:
         """Move the tool along the first straight line that the robot can do, and back."""
         start = self._pendant.tool_pose()
-        last: Refused | None = None
         for axis in ((0, 0, -1), (0, 0, 1), (0, 1, 0), (-1, 0, 0), (1, 0, 0), (0, -1, 0)):
             goal = _shifted(start, *(LINE_LENGTH * part for part in axis))
             try:
@@ -178,16 +181,15 @@ class Tour:
                     self._pendant.move_to_pose(goal, motion=Motion.LIN, speed=SPEED),
                 )
             except Refused as error:
-                if error.code not in (VerdictCode.UNREACHABLE, VerdictCode.BRANCH_CHANGE):
+                if error.code not in _NO_SUCH_LINE:
                     raise
-                last = error
                 continue
             await self._do(
                 "straight line back",
                 self._pendant.move_to_pose(start, motion=Motion.LIN, speed=SPEED),
             )
             return
-        raise last or PendantError("no straight line is possible here")
+        raise PendantError(_NEEDS_A_LINE)
 
     async def _taught_path(self) -> None:
         """Run through poses on a circle round where the tool is, without stopping."""
@@ -204,10 +206,16 @@ class Tour:
                 )
             )
         self.report.poses = len(poses)
-        await self._do(
-            f"path of {len(poses)} taught poses",
-            self._pendant.follow_poses(poses, speed=SPEED),
-        )
+        try:
+            await self._do(
+                f"path of {len(poses)} taught poses",
+                self._pendant.follow_poses(poses, speed=SPEED),
+            )
+        except Refused as error:
+            # Some robots can do one line, in the plane of their arm, but not those of the circle.
+            if error.code in _NO_SUCH_LINE:
+                raise PendantError(_NEEDS_A_LINE) from error
+            raise
 
 
 def _shifted(pose: Pose, x: float, y: float, z: float) -> Pose:
@@ -215,7 +223,16 @@ def _shifted(pose: Pose, x: float, y: float, z: float) -> Pose:
     return Pose((px + x, py + y, pz + z), pose.orientation, pose.frame)
 
 
+def _end_on_sigterm() -> None:
+    """Unwind the tour on SIGTERM, which gives the terminal its cursor back."""
+    task = asyncio.current_task()
+    assert task is not None
+    with contextlib.suppress(NotImplementedError):  # Windows
+        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
+
+
 async def _run(port: int) -> TourReport:
+    _end_on_sigterm()
     console = Console()
     async with await PendantClient.connect(
         "127.0.0.1", port, client="demo pendant", state_rate=50
@@ -238,6 +255,10 @@ def main(argv: list[str]) -> int:
     except (PendantError, OSError, TimeoutError) as error:
         print(f"demo pendant: {error or type(error).__name__}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        return 128 + signal.SIGINT
+    except asyncio.CancelledError:
+        return 128 + signal.SIGTERM
     return 0
 
 

@@ -13,6 +13,10 @@ class ConnectionLost(PendantError):
     """The server closed the connection, or it broke."""
 
 
+class WrongArgument(PendantError):
+    """A request that cannot even be written: too many joints, no waypoints, a text too long."""
+
+
 class Refused(PendantError):
     """The server refused a request; nothing moved because of it.
 

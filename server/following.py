@@ -1,0 +1,70 @@
+"""How far the robot has come on the trajectory that it is being sent.
+
+Owns the estimate of the robot's own time on the trajectory. The server's clock says when a
+set-point is due; a controller may start later, run slower or stand still, and must not be sent more
+than the lead ahead of where the robot really is.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+from openpendant.motion.trajectory import Row
+
+from .feedback import Feedback
+
+SAME_PLACE = 1e-3
+"""Samples closer than this to the report are one place; the latest of them counts [rad or m]."""
+
+LONGEST_LAG = 0.5
+"""A robot so far behind the plan does not follow it [s]."""
+
+
+class Following:
+    """The robot's progress along the samples that left.
+
+    Attributes:
+        base: when the robot began the trajectory, as far as its reports tell [ns].
+    """
+
+    def __init__(self, started: int) -> None:
+        """Assume that the robot starts at once, until its reports say otherwise."""
+        self.base = started
+        self._started = started
+        self._sent: deque[Row] = deque()
+
+    def sent(self, row: Row) -> None:
+        """Note a sample that left."""
+        self._sent.append(row)
+
+    @property
+    def lag(self) -> float:
+        """How far the robot is behind the server's clock [s]."""
+        return (self.base - self._started) / 1e9
+
+    def update(self, feedback: Feedback) -> None:
+        """Find the place of the last report on the trajectory, never before an earlier one.
+
+        Where the report fits several samples, the latest counts: a dwell, a turn or a slow start
+        must not look like a robot that stands still.
+        """
+        position = feedback.position
+        if position is None or not self._sent or feedback.received < self._started:
+            return
+        gaps = [_gap(row.position, position) for row in self._sent]
+        near = min(gaps) + SAME_PLACE
+        place = max(index for index, gap in enumerate(gaps) if gap <= near)
+        for _ in range(place):
+            self._sent.popleft()
+        robot_time = self._sent[0].time
+        if len(self._sent) == 1:
+            # It has reached all that was sent; how far beyond that it would be, nobody can see.
+            self.base = min(self.base, feedback.received - round(robot_time * 1e9))
+            self.base = max(self.base, self._started)
+            return
+        self.base = max(feedback.received - round(robot_time * 1e9), self._started)
+
+
+def _gap(one: Sequence[float], other: Sequence[float]) -> float:
+    return max(abs(a - b) for a, b in zip(one, other, strict=True))
