@@ -163,10 +163,11 @@ class Unreachable(MotionError):
     def __str__(self) -> str:
         x, y, z = (float(value) for value in self.pose.position)
         where = "" if self.fraction is None else f" at {self.fraction:.1%} of the path"
+        tried = f" of {self.restarts} restarts" if self.restarts else ""
         return (
-            f"not reachable: the nearest position found stays {self.best_position_error:.3g} m and"
-            f" {self.best_rotation_error:.3g} rad away from the pose at x {x:.4g} m, y {y:.4g} m,"
-            f" z {z:.4g} m in {self.frame}{where}"
+            f"not reachable: the nearest position{tried} stays {self.best_position_error:.3g} m and"
+            f" {self.best_rotation_error:.3g} rad away from the pose at x {x:.3g} m, y {y:.3g} m,"
+            f" z {z:.3g} m in {self.frame}{where}"
         )
 
 
