@@ -10,7 +10,14 @@ from typing import Any
 
 import pytest
 
-from openpendant.simplemsg.pendant import Activity, Motion, StateField
+from openpendant.simplemsg import PENDANT, codec_for
+from openpendant.simplemsg.pendant import (
+    Activity,
+    Motion,
+    OperatorAction,
+    OperatorEvent,
+    StateField,
+)
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import (
     Aborted,
@@ -206,6 +213,42 @@ async def test_a_controller_that_dies_in_motion_aborts_it_and_nothing_resumes(
     with pytest.raises(Refused) as refused:
         await pendant.move_joints(moved(pendant, 0, 0.1))
     assert refused.value.code == VerdictCode.CONTROLLER_DOWN
+
+
+async def operate(port: int, action: OperatorAction) -> int:
+    """Do at the emulated controller what its operator would do; return the reply code."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    writer.write(codec_for(PENDANT).encode(OperatorEvent(action=action)))
+    async with asyncio.timeout(5):
+        reply = await reader.readexactly(16)
+    writer.close()
+    await writer.wait_closed()
+    return codec_for(PENDANT).decode(reply).reply_code
+
+
+async def test_an_emergency_stop_at_the_controller_aborts_and_its_reset_moves_nothing(
+    start_cell: Any,
+) -> None:
+    cell = await start_cell()
+    pendant = await cell.ready_pendant()
+    await pendant.take_control()
+    move = await pendant.move_joints(moved(pendant, 0, FAR), speed=0.05)
+    await pendant.wait_until(lambda state: state.in_motion == 1)
+
+    assert await operate(cell.controller["motion"], OperatorAction.EMERGENCY_STOP) == 1
+    with pytest.raises(Aborted) as aborted:
+        await asyncio.wait_for(move.done(), 5)
+    assert aborted.value.code == VerdictCode.CONTROLLER_STOPPED
+    state = await pendant.wait_until(lambda state: state.e_stopped == 1 and state.in_motion == 0)
+    with pytest.raises(Refused) as refused:
+        await pendant.move_joints(moved(pendant, 0, 0.1))
+    assert refused.value.code == VerdictCode.CONTROLLER_NOT_READY
+
+    assert await operate(cell.controller["motion"], OperatorAction.RESET) == 1
+    again = await pendant.wait_until(lambda state: state.motion_possible == 1)
+    assert again.positions == state.positions
+    await (await pendant.move_joints(moved(pendant, 0, 0.1))).done()
+    assert (await cell.end())["violations"] == 0
 
 
 async def test_a_frozen_controller_is_noticed_by_its_silence(start_cell: Any) -> None:
