@@ -7,13 +7,21 @@ the idle control: what a busy machine does to the baseline, it does to ours.
 
 from __future__ import annotations
 
+import socket
 import statistics
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
 
 from openpendant.motion.robot import serial_robot
-from openpendant.simplemsg import PENDANT, JointTrajPt, SpecialSequence, codec_for, joint_array
+from openpendant.simplemsg import (
+    PENDANT,
+    JointTrajPt,
+    Message,
+    SpecialSequence,
+    codec_for,
+    joint_array,
+)
 from openpendant.simplemsg.pendant import (
     PROTOCOL_VERSION,
     Authority,
@@ -26,6 +34,7 @@ from openpendant.simplemsg.pendant import (
 )
 
 from .peers import (
+    PlainController,
     accept,
     connect,
     listen,
@@ -124,101 +133,111 @@ def _point_to_reply() -> Iterator[Sides]:
         yield Sides(subject, baseline)
 
 
+class _Pendant:
+    """A pendant on a blocking socket that moves one joint to and fro."""
+
+    def __init__(self, connection: socket.socket) -> None:
+        self._connection = connection
+        self._codec = codec_for(PENDANT)
+        self._moves = 0
+        hello = Hello(
+            protocol_version=PROTOCOL_VERSION, state_rate=0.0, cell="", client="benchmark"
+        )
+        self._send(hello)
+        self._send(Authority(request_id=1, action=AuthorityAction.REQUEST))
+        self._await(Verdict)
+
+    def _send(self, message: Message) -> None:
+        self._connection.sendall(self._codec.encode(message))
+
+    def _await(self, kind: type[Verdict] | type[Outcome]) -> None:
+        while True:
+            prefix = receive_exactly(self._connection, 4)
+            size = int.from_bytes(prefix, "little")
+            message = self._codec.decode(prefix + receive_exactly(self._connection, size))
+            if isinstance(message, Verdict | Outcome) and message.code:
+                raise RuntimeError(message.text)
+            if isinstance(message, kind):
+                return
+
+    def move(self, controller: PlainController) -> float:
+        """Return the time from writing a joint move to its first point at the controller [s]."""
+        self._moves += 1
+        self._send(AuthorityBeat())
+        home = serial_robot(ROBOT).home_position
+        goal = (home[0] + (0.02 if self._moves % 2 else 0.0), *home[1:])
+        frame = self._codec.encode(
+            JointMove(
+                request_id=100 + self._moves,
+                speed=1.0,
+                joint_count=len(goal),
+                joints=joint_array(goal),
+            )
+        )
+        began = time.perf_counter()
+        self._connection.sendall(frame)
+        first = receive_message(controller.motion)
+        taken = time.perf_counter() - began
+        controller.obey(first, goal)
+        self._await(Outcome)
+        return taken
+
+
 @contextmanager
 def _command_to_point() -> Iterator[Sides]:
     """Time joint moves from the pendant's write to the first point at the controller."""
     with ExitStack() as stack:
-        motion, state, sink = (stack.enter_context(closing(listen())) for _ in range(3))
-        server = stack.enter_context(
-            process(
-                "openpendant.server",
-                *("--robot", ROBOT, "--json", "--pendant-port", "0", "--ros-motion-port", "0"),
-                *("--ros-state-port", "0", "--no-stop-connection"),
-                "--controller",
-                f"127.0.0.1:{motion.getsockname()[1]}:{state.getsockname()[1]}",
-                place=PEER,
-            )
-        )
+
+        def opened(connection: socket.socket) -> socket.socket:
+            return stack.enter_context(closing(connection))
+
+        motion, state, sink = opened(listen()), opened(listen()), opened(listen())
+        server = stack.enter_context(_server_of(motion, state))
         relay = stack.enter_context(
-            process(
-                "openpendant.tools.bench.peers", "relay", str(sink.getsockname()[1]), place=PEER
-            )
+            process("openpendant.tools.bench.peers", "relay", _port(sink), place=PEER)
         )
         controller = stack.enter_context(
             plain_controller(
-                stack.enter_context(closing(accept(motion))),
-                stack.enter_context(closing(accept(state))),
-                serial_robot(ROBOT).home_position,
+                opened(accept(motion)), opened(accept(state)), serial_robot(ROBOT).home_position
             )
         )
-        to_relay = stack.enter_context(closing(connect(relay["port"])))
-        from_relay = stack.enter_context(closing(accept(sink)))
+        to_relay, from_relay = opened(connect(relay["port"])), opened(accept(sink))
         time.sleep(_SETTLE)
         stack.enter_context(pinned(HERE))
-        pendant = stack.enter_context(closing(connect(server["pendant"])))
-        codec = codec_for(PENDANT)
-
-        def read_until(kind: type[Verdict] | type[Outcome]) -> Verdict | Outcome:
-            while True:
-                prefix = receive_exactly(pendant, 4)
-                size = int.from_bytes(prefix, "little")
-                message = codec.decode(prefix + receive_exactly(pendant, size))
-                if isinstance(message, Verdict | Outcome) and message.code:
-                    raise RuntimeError(message.text)
-                if isinstance(message, kind):
-                    return message
-
-        pendant.sendall(
-            codec.encode(
-                Hello(
-                    protocol_version=PROTOCOL_VERSION, state_rate=0.0, cell="", client="benchmark"
-                )
-            )
-        )
-        pendant.sendall(codec.encode(Authority(request_id=1, action=AuthorityAction.REQUEST)))
-        read_until(Verdict)
-        moves = 0
-
-        def move() -> float:
-            nonlocal moves
-            moves += 1
-            pendant.sendall(codec.encode(AuthorityBeat()))
-            home = serial_robot(ROBOT).home_position
-            goal = (home[0] + (0.02 if moves % 2 else 0.0), *home[1:])
-            frame = codec.encode(
-                JointMove(
-                    request_id=100 + moves,
-                    speed=1.0,
-                    joint_count=len(goal),
-                    joints=joint_array(goal),
-                )
-            )
-            began = time.perf_counter()
-            pendant.sendall(frame)
-            first = receive_message(controller.motion)
-            taken = time.perf_counter() - began
-            goal32 = tuple(codec.decode(frame).joints[: len(goal)])  # type: ignore[attr-defined]
-            controller.obey(first, goal32)
-            read_until(Outcome)
-            return taken
+        pendant = _Pendant(opened(connect(server["pendant"])))
 
         def subject() -> float:
-            return statistics.median(move() for _ in range(MOVES)) * 1e6
-
-        packet = bytes(64)
-
-        def pass_on() -> float:
-            began = time.perf_counter()
-            to_relay.sendall(packet)
-            receive_exactly(from_relay, len(packet))
-            return time.perf_counter() - began
+            return statistics.median(pendant.move(controller) for _ in range(MOVES)) * 1e6
 
         def baseline() -> float:
-            # As far apart as the moves: a process that slept wakes more slowly than a busy one.
-            taken = []
-            for _ in range(MOVES):
-                time.sleep(0.1)
-                taken.append(pass_on())
-            return statistics.median(taken) * 1e6
+            return statistics.median(_passed_on(to_relay, from_relay) for _ in range(MOVES)) * 1e6
 
         yield Sides(subject, baseline)
+
+
+def _port(listener: socket.socket) -> str:
+    return str(listener.getsockname()[1])
+
+
+def _server_of(
+    motion: socket.socket, state: socket.socket
+) -> AbstractContextManager[dict[str, int]]:
+    """Return a server whose controller is this process."""
+    return process(
+        "openpendant.server",
+        *("--robot", ROBOT, "--json", "--pendant-port", "0", "--ros-motion-port", "0"),
+        *("--ros-state-port", "0", "--no-stop-connection"),
+        *("--controller", f"127.0.0.1:{_port(motion)}:{_port(state)}"),
+        place=PEER,
+    )
+
+
+def _passed_on(to_relay: socket.socket, from_relay: socket.socket) -> float:
+    """Return the time that a relay takes to pass a packet on [s]."""
+    packet = bytes(64)
+    # As far apart as the moves: a process that slept wakes more slowly than a busy one.
+    time.sleep(0.1)
+    began = time.perf_counter()
+    to_relay.sendall(packet)
+    receive_exactly(from_relay, len(packet))
+    return time.perf_counter() - began
