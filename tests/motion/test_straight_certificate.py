@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -72,10 +73,10 @@ def test_single_rows_are_the_samples_of_the_trajectory(name: str) -> None:
     ],
 )
 def test_a_planted_fault_is_refused_by_name(
-    move: StraightMove, change: dict[str, object], check: str
+    move: StraightMove, change: dict[str, Any], check: str
 ) -> None:
     with pytest.raises(CertificateRefused) as refused:
-        certify_straight_move(replace(move, **change), UR5.limits, start=HOME)  # type: ignore[arg-type]
+        certify_straight_move(replace(move, **change), UR5.limits, start=HOME)
     assert refused.value.check == check
 
 
