@@ -80,6 +80,9 @@ class Codec:
             a rule, and `NotEncodable` where a value does not fit its field.
         decode: `decode(frame) -> Message` takes one whole frame, prefix included, in any bytes-like
             object. Raises `HeaderFault` or `BodyFault`.
+        usual: the sixteen header bytes of every frame of fixed size with a usual header, with the
+            size of the frame and a decoder for it; that decoder raises `struct.error` for another
+            size and `UnicodeDecodeError` for a text that is none.
         dialect: the messages that it knows.
         byte_order: order of bytes on the wire.
         real_size: bytes of a real, 4 or 8.
@@ -87,6 +90,7 @@ class Codec:
 
     encode: Encode
     decode: Decode
+    usual: dict[bytes, tuple[int, Decode]]
 
     def __init__(self, dialect: Dialect, byte_order: ByteOrder, real_size: int) -> None:
         if real_size not in _REAL_CODES:
@@ -106,11 +110,16 @@ class Codec:
             self._layouts[cls.PLACE.msg_type, cls.PLACE.is_reply] = layout
             self._encoders[cls] = layout.encode
         self.encode = self._fast_encode()
-        self.decode = self._fast_decode(self._usual_headers())
+        headers = self._usual_headers()
+        self.decode = self._fast_decode(headers)
+        self.usual = {
+            header: (PREFIX_SIZE + self._header.unpack(header)[0], decode)
+            for header, decode in headers.items()
+        }
 
-    def _usual_headers(self) -> dict[Bytes, Decode]:
+    def _usual_headers(self) -> dict[bytes, Decode]:
         """Return a decoder for every header that is usual in this dialect."""
-        usual: dict[Bytes, Decode] = {}
+        usual: dict[bytes, Decode] = {}
         for (msg_type, is_reply), layout in self._layouts.items():
             if not isinstance(layout, FixedLayout):
                 continue
@@ -129,7 +138,7 @@ class Codec:
                 usual.setdefault(header, _header_only_decoder(msg_type, code))
         return usual
 
-    def _fast_decode(self, usual: dict[Bytes, Decode]) -> Decode:
+    def _fast_decode(self, usual: dict[bytes, Decode]) -> Decode:
         """Return `decode`: one look-up of the sixteen header bytes checks the whole header.
 
         Length, type, communication type and reply code of every usual frame are known beforehand;
@@ -141,7 +150,7 @@ class Codec:
 
         # Names bound as defaults are locals of the function: looked up by index, without a cell.
         def decode(
-            frame: Bytes, usual: dict[Bytes, Decode] = usual, header: slice = header
+            frame: Any, usual: dict[bytes, Decode] = usual, header: slice = header
         ) -> Message:
             try:
                 return usual[frame[header]](frame)

@@ -9,8 +9,9 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
 
-from .codec import STANDARD, Dialect, codec_for
+from .codec import STANDARD, Codec, Dialect, codec_for
 from .codes import ByteOrder, CommType
 from .declaration import Message
 from .errors import (
@@ -20,7 +21,7 @@ from .errors import (
     MessageFault,
     OrderUndetectable,
 )
-from .layout import HEADER_SIZE, PREFIX_SIZE, Bytes
+from .layout import HEADER_SIZE, PREFIX_SIZE, Bytes, Decode
 from .opaque import message_type
 
 MAX_REFERENCE_FRAME = 1023
@@ -31,6 +32,8 @@ MAX_DETECTABLE_LENGTH = 65_535
 
 FRAMES_PER_CALL = 64
 """Most frames decoded per call, so that one talkative peer cannot hold up the others."""
+
+_LEAST_LENGTH = HEADER_SIZE - PREFIX_SIZE
 
 
 class Role(Enum):
@@ -124,6 +127,7 @@ class Connection:
         self.byte_order = byte_order
         self._prefix = struct.Struct(f"{byte_order.value}i")
         self._codec = codec_for(self._dialect, byte_order, self._real_size)
+        self._usual = _frames_up_to(self._max_frame, self._codec)
 
     @property
     def partial(self) -> bool:
@@ -161,51 +165,81 @@ class Connection:
         pending += data
         if len(pending) < self._needed:
             return []
-        received, used = self._split(pending)
+        received, used = self._split(bytes(pending))
         del pending[:used]
         return received
 
-    def _split(self, buffer: bytes | bytearray) -> tuple[list[Received], int]:
+    def _split(self, buffer: bytes) -> tuple[list[Received], int]:
         """Take the whole frames at the front of a buffer; return them and the bytes used up."""
         received: list[Received] = []
         start, size = 0, len(buffer)
         self._more = False
         self._needed = PREFIX_SIZE
-        while size - start >= PREFIX_SIZE:
-            if len(received) == FRAMES_PER_CALL:
-                self._more = True
+        if size < PREFIX_SIZE:
+            return received, 0
+        if self.byte_order is None and not self._learn_byte_order(buffer):
+            return received, size
+        # A stream of points is taken apart here at almost half the pace of bare `struct`: one
+        # look-up of a header settles length, layout and accounts, and all names are local.
+        usual, take = self._usual, received.append
+        topic, request = CommType.TOPIC, CommType.REQUEST
+        last_prefix = size - PREFIX_SIZE
+        for _ in range(FRAMES_PER_CALL):
+            if start > last_prefix:
                 break
-            if self.byte_order is None and not self._learn_byte_order(buffer):
-                return received, size
-            (length,) = self._prefix.unpack_from(buffer, start)
-            if not HEADER_SIZE - PREFIX_SIZE <= length <= self._max_length:
-                self.fault = LengthOutOfBounds(length, HEADER_SIZE - PREFIX_SIZE, self._max_length)
-                return received, size
-            end = start + PREFIX_SIZE + length
+            known = usual.get(buffer[start : start + HEADER_SIZE])
+            if known is not None:
+                frame_size, decode = known
+                end = start + frame_size
+            else:
+                decode = self._codec.decode
+                end = self._end_of_frame(buffer, start)
+                if self.fault is not None:
+                    return received, size
             if end > size:
                 self._needed = end - start
                 break
-            received.append(self._take(bytes(buffer[start:end])))
+            frame = buffer[start:end]
             start = end
+            try:
+                message = decode(frame)
+            except (MessageFault, UnicodeDecodeError):
+                take(self._malformed(frame))
+                continue
+            comm_type = message.comm_type
+            if comm_type is request:
+                self.unanswered += 1
+            elif comm_type is not topic and not self._settle_accounts(comm_type):
+                take(Unasked(message))
+                continue
+            take(message)
+        else:
+            self._more = start <= last_prefix
         return received, start
 
-    def _learn_byte_order(self, buffer: bytes | bytearray) -> bool:
+    def _end_of_frame(self, buffer: bytes, start: int) -> int:
+        """Return where the frame at `start` ends by its length; set `fault` for a wild one."""
+        (length,) = self._prefix.unpack_from(buffer, start)
+        if not _LEAST_LENGTH <= length <= self._max_length:
+            self.fault = LengthOutOfBounds(length, _LEAST_LENGTH, self._max_length)
+        return start + PREFIX_SIZE + int(length)
+
+    def _malformed(self, frame: bytes) -> Malformed:
+        """Return what is wrong with a frame that could not be decoded."""
         try:
-            self.settle_byte_order(_detect(bytes(buffer[:PREFIX_SIZE])))
+            self._codec.decode(frame)
+        except MessageFault as error:
+            self._settle_accounts(error.comm_type)
+            return Malformed(error.msg_type, error.comm_type, error)
+        raise AssertionError("a frame fails to decode every time or never")
+
+    def _learn_byte_order(self, buffer: bytes) -> bool:
+        try:
+            self.settle_byte_order(_detect(buffer[:PREFIX_SIZE]))
         except OrderUndetectable as fault:
             self.fault = fault
             return False
         return True
-
-    def _take(self, frame: bytes) -> Received:
-        try:
-            message = self._codec.decode(frame)
-        except MessageFault as error:
-            self._settle_accounts(error.comm_type)
-            return Malformed(error.msg_type, error.comm_type, error)
-        if message.comm_type is CommType.TOPIC:
-            return message
-        return message if self._settle_accounts(message.comm_type) else Unasked(message)
 
     def _settle_accounts(self, comm_type: int) -> bool:
         """Note what a frame of the peer owes or pays; return False for a reply nobody asked for.
@@ -247,11 +281,15 @@ class Connection:
         return frame
 
 
+@cache
+def _frames_up_to(max_frame: int, codec: Codec) -> dict[bytes, tuple[int, Decode]]:
+    return {header: known for header, known in codec.usual.items() if known[0] <= max_frame}
+
+
 def _detect(prefix: bytes) -> ByteOrder:
     """Tell the byte order from a length prefix: only one reading lies in 12 to 65535."""
-    lowest = HEADER_SIZE - PREFIX_SIZE
-    if lowest <= int.from_bytes(prefix, "little") <= MAX_DETECTABLE_LENGTH:
+    if _LEAST_LENGTH <= int.from_bytes(prefix, "little") <= MAX_DETECTABLE_LENGTH:
         return ByteOrder.LITTLE
-    if lowest <= int.from_bytes(prefix, "big") <= MAX_DETECTABLE_LENGTH:
+    if _LEAST_LENGTH <= int.from_bytes(prefix, "big") <= MAX_DETECTABLE_LENGTH:
         return ByteOrder.BIG
     raise OrderUndetectable(prefix)
