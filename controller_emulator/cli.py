@@ -15,11 +15,14 @@ import json
 import os
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from openpendant.motion.errors import MotionError
+from openpendant.simplemsg import __version__
+from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant import OperatorAction
 
 from .assembly import build_controller
@@ -27,7 +30,7 @@ from .console import EMERGENCY_STOP, QUIT, RESET, watched_keys
 from .float32 import NANOSECONDS
 from .recording import MotionLog, write_report
 from .segment import State
-from .service import ListenFailed, Service
+from .service import ListenFailed, Service, loop_time
 from .settings import ConfigurationError, EmulatorSettings, as_toml, load_settings
 
 OK, FAILED, USAGE, PORT_TAKEN = 0, 1, 2, 3
@@ -72,6 +75,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--scenario", type=Path, metavar="FILE", help="timed operator events")
     add("--report", type=Path, metavar="FILE", help="write the referee's record as JSON")
     add("--record", type=Path, metavar="FILE", help="write the executed motion as CSV")
+    add("--journal", type=Path, metavar="FILE", help="write every byte, to run it again exactly")
     add("--strict", action="store_true", help="exit code 1 if the referee saw a violation")
     add("--json", action="store_true", help="one JSON object a line on standard output")
     return parser
@@ -93,12 +97,16 @@ def _overrides(arguments: argparse.Namespace) -> dict[str, Any]:
 async def _run(settings: EmulatorSettings, options: argparse.Namespace) -> int:
     loop = asyncio.get_running_loop()
     due = _operator(options.scenario, loop)
-    controller = build_controller(settings, round(loop.time() * NANOSECONDS))
-    log = MotionLog(options.record, controller.joint_names) if options.record else None
+    journal = Journal(lambda: loop_time(loop))
+    journal.begin("start")
     with contextlib.ExitStack() as stack:
+        if options.journal is not None:
+            stack.enter_context(kept_journal(journal, options.journal, settings))
+        controller = build_controller(settings, journal.now)
+        log = MotionLog(options.record, controller.joint_names) if options.record else None
         if log is not None:
             stack.callback(_close, log)
-        service = Service(controller, settings, on_report=_recorder(log), due=due)
+        service = Service(controller, settings, on_report=_recorder(log), due=due, journal=journal)
         ports = await service.start()
         _warn_of_strangers(settings.host)
         stop = asyncio.Event()
@@ -121,6 +129,27 @@ async def _run(settings: EmulatorSettings, options: argparse.Namespace) -> int:
         finally:
             await service.close()
     return _finish(controller.referee.as_dict(), str(controller.referee), options)
+
+
+@contextlib.contextmanager
+def kept_journal(journal: Journal, file: Path, settings: EmulatorSettings) -> Iterator[None]:
+    """Keep the journal in a file while the context lasts; a full disk ends it, not the run."""
+
+    def end(error: OSError) -> None:
+        _fail(f"the journal ends here: {_reason(error)}")
+
+    stream = file.open("w", encoding="ascii")
+    started = datetime.now().astimezone().isoformat()
+    about = settings.model_dump(mode="json")
+    journal.keep(stream, end, kind="emulator", started=started, version=__version__, settings=about)
+    try:
+        yield
+    finally:
+        journal.end()
+        try:
+            stream.close()
+        except OSError as error:
+            _fail(f"the journal is incomplete: {_reason(error)}")
 
 
 def _operator(

@@ -12,15 +12,18 @@ from collections.abc import Callable
 from typing import NamedTuple, cast
 
 from openpendant.simplemsg import Connection, LocalProtocolError, Message, Received
+from openpendant.simplemsg.journal import Journal
 
-FRAME_DEADLINE = 1.0
-"""A frame that has begun must be complete within this time [s]."""
+from .float32 import NANOSECONDS
+
+FRAME_DEADLINE = 1 * NANOSECONDS
+"""A frame that has begun must be complete within this time [ns]."""
 
 STATE_BACKLOG = 16 * 1024
 """A state listener with more bytes than this unsent misses rounds until it caught up."""
 
-STATE_STALL = 2.0
-"""A state listener that does not catch up within this time is cut off [s]."""
+STATE_STALL = 2 * NANOSECONDS
+"""A state listener that does not catch up within this time is cut off [ns]."""
 
 REPLY_BACKLOG = 64 * 1024
 """A motion client that lets more bytes of replies than this pile up is cut off."""
@@ -48,7 +51,7 @@ class Link(asyncio.Protocol):
     Attributes:
         number: unique within the run.
         is_open: False before the connection is made and after it is lost.
-        stalled_since: loop time at which a listener fell behind, None while it keeps up [s].
+        stalled_since: when a listener fell behind [ns], None while it keeps up.
     """
 
     def __init__(
@@ -56,7 +59,7 @@ class Link(asyncio.Protocol):
         number: int,
         connection: Connection,
         events: LinkEvents,
-        clock: Callable[[], float],
+        journal: Journal,
     ) -> None:
         """Make a link that is not connected yet.
 
@@ -64,16 +67,17 @@ class Link(asyncio.Protocol):
             number: unique within the run.
             connection: the conversation to hold.
             events: whom to tell.
-            clock: the loop's time [s].
+            journal: the time, and the record of what happens.
         """
         self.number = number
         self.is_open = False
-        self.stalled_since: float | None = None
+        self.stalled_since: int | None = None
         self._connection = connection
         self._events = events
-        self._clock = clock
+        self._journal = journal
         self._transport: asyncio.Transport | None = None
-        self._partial_since: float | None = None
+        self._partial_since: int | None = None
+        self._is_ending = False
 
     @property
     def backlog(self) -> int:
@@ -87,16 +91,17 @@ class Link(asyncio.Protocol):
         self.is_open = True
         if not self._events.opened(self):
             self.is_open = False
-            self._transport.abort()
+            self.abort()
 
     def data_received(self, data: bytes) -> None:
         """Hand on the messages that the bytes complete; called by the loop."""
         if not self.is_open or self._transport is None:
             return
+        self._journal.begin("in", self.number, data)
         for message in self._connection.receive(data):
             self._events.received(self, message)
         if self._connection.fault is not None:
-            self._transport.close()
+            self._close()
         elif self._connection.more:
             # One talkative client must not hold up the others: the rest waits for the next turn.
             self._transport.pause_reading()
@@ -104,7 +109,7 @@ class Link(asyncio.Protocol):
         if not self._connection.partial:
             self._partial_since = None
         elif self._partial_since is None:
-            self._partial_since = self._clock()
+            self._partial_since = self._journal.now
 
     def _receive_more(self) -> None:
         if self.is_open and self._transport is not None and not self._transport.is_closing():
@@ -120,40 +125,60 @@ class Link(asyncio.Protocol):
 
     def send(self, message: Message) -> None:
         """Send a message, or cut off a client that takes none."""
-        if self._transport is None or self._transport.is_closing():
+        if not self._takes_bytes:
             return
         try:
             frame = self._connection.send(message)
         except LocalProtocolError:
             # The peer's header broke a rule that our own reply would have to break, too.
-            self._transport.close()
+            self._close()
             return
-        self._transport.write(frame)
-        if self.backlog > REPLY_BACKLOG:
-            self._transport.abort()
+        self._write(frame)
+        if self._journal.answer("flooded", self.number, self.backlog > REPLY_BACKLOG):
+            self.abort()
 
     def send_state(self, frames: bytes) -> None:
         """Send a round of state, or skip it while the listener is behind: the newest wins."""
-        if self._transport is None or self._transport.is_closing():
+        if not self._takes_bytes:
             return
-        if self.backlog > STATE_BACKLOG:
+        if self._journal.answer("clogged", self.number, self.backlog > STATE_BACKLOG):
             if self.stalled_since is None:
-                self.stalled_since = self._clock()
+                self.stalled_since = self._journal.now
             return
         self.stalled_since = None
+        self._write(frames)
+
+    @property
+    def _takes_bytes(self) -> bool:
+        transport = self._transport
+        if transport is None or self._is_ending:
+            return False
+        # The loop closes a transport by itself when the kernel reports an error.
+        return not self._journal.answer("gone", self.number, transport.is_closing())
+
+    def _write(self, frames: bytes) -> None:
+        assert self._transport is not None
+        self._journal.out(self.number, frames)
         self._transport.write(frames)
 
     def check_deadlines(self) -> None:
         """Cut the link off if the peer left a frame unfinished or state unread for too long."""
-        now = self._clock()
+        now = self._journal.now
         began, stalled = self._partial_since, self.stalled_since
         is_slow = began is not None and now - began > FRAME_DEADLINE
         is_stalled = stalled is not None and now - stalled > STATE_STALL
-        if (is_slow or is_stalled) and self._transport is not None:
-            self._transport.abort()
+        if is_slow or is_stalled:
+            self.abort()
+
+    def _close(self) -> None:
+        """Close the connection after what was written has left."""
+        self._is_ending = True
+        if self._transport is not None:
+            self._transport.close()
 
     def abort(self) -> None:
         """Close the connection without sending what is left."""
+        self._is_ending = True
         if self._transport is not None:
             self._transport.abort()
 

@@ -22,6 +22,7 @@ from openpendant.simplemsg import (
     Role,
     codec_for,
 )
+from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant import OperatorAction
 
 from .controller import Controller, Outgoing
@@ -64,6 +65,7 @@ class Service:
 
     Attributes:
         controller: the core.
+        journal: tells the time of the event at hand.
         began: the loop's time at which `start` was done [s]; reports count from it.
     """
 
@@ -74,6 +76,7 @@ class Service:
         *,
         on_report: Callable[[float, State], None] | None = None,
         due: Callable[[int], list[OperatorAction]] | None = None,
+        journal: Journal | None = None,
     ) -> None:
         """Make a service that is not listening yet; needs a running loop.
 
@@ -82,12 +85,14 @@ class Service:
             settings: ports, rates and bounds.
             on_report: called with the time [s] since `start` and the motion, at the report rate.
             due: asked every tick which operator events are due at a time [ns].
+            journal: the time and the record; the loop's time and no record where left out.
         """
         self.controller = controller
         self._settings = settings
         self._on_report = on_report
         self._due = due
         self._loop = asyncio.get_running_loop()
+        self.journal = journal or Journal(lambda: loop_time(self._loop))
         self._servers: list[asyncio.Server] = []
         self._motion_links: dict[int, Link] = {}
         self._state_links: dict[int, Link] = {}
@@ -106,8 +111,8 @@ class Service:
 
     @property
     def now(self) -> int:
-        """The loop's time [ns]."""
-        return round(self._loop.time() * NANOSECONDS)
+        """The loop's time [ns]; what follows from one event happens at `journal.now`."""
+        return loop_time(self._loop)
 
     @property
     def state_links(self) -> tuple[Link, ...]:
@@ -123,8 +128,8 @@ class Service:
         settings = self._settings
         try:
             ports = [
-                await self._listen(self._motion_link, settings.motion_port),
-                await self._listen(self._state_link, settings.state_port),
+                await self._listen(self.motion_link, settings.motion_port),
+                await self._listen(self.state_link, settings.state_port),
             ]
         except ListenFailed:
             await self.close()
@@ -139,15 +144,21 @@ class Service:
             self._timer.cancel()
         for server in self._servers:
             server.close()
-        for link in [*self._motion_links.values(), *self._state_links.values()]:
-            link.abort()
+        self.hang_up()
         for server in self._servers:
             await server.wait_closed()
         self._servers.clear()
 
+    def hang_up(self) -> None:
+        """Drop all links; the controller goes off."""
+        self.journal.begin("hang-up")
+        for link in [*self._motion_links.values(), *self._state_links.values()]:
+            link.abort()
+
     def operate(self, action: OperatorAction) -> None:
         """Do what a person does at the controller."""
-        self._dispatch(self.controller.operate(action, self.now))
+        now = self.journal.begin("operate", int(action))
+        self._dispatch(self.controller.operate(action, now))
         self._tell_change()
 
     async def _listen(self, factory: Callable[[], Link], port: int) -> int:
@@ -160,50 +171,56 @@ class Service:
         bound: int = server.sockets[0].getsockname()[1]
         return bound
 
-    def _motion_link(self) -> Link:
+    def motion_link(self) -> Link:
+        """Return a link of the motion port that is about to be connected."""
         events = LinkEvents(self._motion_opened, self._motion_received, self._motion_closed)
         return self._link(events, None)
 
-    def _state_link(self) -> Link:
+    def state_link(self) -> Link:
+        """Return a link of the state port that is about to be connected."""
         events = LinkEvents(self._state_opened, self._state_received, self._state_closed)
         return self._link(events, self._state_order)
 
     def _link(self, events: LinkEvents, order: ByteOrder | None) -> Link:
         self._links_made += 1
         connection = Connection(Role.SERVER, self._dialect, order, self._settings.real_size)
-        return Link(self._links_made, connection, events, self._loop.time)
+        return Link(self._links_made, connection, events, self.journal)
 
     def _has_room(self, links: dict[int, Link]) -> bool:
         return len(links) < self._settings.max_connections
 
     def _motion_opened(self, link: Link) -> bool:
+        now = self.journal.begin("opened", link.number, port="motion")
         if not self._has_room(self._motion_links):
             return False
         self._motion_links[link.number] = link
-        self.controller.connected(link.number, self.now)
+        self.controller.connected(link.number, now)
         return True
 
     def _motion_received(self, link: Link, message: Received) -> None:
-        self._dispatch(self.controller.handle(link.number, message, self.now))
+        self._dispatch(self.controller.handle(link.number, message, self.journal.now))
         self._tell_change()
 
     def _motion_closed(self, link: Link) -> None:
+        now = self.journal.begin("closed", link.number)
         del self._motion_links[link.number]
-        self._dispatch(self.controller.disconnected(link.number, self.now))
+        self._dispatch(self.controller.disconnected(link.number, now))
         self._tell_change()
 
     def _state_opened(self, link: Link) -> bool:
+        self.journal.begin("opened", link.number, port="state")
         if not self._has_room(self._state_links):
             return False
         self._state_links[link.number] = link
         return True
 
     def _state_received(self, link: Link, message: Received) -> None:
-        reply = self.controller.answer(message, self.now)
+        reply = self.controller.answer(message, self.journal.now)
         if reply is not None:
             link.send(reply)
 
     def _state_closed(self, link: Link) -> None:
+        self.journal.begin("closed", link.number)
         del self._state_links[link.number]
 
     def _dispatch(self, outgoing: Outgoing) -> None:
@@ -214,7 +231,7 @@ class Service:
 
     def _tell_change(self) -> None:
         """Send a changed STATUS at once, not with the next round."""
-        status = self.controller.status_change(self.now)
+        status = self.controller.status_change(self.journal.now)
         if status is not None:
             self._broadcast([status])
 
@@ -231,15 +248,24 @@ class Service:
         missed = max(0, math.floor(late / self._period))
         self._ticks += missed
         self._deadline += (missed + 1) * self._period
-        self._timer = self._loop.call_at(self._deadline, self._tick)
+        self._timer = self._loop.call_at(self._deadline, self._on_timer)
 
-    def _tick(self) -> None:
-        now = self.now
+    def _on_timer(self) -> None:
         if self._due is not None:
-            for action in self._due(now):
-                self._dispatch(self.controller.operate(action, now))
+            for action in self._due(self.now):
+                self.operate(action)
+        self.tick(self._ticks + 1)
+        self._schedule()
+
+    def tick(self, number: int) -> None:
+        """Let time pass and report.
+
+        Args:
+            number: of this tick since the start, missed ones counted.
+        """
+        now = self.journal.begin("tick", number)
+        self._ticks = number
         self._dispatch(self.controller.advance(now))
-        self._ticks += 1
         rounds = self._ticks // self._ticks_per_report
         if rounds > self._rounds:
             self._rounds = rounds
@@ -248,12 +274,16 @@ class Service:
             self._tell_change()
         for link in [*self._motion_links.values(), *self._state_links.values()]:
             link.check_deadlines()
-        self._schedule()
 
     def _report(self, now: int) -> None:
         self._broadcast(self.controller.state_messages(now))
         if self._on_report is not None:
             self._on_report(now / NANOSECONDS - self.began, self.controller.motion(now))
+
+
+def loop_time(loop: asyncio.AbstractEventLoop) -> int:
+    """Return a loop's monotonic time [ns]."""
+    return round(loop.time() * NANOSECONDS)
 
 
 def _in_short(error: OSError | UnicodeError) -> str:

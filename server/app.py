@@ -19,6 +19,7 @@ import numpy as np
 from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.robot import SerialRobot
 from openpendant.simplemsg import ByteOrder, __version__
+from openpendant.simplemsg.journal import Journal
 
 from .client_connection import ClientConnection
 from .controller_connection import ControllerConnection
@@ -26,6 +27,7 @@ from .core import Port, ServerCore
 from .jobs import Planned
 from .outgoing import Close, DropLink, Forward, ForwardStop, Keep, Outgoing, Plan, Send, Spread
 from .pendant_face import Identity
+from .plan_record import plan_to_json
 from .plan_store import PlanStore
 from .planning_process import Planner, PlanningProcess
 from .robot_cell import ControllerPath
@@ -93,6 +95,8 @@ class App:
 
     Attributes:
         core: the pure core.
+        journal: tells the time of the event at hand.
+        links: the connections to the controller.
         ports: where it listens, once it does.
         overruns: ticks that were skipped because the loop was late.
     """
@@ -103,6 +107,7 @@ class App:
         robot: SerialRobot,
         planner: Planner | None = None,
         plans: PlanStore | None = None,
+        journal: Journal | None = None,
     ) -> None:
         """Join the parts.
 
@@ -111,8 +116,10 @@ class App:
             robot: the robot.
             planner: who plans; a planning process where left out.
             plans: where motions are kept; nowhere where left out.
+            journal: the time and the record; the loop's time and no record where left out.
         """
         self.settings = settings
+        self.journal = journal or Journal(loop_time)
         identity = Identity(settings.name, robot.name, f"openpendant {__version__}")
         self.core = ServerCore(settings, robot.limits, identity, KinematicsView(robot))
         self.ports: Ports | None = None
@@ -127,18 +134,13 @@ class App:
         paths = [ControllerPath.MOTION, ControllerPath.STATE]
         if link.stop_connection:
             paths.append(ControllerPath.STOP)
-        self._links = {path: ControllerConnection(self, path, link) for path in paths}
+        self.links = {path: ControllerConnection(self, path, link) for path in paths}
         self._next_tick = 0.0
         self._resting: asyncio.Event | None = None
 
     def _need_process(self) -> PlanningProcess:
         assert self._planning is not None
         return self._planning
-
-    @staticmethod
-    def now() -> int:
-        """Return the loop's monotonic time, ns."""
-        return int(asyncio.get_running_loop().time() * 1e9)
 
     def perform(self, outgoing: list[Outgoing]) -> None:
         """Carry out what the core asked for, in order."""
@@ -149,11 +151,11 @@ class App:
                     if client is not None:
                         client.send(message)
                 case Forward(message=message):
-                    self._links[ControllerPath.MOTION].send(message)
+                    self.links[ControllerPath.MOTION].send(message)
                 case ForwardStop(message=message):
                     for path in (ControllerPath.STOP, ControllerPath.MOTION):
-                        if path in self._links:
-                            self._links[path].send(message)
+                        if path in self.links:
+                            self.links[path].send(message)
                 case Spread():
                     self._spread(item)
                 case Close(session=session, reason=reason):
@@ -161,15 +163,20 @@ class App:
                     if client is not None:
                         client.close(reason)
                 case DropLink(reason=reason):
-                    self._links[ControllerPath.MOTION].drop(reason)
+                    self.links[ControllerPath.MOTION].drop(reason)
                 case Plan(job=job):
-                    self._planner.submit(job, self._planned)
+                    if self.journal.is_kept:
+                        self.journal.out("planner", repr(job).encode())
+                    self._planner.submit(job, self.take_plan)
                 case Keep(motion=motion):
                     if self._plans is not None:
                         self._plans.keep(motion)
 
-    def _planned(self, planned: Planned) -> None:
-        self.perform(self.core.planned(planned, self.now()))
+    def take_plan(self, planned: Planned) -> None:
+        """Hand the planner's answer to the core."""
+        record = plan_to_json(planned) if self.journal.is_kept else {}
+        now = self.journal.begin("planned", planned.job_id, **record)
+        self.perform(self.core.planned(planned, now))
 
     def _spread(self, item: Spread) -> None:
         """Encode once for each wire form, write to all, skip those that read too slowly."""
@@ -191,16 +198,20 @@ class App:
         """Number a new connection and tell the core; turn it away where there are too many."""
         client.session = self._next_session
         self._next_session += 1
+        now = self.journal.begin(
+            "opened", client.session, port=client.port.name, address=client.address
+        )
         if len(self._clients) >= self.settings.listen.max_connections:
             client.abort(f"more than {self.settings.listen.max_connections} connections")
             return
         self._clients[client.session] = client
-        self.perform(self.core.opened(client.session, client.port, client.address, self.now()))
+        self.perform(self.core.opened(client.session, client.port, client.address, now))
 
     def dismiss(self, client: ClientConnection) -> None:
         """Tell the core that a connection ended."""
         if self._clients.pop(client.session, None) is not None:
-            self.perform(self.core.closed(client.session, self.now()))
+            now = self.journal.begin("closed", client.session)
+            self.perform(self.core.closed(client.session, now))
 
     def state_byte_order(self, address: str) -> ByteOrder:
         """Return the byte order for a state connection: the address's own, else configured."""
@@ -220,15 +231,19 @@ class App:
             if client.port is Port.ROS_STATE and client.address == address and mismatch:
                 client.close("its motion connection speaks the other byte order")
 
-    def _tick(self) -> None:
-        """Run one control tick and set the timer to the next absolute deadline."""
-        loop = asyncio.get_running_loop()
-        now = self.now()
+    def tick(self) -> None:
+        """Run one control tick."""
+        now = self.journal.begin("tick")
         self.perform(self.core.tick(now))
         for client in list(self._clients.values()):
             client.check_deadlines(now)
+
+    def _on_timer(self) -> None:
+        """Run a control tick and set the timer to the next absolute deadline."""
+        self.tick()
         if self._resting is not None and not self.core.cell.is_moving:
             self._resting.set()
+        loop = asyncio.get_running_loop()
         period = 1.0 / self.settings.tick_rate
         self._next_tick += period
         late = loop.time() - self._next_tick
@@ -236,7 +251,7 @@ class App:
             skipped = int(late / period) + 1
             self.overruns += skipped
             self._next_tick += skipped * period
-        self._timer = loop.call_at(self._next_tick, self._tick)
+        self._timer = loop.call_at(self._next_tick, self._on_timer)
 
     async def _listen(self, stack: AsyncExitStack) -> Ports:
         loop = asyncio.get_running_loop()
@@ -274,12 +289,12 @@ class App:
         loop = asyncio.get_running_loop()
         async with AsyncExitStack() as stack:
             self.ports = await self._listen(stack)
-            keepers = [link.keep_up() for link in self._links.values()]
+            keepers = [link.keep_up() for link in self.links.values()]
             if self._planning is not None:
                 keepers.append(self._planning.keep_up())
             tasks = [loop.create_task(keeper) for keeper in keepers]
             self._next_tick = loop.time()
-            self._tick()
+            self._on_timer()
             try:
                 yield self.ports
             finally:
@@ -288,16 +303,30 @@ class App:
                 for task in tasks:
                     task.cancel()
                 await asyncio.gather(*tasks, return_exceptions=True)
-                for client in list(self._clients.values()):
-                    client.close("the server is going down")
-                for link in self._links.values():
-                    link.end()
+                self.hang_up()
                 with suppress(asyncio.CancelledError):
                     await asyncio.sleep(0)
 
+    def shut_down(self) -> None:
+        """Have the robot stopped because the server is going down."""
+        self.perform(self.core.shut_down(self.journal.begin("shut-down")))
+
+    def hang_up(self) -> None:
+        """Close every connection."""
+        self.journal.begin("hang-up")
+        for client in list(self._clients.values()):
+            client.close("the server is going down")
+        for link in self.links.values():
+            link.end()
+
     async def _come_to_rest(self) -> None:
-        self.perform(self.core.shut_down(self.now()))
+        self.shut_down()
         self._resting = asyncio.Event()
         with suppress(TimeoutError):
             async with asyncio.timeout(_REST_DEADLINE):
                 await self._resting.wait()
+
+
+def loop_time() -> int:
+    """Return the running loop's monotonic time [ns]."""
+    return int(asyncio.get_running_loop().time() * 1e9)

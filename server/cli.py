@@ -7,19 +7,24 @@ wrong usage or configuration, 3 a port could not be bound.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import ipaddress
 import json
 import logging
 import os
 import signal
 import sys
+from collections.abc import Iterator
+from datetime import datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from openpendant.motion.errors import MotionError
 from openpendant.motion.robot import SerialRobot, serial_robot
+from openpendant.simplemsg import __version__
+from openpendant.simplemsg.journal import Journal
 
 from .settings import (
     CellSettings,
@@ -28,6 +33,9 @@ from .settings import (
     make_settings,
     settings_as_toml,
 )
+
+if TYPE_CHECKING:
+    from .app import Ports
 
 OK, FAILED, USAGE, PORT_TAKEN = 0, 1, 2, 3
 
@@ -58,6 +66,9 @@ def serve(
     ] = False,
     plans: Annotated[
         Path | None, typer.Option(help="Keep every motion and its certificate in this folder.")
+    ] = None,
+    journal: Annotated[
+        Path | None, typer.Option(help="Write every byte to this file, to run it again exactly.")
     ] = None,
     verbose: Annotated[bool, typer.Option(help="Log every connection.")] = False,
 ) -> None:
@@ -93,7 +104,7 @@ def serve(
     from .app import ListenFailed
 
     try:
-        asyncio.run(_run(settings, model, json_output, plans))
+        asyncio.run(_run(settings, model, json_output, plans, journal))
     except ListenFailed as error:
         raise _failure(str(error), PORT_TAKEN) from None
     except OSError as error:
@@ -138,10 +149,40 @@ def _failure(text: str, code: int) -> typer.Exit:
     return typer.Exit(code)
 
 
+@contextlib.contextmanager
+def kept_journal(journal: Journal, file: Path | None, settings: CellSettings) -> Iterator[None]:
+    """Keep the journal in a file while the context lasts; a full disk ends it, not the run."""
+    if file is None:
+        yield
+        return
+    stream = file.open("w", encoding="ascii")
+    started = datetime.now().astimezone().isoformat()
+    about = settings.model_dump(mode="json")
+    journal.keep(
+        stream, _journal_failed, kind="server", started=started, version=__version__, settings=about
+    )
+    try:
+        yield
+    finally:
+        journal.end()
+        try:
+            stream.close()
+        except OSError as error:
+            _journal_failed(error)
+
+
+def _journal_failed(error: OSError) -> None:
+    logging.getLogger("openpendant.server").error("the journal is incomplete: %s", error)
+
+
 async def _run(
-    settings: CellSettings, robot: SerialRobot, json_output: bool, plans: Path | None
+    settings: CellSettings,
+    robot: SerialRobot,
+    json_output: bool,
+    plans: Path | None,
+    journal_file: Path | None,
 ) -> None:
-    from .app import App  # here for the same reason as in `serve`
+    from .app import App, loop_time  # here for the same reason as in `serve`
     from .plan_store import PlanStore
 
     loop = asyncio.get_running_loop()
@@ -149,24 +190,28 @@ async def _run(
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, interrupted.set)
     store = None if plans is None else PlanStore(plans)
-    server = App(settings, robot, plans=store)
-    async with server.running() as ports:
-        ready = {
-            "pendant": ports.pendant,
-            "ros_motion": ports.ros_motion,
-            "ros_state": ports.ros_state,
-            "pid": os.getpid(),
-        }
-        if json_output:
-            print(json.dumps({"event": "ready", **ready}), flush=True)
-        else:
-            print(
-                "server ready " + " ".join(f"{key}={value}" for key, value in ready.items()),
-                flush=True,
-            )
-        await interrupted.wait()
+    journal = Journal(loop_time)
+    server = App(settings, robot, plans=store, journal=journal)
+    with kept_journal(journal, journal_file, settings):
+        async with server.running() as ports:
+            _say_ready(ports, json_output)
+            await interrupted.wait()
     if store is not None:
         await asyncio.to_thread(store.close)
+
+
+def _say_ready(ports: Ports, json_output: bool) -> None:
+    ready = {
+        "pendant": ports.pendant,
+        "ros_motion": ports.ros_motion,
+        "ros_state": ports.ros_state,
+        "pid": os.getpid(),
+    }
+    if json_output:
+        line = json.dumps({"event": "ready", **ready})
+    else:
+        line = "server ready " + " ".join(f"{key}={value}" for key, value in ready.items())
+    print(line, flush=True)
 
 
 def main(argv: list[str]) -> int:

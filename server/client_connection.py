@@ -63,6 +63,7 @@ class ClientConnection(asyncio.Protocol):
         self._transport: asyncio.Transport | None = None
         self._frame_begun: int | None = None
         self._clogged_since: int | None = None
+        self._is_ending = False
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Set the socket up and introduce the connection to the core."""
@@ -85,11 +86,12 @@ class ClientConnection(asyncio.Protocol):
         """Decode what came and hand each message to the core, on this call stack."""
         wire = self.wire
         order = wire.byte_order
+        now = self._app.journal.begin("in", self.session, data)
         complete = wire.receive(data)
         for received in complete:
             if self.is_closing:
                 return
-            self._app.perform(self._app.core.receive(self.session, received, self._app.now()))
+            self._app.perform(self._app.core.receive(self.session, received, now))
         if wire.fault is not None:
             self.close(str(wire.fault))
             return
@@ -100,12 +102,16 @@ class ClientConnection(asyncio.Protocol):
         if not wire.partial:
             self._frame_begun = None
         elif self._frame_begun is None or complete:
-            self._frame_begun = self._app.now()
+            self._frame_begun = now
 
     @property
     def is_closing(self) -> bool:
         """Whether the connection is closed, or will be once what was written has left."""
-        return self._transport is None or self._transport.is_closing()
+        transport = self._transport
+        if transport is None or self._is_ending:
+            return True
+        # The loop closes a transport by itself when the kernel reports an error.
+        return self._app.journal.answer("gone", self.session, transport.is_closing())
 
     def _yield_to_others(self) -> None:
         """Go on with the rest of a large chunk in the next turn of the loop."""
@@ -142,16 +148,22 @@ class ClientConnection(asyncio.Protocol):
     def write(self, frame: bytes) -> None:
         """Write a frame that was encoded for this conversation."""
         transport = self._transport
-        if transport is None or transport.is_closing():
+        if transport is None or self.is_closing:
             return
+        journal = self._app.journal
+        journal.out(self.session, frame)
         transport.write(frame)
-        if transport.get_write_buffer_size() > REPLY_BACKLOG:
+        is_flooded = transport.get_write_buffer_size() > REPLY_BACKLOG
+        if journal.answer("flooded", self.session, is_flooded):
             self.abort("does not read its replies")
 
     def is_clogged(self) -> bool:
         """Tell whether the client reads too slowly for another state message."""
         transport = self._transport
-        return transport is None or transport.get_write_buffer_size() > STATE_BACKLOG
+        if transport is None:
+            return True
+        is_clogged = transport.get_write_buffer_size() > STATE_BACKLOG
+        return self._app.journal.answer("clogged", self.session, is_clogged)
 
     def check_deadlines(self, now: int) -> None:
         """Cut off a client whose frame never ends or who never reads; called once a tick."""
@@ -166,14 +178,16 @@ class ClientConnection(asyncio.Protocol):
 
     def close(self, reason: str) -> None:
         """Close after what was written has left."""
-        if self._transport is not None and not self._transport.is_closing():
+        if self._transport is not None and not self.is_closing:
             log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, reason)
+            self._is_ending = True
             self._transport.close()
 
     def abort(self, reason: str) -> None:
         """Close at once; what was not written is lost."""
         if self._transport is not None:
             log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, reason)
+            self._is_ending = True
             self._transport.abort()
 
 

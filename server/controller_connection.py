@@ -42,11 +42,21 @@ class ControllerConnection(asyncio.Protocol):
         self._lost = asyncio.Event()
         self._complained = False
         self._ending = False
+        self._is_closing = False
 
     @property
     def is_up(self) -> bool:
         """Whether the path is connected."""
-        return self._transport is not None and not self._transport.is_closing()
+        transport = self._transport
+        if transport is None or self._is_closing:
+            return False
+        # The loop closes a transport by itself when the kernel reports an error.
+        return not self._app.journal.answer("gone", self.link, transport.is_closing())
+
+    @property
+    def link(self) -> str:
+        """Name of the path in the journal."""
+        return self.path.name.lower()
 
     async def keep_up(self) -> None:
         """Connect, wait for the end, connect again; runs until cancelled."""
@@ -68,7 +78,7 @@ class ControllerConnection(asyncio.Protocol):
             self._complained = True
             log.warning(
                 "controller %s link to %s:%d: %s",
-                self.path.name.lower(),
+                self.link,
                 self._link.host,
                 self._port,
                 error or type(error).__name__,
@@ -78,33 +88,33 @@ class ControllerConnection(asyncio.Protocol):
         """Begin a conversation and tell the core."""
         assert isinstance(transport, asyncio.Transport)
         prepare_socket(transport.get_extra_info("socket"))
+        now = self._app.journal.begin("up", self.link)
         self._transport = transport
+        self._is_closing = False
         self._wire = Connection(
             Role.CLIENT, STANDARD, self._link.order, real_size=self._link.real_size
         )
         self._complained = False
-        log.info("controller %s link is up", self.path.name.lower())
-        self._app.perform(self._app.core.controller_path(self.path, True, self._app.now()))
+        log.info("controller %s link is up", self.link)
+        self._app.perform(self._app.core.controller_path(self.path, True, now))
 
     def data_received(self, data: bytes) -> None:
         """Decode what came and hand each message to the core, on this call stack."""
         wire = self._wire
         if wire is None:
             return
+        core = self._app.core
+        now = self._app.journal.begin("in", self.link, data)
         while True:
             for received in wire.receive(data):
-                now = self._app.now()
-                self._app.perform(
-                    self._app.core.on_controller(self.path, received, wire.awaited, now)
-                )
+                self._app.perform(core.on_controller(self.path, received, wire.awaited, now))
             if not wire.more:
                 break
             data = b""
         if wire.fault is not None:
-            self._app.perform(
-                self._app.core.controller_fault(self.path, str(wire.fault), self._app.now())
-            )
-            self.drop(str(wire.fault))
+            problem = str(wire.fault)
+            self._app.perform(core.controller_fault(self.path, problem, now))
+            self.drop(problem)
 
     def eof_received(self) -> bool:
         """A controller that says no more is lost."""
@@ -112,11 +122,12 @@ class ControllerConnection(asyncio.Protocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Tell the core that this path is gone."""
+        now = self._app.journal.begin("down", self.link)
         self._transport = None
         self._wire = None
         if not self._ending:
-            log.warning("controller %s link was lost", self.path.name.lower())
-        self._app.perform(self._app.core.controller_path(self.path, False, self._app.now()))
+            log.warning("controller %s link was lost", self.link)
+        self._app.perform(self._app.core.controller_path(self.path, False, now))
         self._lost.set()
 
     def send(self, message: Message) -> bool:
@@ -125,10 +136,12 @@ class ControllerConnection(asyncio.Protocol):
             return False
         assert self._transport is not None
         try:
-            self._transport.write(self._wire.send(message))
+            frame = self._wire.send(message)
         except LocalProtocolError:
-            log.exception("controller %s link: not sent", self.path.name.lower())
+            log.exception("controller %s link: not sent", self.link)
             return False
+        self._app.journal.out(self.link, frame)
+        self._transport.write(frame)
         return True
 
     def end(self) -> None:
@@ -139,12 +152,13 @@ class ControllerConnection(asyncio.Protocol):
     def drop(self, reason: str) -> None:
         """Close the path; it connects anew."""
         if self._transport is not None:
-            log.warning("controller %s link dropped: %s", self.path.name.lower(), reason)
+            log.warning("controller %s link dropped: %s", self.link, reason)
             self._close()
 
     def _close(self) -> None:
         """Close gently, so that a stop just written still leaves; by force where nobody reads."""
         transport = self._transport
         if transport is not None:
+            self._is_closing = True
             transport.close()
             asyncio.get_running_loop().call_later(_FAREWELL, transport.abort)

@@ -107,14 +107,15 @@ def answer_management(body: bytes, cell: RobotCell, settings: CellSettings, now:
         text = f"{where}: {first['msg']}" if where else first["msg"]
         # A place may be as long as the request, and the answer has to fit a frame.
         return _failure(VerdictCode.BAD_ARGUMENT, text[-_LONGEST_TEXT:])
-    return Answer(_snapshot(cell, settings, now).model_dump_json().encode(), ok=True)
+    return Answer(snapshot(cell, settings, now).model_dump_json().encode(), ok=True)
 
 
 def _failure(code: VerdictCode, text: str) -> Answer:
     return Answer(json.dumps(Failure(code=code, text=text).model_dump()).encode(), ok=False)
 
 
-def _snapshot(cell: RobotCell, settings: CellSettings, now: int) -> Snapshot:
+def snapshot(cell: RobotCell, settings: CellSettings, now: int) -> Snapshot:
+    """Return the cell as it is now."""
     limits = cell.limits
     holder, stop, obstacle = cell.authority.holder, cell.stop, cell.obstacle(now)
     return Snapshot(

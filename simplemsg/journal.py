@@ -1,0 +1,122 @@
+"""The journal of one process: every byte in and out with its time, so that it can be run again.
+
+Owns the time of an event (one reading of the clock for all that follows from it) and the lines of a
+journal file. Cores and connections are pure, so the events alone decide every byte that leaves:
+whoever plays them to the same code gets the same bytes. What a shell learns from outside by asking
+(is a listener behind?) is an event, too: an `answer`.
+
+Opens no file and reads no clock of its own; both are given.
+
+A file is JSON lines: a header first, then for each event `{"t": ns since the header's now, "on":
+what, "link": who, "hex": bytes, …}`. Behind an event stands what it caused, `{"out": link, "hex":
+bytes}`, and what was asked, `{"ask": question, "link": link}`, where the answer was yes.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any, TextIO
+
+JOURNAL_FORMAT = "openpendant-journal/1"
+"""Name and version of the format, in the header line."""
+
+
+class Journal:
+    """Tells the time of an event, and writes down what happened where somebody wants to know.
+
+    Attributes:
+        now: time of the event that is being handled, monotonic [ns]; 0 before the first.
+    """
+
+    def __init__(self, clock: Callable[[], int]) -> None:
+        """Make a journal that only tells the time.
+
+        Args:
+            clock: the monotonic time [ns].
+        """
+        self._clock = clock
+        self._stream: TextIO | None = None
+        self._on_failure: Callable[[OSError], None] = _raise
+        self._began = 0
+        self.now = 0
+
+    @property
+    def is_kept(self) -> bool:
+        """Whether anything is written, so that what is costly to note need not be made in vain."""
+        return self._stream is not None
+
+    def keep(
+        self,
+        stream: TextIO,
+        on_failure: Callable[[OSError], None],
+        *,
+        kind: str,
+        started: str,
+        **about: Any,
+    ) -> None:
+        """Write from now on, a header first.
+
+        Args:
+            stream: where to; whoever opened it closes it.
+            on_failure: called once if it cannot be written; the journal ends there.
+            kind: `server` or `emulator`.
+            started: wall-clock time, ISO 8601 with its offset from UTC.
+            about: what is needed to build the same process again, as plain JSON data.
+        """
+        self._stream, self._on_failure = stream, on_failure
+        self._began = self.now = self._clock()
+        header = {"format": JOURNAL_FORMAT, "of": kind, "started": started, "now": self.now}
+        self._write(json.dumps(header | about) + "\n")
+
+    def end(self) -> None:
+        """Write no more; the stream may be closed now."""
+        self._stream = None
+
+    def _write(self, line: str) -> None:
+        if self._stream is None:
+            return
+        try:
+            self._stream.write(line)
+        except OSError as error:
+            self._stream = None
+            self._on_failure(error)
+
+    def begin(self, event: str, link: str | int = "", data: bytes = b"", **more: Any) -> int:
+        """Begin to handle an event; return its time [ns].
+
+        Args:
+            event: what happened, one word.
+            link: on which connection.
+            data: the bytes that came.
+            more: what else must be known to repeat it, as plain JSON data.
+        """
+        self.now = self._clock()
+        if self._stream is not None:
+            extra = "".join(f', "{key}": {json.dumps(value)}' for key, value in more.items())
+            self._write(
+                f'{{"t": {self.now - self._began}, "on": "{event}", "link": "{link}",'
+                f' "hex": "{data.hex()}"{extra}}}\n'
+            )
+        return self.now
+
+    def out(self, link: str | int, data: bytes) -> None:
+        """Note bytes that leave because of the event."""
+        if self._stream is not None:
+            self._write(f'{{"out": "{link}", "hex": "{data.hex()}"}}\n')
+
+    def answer(self, question: str, link: str | int, answer: bool) -> bool:
+        """Note what the world outside answered, and return it.
+
+        Args:
+            question: one word, such as `clogged`.
+            link: of which connection.
+            answer: the answer.
+        """
+        if answer and self._stream is not None:
+            self._write(f'{{"ask": "{question}", "link": "{link}"}}\n')
+        return answer
+
+
+def _raise(error: OSError) -> None:
+    raise error
