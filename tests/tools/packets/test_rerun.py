@@ -1,0 +1,238 @@
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from journalled_cell import journalled_cell
+from virtual_clock import VirtualLoop
+
+from openpendant.simplemsg.pendant import OperatorAction
+from openpendant.tools.packets.rerun import main
+from openpendant.tools.pendants.client import Aborted, Refused
+
+
+@pytest.fixture(scope="module")
+def journals(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """A minute of everything: joint moves, a planned path, a refusal, stops of both kinds."""
+    folder = tmp_path_factory.mktemp("journals")
+    files = {kind: folder / f"{kind}.journal" for kind in ("emulator", "server")}
+
+    async def live() -> None:
+        async with journalled_cell(files["emulator"], files["server"]) as cell:
+            pendant = await cell.pendant()
+            async with pendant, pendant.control():
+                home = pendant.joints()
+                aside = [home[0] + 0.5, *home[1:]]
+                path = [aside, [aside[0], home[1] + 0.3, *home[2:]], list(home)]
+                for _ in range(5):
+                    await (await pendant.move_joints(aside, speed=0.2)).done()
+                    await (await pendant.follow_joints(path, speed=0.2)).done()
+                with pytest.raises(Refused):
+                    await pendant.move_joints([9.0, *home[1:]])
+                motion = await pendant.move_joints(aside, speed=0.05)
+                await asyncio.sleep(1.0)
+                await pendant.stop("enough")
+                with pytest.raises(Aborted):
+                    await motion.done()
+                await pendant.wait_until(lambda state: not state.activity)
+                await pendant.reset_stop()
+                motion = await pendant.move_joints(home, speed=0.05)
+                await asyncio.sleep(0.5)
+                cell.service.operate(OperatorAction.EMERGENCY_STOP)
+                with pytest.raises(Aborted):
+                    await motion.done()
+                await asyncio.sleep(60.0 - _seconds_since_start())
+
+    began = 0.0
+
+    def _seconds_since_start() -> float:
+        return asyncio.get_running_loop().time() - began
+
+    loop = VirtualLoop()
+    try:
+        began = loop.time()
+        loop.run_until_complete(live())
+    finally:
+        loop.close()
+    return files
+
+
+def _state(capsys: pytest.CaptureFixture[str], arguments: list[str]) -> dict[str, Any]:
+    assert main([*arguments, "--json"]) == 0
+    report: dict[str, Any] = json.loads(capsys.readouterr().out)
+    state: dict[str, Any] = report["state"]
+    return state
+
+
+@pytest.mark.parametrize("kind", ["emulator", "server"])
+def test_a_minute_runs_again_with_identical_bytes(
+    journals: dict[str, Path], kind: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(journals[kind]), "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["identical"]
+    assert report["of"] == kind
+    assert report["duration"] > 59.0
+    lines = [json.loads(line) for line in journals[kind].read_text().splitlines()]
+    assert report["events"] == sum("on" in line for line in lines)
+    assert report["bytes_out"] == sum(len(line["hex"]) // 2 for line in lines if "out" in line)
+
+
+def test_the_journals_hold_plans_motions_and_both_stops(journals: dict[str, Path]) -> None:
+    server = journals["server"].read_text()
+    assert server.count('"on": "planned"') >= 5
+    assert '"on": "operate"' in journals["emulator"].read_text()
+
+
+def test_the_state_in_motion_is_between_those_at_rest(
+    journals: dict[str, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = str(journals["emulator"])
+    first = _state(capsys, [file, "--until", "0"])
+    moving = _state(capsys, [file, "--until", "0.7"])
+    assert first["joint_velocity"] == [0.0] * 6
+    assert 0 < moving["joint_position"][0] - first["joint_position"][0] < 0.5
+    assert moving["joint_velocity"][0] > 0
+    assert moving["status"]["in_motion"] == 1
+
+
+def test_the_server_knows_the_emergency_stop_at_the_end(
+    journals: dict[str, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    state = _state(capsys, [str(journals["server"]), "--until", "55"])
+    assert state["controller_status"]["e_stopped"] == 1
+    assert state["owner"] is not None
+    assert state["clients"]
+
+
+def test_an_event_can_be_named_by_its_number(
+    journals: dict[str, Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(journals["server"]), "--until", "#100", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["events"] == 100
+
+
+def _tampered(source: Path, target: Path, change: Callable[[list[str]], None]) -> Path:
+    lines = source.read_text().splitlines(keepends=True)
+    change(lines)
+    target.write_text("".join(lines))
+    return target
+
+
+def _nth(lines: list[str], words: str, number: int) -> int:
+    return [at for at, line in enumerate(lines) if words in line][number]
+
+
+def _flip_last_byte(line: str) -> str:
+    packet = json.loads(line)
+    data = bytearray.fromhex(packet["hex"])
+    data[-1] ^= 1
+    return json.dumps(packet | {"hex": data.hex()}) + "\n"
+
+
+def test_one_changed_bit_of_a_write_is_found_where_it_is(
+    journals: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def change(lines: list[str]) -> None:
+        at = _nth(lines, '"out": "motion"', 200)
+        lines[at] = _flip_last_byte(lines[at])
+
+    file = _tampered(journals["server"], tmp_path / "changed", change)
+    assert main([str(file)]) == 1
+    told = capsys.readouterr().out
+    assert "DIFFERENCE" in told
+    assert "first different byte: 151" in told
+    assert "joint_traj_pt_full" in told
+
+
+@pytest.mark.parametrize("kind", ["emulator", "server"])
+def test_a_changed_bit_of_what_came_in_shows_in_what_leaves(
+    journals: dict[str, Path], kind: str, tmp_path: Path
+) -> None:
+    source = '"link": "state"' if kind == "server" else '"link": "1", "hex": "94'
+
+    def change(lines: list[str]) -> None:
+        # The highest byte of the first joint of a feedback message, or of a point.
+        at = _nth(lines, source, 150 if kind == "server" else 60)
+        packet = json.loads(lines[at])
+        data = bytearray.fromhex(packet["hex"])
+        data[91 if kind == "server" else 35] ^= 0x40
+        lines[at] = json.dumps(packet | {"hex": data.hex()}) + "\n"
+
+    assert main([str(_tampered(journals[kind], tmp_path / "changed", change))]) == 1
+
+
+def test_a_write_that_is_missing_now_is_a_difference(
+    journals: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def change(lines: list[str]) -> None:
+        at = _nth(lines, '"out": "1"', 50)
+        lines.insert(at, lines[at])
+
+    assert main([str(_tampered(journals["server"], tmp_path / "more", change))]) == 1
+    assert "now:  " in capsys.readouterr().out
+
+
+def test_a_journal_cut_inside_a_line_runs_up_to_its_last_whole_event(
+    journals: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = journals["emulator"].read_bytes()
+    file = tmp_path / "cut"
+    file.write_bytes(whole[: len(whole) // 2])
+    assert main([str(file)]) == 0
+    assert "ends inside a line" in capsys.readouterr().err
+
+
+HEADER = {
+    "format": "openpendant-journal/1",
+    "of": "emulator",
+    "version": "0",
+    "started": "",
+    "now": 1,
+    "settings": {"robot": "ur5"},
+}
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ([], "no journal"),
+        (["not JSON"], "line 1: no JSON"),
+        (["[]"], "no JSON object"),
+        ([{"format": "other"}], "no journal"),
+        ([HEADER | {"of": "toaster"}], "toaster"),
+        ([HEADER | {"now": "1"}], "now is missing or of the wrong kind"),
+        ([HEADER | {"settings": {"robot": "nobody"}}], "nobody"),
+        ([HEADER | {"settings": {"rate": -1}}], "rate"),
+        ([HEADER | {"of": "server", "settings": {"tick_rate": "x"}}], "tick_rate"),
+        ([HEADER, {"t": 1, "on": "tick", "link": "1"}], "hex is missing"),
+        ([HEADER, {"t": 1, "on": "tick", "link": "1", "hex": "zz"}], "no hexadecimal digits"),
+        ([HEADER, {"t": 1, "on": "dance", "link": "1", "hex": ""}], "dance"),
+        ([HEADER, {"t": 1, "on": "in", "link": "7", "hex": ""}], "link 7 was never opened"),
+        ([HEADER, {"t": 1, "on": "tick", "link": "x", "hex": ""}], "not known"),
+    ],
+)
+def test_what_is_no_journal_is_refused_in_one_line(
+    lines: list[Any], words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "file"
+    texts = [line if isinstance(line, str) else json.dumps(line) for line in lines]
+    file.write_text("".join(text + "\n" for text in texts))
+    assert main([str(file)]) == 2
+    told = capsys.readouterr().err
+    assert words in told
+    assert told.count("\n") == 1
+
+
+def test_a_missing_file_is_a_usage_error(tmp_path: Path) -> None:
+    assert main([str(tmp_path / "none")]) == 2
+
+
+@pytest.mark.parametrize("until", ["soon", "-1", "nan", "#x"])
+def test_a_wrong_end_is_a_usage_error(until: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["file", "--until", until]) == 2
+    assert "expected seconds" in capsys.readouterr().err

@@ -1,0 +1,88 @@
+"""An emulator that lives through its journal again: the real service, and nothing outside."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import ValidationError
+
+from openpendant.controller_emulator.assembly import build_controller
+from openpendant.controller_emulator.links import Link
+from openpendant.controller_emulator.service import Service
+from openpendant.controller_emulator.settings import EmulatorSettings
+from openpendant.motion.errors import MotionError
+from openpendant.simplemsg.pendant import OperatorAction
+
+from .journal_file import Happening, Header, JournalError
+from .reenactment import DeadEnd, Prompter, unknown_event
+
+
+class ReenactedEmulator:
+    """The emulator of a journal; needs a running loop, which never gets to run anything."""
+
+    def __init__(self, header: Header, prompter: Prompter) -> None:
+        """Build the emulator that wrote the journal.
+
+        Raises:
+            JournalError: its settings or its robot cannot be used here.
+        """
+        try:
+            settings = EmulatorSettings.model_validate(header.settings)
+            self._controller = build_controller(settings, header.now)
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_context=False)[0]
+            where = ".".join(str(part) for part in first["loc"])
+            raise JournalError(f"its settings: {where}: {first['msg']}") from None
+        except MotionError as error:
+            raise JournalError(f"its robot: {error}") from None
+        self._prompter = prompter
+        self._service = Service(self._controller, settings, journal=prompter)
+        self._links: dict[str, Link] = {}
+
+    def play(self, happening: Happening) -> None:
+        """Let an event happen."""
+        service = self._service
+        match happening.event:
+            case "tick" if happening.link.isdigit():
+                service.tick(int(happening.link))
+            case "in":
+                self._link(happening).data_received(happening.data)
+            case "opened":
+                is_motion = happening.more.get("port") == "motion"
+                link = service.motion_link() if is_motion else service.state_link()
+                self._links[happening.link] = link
+                link.connection_made(DeadEnd())
+            case "closed":
+                self._link(happening).connection_lost(None)
+                del self._links[happening.link]
+            case "operate" if happening.link in _ACTIONS:
+                service.operate(_ACTIONS[happening.link])
+            case "hang-up":
+                service.hang_up()
+            case _:
+                raise unknown_event(happening)
+
+    def _link(self, happening: Happening) -> Link:
+        link = self._links.get(happening.link)
+        if link is None:
+            raise JournalError(f"event {happening.number}: link {happening.link} was never opened")
+        return link
+
+    def state(self) -> dict[str, Any]:
+        """Return what the controller knows: its motion, its STATUS, and the referee's record."""
+        now = self._prompter.now
+        self._controller.advance(now)
+        position, velocity, acceleration = self._controller.motion(now)
+        status = self._controller.status(now)
+        return {
+            "joint_names": list(self._controller.joint_names),
+            "joint_position": list(position),
+            "joint_velocity": list(velocity),
+            "joint_acceleration": list(acceleration),
+            "status": {name: int(getattr(status, name)) for name in status.FIELDS},
+            "links": sorted(self._links, key=int),
+            "referee": self._controller.referee.as_dict(),
+        }
+
+
+_ACTIONS = {str(int(action)): action for action in OperatorAction}

@@ -1,0 +1,171 @@
+"""A journal played to the process that wrote it: the same code and time, no world outside.
+
+Owns the comparison: what leaves must be, byte for byte and in order, what left then. The time and
+the answers of the world come from the journal; connections are transports that lead nowhere. What a
+server or an emulator is, `reenacted_server` and `reenacted_emulator` know.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+from openpendant.simplemsg.journal import Journal
+
+from .journal_file import Asked, Effect, Happening, Header, JournalError, Out
+
+
+class Actor(Protocol):
+    """A process that plays its part again."""
+
+    def play(self, happening: Happening) -> None:
+        """Let an event happen."""
+
+    def state(self) -> dict[str, Any]:
+        """Return what it knows now, as plain JSON data."""
+
+
+MakeActor = Callable[[Header, "Prompter"], Actor]
+
+
+class Difference(Exception):
+    """The process did something else than it did then.
+
+    Attributes:
+        happening: the event at hand.
+        expected: what followed from it then; None where nothing more did.
+        actual: what followed now; None where nothing more did.
+    """
+
+    def __init__(
+        self, happening: Happening, expected: Effect | str | None, actual: Effect | str | None
+    ) -> None:
+        super().__init__(f"event {happening.number} at {happening.time / 1e9:.6f} s")
+        self.happening = happening
+        self.expected = expected
+        self.actual = actual
+
+
+class Prompter(Journal):
+    """A journal that tells the recorded time and answers, and compares instead of writing.
+
+    Attributes:
+        frames: pieces of output that were found equal.
+        bytes_out: how many bytes they were.
+    """
+
+    def __init__(self, header: Header) -> None:
+        """Make a prompter for one journal."""
+        super().__init__(clock=lambda: self._time)
+        self._start = self._time = self.now = header.now
+        self._happening: Happening | None = None
+        self._awaits_event = False
+        self._effects: deque[Effect] = deque()
+        self.frames = 0
+        self.bytes_out = 0
+
+    @property
+    def is_kept(self) -> bool:
+        """True: what was noted then must be compared now."""
+        return True
+
+    @contextmanager
+    def prompting(self, happening: Happening) -> Iterator[None]:
+        """Compare all that follows from an event while the context lasts.
+
+        Raises:
+            Difference: something else followed, or something is missing.
+        """
+        self._happening = happening
+        self._time = self._start + happening.time
+        self._effects.extend(happening.effects)
+        self._awaits_event = True
+        yield
+        if self._awaits_event:
+            raise Difference(happening, f"the event {happening.event!r}", None)
+        if self._effects:
+            raise Difference(happening, self._effects[0], None)
+
+    def begin(self, event: str, link: str | int = "", data: bytes = b"", **more: Any) -> int:
+        """Tell the recorded time of the event.
+
+        Raises:
+            Difference: another event begins.
+        """
+        expected = self._current
+        if not self._awaits_event or (event, str(link)) != (expected.event, expected.link):
+            what = f"the event {expected.event!r} of link {expected.link!r}"
+            raise Difference(expected, what, f"the event {event!r} of link {str(link)!r}")
+        self._awaits_event = False
+        return super().begin(event, link, data)
+
+    def out(self, link: str | int, data: bytes) -> None:
+        """Compare bytes that leave with those that left.
+
+        Raises:
+            Difference: they are not the same.
+        """
+        actual = Out(str(link), data)
+        expected = self._effects.popleft() if self._effects else None
+        if expected != actual:
+            raise Difference(self._current, expected, actual)
+        self.frames += 1
+        self.bytes_out += len(data)
+
+    def answer(self, question: str, link: str | int, answer: bool) -> bool:
+        """Return what the world answered then."""
+        if self._effects and self._effects[0] == Asked(question, str(link)):
+            self._effects.popleft()
+            return True
+        return False
+
+    @property
+    def _current(self) -> Happening:
+        assert self._happening is not None, "nothing happens outside of an event"
+        return self._happening
+
+
+class DeadEnd(asyncio.Transport):
+    """A transport that leads nowhere; what is written was compared before."""
+
+    def __init__(self, address: str = "") -> None:
+        """Make the transport of a peer at an address."""
+        super().__init__({"peername": (address, 0), "socket": _NoSocket()})
+
+    def write(self, data: bytes | bytearray | memoryview) -> None:
+        """Forget the bytes."""
+
+    def get_write_buffer_size(self) -> int:
+        """Return 0; whether the peer kept up is in the journal."""
+        return 0
+
+    def is_closing(self) -> bool:
+        """Return False; whether the kernel closed it is in the journal."""
+        return False
+
+    def close(self) -> None:
+        """Do nothing: the journal says when the connection ended."""
+
+    def abort(self) -> None:
+        """Do nothing: the journal says when the connection ended."""
+
+    def pause_reading(self) -> None:
+        """Do nothing: the journal says what was read when."""
+
+    def resume_reading(self) -> None:
+        """Do nothing: the journal says what was read when."""
+
+
+class _NoSocket:
+    """No socket that options could be set on."""
+
+    family = socket.AF_UNSPEC
+
+
+def unknown_event(happening: Happening) -> JournalError:
+    """Return the error for an event that this version does not know."""
+    return JournalError(f"event {happening.number}: {happening.event!r} is not known here")
