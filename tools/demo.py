@@ -189,12 +189,23 @@ def _ready(part: _Part, interruptions: Interruptions) -> dict[str, Any]:
     return ready
 
 
-def run_demo(robot: str, work: Path, interruptions: Interruptions) -> DemoResult:
+@dataclass(frozen=True, slots=True)
+class Journals:
+    """Where server and emulator write down every byte, to be run again."""
+
+    server: Path
+    emulator: Path
+
+
+def run_demo(
+    robot: str, work: Path, journals: Journals, interruptions: Interruptions
+) -> DemoResult:
     """Run the three processes and the tour.
 
     Args:
         robot: name or file of the robot.
         work: folder for what the processes leave behind.
+        journals: files for the journals.
         interruptions: says when a signal may end it.
 
     Raises:
@@ -211,6 +222,7 @@ def run_demo(robot: str, work: Path, interruptions: Interruptions) -> DemoResult
                     "openpendant.controller_emulator",
                     *("--robot", robot, "--motion-port", "0", "--state-port", "0", "--json"),
                     *("--report", str(referee), "--record", str(record)),
+                    *("--journal", str(journals.emulator)),
                 ),
             )
         )
@@ -222,6 +234,7 @@ def run_demo(robot: str, work: Path, interruptions: Interruptions) -> DemoResult
                     "openpendant.server",
                     *("--robot", robot, "--pendant-port", "0", "--ros-motion-port", "0"),
                     *("--ros-state-port", "0", "--json", "--plans", str(plans)),
+                    *("--journal", str(journals.server)),
                     *("--controller", f"127.0.0.1:{controller['motion']}:{controller['state']}"),
                 ),
             )
@@ -264,15 +277,17 @@ def _check_output(folder: Path) -> None:
 def _show(robot: str, output: Path, interruptions: Interruptions) -> int:
     """Run the demonstration, write plot and table, print the summary; return the exit code."""
     _check_output(output)
+    stem = f"demo-{Path(robot).stem}"
+    journals = Journals(output / f"{stem}-server.journal", output / f"{stem}-emulator.journal")
     with tempfile.TemporaryDirectory(prefix="openpendant-demo-") as work:
-        result = run_demo(robot, Path(work), interruptions)
+        result = run_demo(robot, Path(work), journals, interruptions)
     with interruptions.welcome():
-        stem = f"demo-{result.robot}"
         table = write_csv(result, output / f"{stem}.csv")
         plot = write_plot(result, output / f"{stem}.png")
         print(result.text())
         print(f"plot:  {plot}")
         print(f"table: {table}")
+        print(f"again: openpendant packets rerun {journals.server} {journals.emulator}")
     return 0 if result.violations == 0 else 1
 
 

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from openpendant.tools.packets.rerun import main as rerun
+
 pytestmark = pytest.mark.realtime
 
 
@@ -33,6 +35,8 @@ def test_the_demo_moves_the_robot_and_leaves_a_plot_and_a_table(robot: str, tmp_
     assert "0 violations" in demo.stdout
     assert (tmp_path / f"demo-{robot}.png").read_bytes().startswith(b"\x89PNG")
     assert (tmp_path / f"demo-{robot}.csv").read_text().startswith("kind,motion,time,")
+    journals = [str(tmp_path / f"demo-{robot}-{part}.journal") for part in ("server", "emulator")]
+    assert rerun(journals) == 0
 
 
 def test_an_unknown_robot_ends_the_demo_with_a_sentence(tmp_path: Path) -> None:

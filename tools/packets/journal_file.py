@@ -115,7 +115,7 @@ class JournalFile:
         self.is_cut = False
         first = self._next()
         if first is None or first.get("format") != JOURNAL_FORMAT:
-            raise JournalError(f"{path}: no journal of `serve --journal` or `emulate --journal`")
+            raise JournalError(f"{path}: {_what_it_is(first)}")
         self.header = Header(
             kind=self._field(first, "of", str),
             version=self._field(first, "version", str),
@@ -191,3 +191,11 @@ class JournalFile:
 
     def _error(self, problem: str) -> JournalError:
         return JournalError(f"{self._path}: line {self._line}: {problem}")
+
+
+def _what_it_is(first: dict[str, Any] | None) -> str:
+    wanted = "no journal of `serve --journal` or `emulate --journal`"
+    if first is None or not str(first.get("format")).startswith("openpendant-trace/"):
+        return wanted
+    # Between two programs nobody sees their timers, without which no run is exact.
+    return f"a trace of `packets record`, and {wanted}"
