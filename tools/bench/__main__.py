@@ -13,7 +13,7 @@ from importlib import import_module
 
 from .table import Benchmark, Row, as_json, measure, render
 
-MODULES = ("codec", "latency", "planning", "ticks", "startup")
+MODULES = ("codec", "stream", "latency", "planning", "ticks", "startup", "rerun")
 """Modules of this folder with a function `benchmarks() -> list[Benchmark]`."""
 
 
