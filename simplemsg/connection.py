@@ -234,11 +234,12 @@ class Connection:
         raise AssertionError("a frame fails to decode every time or never")
 
     def _learn_byte_order(self, buffer: bytes) -> bool:
-        try:
-            self.settle_byte_order(_detect(buffer[:PREFIX_SIZE]))
-        except OrderUndetectable as fault:
-            self.fault = fault
+        prefix = buffer[:PREFIX_SIZE]
+        byte_order = detect_byte_order(prefix)
+        if byte_order is None:
+            self.fault = OrderUndetectable(prefix)
             return False
+        self.settle_byte_order(byte_order)
         return True
 
     def _settle_accounts(self, comm_type: int) -> bool:
@@ -286,10 +287,18 @@ def _frames_up_to(max_frame: int, codec: Codec) -> dict[bytes, tuple[int, Decode
     return {header: known for header, known in codec.usual.items() if known[0] <= max_frame}
 
 
-def _detect(prefix: bytes) -> ByteOrder:
-    """Tell the byte order from a length prefix: only one reading lies in 12 to 65535."""
+def detect_byte_order(frame: Bytes) -> ByteOrder | None:
+    """Tell the byte order from a frame's length prefix: only one reading lies in 12 to 65,535.
+
+    Args:
+        frame: at least its first four bytes.
+
+    Returns:
+        The order, or None where neither reading is the length of a frame.
+    """
+    prefix = frame[:PREFIX_SIZE]
     if _LEAST_LENGTH <= int.from_bytes(prefix, "little") <= MAX_DETECTABLE_LENGTH:
         return ByteOrder.LITTLE
     if _LEAST_LENGTH <= int.from_bytes(prefix, "big") <= MAX_DETECTABLE_LENGTH:
         return ByteOrder.BIG
-    raise OrderUndetectable(prefix)
+    return None

@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
+from enum import Enum, IntEnum, IntFlag
 from inspect import get_annotations
 from typing import (
     Any,
@@ -48,7 +48,16 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Int(Field):
-    """A signed 32-bit integer."""
+    """A signed 32-bit integer.
+
+    Attributes:
+        values: names of the values that have one; bits where it is an `IntFlag`. Other values are
+            no error.
+        mask: bits that a receiver keeps; whoever sends may leave rubbish in the others.
+    """
+
+    values: type[IntEnum] | type[IntFlag] | None = None
+    mask: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +112,8 @@ class Array(Field):
         count_place: where that integer stands.
         least: fewest records.
         most: most records.
+        meant_by: name of the field before them that says how many records are meant, empty where
+            there is none. That many travel, or `most`, of which the last are padding.
     """
 
     of: type[Record] | None = None
@@ -110,6 +121,13 @@ class Array(Field):
     count_place: CountPlace = CountPlace.NOWHERE
     least: int = 1
     most: int = JOINT_SLOTS
+    meant_by: str = ""
+
+    def takes(self, number: int, meant: int) -> bool:
+        """Say whether so many records may travel where so many are meant."""
+        if not self.least <= number <= self.most:
+            return False
+        return not self.meant_by or (self.least <= meant <= number and number in (meant, self.most))
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from types import FunctionType
 from typing import Any
 
 from .codes import CommType, ReplyCode
-from .declaration import Field, Message, Reals, Record, Text
+from .declaration import Field, Int, Message, Reals, Record, Text
 from .layout import (
     HEADER_SIZE,
     PREFIX_SIZE,
@@ -51,10 +51,19 @@ def _assignments(fields: Mapping[str, Field], scope: dict[str, Any]) -> list[str
             lines.append(f" m.{name} = v[at_{name}]")
             index += field.count
             continue
-        value = f"text(v[{index}])" if isinstance(field, Text) else f"v[{index}]"
-        lines.append(f" m.{name} = {value}")
+        lines.append(f" m.{name} = {_received(field, f'v[{index}]')}")
         index += 1
     return lines
+
+
+def _received(field: Field, raw: str) -> str:
+    """Write what makes a field's value of the unpacked `raw`; mostly that is `raw` itself."""
+    match field:
+        case Text():
+            return f"text({raw})"
+        case Int(mask=int(mask)):
+            return f"{raw} & {mask}"
+    return raw
 
 
 def _arguments(fields: Mapping[str, Field]) -> str:
@@ -135,7 +144,6 @@ class FixedLayout:
         """
         fields = self.cls.FIELDS
         arrays = [name for name, field in fields.items() if isinstance(field, Reals)]
-        texts = [name for name, field in fields.items() if isinstance(field, Text)]
         singles = [name for name in fields if name not in arrays]
         scope: dict[str, Any] = {
             "new": partial(object.__new__, self.cls),
@@ -153,7 +161,10 @@ class FixedLayout:
         if singles or not arrays:
             targets = ", ".join(f"m.{name}" for name in singles)
             source.append(f" [{targets}] = unpack(frame)")
-        source += [f" m.{name} = text(m.{name})" for name in texts]
+        for name in singles:
+            value = _received(fields[name], f"m.{name}")
+            if value != f"m.{name}":
+                source.append(f" m.{name} = {value}")
         for name in arrays:
             scope[f"unpack_{name}"] = self._only(form, [name])
             source.append(f" m.{name} = unpack_{name}(frame)")

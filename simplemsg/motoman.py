@@ -6,6 +6,7 @@ classes of `motoman_driver`.
 
 from typing import Annotated
 
+from .codes import ValidField
 from .declaration import (
     Array,
     Direction,
@@ -20,6 +21,7 @@ from .declaration import (
     message,
     record,
 )
+from .motoman_codes import IoResult, MotionCommand, MotionResult, Subcode
 
 MOTOMAN_GROUPS = 4
 """Groups that one Motoman controller can have (`MotoPlus/Controller.h`)."""
@@ -46,7 +48,7 @@ class MotomanMotionCtrl(Message):
 
     robot_id: Annotated[int, Int("group number")]
     sequence: Annotated[int, Int("echoed in the reply")]
-    command: Annotated[int, Int("200101 to 200130")]
+    command: Annotated[int, Int("what to do", values=MotionCommand)]
     data: Annotated[tuple[float, ...], Reals("unused, 0")]
 
 
@@ -56,9 +58,13 @@ class MotomanMotionReply(Reply):
 
     robot_id: Annotated[int, Int("group number")]
     sequence: Annotated[int, Int("sequence of the request")]
-    command: Annotated[int, Int("command of the request, or its message type")]
-    result: Annotated[int, Int("0 success, 1 busy, 2 failure, 3 invalid, 4 alarm, 5 not ready")]
-    subcode: Annotated[int, Int("reason: 3000 and up invalid, 5000 and up not ready")]
+    command: Annotated[
+        int, Int("command of the request, or its message type", values=MotionCommand)
+    ]
+    result: Annotated[int, Int("0 success, 1 busy, else why not", values=MotionResult)]
+    subcode: Annotated[
+        int, Int("reason; of CHECK_QUEUE_CNT: increments still queued", values=Subcode)
+    ]
     data: Annotated[tuple[float, ...], Reals("unused, 0")]
 
 
@@ -74,7 +80,7 @@ class MotomanReadSingleIoReply(Reply):
     """READ_IO_BIT reply 2004."""
 
     value: Annotated[int, Int("0 or 1")]
-    result_code: Annotated[int, Int("0 success, 1001 and up failed")]
+    result_code: Annotated[int, Int("0 success, 1001 and up failed", values=IoResult)]
 
 
 @message(
@@ -91,7 +97,7 @@ class MotomanWriteSingleIo(Message):
 class MotomanWriteSingleIoReply(Reply):
     """WRITE_IO_BIT reply 2006."""
 
-    result_code: Annotated[int, Int("0 success, 1001 and up failed")]
+    result_code: Annotated[int, Int("0 success, 1001 and up failed", values=IoResult)]
 
 
 @message(
@@ -108,7 +114,7 @@ class MotomanReadGroupIoReply(Reply):
     """READ_IO_GROUP reply 2008."""
 
     value: Annotated[int, Int("0 to 255")]
-    result_code: Annotated[int, Int("0 success, 1001 and up failed")]
+    result_code: Annotated[int, Int("0 success, 1001 and up failed", values=IoResult)]
 
 
 @message(
@@ -125,7 +131,7 @@ class MotomanWriteGroupIo(Message):
 class MotomanWriteGroupIoReply(Reply):
     """WRITE_IO_GROUP reply 2010."""
 
-    result_code: Annotated[int, Int("0 success, 1001 and up failed")]
+    result_code: Annotated[int, Int("0 success, 1001 and up failed", values=IoResult)]
 
 
 @message(
@@ -142,7 +148,7 @@ class MotomanReadMregisterReply(Reply):
     """READ_MREGISTER reply 2012."""
 
     value: Annotated[int, Int("0 to 65535")]
-    result_code: Annotated[int, Int("0 success, 1001 and up failed")]
+    result_code: Annotated[int, Int("0 success, 1001 and up failed", values=IoResult)]
 
 
 @message(
@@ -161,7 +167,7 @@ class MotomanWriteMregister(Message):
 class MotomanWriteMregisterReply(Reply):
     """WRITE_MREGISTER reply 2013."""
 
-    result_code: Annotated[int, Int("0 success, 1001 and up failed")]
+    result_code: Annotated[int, Int("0 success, 1001 and up failed", values=IoResult)]
 
 
 @record
@@ -169,7 +175,10 @@ class MotomanGroup(Record):
     """One group's share of a 2016 or 2017 message."""
 
     robot_id: Annotated[int, Int("group number")]
-    valid_fields: Annotated[int, Int("low four bits as in type 14; the rest may be garbage")]
+    # Real clients leave uninitialised memory in the upper bits.
+    valid_fields: Annotated[
+        int, Int("bits: 1 time, 2 position, 4 velocity, 8 acceleration", values=ValidField, mask=15)
+    ]
     time: Annotated[float, Real("time from the start of the trajectory", "s")]
     positions: Annotated[tuple[float, ...], Reals("joint positions", _JOINT_UNIT)]
     velocities: Annotated[tuple[float, ...], Reals("joint velocities", "rad/s, m/s")]
@@ -191,7 +200,9 @@ class MotomanJointTrajPtFullEx(Message):
     sequence: Annotated[int, Int("index of the point from 0")]
     groups: Annotated[
         tuple[MotomanGroup, ...],
-        Array("a record for each group", of=MotomanGroup, most=MOTOMAN_GROUPS),
+        Array(
+            "a record for each group", of=MotomanGroup, most=MOTOMAN_GROUPS, meant_by="num_groups"
+        ),
     ]
 
 

@@ -9,6 +9,7 @@ accepted (a success `Verdict`) and then completed or aborted (an `Outcome`).
 from enum import IntEnum, IntFlag
 from typing import Annotated
 
+from .codes import ControllerMode, TriState
 from .declaration import (
     Array,
     CountPlace,
@@ -26,6 +27,7 @@ from .declaration import (
     message,
     record,
 )
+from .verdicts import VerdictCode
 
 PROTOCOL_VERSION = 1
 """Version of the pendant messages; hello refuses any other."""
@@ -154,7 +156,7 @@ class HelloReply(Reply):
 
     protocol_version: Annotated[int, Int("version of these messages that the server speaks")]
     session: Annotated[int, Int("number of this connection, not 0")]
-    capabilities: Annotated[int, Int("bits: 1 joint move, 2 pose move, 4 joint path, 8 pose path")]
+    capabilities: Annotated[int, Int("bits: what the server offers", values=Capability)]
     max_frame: Annotated[int, Int("largest frame that the server takes", "byte")]
     dof: Annotated[int, Int("driven joints of the robot")]
     tick_rate: Annotated[float, Real("the server's control rate", "Hz")]
@@ -194,7 +196,7 @@ class Verdict(Reply):
     """VERDICT: the one answer to every request but hello and management."""
 
     request_id: Annotated[int, Int("of the request")]
-    code: Annotated[int, Int("0 accepted, else an entry of the catalogue")]
+    code: Annotated[int, Int("0 accepted, else an entry of the catalogue", values=VerdictCode)]
     joint: Annotated[int, Int("index of the joint at fault, -1 for none")]
     value: Annotated[float, Real("the value at fault, SI")]
     limit: Annotated[float, Real("the limit that it breaks, SI")]
@@ -206,8 +208,8 @@ class Outcome(Topic):
     """OUTCOME: comes once for each accepted motion request, to the connection that made it."""
 
     request_id: Annotated[int, Int("of the request")]
-    outcome: Annotated[int, Int("1 completed, 2 aborted")]
-    code: Annotated[int, Int("0 completed, else an entry of the catalogue")]
+    outcome: Annotated[int, Int("1 completed, 2 aborted", values=OutcomeKind)]
+    code: Annotated[int, Int("0 completed, else an entry of the catalogue", values=VerdictCode)]
     joint: Annotated[int, Int("index of the joint at fault, -1 for none")]
     value: Annotated[float, Real("the value at fault, SI")]
     limit: Annotated[float, Real("the limit that it breaks, SI")]
@@ -229,7 +231,7 @@ class Authority(Message):
     """AUTHORITY."""
 
     request_id: Annotated[int, Int("chosen by the pendant")]
-    action: Annotated[int, Int("1 request, 2 release")]
+    action: Annotated[int, Int("1 request, 2 release", values=AuthorityAction)]
 
 
 @message(
@@ -261,7 +263,7 @@ class PoseMove(Message):
     """POSE_MOVE."""
 
     request_id: Annotated[int, Int("chosen by the pendant")]
-    motion: Annotated[int, Int("1 PTP, 2 LIN")]
+    motion: Annotated[int, Int("1 PTP, 2 LIN", values=Motion)]
     speed: Annotated[float, Real("fraction of the joints' largest speed, above 0, up to 1")]
     frame: Annotated[str, Text("frame of the pose: base or root")]
     position: Annotated[tuple[float, ...], Reals("x, y, z of the tool", "m", count=3)]
@@ -307,7 +309,7 @@ class PosePath(Message):
     """POSE_PATH: PTP passes the poses in joint space without stopping, LIN stops at each."""
 
     request_id: Annotated[int, Int("chosen by the pendant")]
-    motion: Annotated[int, Int("1 PTP, 2 LIN")]
+    motion: Annotated[int, Int("1 PTP, 2 LIN", values=Motion)]
     speed: Annotated[float, Real("fraction of the joints' largest speed, above 0, up to 1")]
     frame: Annotated[str, Text("frame of the poses: base or root")]
     waypoints: Annotated[
@@ -346,19 +348,21 @@ class State(Topic):
     time_ns: Annotated[int, Int("the server's monotonic time, rest", "ns")]
     age: Annotated[float, Real("age of the controller's last report, -1 before the first", "s")]
     dropped: Annotated[int, Int("state messages that this connection was too slow for")]
-    activity: Annotated[int, Int("0 idle, 1 planning, 2 moving, 3 stopping")]
+    activity: Annotated[int, Int("0 idle, 1 planning, 2 moving, 3 stopping", values=Activity)]
     request_id: Annotated[int, Int("request that is planned or moving, 0 for none")]
     holder: Annotated[int, Int("session that holds the motion authority, 0 for none")]
-    stop: Annotated[int, Int("latched stop: 0 none, 1 software stop")]
-    link: Annotated[int, Int("controller connection: 0 down, 1 up, 2 stale")]
-    drives_powered: Annotated[int, Int("the controller's own, -1 unknown")]
-    e_stopped: Annotated[int, Int("the controller's own, -1 unknown")]
+    stop: Annotated[int, Int("latched stop: 0 none, 1 software stop", values=StopKind)]
+    link: Annotated[int, Int("controller connection: 0 down, 1 up, 2 stale", values=LinkState)]
+    drives_powered: Annotated[int, Int("the controller's own, -1 unknown", values=TriState)]
+    e_stopped: Annotated[int, Int("the controller's own, -1 unknown", values=TriState)]
     error_code: Annotated[int, Int("the controller's own, 0 for none")]
-    in_error: Annotated[int, Int("the controller's own, -1 unknown")]
-    in_motion: Annotated[int, Int("the controller's own, -1 unknown")]
-    mode: Annotated[int, Int("the controller's own: -1 unknown, 1 manual, 2 automatic")]
-    motion_possible: Annotated[int, Int("the controller's own, -1 unknown")]
-    valid_fields: Annotated[int, Int("bits: 2 positions, 4 velocities, 16 tool")]
+    in_error: Annotated[int, Int("the controller's own, -1 unknown", values=TriState)]
+    in_motion: Annotated[int, Int("the controller's own, -1 unknown", values=TriState)]
+    mode: Annotated[
+        int, Int("the controller's own: -1 unknown, 1 manual, 2 automatic", values=ControllerMode)
+    ]
+    motion_possible: Annotated[int, Int("the controller's own, -1 unknown", values=TriState)]
+    valid_fields: Annotated[int, Int("bits: 2 positions, 4 velocities, 16 tool", values=StateField)]
     tool_speed: Annotated[float, Real("speed of the tool", "m/s")]
     positions: Annotated[tuple[float, ...], Reals("joint positions", _JOINT_UNIT)]
     velocities: Annotated[tuple[float, ...], Reals("joint velocities", "rad/s, m/s")]
@@ -373,7 +377,9 @@ class AuthorityChanged(Topic):
     """AUTHORITY_CHANGED: to every connection of the cell."""
 
     holder: Annotated[int, Int("session that holds it now, 0 for nobody")]
-    reason: Annotated[int, Int("1 granted, 2 released, 3 expired, 4 connection lost")]
+    reason: Annotated[
+        int, Int("1 granted, 2 released, 3 expired, 4 connection lost", values=AuthorityReason)
+    ]
     client: Annotated[str, Text("name of the new holder's pendant")]
 
 
@@ -381,7 +387,7 @@ class AuthorityChanged(Topic):
 class StopChanged(Topic):
     """STOP_CHANGED: to every connection of the cell."""
 
-    stop: Annotated[int, Int("latched stop: 0 none, 1 software stop")]
+    stop: Annotated[int, Int("latched stop: 0 none, 1 software stop", values=StopKind)]
     session: Annotated[int, Int("who did it, 0 for the server itself")]
     client: Annotated[str, Text("name of that pendant")]
     reason: Annotated[str, Text("as given", size=64)]
@@ -400,7 +406,7 @@ class StopChanged(Topic):
 class OperatorEvent(Message):
     """OPERATOR_EVENT: an emergency stop or a reset at the emulated controller."""
 
-    action: Annotated[int, Int("1 emergency stop, 2 reset")]
+    action: Annotated[int, Int("1 emergency stop, 2 reset", values=OperatorAction)]
 
 
 PENDANT_MESSAGES: tuple[type[Message], ...] = (

@@ -6,7 +6,14 @@ where the two disagree the C++ library is followed (`docs/simplemsg.md` lists th
 
 from typing import Annotated
 
-from .codes import MAX_TRAJECTORY_POINTS, MsgType
+from .codes import (
+    MAX_TRAJECTORY_POINTS,
+    ControllerMode,
+    MsgType,
+    SpecialSequence,
+    TriState,
+    ValidField,
+)
 from .declaration import (
     Array,
     CountPlace,
@@ -104,7 +111,9 @@ class JointPosition(Topic):
 class JointTrajPt(Message):
     """JOINT_TRAJ_PT: one point with a speed ratio and the time of its segment."""
 
-    sequence: Annotated[int, Int("index of the point from 0, or a special sequence")]
+    sequence: Annotated[
+        int, Int("index of the point from 0, or a special sequence", values=SpecialSequence)
+    ]
     joints: Annotated[tuple[float, ...], Reals("target positions, unused slots 0", _JOINT_UNIT)]
     velocity: Annotated[float, Real("fraction of the largest joint speed, 0 to 1")]
     duration: Annotated[float, Real("time allotted to this segment, not a time stamp", "s")]
@@ -114,7 +123,9 @@ class JointTrajPt(Message):
 class TrajPoint(Record):
     """One point of a JOINT_TRAJ; the same fields as a JOINT_TRAJ_PT."""
 
-    sequence: Annotated[int, Int("index of the point from 0, or a special sequence")]
+    sequence: Annotated[
+        int, Int("index of the point from 0, or a special sequence", values=SpecialSequence)
+    ]
     joints: Annotated[tuple[float, ...], Reals("target positions, unused slots 0", _JOINT_UNIT)]
     velocity: Annotated[float, Real("fraction of the largest joint speed, 0 to 1")]
     duration: Annotated[float, Real("time allotted to this segment, not a time stamp", "s")]
@@ -159,13 +170,15 @@ class JointTraj(Message):
 class Status(Topic):
     """STATUS: seven values, each of which may be unknown (-1)."""
 
-    drives_powered: Annotated[int, Int("tri-state: motors have power")]
-    e_stopped: Annotated[int, Int("tri-state: an emergency stop is active")]
+    drives_powered: Annotated[int, Int("tri-state: motors have power", values=TriState)]
+    e_stopped: Annotated[int, Int("tri-state: an emergency stop is active", values=TriState)]
     error_code: Annotated[int, Int("the controller's own error number, 0 for none")]
-    in_error: Annotated[int, Int("tri-state: an error is active")]
-    in_motion: Annotated[int, Int("tri-state: the robot moves")]
-    mode: Annotated[int, Int("-1 unknown, 1 manual, 2 automatic")]
-    motion_possible: Annotated[int, Int("tri-state: a new trajectory would start now")]
+    in_error: Annotated[int, Int("tri-state: an error is active", values=TriState)]
+    in_motion: Annotated[int, Int("tri-state: the robot moves", values=TriState)]
+    mode: Annotated[int, Int("-1 unknown, 1 manual, 2 automatic", values=ControllerMode)]
+    motion_possible: Annotated[
+        int, Int("tri-state: a new trajectory would start now", values=TriState)
+    ]
 
 
 @message(
@@ -182,8 +195,12 @@ class JointTrajPtFull(Message):
     """JOINT_TRAJ_PT_FULL: fields that are not valid still travel, as zeros."""
 
     robot_id: Annotated[int, Int("robot or group number, zero based")]
-    sequence: Annotated[int, Int("index of the point from 0, or a special sequence")]
-    valid_fields: Annotated[int, Int("bits: 1 time, 2 position, 4 velocity, 8 acceleration")]
+    sequence: Annotated[
+        int, Int("index of the point from 0, or a special sequence", values=SpecialSequence)
+    ]
+    valid_fields: Annotated[
+        int, Int("bits: 1 time, 2 position, 4 velocity, 8 acceleration", values=ValidField)
+    ]
     time: Annotated[float, Real("time from the start of the trajectory", "s")]
     positions: Annotated[tuple[float, ...], Reals("joint positions", _JOINT_UNIT)]
     velocities: Annotated[tuple[float, ...], Reals("joint velocities", "rad/s, m/s")]
@@ -204,7 +221,9 @@ class JointFeedback(Topic):
     """JOINT_FEEDBACK: the state counterpart of JOINT_TRAJ_PT_FULL, without a sequence."""
 
     robot_id: Annotated[int, Int("robot or group number, zero based")]
-    valid_fields: Annotated[int, Int("bits: 1 time, 2 position, 4 velocity, 8 acceleration")]
+    valid_fields: Annotated[
+        int, Int("bits: 1 time, 2 position, 4 velocity, 8 acceleration", values=ValidField)
+    ]
     time: Annotated[float, Real("the controller's time, where it has one", "s")]
     positions: Annotated[tuple[float, ...], Reals("joint positions", _JOINT_UNIT)]
     velocities: Annotated[tuple[float, ...], Reals("joint velocities", "rad/s, m/s")]

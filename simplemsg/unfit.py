@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 from .codes import CommType
@@ -42,7 +43,7 @@ def encoding_fault(message: Message, form: WireForm) -> LocalProtocolError:
         reason = f"this layout is a reply's, communication type {message.comm_type} is not"
     if reason is not None:
         return LocalProtocolError(f"{place.name}: {reason}")
-    for unfit in _unfit_fields(message, form):
+    for unfit in chain(_unfit_fields(message, form), _unfit_numbers(message)):
         return NotEncodable(place.name, unfit.path, unfit.value, unfit.expected)
     return LocalProtocolError(f"{place.name}: the message cannot be packed")
 
@@ -97,6 +98,16 @@ def _unfit_records(
         for name, field in array.of.FIELDS.items():
             value = getattr(record, name, None)
             yield from _unfit_value(f"{path}[{index}].{name}", field, value, form)
+
+
+def _unfit_numbers(message: Message) -> Iterator[_Unfit]:
+    """Compare the number of records with the number that is meant."""
+    for name, field in message.FIELDS.items():
+        if isinstance(field, Array) and field.meant_by:
+            number, meant = len(getattr(message, name)), getattr(message, field.meant_by)
+            if not field.takes(number, meant):
+                expected = f"{field.least} to {number}, with as many records or {field.most}"
+                yield _Unfit(field.meant_by, meant, f"{expected}; there are {number}")
 
 
 def _unfit_real(path: str, value: object, form: WireForm) -> Iterator[_Unfit]:

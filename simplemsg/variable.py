@@ -44,7 +44,7 @@ class VariableLayout:
         if breaks_rule(self.cls, comm, code):
             raise encoding_fault(message, self._form)
         try:
-            body = self._head.pack(message) + self._last.pack(getattr(message, self._name))
+            body = self._head.pack(message) + self._last.pack(getattr(message, self._name), message)
             length = len(body) + HEADER_SIZE - PREFIX_SIZE
             return self._header.pack(length, self.cls.PLACE.msg_type, comm, code) + body
         except UNPACKABLE:
@@ -66,7 +66,7 @@ class VariableLayout:
         message.reply_code = reply_code
         try:
             self._head.fill(message, self._head.structure.unpack_from(frame, HEADER_SIZE))
-            last = self._last.unpack(frame[HEADER_SIZE + size :])
+            last = self._last.unpack(frame[HEADER_SIZE + size :], message)
         except UnicodeDecodeError as error:
             raise Misfit(f"a text is not UTF-8: {error}") from None
         setattr(message, self._name, last)
@@ -76,12 +76,12 @@ class VariableLayout:
 class _Tail:
     """Bytes up to the end of the body."""
 
-    def pack(self, value: Any) -> bytes:
+    def pack(self, value: Any, _head: Message) -> bytes:
         if not isinstance(value, bytes | bytearray | memoryview):
             raise TypeError
         return bytes(value)
 
-    def unpack(self, rest: bytes) -> bytes:
+    def unpack(self, rest: bytes, _head: Message) -> bytes:
         return rest
 
 
@@ -96,10 +96,10 @@ class _Records:
         self._group = FieldGroup(field.of.FIELDS, form)
         self._count = struct.Struct(f"{form.order}i")
 
-    def pack(self, records: Any) -> bytes:
+    def pack(self, records: Any, head: Message) -> bytes:
         if not isinstance(records, tuple | list):
             raise TypeError
-        if not self._field.least <= len(records) <= self._field.most:
+        if not self._field.takes(len(records), self._meant(head)):
             raise ValueError
         body = b"".join([self._group.pack(record) for record in records])
         match self._field.count_place:
@@ -109,7 +109,7 @@ class _Records:
                 return body + self._count.pack(len(records))
         return body
 
-    def unpack(self, rest: bytes) -> tuple[Record, ...]:
+    def unpack(self, rest: bytes, head: Message) -> tuple[Record, ...]:
         field, size = self._field, self._group.structure.size
         counted = field.count_place is not CountPlace.NOWHERE
         number, left = divmod(len(rest) - counted * _COUNT_SIZE, size)
@@ -122,10 +122,20 @@ class _Records:
             (count,) = self._count.unpack_from(rest, 0 if start else number * size)
             if count != number:
                 raise Misfit(f"{field.count_name} is {count}, the body holds {number} records")
+        if not field.takes(number, self._meant(head)):
+            meant = self._meant(head)
+            raise Misfit(
+                f"{field.meant_by} is {meant}, the body holds {number} records:"
+                f" neither that many nor {field.most}"
+            )
         return tuple(
             self._record(values)
             for values in self._group.structure.iter_unpack(rest[start : start + number * size])
         )
+
+    def _meant(self, head: Message) -> int:
+        """Return how many records the head of a message says are meant."""
+        return getattr(head, self._field.meant_by) if self._field.meant_by else 0
 
     def _record(self, values: tuple[Any, ...]) -> Record:
         record = object.__new__(self._of)

@@ -86,6 +86,8 @@ def test_a_bare_reply_to_any_message_is_header_only(declared: str) -> None:
 def _values(field: Field) -> st.SearchStrategy[Any]:
     match field:
         case Int():
+            if field.mask is not None:
+                return st.integers(0, field.mask)
             return st.integers(-(2**31), 2**31 - 1)
         case Real():
             return st.floats(width=32)
@@ -113,7 +115,15 @@ def _texts(size: int) -> st.SearchStrategy[str]:
 
 
 def _records(cls: type[Record]) -> st.SearchStrategy[Any]:
-    return st.builds(cls, **{name: _values(field) for name, field in cls.FIELDS.items()})
+    built = st.builds(cls, **{name: _values(field) for name, field in cls.FIELDS.items()})
+    return built.map(_with_true_counts)
+
+
+def _with_true_counts(record: Record) -> Record:
+    for name, field in record.FIELDS.items():
+        if isinstance(field, Array) and field.meant_by:
+            setattr(record, field.meant_by, len(getattr(record, name)))
+    return record
 
 
 @each_message

@@ -1,0 +1,788 @@
+-- Generated from the declarations in simplemsg/ by `make reference`; do not edit.
+-- A Wireshark dissector of ROS-Industrial simple message: standard, Motoman and pendant
+-- messages. Run `wireshark -X lua_script:openpendant.lua`, or put it into the folder
+-- of personal Lua plugins.
+
+local DEFAULT_PORTS = "11000,11002,11010,12000,12002,50240-50242"
+local TYPE_NAMES = { [65100] = "operator_event", [65022] = "stop_changed", [65021] = "authority_changed", [65020] = "state", [65015] = "reset_stop", [65014] = "software_stop", [65013] = "pose_path", [65012] = "joint_path", [65011] = "pose_move", [65010] = "joint_move", [65006] = "authority_beat", [65005] = "authority", [65004] = "subscribe", [65003] = "outcome", [65002] = "verdict", [65001] = "management", [65000] = "hello", [2020] = "motoman_get_dh_parameters", [2018] = "motoman_select_tool", [2017] = "motoman_joint_feedback_ex", [2016] = "motoman_joint_traj_pt_full_ex", [2013] = "motoman_write_mregister", [2012] = "motoman_read_mregister", [2010] = "motoman_write_group_io_reply", [2009] = "motoman_write_group_io", [2008] = "motoman_read_group_io_reply", [2007] = "motoman_read_group_io", [2006] = "motoman_write_single_io_reply", [2005] = "motoman_write_single_io", [2004] = "motoman_read_single_io_reply", [2003] = "motoman_read_single_io", [2002] = "motoman_motion_reply", [2001] = "motoman_motion_ctrl", [15] = "joint_feedback", [14] = "joint_traj_pt_full", [13] = "status", [12] = "joint_traj", [11] = "joint_traj_pt", [10] = "joint_position", [2] = "get_version", [1] = "ping", [20] = "read_input", [21] = "write_output" }
+local NAMED_OPAQUE = { [20] = "read_input", [21] = "write_output" }
+local VALUES = {
+  SpecialSequence = { [-1] = "START_DOWNLOAD", [-2] = "START_STREAMING", [-3] = "END", [-4] = "STOP" },
+  TriState = { [-1] = "UNKNOWN", [0] = "FALSE", [1] = "TRUE" },
+  ControllerMode = { [-1] = "UNKNOWN", [1] = "MANUAL", [2] = "AUTO" },
+  ValidField = { { 1, "TIME" }, { 2, "POSITION" }, { 4, "VELOCITY" }, { 8, "ACCELERATION" } },
+  MotionCommand = { [200101] = "CHECK_MOTION_READY", [200102] = "CHECK_QUEUE_CNT", [200111] = "STOP_MOTION", [200112] = "START_SERVOS", [200113] = "STOP_SERVOS", [200114] = "RESET_ALARM", [200121] = "START_TRAJ_MODE", [200122] = "STOP_TRAJ_MODE", [200130] = "DISCONNECT" },
+  MotionResult = { [0] = "SUCCESS", [1] = "BUSY", [2] = "FAILURE", [3] = "INVALID", [4] = "ALARM", [5] = "NOT_READY", [6] = "MP_FAILURE" },
+  Subcode = { [3000] = "INVALID_UNSPECIFIED", [3001] = "INVALID_MESSAGE_SIZE", [3002] = "INVALID_HEADER", [3003] = "INVALID_MESSAGE_TYPE", [3004] = "INVALID_GROUP", [3005] = "INVALID_SEQUENCE", [3006] = "INVALID_COMMAND", [3010] = "INVALID_DATA", [3011] = "INVALID_START_POSITION", [3012] = "INVALID_POSITION", [3013] = "INVALID_SPEED", [3014] = "INVALID_ACCELERATION", [3015] = "INVALID_INSUFFICIENT_FIELDS", [3016] = "INVALID_TIME", [3017] = "INVALID_TOOL", [5000] = "NOT_READY_UNSPECIFIED", [5001] = "NOT_READY_ALARM", [5002] = "NOT_READY_ERROR", [5003] = "NOT_READY_EMERGENCY_STOP", [5004] = "NOT_READY_NOT_IN_PLAY", [5005] = "NOT_READY_NOT_REMOTE", [5006] = "NOT_READY_SERVO_OFF", [5007] = "NOT_READY_HOLD", [5008] = "NOT_READY_JOB_NOT_STARTED", [5009] = "NOT_READY_NOT_WAITING", [5010] = "NOT_READY_SKILLSEND", [5011] = "NOT_READY_PFL_ACTIVE", [5012] = "NOT_READY_INCREMENT_REJECTED" },
+  IoResult = { [0] = "SUCCESS", [1001] = "READ_ADDRESS_INVALID", [1002] = "WRITE_ADDRESS_INVALID", [1003] = "WRITE_VALUE_INVALID", [1004] = "READ_API_ERROR", [1005] = "WRITE_API_ERROR" },
+  Capability = { { 1, "JOINT_MOVE" }, { 2, "POSE_MOVE" }, { 4, "JOINT_PATH" }, { 8, "POSE_PATH" }, { 16, "SOFTWARE_STOP" } },
+  VerdictCode = { [0] = "ACCEPTED", [1] = "HELLO_FIRST", [2] = "VERSION", [3] = "UNKNOWN_CELL", [4] = "NOT_IN_CONTROL", [5] = "HELD_BY_OTHER", [6] = "ADDRESS_NOT_ALLOWED", [7] = "NOT_AUTOMATIC", [8] = "AUTHORITY_LOST", [20] = "STOP_LATCHED", [21] = "PLANNING", [22] = "MOVING", [23] = "CONTROLLER_DOWN", [24] = "FEEDBACK_STALE", [25] = "CONTROLLER_NOT_READY", [26] = "NOT_STANDING", [27] = "STOPPED", [28] = "SHUTTING_DOWN", [41] = "MALFORMED", [42] = "BAD_ARGUMENT", [43] = "NOT_FINITE", [44] = "WRONG_JOINT_COUNT", [45] = "OUT_OF_RANGE", [46] = "TOO_FAST", [47] = "TOO_SHARP", [48] = "UNREACHABLE", [49] = "BRANCH_CHANGE", [50] = "NOT_TIMEABLE", [51] = "NO_MOTION", [52] = "UNKNOWN_FRAME", [53] = "CERTIFICATE_REFUSED", [54] = "PLANNER_FAILED", [55] = "SEQUENCE", [56] = "TOO_MANY_POINTS", [60] = "CONTROLLER_REFUSED", [61] = "CONTROLLER_SILENT", [62] = "CONTROLLER_LOST", [63] = "CONTROLLER_MISMATCH", [64] = "CONTROLLER_STOPPED", [65] = "NOT_ARRIVED", [66] = "NOT_FOLLOWING" },
+  OutcomeKind = { [1] = "COMPLETED", [2] = "ABORTED" },
+  AuthorityAction = { [1] = "REQUEST", [2] = "RELEASE" },
+  Motion = { [1] = "PTP", [2] = "LIN" },
+  Activity = { [0] = "IDLE", [1] = "PLANNING", [2] = "MOVING", [3] = "STOPPING" },
+  StopKind = { [0] = "NONE", [1] = "SOFTWARE" },
+  LinkState = { [0] = "DOWN", [1] = "UP", [2] = "STALE" },
+  StateField = { { 2, "POSITION" }, { 4, "VELOCITY" }, { 16, "TOOL" } },
+  AuthorityReason = { [1] = "GRANTED", [2] = "RELEASED", [3] = "EXPIRED", [4] = "CONNECTION_LOST" },
+  OperatorAction = { [1] = "EMERGENCY_STOP", [2] = "RESET" },
+}
+local MESSAGES = {
+  { type = 1, name = "ping", filter = "ping", any_body = true, fields = {} },
+  { type = 2, name = "get_version", filter = "get_version", fields = {} },
+  { type = 2, name = "get_version", filter = "get_version_reply", is_reply = true, fields = {
+    { kind = "int", name = "major", meaning = "major version" },
+    { kind = "int", name = "minor", meaning = "minor version" },
+    { kind = "int", name = "patch", meaning = "patch level" },
+  } },
+  { type = 10, name = "joint_position", filter = "joint_position", fields = {
+    { kind = "int", name = "sequence", meaning = "0 when reporting state" },
+    { kind = "reals", size = 10, name = "joints", unit = "rad, m for a linear axis", meaning = "joint positions, unused slots 0" },
+  } },
+  { type = 11, name = "joint_traj_pt", filter = "joint_traj_pt", fields = {
+    { kind = "int", name = "sequence", meaning = "index of the point from 0, or a special sequence", values = VALUES.SpecialSequence },
+    { kind = "reals", size = 10, name = "joints", unit = "rad, m for a linear axis", meaning = "target positions, unused slots 0" },
+    { kind = "real", name = "velocity", meaning = "fraction of the largest joint speed, 0 to 1" },
+    { kind = "real", name = "duration", unit = "s", meaning = "time allotted to this segment, not a time stamp" },
+  } },
+  { type = 12, name = "joint_traj", filter = "joint_traj", fields = {
+    { kind = "array", name = "points", meaning = "the points in order", least = 1, most = 200, count_name = "size", count_place = "after", record = {
+      { kind = "int", name = "sequence", meaning = "index of the point from 0, or a special sequence", values = VALUES.SpecialSequence },
+      { kind = "reals", size = 10, name = "joints", unit = "rad, m for a linear axis", meaning = "target positions, unused slots 0" },
+      { kind = "real", name = "velocity", meaning = "fraction of the largest joint speed, 0 to 1" },
+      { kind = "real", name = "duration", unit = "s", meaning = "time allotted to this segment, not a time stamp" },
+    } },
+  } },
+  { type = 13, name = "status", filter = "status", fields = {
+    { kind = "int", name = "drives_powered", meaning = "tri-state: motors have power", values = VALUES.TriState },
+    { kind = "int", name = "e_stopped", meaning = "tri-state: an emergency stop is active", values = VALUES.TriState },
+    { kind = "int", name = "error_code", meaning = "the controller's own error number, 0 for none" },
+    { kind = "int", name = "in_error", meaning = "tri-state: an error is active", values = VALUES.TriState },
+    { kind = "int", name = "in_motion", meaning = "tri-state: the robot moves", values = VALUES.TriState },
+    { kind = "int", name = "mode", meaning = "-1 unknown, 1 manual, 2 automatic", values = VALUES.ControllerMode },
+    { kind = "int", name = "motion_possible", meaning = "tri-state: a new trajectory would start now", values = VALUES.TriState },
+  } },
+  { type = 14, name = "joint_traj_pt_full", filter = "joint_traj_pt_full", fields = {
+    { kind = "int", name = "robot_id", meaning = "robot or group number, zero based" },
+    { kind = "int", name = "sequence", meaning = "index of the point from 0, or a special sequence", values = VALUES.SpecialSequence },
+    { kind = "int", name = "valid_fields", meaning = "bits: 1 time, 2 position, 4 velocity, 8 acceleration", bits = VALUES.ValidField },
+    { kind = "real", name = "time", unit = "s", meaning = "time from the start of the trajectory" },
+    { kind = "reals", size = 10, name = "positions", unit = "rad, m for a linear axis", meaning = "joint positions" },
+    { kind = "reals", size = 10, name = "velocities", unit = "rad/s, m/s", meaning = "joint velocities" },
+    { kind = "reals", size = 10, name = "accelerations", unit = "rad/s², m/s²", meaning = "joint accelerations" },
+  } },
+  { type = 15, name = "joint_feedback", filter = "joint_feedback", fields = {
+    { kind = "int", name = "robot_id", meaning = "robot or group number, zero based" },
+    { kind = "int", name = "valid_fields", meaning = "bits: 1 time, 2 position, 4 velocity, 8 acceleration", bits = VALUES.ValidField },
+    { kind = "real", name = "time", unit = "s", meaning = "the controller's time, where it has one" },
+    { kind = "reals", size = 10, name = "positions", unit = "rad, m for a linear axis", meaning = "joint positions" },
+    { kind = "reals", size = 10, name = "velocities", unit = "rad/s, m/s", meaning = "joint velocities" },
+    { kind = "reals", size = 10, name = "accelerations", unit = "rad/s², m/s²", meaning = "joint accelerations" },
+  } },
+  { type = 2001, name = "motoman_motion_ctrl", filter = "motoman_motion_ctrl", fields = {
+    { kind = "int", name = "robot_id", meaning = "group number" },
+    { kind = "int", name = "sequence", meaning = "echoed in the reply" },
+    { kind = "int", name = "command", meaning = "what to do", values = VALUES.MotionCommand },
+    { kind = "reals", size = 10, name = "data", meaning = "unused, 0" },
+  } },
+  { type = 2002, name = "motoman_motion_reply", filter = "motoman_motion_reply", fields = {
+    { kind = "int", name = "robot_id", meaning = "group number" },
+    { kind = "int", name = "sequence", meaning = "sequence of the request" },
+    { kind = "int", name = "command", meaning = "command of the request, or its message type", values = VALUES.MotionCommand },
+    { kind = "int", name = "result", meaning = "0 success, 1 busy, else why not", values = VALUES.MotionResult },
+    { kind = "int", name = "subcode", meaning = "reason; of CHECK_QUEUE_CNT: increments still queued", values = VALUES.Subcode },
+    { kind = "reals", size = 10, name = "data", meaning = "unused, 0" },
+  } },
+  { type = 2003, name = "motoman_read_single_io", filter = "motoman_read_single_io", fields = {
+    { kind = "int", name = "address", meaning = "address of the bit" },
+  } },
+  { type = 2004, name = "motoman_read_single_io_reply", filter = "motoman_read_single_io_reply", fields = {
+    { kind = "int", name = "value", meaning = "0 or 1" },
+    { kind = "int", name = "result_code", meaning = "0 success, 1001 and up failed", values = VALUES.IoResult },
+  } },
+  { type = 2005, name = "motoman_write_single_io", filter = "motoman_write_single_io", fields = {
+    { kind = "int", name = "address", meaning = "address of the bit" },
+    { kind = "int", name = "value", meaning = "0 or 1" },
+  } },
+  { type = 2006, name = "motoman_write_single_io_reply", filter = "motoman_write_single_io_reply", fields = {
+    { kind = "int", name = "result_code", meaning = "0 success, 1001 and up failed", values = VALUES.IoResult },
+  } },
+  { type = 2007, name = "motoman_read_group_io", filter = "motoman_read_group_io", fields = {
+    { kind = "int", name = "address", meaning = "address of the group: bit address / 10" },
+  } },
+  { type = 2008, name = "motoman_read_group_io_reply", filter = "motoman_read_group_io_reply", fields = {
+    { kind = "int", name = "value", meaning = "0 to 255" },
+    { kind = "int", name = "result_code", meaning = "0 success, 1001 and up failed", values = VALUES.IoResult },
+  } },
+  { type = 2009, name = "motoman_write_group_io", filter = "motoman_write_group_io", fields = {
+    { kind = "int", name = "address", meaning = "address of the group: bit address / 10" },
+    { kind = "int", name = "value", meaning = "0 to 255" },
+  } },
+  { type = 2010, name = "motoman_write_group_io_reply", filter = "motoman_write_group_io_reply", fields = {
+    { kind = "int", name = "result_code", meaning = "0 success, 1001 and up failed", values = VALUES.IoResult },
+  } },
+  { type = 2012, name = "motoman_read_mregister", filter = "motoman_read_mregister", fields = {
+    { kind = "int", name = "address", meaning = "register number, 0 to 999" },
+  } },
+  { type = 2012, name = "motoman_read_mregister_reply", filter = "motoman_read_mregister_reply", is_reply = true, fields = {
+    { kind = "int", name = "value", meaning = "0 to 65535" },
+    { kind = "int", name = "result_code", meaning = "0 success, 1001 and up failed", values = VALUES.IoResult },
+  } },
+  { type = 2013, name = "motoman_write_mregister", filter = "motoman_write_mregister", fields = {
+    { kind = "int", name = "address", meaning = "register number, 0 to 559" },
+    { kind = "int", name = "value", meaning = "0 to 65535" },
+  } },
+  { type = 2013, name = "motoman_write_mregister_reply", filter = "motoman_write_mregister_reply", is_reply = true, fields = {
+    { kind = "int", name = "result_code", meaning = "0 success, 1001 and up failed", values = VALUES.IoResult },
+  } },
+  { type = 2016, name = "motoman_joint_traj_pt_full_ex", filter = "motoman_joint_traj_pt_full_ex", fields = {
+    { kind = "int", name = "num_groups", meaning = "groups that are meant" },
+    { kind = "int", name = "sequence", meaning = "index of the point from 0" },
+    { kind = "array", name = "groups", meaning = "a record for each group", least = 1, most = 4, meant_by = "num_groups", record = {
+      { kind = "int", name = "robot_id", meaning = "group number" },
+      { kind = "int", name = "valid_fields", meaning = "bits: 1 time, 2 position, 4 velocity, 8 acceleration", keeps = 16, bits = VALUES.ValidField },
+      { kind = "real", name = "time", unit = "s", meaning = "time from the start of the trajectory" },
+      { kind = "reals", size = 10, name = "positions", unit = "rad, m for a linear axis", meaning = "joint positions" },
+      { kind = "reals", size = 10, name = "velocities", unit = "rad/s, m/s", meaning = "joint velocities" },
+      { kind = "reals", size = 10, name = "accelerations", unit = "rad/s², m/s²", meaning = "joint accelerations" },
+    } },
+  } },
+  { type = 2017, name = "motoman_joint_feedback_ex", filter = "motoman_joint_feedback_ex", fields = {
+    { kind = "int", name = "num_groups", meaning = "groups that are meant" },
+    { kind = "array", name = "groups", meaning = "a record for each group", least = 4, most = 4, record = {
+      { kind = "int", name = "robot_id", meaning = "group number" },
+      { kind = "int", name = "valid_fields", meaning = "bits: 1 time, 2 position, 4 velocity, 8 acceleration", keeps = 16, bits = VALUES.ValidField },
+      { kind = "real", name = "time", unit = "s", meaning = "time from the start of the trajectory" },
+      { kind = "reals", size = 10, name = "positions", unit = "rad, m for a linear axis", meaning = "joint positions" },
+      { kind = "reals", size = 10, name = "velocities", unit = "rad/s, m/s", meaning = "joint velocities" },
+      { kind = "reals", size = 10, name = "accelerations", unit = "rad/s², m/s²", meaning = "joint accelerations" },
+    } },
+  } },
+  { type = 2018, name = "motoman_select_tool", filter = "motoman_select_tool", fields = {
+    { kind = "int", name = "group", meaning = "group number" },
+    { kind = "int", name = "tool", meaning = "tool file, 0 to 63" },
+    { kind = "int", name = "sequence", meaning = "echoed in the reply" },
+  } },
+  { type = 2020, name = "motoman_get_dh_parameters", filter = "motoman_get_dh_parameters", fields = {} },
+  { type = 2020, name = "motoman_get_dh_parameters", filter = "motoman_get_dh_parameters_reply", is_reply = true, fields = {
+    { kind = "reals", size = 128, name = "groups", unit = "not stated by the vendor", meaning = "theta, d, a, alpha of each link of each group" },
+  } },
+  { type = 65000, name = "hello", filter = "hello", fields = {
+    { kind = "int", name = "protocol_version", meaning = "version of these messages that the pendant speaks" },
+    { kind = "real", name = "state_rate", unit = "Hz", meaning = "state messages wanted, 0 for none, else 1 to 125" },
+    { kind = "text", size = 32, name = "cell", meaning = "name of the cell, empty for the only one" },
+    { kind = "text", size = 32, name = "client", meaning = "name of the pendant, shown to others" },
+  } },
+  { type = 65000, name = "hello", filter = "hello_reply", is_reply = true, fields = {
+    { kind = "int", name = "protocol_version", meaning = "version of these messages that the server speaks" },
+    { kind = "int", name = "session", meaning = "number of this connection, not 0" },
+    { kind = "int", name = "capabilities", meaning = "bits: what the server offers", bits = VALUES.Capability },
+    { kind = "int", name = "max_frame", unit = "byte", meaning = "largest frame that the server takes" },
+    { kind = "int", name = "dof", meaning = "driven joints of the robot" },
+    { kind = "real", name = "tick_rate", unit = "Hz", meaning = "the server's control rate" },
+    { kind = "real", name = "max_state_rate", unit = "Hz", meaning = "fastest state rate" },
+    { kind = "real", name = "authority_timeout", unit = "s", meaning = "the authority expires so long after a beat" },
+    { kind = "text", size = 32, name = "cell", meaning = "name of the cell" },
+    { kind = "text", size = 32, name = "robot", meaning = "name of the robot" },
+    { kind = "text", size = 32, name = "server", meaning = "name and version of the server" },
+  } },
+  { type = 65001, name = "management", filter = "management", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "json", name = "body", meaning = "one JSON object, UTF-8" },
+  } },
+  { type = 65002, name = "verdict", filter = "verdict", fields = {
+    { kind = "int", name = "request_id", meaning = "of the request" },
+    { kind = "int", name = "code", meaning = "0 accepted, else an entry of the catalogue", values = VALUES.VerdictCode },
+    { kind = "int", name = "joint", meaning = "index of the joint at fault, -1 for none" },
+    { kind = "real", name = "value", meaning = "the value at fault, SI" },
+    { kind = "real", name = "limit", meaning = "the limit that it breaks, SI" },
+    { kind = "text", size = 160, name = "text", meaning = "one sentence with the numbers" },
+  } },
+  { type = 65003, name = "outcome", filter = "outcome", fields = {
+    { kind = "int", name = "request_id", meaning = "of the request" },
+    { kind = "int", name = "outcome", meaning = "1 completed, 2 aborted", values = VALUES.OutcomeKind },
+    { kind = "int", name = "code", meaning = "0 completed, else an entry of the catalogue", values = VALUES.VerdictCode },
+    { kind = "int", name = "joint", meaning = "index of the joint at fault, -1 for none" },
+    { kind = "real", name = "value", meaning = "the value at fault, SI" },
+    { kind = "real", name = "limit", meaning = "the limit that it breaks, SI" },
+    { kind = "real", name = "plan_time", unit = "s", meaning = "time that planning took" },
+    { kind = "real", name = "motion_time", unit = "s", meaning = "planned duration of the motion" },
+    { kind = "text", size = 160, name = "text", meaning = "one sentence with the numbers" },
+  } },
+  { type = 65004, name = "subscribe", filter = "subscribe", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "real", name = "state_rate", unit = "Hz", meaning = "state messages wanted, 0 for none, else 1 to 125" },
+  } },
+  { type = 65005, name = "authority", filter = "authority", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "int", name = "action", meaning = "1 request, 2 release", values = VALUES.AuthorityAction },
+  } },
+  { type = 65006, name = "authority_beat", filter = "authority_beat", fields = {} },
+  { type = 65010, name = "joint_move", filter = "joint_move", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "real", name = "speed", meaning = "fraction of the joints' largest speed, above 0, up to 1" },
+    { kind = "int", name = "joint_count", meaning = "slots that are meant; must be the robot's driven joints" },
+    { kind = "reals", size = 10, name = "joints", unit = "rad, m for a linear axis", meaning = "target positions, unused slots 0" },
+  } },
+  { type = 65011, name = "pose_move", filter = "pose_move", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "int", name = "motion", meaning = "1 PTP, 2 LIN", values = VALUES.Motion },
+    { kind = "real", name = "speed", meaning = "fraction of the joints' largest speed, above 0, up to 1" },
+    { kind = "text", size = 32, name = "frame", meaning = "frame of the pose: base or root" },
+    { kind = "reals", size = 3, name = "position", unit = "m", meaning = "x, y, z of the tool" },
+    { kind = "reals", size = 4, name = "orientation", meaning = "quaternion x, y, z, w" },
+  } },
+  { type = 65012, name = "joint_path", filter = "joint_path", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "real", name = "speed", meaning = "fraction of the joints' largest speed, above 0, up to 1" },
+    { kind = "int", name = "joint_count", meaning = "slots that are meant; must be the robot's driven joints" },
+    { kind = "array", name = "waypoints", meaning = "the waypoints in order", least = 1, most = 1600, count_name = "count", count_place = "before", record = {
+      { kind = "reals", size = 10, name = "joints", unit = "rad, m for a linear axis", meaning = "joint positions, unused slots 0" },
+    } },
+  } },
+  { type = 65013, name = "pose_path", filter = "pose_path", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "int", name = "motion", meaning = "1 PTP, 2 LIN", values = VALUES.Motion },
+    { kind = "real", name = "speed", meaning = "fraction of the joints' largest speed, above 0, up to 1" },
+    { kind = "text", size = 32, name = "frame", meaning = "frame of the poses: base or root" },
+    { kind = "array", name = "waypoints", meaning = "the waypoints in order", least = 1, most = 1600, count_name = "count", count_place = "before", record = {
+      { kind = "reals", size = 3, name = "position", unit = "m", meaning = "x, y, z of the tool" },
+      { kind = "reals", size = 4, name = "orientation", meaning = "quaternion x, y, z, w" },
+    } },
+  } },
+  { type = 65014, name = "software_stop", filter = "software_stop", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "text", size = 64, name = "reason", meaning = "shown to others" },
+  } },
+  { type = 65015, name = "reset_stop", filter = "reset_stop", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+  } },
+  { type = 65020, name = "state", filter = "state", fields = {
+    { kind = "int", name = "sequence", meaning = "counts the cell's state messages; a listener may see gaps" },
+    { kind = "int", name = "time_s", unit = "s", meaning = "the server's monotonic time, whole seconds" },
+    { kind = "int", name = "time_ns", unit = "ns", meaning = "the server's monotonic time, rest" },
+    { kind = "real", name = "age", unit = "s", meaning = "age of the controller's last report, -1 before the first" },
+    { kind = "int", name = "dropped", meaning = "state messages that this connection was too slow for" },
+    { kind = "int", name = "activity", meaning = "0 idle, 1 planning, 2 moving, 3 stopping", values = VALUES.Activity },
+    { kind = "int", name = "request_id", meaning = "request that is planned or moving, 0 for none" },
+    { kind = "int", name = "holder", meaning = "session that holds the motion authority, 0 for none" },
+    { kind = "int", name = "stop", meaning = "latched stop: 0 none, 1 software stop", values = VALUES.StopKind },
+    { kind = "int", name = "link", meaning = "controller connection: 0 down, 1 up, 2 stale", values = VALUES.LinkState },
+    { kind = "int", name = "drives_powered", meaning = "the controller's own, -1 unknown", values = VALUES.TriState },
+    { kind = "int", name = "e_stopped", meaning = "the controller's own, -1 unknown", values = VALUES.TriState },
+    { kind = "int", name = "error_code", meaning = "the controller's own, 0 for none" },
+    { kind = "int", name = "in_error", meaning = "the controller's own, -1 unknown", values = VALUES.TriState },
+    { kind = "int", name = "in_motion", meaning = "the controller's own, -1 unknown", values = VALUES.TriState },
+    { kind = "int", name = "mode", meaning = "the controller's own: -1 unknown, 1 manual, 2 automatic", values = VALUES.ControllerMode },
+    { kind = "int", name = "motion_possible", meaning = "the controller's own, -1 unknown", values = VALUES.TriState },
+    { kind = "int", name = "valid_fields", meaning = "bits: 2 positions, 4 velocities, 16 tool", bits = VALUES.StateField },
+    { kind = "real", name = "tool_speed", unit = "m/s", meaning = "speed of the tool" },
+    { kind = "reals", size = 10, name = "positions", unit = "rad, m for a linear axis", meaning = "joint positions" },
+    { kind = "reals", size = 10, name = "velocities", unit = "rad/s, m/s", meaning = "joint velocities" },
+    { kind = "reals", size = 3, name = "tool_position", unit = "m", meaning = "x, y, z of the tool in base" },
+    { kind = "reals", size = 4, name = "tool_orientation", meaning = "quaternion x, y, z, w of the tool in base" },
+  } },
+  { type = 65021, name = "authority_changed", filter = "authority_changed", fields = {
+    { kind = "int", name = "holder", meaning = "session that holds it now, 0 for nobody" },
+    { kind = "int", name = "reason", meaning = "1 granted, 2 released, 3 expired, 4 connection lost", values = VALUES.AuthorityReason },
+    { kind = "text", size = 32, name = "client", meaning = "name of the new holder's pendant" },
+  } },
+  { type = 65022, name = "stop_changed", filter = "stop_changed", fields = {
+    { kind = "int", name = "stop", meaning = "latched stop: 0 none, 1 software stop", values = VALUES.StopKind },
+    { kind = "int", name = "session", meaning = "who did it, 0 for the server itself" },
+    { kind = "text", size = 32, name = "client", meaning = "name of that pendant" },
+    { kind = "text", size = 64, name = "reason", meaning = "as given" },
+  } },
+  { type = 65100, name = "operator_event", filter = "operator_event", fields = {
+    { kind = "int", name = "action", meaning = "1 emergency stop, 2 reset", values = VALUES.OperatorAction },
+  } },
+}
+
+-- Fields. Reals of both widths share one field: values are given as numbers, never as bytes.
+
+local proto = Proto("openpendant", "ROS-Industrial simple message (openpendant)")
+
+local DIRECTIONS = { [1] = "topic", [2] = "request", [3] = "reply" }
+local REPLY_CODES = { [0] = "UNUSED", [1] = "SUCCESS", [2] = "FAILURE" }
+local COMM_TYPES = { [0] = "INVALID", [1] = "TOPIC", [2] = "REQUEST", [3] = "REPLY" }
+
+local header = {
+    length = ProtoField.int32("openpendant.length", "length"),
+    msg_type = ProtoField.int32("openpendant.msg_type", "message type", base.DEC, TYPE_NAMES),
+    comm_type = ProtoField.int32("openpendant.comm_type", "communication type", base.DEC, COMM_TYPES),
+    reply_code = ProtoField.int32("openpendant.reply_code", "reply code", base.DEC, REPLY_CODES),
+    name = ProtoField.string("openpendant.name", "name"),
+    byte_order = ProtoField.string("openpendant.byte_order", "byte order"),
+    real_size = ProtoField.uint32("openpendant.real_size", "bytes of a real"),
+    body = ProtoField.bytes("openpendant.body", "body"),
+}
+
+-- Not of the group "malformed": that filter is left to bytes which break a dissector.
+local experts = {
+    framing = ProtoExpert.new("openpendant.framing_fault", "no simple message",
+        expert.group.PROTOCOL, expert.severity.ERROR),
+    header = ProtoExpert.new("openpendant.header_fault", "header breaks a rule",
+        expert.group.PROTOCOL, expert.severity.ERROR),
+    body = ProtoExpert.new("openpendant.body_fault", "body is not as declared",
+        expert.group.PROTOCOL, expert.severity.ERROR),
+    reply = ProtoExpert.new("openpendant.other_reply", "reply with a body of the vendor's own",
+        expert.group.PROTOCOL, expert.severity.NOTE),
+    unknown = ProtoExpert.new("openpendant.unknown_type", "message type without a known layout",
+        expert.group.UNDECODED, expert.severity.NOTE),
+    refused = ProtoExpert.new("openpendant.refused", "refused",
+        expert.group.RESPONSE_CODE, expert.severity.NOTE),
+    cut = ProtoExpert.new("openpendant.cut_short", "cut short by the capture",
+        expert.group.UNDECODED, expert.severity.WARN),
+}
+
+local all_fields = {}
+for _, field in pairs(header) do all_fields[#all_fields + 1] = field end
+
+local function label(field)
+    if field.unit then return field.name .. " [" .. field.unit .. "]" end
+    return field.name
+end
+
+-- Wireshark looks the names of values up by unsigned words.
+local function unsigned(values)
+    if not values then return nil end
+    local names = {}
+    for value, name in pairs(values) do names[value % 2 ^ 32] = name end
+    return names
+end
+
+local function declare(path, fields)
+    for _, field in ipairs(fields) do
+        local filter = path .. "." .. field.name
+        if field.kind == "array" then
+            if field.count_name then
+                field.count = ProtoField.int32(path .. "." .. field.count_name, field.count_name)
+                all_fields[#all_fields + 1] = field.count
+            end
+            declare(filter, field.record)
+        else
+            if field.kind == "int" then
+                field.proto = ProtoField.int32(
+                    filter, label(field), base.DEC, unsigned(field.values), nil, field.meaning)
+            elseif field.kind == "text" or field.kind == "json" then
+                field.proto = ProtoField.string(filter, label(field), base.UNICODE, field.meaning)
+            else
+                field.proto = ProtoField.double(filter, label(field), base.NONE, field.meaning)
+            end
+            all_fields[#all_fields + 1] = field.proto
+        end
+    end
+end
+
+local by_type = {}
+for _, message in ipairs(MESSAGES) do
+    declare("openpendant." .. message.filter, message.fields)
+    local layouts = by_type[message.type] or {}
+    by_type[message.type] = layouts
+    layouts[message.is_reply and "reply" or "other"] = message
+end
+
+proto.fields = all_fields
+local all_experts = {}
+for _, one in pairs(experts) do all_experts[#all_experts + 1] = one end
+proto.experts = all_experts
+
+-- Preferences.
+
+proto.prefs.ports = Pref.range("TCP ports", DEFAULT_PORTS, "Ports that carry simple message", 65535)
+proto.prefs.real_size = Pref.enum("Size of reals", 0, "Told by the size of the body, or always as chosen", {
+    { 1, "told by the body, else 4", 0 }, { 2, "4 bytes", 4 }, { 3, "8 bytes", 8 },
+}, false)
+
+-- Bytes.
+
+local LONGEST = 65535
+local HEADER, PREFIX = 16, 4
+
+local function int_at(tvb, at, little)
+    if little then return tvb(at, 4):le_int() end
+    return tvb(at, 4):int()
+end
+
+local function real_at(tvb, at, little, width)
+    if little then return tvb(at, width):le_float() end
+    return tvb(at, width):float()
+end
+
+-- Says whether a text is UTF-8, as strictly as Python does: no surrogates, nothing overlong.
+local function is_utf8(text)
+    local at, size = 1, #text
+    while at <= size do
+        local first = text:byte(at)
+        local more, least = 0, 0
+        if first >= 0xF0 and first <= 0xF4 then more, least = 3, 0x10000
+        elseif first >= 0xE0 and first < 0xF0 then more, least = 2, 0x800
+        elseif first >= 0xC2 and first < 0xE0 then more, least = 1, 0x80
+        elseif first >= 0x80 then return false end
+        local code = first
+        if more > 0 then code = first % (2 ^ (6 - more)) end
+        if at + more > size then return false end
+        for i = 1, more do
+            local byte = text:byte(at + i)
+            if byte < 0x80 or byte > 0xBF then return false end
+            code = code * 64 + byte % 64
+        end
+        if code < least or code > 0x10FFFF or (code >= 0xD800 and code <= 0xDFFF) then return false end
+        at = at + more + 1
+    end
+    return true
+end
+
+local function text_of(range)
+    local raw = range:raw()
+    local stop = raw:find("\0", 1, true)
+    if stop then raw = raw:sub(1, stop - 1) end
+    return raw
+end
+
+-- Returns whether the length at `at` is little-endian; nil where neither reading is a length.
+local function byte_order(tvb, at)
+    local little, big = tvb(at, 4):le_int(), tvb(at, 4):int()
+    if little >= HEADER - PREFIX and little <= LONGEST then return true, little end
+    if big >= HEADER - PREFIX and big <= LONGEST then return false, big end
+    return nil
+end
+
+-- Layout.
+
+local function fixed_size(field, width)
+    if field.kind == "int" then return 4 end
+    if field.kind == "real" then return width end
+    if field.kind == "reals" then return field.size * width end
+    if field.kind == "text" then return field.size end
+    return 0
+end
+
+local function size_of(fields, width)
+    local size = 0
+    for _, field in ipairs(fields) do size = size + fixed_size(field, width) end
+    return size
+end
+
+local function has_reals(fields)
+    for _, field in ipairs(fields) do
+        if field.kind == "real" or field.kind == "reals" then return true end
+        if field.kind == "array" and has_reals(field.record) then return true end
+    end
+    return false
+end
+
+-- Returns the offset of an int field in the head of a message.
+local function offset_of(fields, name, width)
+    local at = 0
+    for _, field in ipairs(fields) do
+        if field.name == name then return at end
+        at = at + fixed_size(field, width)
+    end
+end
+
+-- Returns how many records the array at the end of a body holds, or nil and the reason.
+local function records_in(message, array, tvb, little, width)
+    local head = size_of(message.fields, width)
+    local record = size_of(array.record, width)
+    local rest = tvb:len() - HEADER - head
+    local counted = array.count_name and 4 or 0
+    local number = (rest - counted) / record
+    if rest < counted or number ~= math.floor(number) or number < array.least or number > array.most then
+        return nil, string.format("%d bytes are no %d to %d records of %d bytes",
+            rest, array.least, array.most, record)
+    end
+    if array.count_name then
+        local at = HEADER + head
+        if array.count_place == "after" then at = at + number * record end
+        local count = int_at(tvb, at, little)
+        if count ~= number then
+            return nil, string.format("%s is %d, the body holds %d records", array.count_name, count, number)
+        end
+    end
+    if array.meant_by then
+        local at = HEADER + offset_of(message.fields, array.meant_by, width)
+        local meant = int_at(tvb, at, little)
+        if meant < array.least or meant > number or (number ~= meant and number ~= array.most) then
+            return nil, string.format("%s is %d, the body holds %d records", array.meant_by, meant, number)
+        end
+    end
+    return number
+end
+
+-- Returns the first text of a body that is not UTF-8.
+local function broken_text(message, tvb, width)
+    local at = HEADER
+    for _, field in ipairs(message.fields) do
+        if field.kind == "text" and not is_utf8(text_of(tvb(at, field.size))) then return field.name end
+        at = at + fixed_size(field, width)
+    end
+end
+
+-- Says whether a body has the declared layout with reals of a width; the second value is why not.
+local function fits(message, tvb, little, width)
+    local size = tvb:len() - HEADER
+    local head = size_of(message.fields, width)
+    local last = message.fields[#message.fields]
+    local kind = last and last.kind
+    if kind == "array" then
+        if size < head then
+            return false, string.format("the body has %d bytes, its head %d", size, head)
+        end
+        local number, reason = records_in(message, last, tvb, little, width)
+        if not number then return false, reason end
+    elseif kind == "json" and size < head then
+        return false, string.format("the body has %d bytes, its head %d", size, head)
+    elseif kind ~= "json" and size ~= head then
+        return false, string.format("the body has %d bytes, not %d", size, head)
+    end
+    local broken = broken_text(message, tvb, width)
+    if broken then return false, broken .. " is not UTF-8" end
+    return true
+end
+
+-- Returns the width of reals with which a body fits, or nil and the reason why none does.
+local function width_of(message, tvb, little)
+    local preferred = proto.prefs.real_size
+    local widths = { 4, 8 }
+    if preferred == 4 or preferred == 8 then widths = { preferred } end
+    local first_reason
+    for _, width in ipairs(widths) do
+        local ok, reason = fits(message, tvb, little, width)
+        if ok then return width end
+        first_reason = first_reason or reason
+    end
+    return nil, first_reason
+end
+
+-- Showing.
+
+local SHOWN_IN_INFO = { sequence = true, request_id = true, command = true, result = true, subcode = true, code = true }
+
+-- Returns the names of the bits of a value, those without a name in hexadecimal; nil for none.
+local function bits_of(field, value)
+    local set, rest = {}, value % 2 ^ 32
+    for _, bit in ipairs(field.bits) do
+        if math.floor(rest / bit[1]) % 2 == 1 then
+            set[#set + 1] = bit[2]
+            rest = rest - bit[1]
+        end
+    end
+    if #set == 0 then return nil end
+    if rest > 0 then set[#set + 1] = string.format("0x%x", rest) end
+    return table.concat(set, "|")
+end
+
+local function show_int(tree, field, tvb, at, little, notes)
+    local value = int_at(tvb, at, little)
+    if field.keeps then value = value % field.keeps end
+    local item = tree:add(field.proto, tvb(at, 4), value)
+    local bits = field.bits and bits_of(field, value)
+    if bits then item:append_text(" (" .. bits .. ")") end
+    if notes and SHOWN_IN_INFO[field.name] then
+        notes[#notes + 1] = string.format("%s=%s", field.name, field.values and field.values[value] or value)
+    end
+end
+
+local function show_reals(tree, field, tvb, at, little, width)
+    local branch = tree:add(tvb(at, field.size * width), label(field))
+    for index = 0, field.size - 1 do
+        local place = at + index * width
+        local item = branch:add(field.proto, tvb(place, width), real_at(tvb, place, little, width))
+        item:prepend_text(string.format("[%d] ", index))
+    end
+end
+
+local function show_json(tree, field, tvb, at)
+    if at == tvb:len() then return end
+    local range = tvb(at)
+    local text = range:raw()
+    if is_utf8(text) and not text:find("\0", 1, true) then
+        tree:add(field.proto, range, text)
+    else
+        tree:add(field.proto, range)
+    end
+end
+
+local show_fields
+
+local function show_records(tree, message, array, tvb, at, little, width)
+    local number = records_in(message, array, tvb, little, width)
+    local record = size_of(array.record, width)
+    if array.count_name and array.count_place == "before" then
+        tree:add(array.count, tvb(at, 4), number)
+        at = at + 4
+    end
+    for index = 0, number - 1 do
+        local branch = tree:add(tvb(at, record), string.format("%s[%d]", array.name, index))
+        show_fields(branch, message, array.record, tvb, at, little, width)
+        at = at + record
+    end
+    if array.count_name and array.count_place == "after" then
+        tree:add(array.count, tvb(at, 4), number)
+    end
+end
+
+show_fields = function(tree, message, fields, tvb, at, little, width, notes)
+    for _, field in ipairs(fields) do
+        if field.kind == "int" then
+            show_int(tree, field, tvb, at, little, notes)
+        elseif field.kind == "real" then
+            tree:add(field.proto, tvb(at, width), real_at(tvb, at, little, width))
+        elseif field.kind == "reals" then
+            show_reals(tree, field, tvb, at, little, width)
+        elseif field.kind == "text" then
+            local range = tvb(at, field.size)
+            tree:add(field.proto, range, text_of(range))
+        elseif field.kind == "json" then
+            show_json(tree, field, tvb, at)
+        else
+            show_records(tree, message, field, tvb, at, little, width)
+        end
+        at = at + fixed_size(field, width)
+    end
+end
+
+-- Frames.
+
+local function broken_rule(msg_type, comm_type, reply_code)
+    if msg_type == 0 then return "message type 0 is reserved" end
+    if comm_type == 0 then return "communication type 0 is invalid" end
+    if (comm_type == 3) == (reply_code == 0) then
+        return string.format("reply code %d does not go with communication type %d", reply_code, comm_type)
+    end
+end
+
+local function layout_of(msg_type, comm_type)
+    local layouts = by_type[msg_type]
+    if not layouts then return nil end
+    if comm_type == 3 and layouts.reply then return layouts.reply end
+    return layouts.other
+end
+
+local function show_raw(tree, tvb)
+    if tvb:len() > HEADER then tree:add(header.body, tvb(HEADER)) end
+end
+
+-- Shows a body and returns what the info column says of it.
+local function show_body(tree, message, tvb, comm_type, little)
+    if not message then
+        show_raw(tree, tvb)
+        if comm_type ~= 3 or tvb:len() > HEADER then tree:add_proto_expert_info(experts.unknown) end
+        return {}
+    end
+    if message.any_body then
+        show_raw(tree, tvb)
+        return {}
+    end
+    local width, reason = width_of(message, tvb, little)
+    if not width then
+        show_raw(tree, tvb)
+        if comm_type ~= 3 then
+            tree:add_proto_expert_info(experts.body, reason)
+            return { "[malformed: " .. reason .. "]" }
+        end
+        if tvb:len() > HEADER then tree:add_proto_expert_info(experts.reply, reason) end
+        return {}
+    end
+    if has_reals(message.fields) then tree:add(header.real_size, width):set_generated() end
+    local notes = {}
+    show_fields(tree, message, message.fields, tvb, HEADER, little, width, notes)
+    return notes
+end
+
+local function show_framing_fault(tvb, pinfo, root, reason)
+    local tree = root:add(proto, tvb(), "Simple message: " .. reason)
+    tree:add(header.body, tvb())
+    tree:add_proto_expert_info(experts.framing, reason)
+    pinfo.cols.info:append("[" .. reason .. "] ")
+end
+
+-- Dissects one whole frame.
+local function dissect_frame(tvb, pinfo, root)
+    local size = tvb:len()
+    if size < PREFIX then
+        if size > 0 then show_framing_fault(tvb, pinfo, root, "less than a length") end
+        return size
+    end
+    local little, length = byte_order(tvb, 0)
+    if little == nil then
+        show_framing_fault(tvb, pinfo, root, "no length between 12 and 65535 in either byte order")
+        return size
+    end
+    local tree = root:add(proto, tvb())
+    tree:add(header.length, tvb(0, 4), length)
+    tree:add(header.byte_order, little and "little" or "big"):set_generated()
+    if size < HEADER or size < PREFIX + length then
+        if size > PREFIX then tree:add(header.body, tvb(PREFIX)) end
+        tree:add_proto_expert_info(experts.cut)
+        pinfo.cols.info:append("[cut short] ")
+        return size
+    end
+    local msg_type, comm_type, reply_code = int_at(tvb, 4, little), int_at(tvb, 8, little), int_at(tvb, 12, little)
+    local message = layout_of(msg_type, comm_type)
+    local name = message and message.name or NAMED_OPAQUE[msg_type] or "unknown"
+    tree:add(header.msg_type, tvb(4, 4), msg_type)
+    tree:add(header.comm_type, tvb(8, 4), comm_type)
+    tree:add(header.reply_code, tvb(12, 4), reply_code)
+    tree:add(header.name, name):set_generated()
+    local kind = DIRECTIONS[comm_type] or string.format("communication type %d", comm_type)
+    local words = { name .. "(" .. string.format("%d", msg_type) .. ")", kind }
+    if comm_type == 3 then words[#words + 1] = REPLY_CODES[reply_code] or string.format("code %d", reply_code) end
+    local rule = broken_rule(msg_type, comm_type, reply_code)
+    if rule then
+        show_raw(tree, tvb)
+        tree:add_proto_expert_info(experts.header, rule)
+        words[#words + 1] = "[" .. rule .. "]"
+    else
+        for _, note in ipairs(show_body(tree, message, tvb, comm_type, little)) do words[#words + 1] = note end
+        if comm_type == 3 and reply_code == 2 then tree:add_proto_expert_info(experts.refused) end
+    end
+    local summary = table.concat(words, " ")
+    tree:append_text(", " .. summary)
+    pinfo.cols.info:append(summary .. "  ")
+    return size
+end
+
+-- Returns the size of the frame at `at`; what has no length is taken as one piece to its end.
+local function frame_size(tvb, pinfo, at)
+    local left = tvb:reported_length_remaining(at)
+    if tvb:len() - at < PREFIX then return left end
+    local little, length = byte_order(tvb, at)
+    if little == nil then return left end
+    return PREFIX + length
+end
+
+function proto.dissector(tvb, pinfo, tree)
+    pinfo.cols.protocol = "SimpleMessage"
+    pinfo.cols.info = ""
+    dissect_tcp_pdus(tvb, tree, PREFIX, frame_size, dissect_frame, true)
+    return tvb:len()
+end
+
+-- Takes a stream on any port whose first bytes are a frame of a known type with a sound header.
+local function heuristic(tvb, pinfo, tree)
+    if tvb:len() < HEADER then return false end
+    local little = byte_order(tvb, 0)
+    if little == nil then return false end
+    local msg_type, comm_type, reply_code = int_at(tvb, 4, little), int_at(tvb, 8, little), int_at(tvb, 12, little)
+    if not by_type[msg_type] or comm_type < 1 or comm_type > 3 then return false end
+    if reply_code < 0 or reply_code > 2 or broken_rule(msg_type, comm_type, reply_code) then return false end
+    pinfo.conversation = proto
+    proto.dissector(tvb, pinfo, tree)
+    return true
+end
+
+proto:register_heuristic("tcp", heuristic)
+
+local tcp_ports = DissectorTable.get("tcp.port")
+local registered = ""
+
+local function register_ports()
+    if registered ~= "" then tcp_ports:remove(registered, proto) end
+    registered = proto.prefs.ports
+    if registered ~= "" then tcp_ports:add(registered, proto) end
+end
+
+proto.prefs_changed = register_ports
+register_ports()

@@ -1,0 +1,99 @@
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+
+from openpendant.simplemsg.motoman_addresses import (
+    AREAS,
+    REGISTER_OFFSET,
+    Controller,
+    area_of,
+    bits_of_group,
+    judge_bit,
+    judge_group,
+    judge_register,
+    register_number,
+)
+from openpendant.simplemsg.motoman_codes import IoResult
+
+READ, WRITE = IoResult.READ_ADDRESS_INVALID, IoResult.WRITE_ADDRESS_INVALID
+
+
+@pytest.mark.parametrize("controller", Controller)
+def test_areas_begin_and_end_at_whole_groups_and_do_not_overlap(controller: Controller) -> None:
+    areas = AREAS[controller]
+    assert all(area.first % 10 == 0 and area.last % 10 == 7 for area in areas)
+    assert all(low.last < high.first for low, high in pairwise(areas))
+
+
+@pytest.mark.parametrize(
+    ("controller", "bit", "name"),
+    [
+        (Controller.DX100, 2567, "general input"),
+        (Controller.FS100, 1287, "general input"),
+        (Controller.DX200, 5127, "general input"),
+        (Controller.DX100, 25010, "network input"),
+        (Controller.YRC1000, 27010, "network input"),
+        (Controller.DX200, 53007, "specific output"),
+        (Controller.YRC1000, 55127, "specific output"),
+        (Controller.DX200, 82010, "pseudo input"),
+        (Controller.YRC1000MICRO, 87010, "pseudo input"),
+    ],
+)
+def test_a_bit_lies_in_the_area_of_its_model(controller: Controller, bit: int, name: str) -> None:
+    area = area_of(controller, bit)
+    assert area is not None
+    assert area.name == name
+
+
+@pytest.mark.parametrize(
+    ("controller", "bit"),
+    [
+        (Controller.FS100, 1290),
+        (Controller.DX200, 25200),
+        (Controller.YRC1000, 82010 + 4_000),
+        (Controller.DX100, 18),
+        (Controller.DX100, 19),
+        (Controller.DX100, 0),
+        (Controller.DX100, -10),
+    ],
+)
+def test_what_is_no_bit_cannot_be_read(controller: Controller, bit: int) -> None:
+    assert judge_bit(controller, bit) is READ
+
+
+@pytest.mark.parametrize(
+    ("bit", "verdict"),
+    [
+        (10010, IoResult.SUCCESS),
+        (27010, IoResult.SUCCESS),
+        (60010, IoResult.SUCCESS),
+        (10, WRITE),
+        (37010, WRITE),
+        (10018, WRITE),
+    ],
+)
+def test_only_some_areas_can_be_written(bit: int, verdict: IoResult) -> None:
+    assert judge_bit(Controller.YRC1000, bit, 1) is verdict
+
+
+def test_a_group_is_an_address_without_its_last_digit() -> None:
+    assert list(bits_of_group(1001)) == list(range(10010, 10018))
+    assert judge_group(Controller.DX100, 1001, 255) is IoResult.SUCCESS
+    assert judge_group(Controller.DX100, 1001, 256) is IoResult.WRITE_VALUE_INVALID
+
+
+@pytest.mark.parametrize("value", [-1, 2])
+def test_a_bit_is_zero_or_one(value: int) -> None:
+    assert judge_bit(Controller.DX100, 10010, value) is IoResult.WRITE_VALUE_INVALID
+
+
+@pytest.mark.parametrize("offset", [0, REGISTER_OFFSET])
+def test_a_register_goes_by_its_number_or_its_address(offset: int) -> None:
+    assert register_number(offset + 559) == 559
+    assert judge_register(offset + 999) is IoResult.SUCCESS
+    assert judge_register(offset + 1_000) is READ
+    assert judge_register(offset + 559, 65_535) is IoResult.SUCCESS
+    assert judge_register(offset + 559, 65_536) is IoResult.WRITE_VALUE_INVALID
+    assert judge_register(offset + 560, 0) is WRITE

@@ -1,0 +1,1 @@
+"""Makes what is generated from the declarations: reference page, dissector, vectors, schemas."""

@@ -1,0 +1,59 @@
+"""Which files are generated, and which of them no longer say what the declarations say."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from .dissector import lua_dissector
+from .page import protocol_page
+from .schemas import schema_files
+from .vectors import vector_files
+
+GENERATED = "generated"
+"""Folder that holds nothing but generated files."""
+
+
+def generated_files() -> dict[str, str]:
+    """Return every generated file: its path below the documentation's folder, and its text."""
+    return {
+        "protocol.md": protocol_page(),
+        f"{GENERATED}/openpendant.lua": lua_dissector(),
+        **{f"{GENERATED}/vectors/{name}": text for name, text in vector_files().items()},
+        **{f"{GENERATED}/schemas/{name}": text for name, text in schema_files().items()},
+    }
+
+
+def write_files(folder: Path) -> None:
+    """Write every generated file below a folder, and remove what is generated no longer.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    files = generated_files()
+    for path, text in files.items():
+        target = folder / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_text(text, encoding="utf-8", newline="\n")
+    for path in _left_over(folder, files):
+        (folder / path).unlink()
+
+
+def stale_files(folder: Path) -> list[str]:
+    """Return one sentence for each file that is missing, differs, or is generated no longer."""
+    files = generated_files()
+    found = []
+    for path, text in files.items():
+        target = folder / path
+        if not target.is_file():
+            found.append(f"{path} is missing")
+        elif target.read_bytes() != text.encode():
+            found.append(f"{path} is stale")
+    return found + [f"{path} is generated no longer" for path in _left_over(folder, files)]
+
+
+def _left_over(folder: Path, files: dict[str, str]) -> Iterator[str]:
+    for target in sorted((folder / GENERATED).rglob("*")):
+        path = target.relative_to(folder).as_posix()
+        if target.is_file() and path not in files:
+            yield path
