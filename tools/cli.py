@@ -75,7 +75,8 @@ def main(argv: Sequence[str] | None = None, *, commands: Mapping[str, Command] =
         try:
             code = _dispatch(arguments, commands)
         finally:
-            sys.stdout.flush()  # here, where a closed pipe is still caught
+            if sys.stdout is not None:  # None where the process was started without one
+                sys.stdout.flush()  # here, where a closed pipe is still caught
         return code
     except KeyboardInterrupt:
         return ExitCode.INTERRUPTED

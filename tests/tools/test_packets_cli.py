@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 from golden_vectors import FILES, GOLDEN, exact
 
-from openpendant.tools.packets.cli import MAX_LINE, main
+from openpendant.tools.packets.cli import main
+from openpendant.tools.packets.text_lines import MAX_LINE
 
 PING = "0c000000010000000200000000000000"
 PING_PACKET = {"msg_type": 1, "comm_type": 2, "reply_code": 0, "name": "ping", "fields": {}}
@@ -206,8 +207,9 @@ def test_a_file_that_cannot_be_read_is_a_usage_error(terminal: Terminal, tmp_pat
     "arguments",
     [
         [],
-        ["replay"],
         ["decode", "--order", "middle"],
+        ["decode", "--input", "usb"],
+        ["decode", "--max-packets", "0"],
         ["decode", "--real", "5"],
         ["decode", "--real", "x"],
         ["encode", "--dialect", "abb"],
@@ -219,6 +221,12 @@ def test_wrong_arguments_are_a_usage_error(terminal: Terminal, arguments: list[s
     status, lines, errors = terminal.run(arguments)
     assert (status, lines) == (2, [])
     assert errors[0].startswith("usage: openpendant packets")
+
+
+def test_an_unknown_tool_is_a_usage_error(terminal: Terminal) -> None:
+    status, lines, (error,) = terminal.run(["sniff"])
+    assert (status, lines) == (2, [])
+    assert error.startswith("openpendant packets: unknown tool 'sniff'; known: decode, encode")
 
 
 def test_help_is_no_error(terminal: Terminal) -> None:

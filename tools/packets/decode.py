@@ -1,0 +1,131 @@
+"""`openpendant packets decode`: what the packets in hexadecimal lines and trace files say.
+
+Owns the command and the reading of hexadecimal lines. What a file holds is seen from its content.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import string
+from typing import BinaryIO
+
+from openpendant.simplemsg import Codec, ProtocolError
+from openpendant.simplemsg.errors import shown
+from openpendant.simplemsg.text import packet_to_json
+
+from .console import ExitCode, complain, parser, run
+from .output import Format, Output, add_presentation
+from .presentation import frame_as_tree, message_as_line
+from .reading import Reader, Reading
+from .text_lines import LineError, lines_of, open_input, text_of
+from .trace_files import FileKind, detect, read_trace
+from .wire_form import add_reading_form, codec_of, reader_of
+
+_ABOUT = """\
+Read packets and print what they say. FILE holds hexadecimal digits (one packet a line), a trace
+(JSON lines), a capture list (JSON array), or is a pcap or pcapng file; its content tells which."""
+
+_EPILOG = """\
+exit codes: 0 every packet decoded; 1 one did not, or the reader went away; 2 wrong usage, or a
+file that is none of these or breaks off (what came before is printed)."""
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command.
+
+    Args:
+        argv: arguments behind `openpendant packets decode`; None takes those of the process.
+
+    Returns:
+        0 when every packet was decoded, 1 when one was not or the reader went away, 2 for wrong
+        arguments or a file that cannot be read to its end.
+    """
+    command = parser("decode", _ABOUT, _EPILOG)
+    command.add_argument(
+        "file", nargs="?", default="-", metavar="FILE", help="- or nothing reads standard input"
+    )
+    command.add_argument(
+        "--input",
+        choices=[kind.value for kind in FileKind],
+        help="what FILE holds (default: seen from its content); pcap is pcapng too",
+    )
+    add_reading_form(command)
+    add_presentation(command, usual=None)
+    return run(command, _decode, argv)
+
+
+def _decode(arguments: argparse.Namespace) -> int:
+    output = Output(arguments)
+    with open_input(arguments.file) as stream:
+        if arguments.input:
+            kind = FileKind(arguments.input)
+        else:
+            kind, stream = detect(stream)
+        if kind is FileKind.HEX:
+            return _decode_lines(stream, codec_of(arguments), output)
+        return _decode_entries(stream, kind, reader_of(arguments), output)
+
+
+def _decode_entries(stream: BinaryIO, kind: FileKind, reader: Reader, output: Output) -> int:
+    status = ExitCode.OK
+    for entry in read_trace(stream, kind):
+        item = reader.read(entry)
+        output.print_item(item)
+        if isinstance(item, Reading) and item.message is None:
+            status = ExitCode.FINDINGS
+        if output.full:
+            break
+    return status
+
+
+def _decode_lines(stream: BinaryIO, codec: Codec, output: Output) -> int:
+    status = ExitCode.OK
+    for number, raw in enumerate(lines_of(stream), start=1):
+        try:
+            line = text_of(raw)
+            if not line:
+                continue
+            output.print_text(_line_as(output, line, codec))
+        except (LineError, ProtocolError) as error:
+            complain(f"line {number}: {error}")
+            status = ExitCode.FINDINGS
+            continue
+        output.count_packet()
+        if output.full:
+            break
+    return status
+
+
+def _line_as(output: Output, line: str, codec: Codec) -> str:
+    if output.form is Format.JSON:
+        return decode_line(line, codec)
+    frame = _frame_in(line)
+    message = codec.decode(frame)
+    title = message_as_line(message, codec, output.paint)
+    if output.form is Format.LINE:
+        return title
+    return "\n".join([title, *frame_as_tree(frame, message, codec, output.paint)])
+
+
+def decode_line(line: str, codec: Codec) -> str:
+    """Return the packet in hexadecimal digits as a JSON object.
+
+    Digits may be in upper or lower case, apart or together, with or without `0x`.
+
+    Raises:
+        LineError: these are no hexadecimal digits.
+        ProtocolError: these are no packet.
+    """
+    packet = packet_to_json(codec.decode(_frame_in(line)), codec)
+    return json.dumps(packet, allow_nan=False)
+
+
+def _frame_in(line: str) -> bytes:
+    digits = "".join(part.removeprefix("0x").removeprefix("0X") for part in line.split())
+    for digit in digits:
+        if digit not in string.hexdigits:
+            raise LineError(f"{shown(digit)} is no hexadecimal digit")
+    if len(digits) % 2:
+        raise LineError(f"an odd number of hexadecimal digits: {len(digits)}")
+    return bytes.fromhex(digits)
