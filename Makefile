@@ -21,7 +21,9 @@ STALE := $(shell test -x $(PY) && test -e .dev/openpendant/simplemsg/__init__.py
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:
-.PHONY: help demo test bench lint format soak clean stale
+FUZZ_SECONDS ?= 60
+
+.PHONY: help demo test bench lint format soak fuzz reference clean stale
 
 ## help     this list
 help:
@@ -58,6 +60,14 @@ format: $(VENV)/dev.stamp
 soak: $(VENV)/dev.stamp
 	$(PY) -m pytest -m "soak or hypothesis" --hypothesis-profile=soak --timeout=3600 $(PYTEST_ARGS)
 
+## fuzz     atheris on decoder, connection, JSON bodies and capture loader, FUZZ_SECONDS=60 in all
+fuzz: $(VENV)/fuzz.stamp
+	$(PY) tests/fuzz/run.py --seconds $(FUZZ_SECONDS)
+
+## reference  write docs/protocol.md and docs/generated anew from the declarations
+reference: $(VENV)/dev.stamp
+	$(PY) -m openpendant.tools.reference
+
 ## clean    remove the environment and everything generated
 clean:
 	rm -rf $(VENV) .dev build dist demo-output .mypy_cache .pytest_cache .ruff_cache .hypothesis .coverage
@@ -73,6 +83,11 @@ $(VENV)/dev.stamp: $(REQUIREMENTS) $(STALE)
 	$(call install,server$(comma)plot$(comma)dev)
 	@pwd -P > $(VENV)/demo.stamp
 	@pwd -P > $@
+
+# An extra of its own: atheris has wheels for Linux on x86-64 only, and nothing else needs it.
+$(VENV)/fuzz.stamp: $(VENV)/dev.stamp
+	$(call install,server$(comma)plot$(comma)dev$(comma)fuzz)
+	@touch $@
 
 comma := ,
 say = echo "openpendant: $(1)" >&2
