@@ -291,12 +291,14 @@ def detect_byte_order(frame: Bytes) -> ByteOrder | None:
     """Tell the byte order from a frame's length prefix: only one reading lies in 12 to 65,535.
 
     Args:
-        frame: at least its first four bytes.
+        frame: the frame or its beginning.
 
     Returns:
-        The order, or None where neither reading is the length of a frame.
+        The order, or None where neither reading of the first four bytes is a frame's length.
     """
     prefix = frame[:PREFIX_SIZE]
+    if len(prefix) < PREFIX_SIZE:
+        return None
     if _LEAST_LENGTH <= int.from_bytes(prefix, "little") <= MAX_DETECTABLE_LENGTH:
         return ByteOrder.LITTLE
     if _LEAST_LENGTH <= int.from_bytes(prefix, "big") <= MAX_DETECTABLE_LENGTH:

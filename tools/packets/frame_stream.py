@@ -8,29 +8,17 @@ from __future__ import annotations
 
 import re
 import struct
-from dataclasses import dataclass
 
 from openpendant.simplemsg import ByteOrder
 from openpendant.simplemsg.connection import MAX_DETECTABLE_LENGTH, detect_byte_order
 from openpendant.simplemsg.layout import HEADER_SIZE, PREFIX_SIZE, broken_header_rule
 
+from .frames import Cut
+
 # Length and type below 65,536, communication type 1 to 3, reply code 0 to 2, in either order.
 _HEADER = re.compile(
     rb"(?=(?s:..\0\0..\0\0[\1-\3]\0\0\0[\0-\2]\0\0\0|\0\0..\0\0..\0\0\0[\1-\3]\0\0\0[\0-\2]))"
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Cut:
-    """Bytes cut out of a stream.
-
-    Attributes:
-        data: one whole frame, prefix included, or bytes in which there is none.
-        is_frame: which of the two.
-    """
-
-    data: bytes
-    is_frame: bool
 
 
 class FrameStream:

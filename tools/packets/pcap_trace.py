@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator
 
-from .frame_stream import Cut, FrameStream
+from .frame_stream import FrameStream
+from .frames import Cut
 from .link_layers import LINK_TYPES, Endpoint, Flag, NoSegment, Segment, segment_of
 from .pcap import CaptureFault, Frame
 from .tcp_streams import Missing, OneWay, Piece

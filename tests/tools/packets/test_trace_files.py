@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 from pcap_files import Conversation, interface, pcap, pcapng, section
 
 from openpendant.simplemsg import STANDARD, ByteOrder, Ping, codec_for
-from openpendant.tools.packets.frame_stream import Cut, FrameStream
+from openpendant.tools.packets.frame_stream import FrameStream
+from openpendant.tools.packets.frames import Cut
 from openpendant.tools.packets.tcp_streams import Missing, OneWay
 from openpendant.tools.packets.trace import (
     MAX_ENTRY,

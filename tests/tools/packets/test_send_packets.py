@@ -1,0 +1,237 @@
+"""`send`: words to packets, consent, and every kind of peer."""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+import sys
+from collections.abc import AsyncIterator, Callable
+from typing import Any
+
+import pytest
+import pytest_asyncio
+from loopback_peers import LOOPBACK, PING, PONG, Server
+
+from openpendant.simplemsg import (
+    MOTOMAN,
+    PENDANT,
+    STANDARD,
+    Dialect,
+    HeaderOnly,
+    JointTrajPt,
+    Opaque,
+    Ping,
+    codec_for,
+)
+from openpendant.simplemsg.pendant import Management
+from openpendant.tools.packets.consent import may_move
+from openpendant.tools.packets.console import PacketToolError, PeerError
+from openpendant.tools.packets.endpoints import Endpoint
+from openpendant.tools.packets.send import main, talk
+from openpendant.tools.packets.typed_message import message_from_words
+
+ZEROS = (0.0,) * 10
+REFUSAL = bytes.fromhex("0c000000010000000300000002000000")
+STATUS = bytes.fromhex("280000000d0000000100000000000000") + bytes(28)
+
+
+@pytest.mark.parametrize("dialect", [STANDARD, MOTOMAN, PENDANT], ids=lambda each: str(each.name))
+def test_every_message_can_be_named_and_its_fields_left_out(dialect: Dialect) -> None:
+    codec = codec_for(dialect)
+    for cls in dialect.messages:
+        count = ["num_groups=1"] if cls.PLACE.msg_type == 2016 else []
+        assert codec.encode(message_from_words(cls.PLACE.name, count, codec))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("ping", Ping()),
+        ("1", Ping()),
+        ("stop", JointTrajPt(-4, ZEROS, 0.0, 0.0)),
+        (
+            "joint_traj_pt sequence=0x2 joints=0.5,-1 velocity=.25",
+            JointTrajPt(2, (0.5, -1.0, *ZEROS[2:]), 0.25, 0.0),
+        ),
+        ("joint_traj_pt comm=topic", JointTrajPt(0, ZEROS, 0.0, 0.0, comm_type=1)),
+        ("ping comm=reply reply_code=2", HeaderOnly(1, reply_code=2)),
+        ("65001 body={}", Management(0, b"{}")),
+        ("4711 body=00ff", Opaque(4711, b"\0\xff")),
+    ],
+)
+def test_words_make_a_message(words: str, message: object) -> None:
+    name, *fields = words.split()
+    assert message_from_words(name, fields, codec_for(PENDANT)) == message
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        ("pin", "did you mean ping?"),
+        ("joint_traj_pt foo=1", "has no field 'foo'; its fields: sequence, joints"),
+        ("joint_traj_pt sequence", "'sequence' is no field=value"),
+        ("joint_traj_pt sequence=x", "'x' is no integer"),
+        ("joint_traj_pt velocity=fast", "'fast' is no real number"),
+        ("joint_traj_pt joints=" + "1," * 11, "has 10 values, not 11"),
+        ("joint_traj points=[", "is no JSON list"),
+        ("4711 body=xyz", "'xyz' is no hexadecimal"),
+        ("4711 foo=1", "no field but body"),
+        ("ping comm=chat", "comm_type: 'chat' is no integer"),
+    ],
+)
+def test_words_that_make_none_say_why(words: str, reason: str) -> None:
+    name, *fields = words.split()
+    with pytest.raises(PacketToolError) as error:
+        message_from_words(name, fields, codec_for())
+    assert reason in str(error.value)
+
+
+def test_a_reply_that_is_named_has_its_body() -> None:
+    codec = codec_for(MOTOMAN)
+    reply = message_from_words("motoman_motion_reply", ["result=1"], codec)
+    assert len(codec.encode(reply)) == 76
+
+
+def _made(words: str, dialect: Dialect = STANDARD) -> bytes:
+    codec = codec_for(dialect)
+    name, *fields = words.split()
+    return codec.encode(message_from_words(name, fields, codec))
+
+
+@pytest.mark.parametrize(
+    ("data", "moves"),
+    [
+        (_made("ping"), False),
+        (_made("stop"), False),
+        (_made("joint_traj_pt"), True),
+        (_made("joint_traj_pt comm=topic"), True),
+        (_made("joint_traj_pt_full sequence=-4"), False),
+        (_made("joint_traj_pt_full sequence=-3"), True),
+        (_made("joint_traj"), True),
+        (_made("motoman_motion_ctrl command=200121", MOTOMAN), True),
+        (_made("motoman_motion_ctrl command=200111", MOTOMAN), False),
+        (_made("joint_move", PENDANT), True),
+        (_made("software_stop", PENDANT), False),
+        (PING + _made("joint_traj_pt"), True),
+        (b"\0\0\0\0", True),
+        (PING[:8], True),
+        (bytes.fromhex("0c0000000b0000000200000000000000"), True),
+    ],
+)
+def test_what_may_move_a_robot_is_known(data: bytes, moves: bool) -> None:
+    assert may_move(data) is moves
+
+
+def test_a_point_is_not_sent_without_consent(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO("yes\n"))
+    assert main(["1", "joint_traj_pt"]) == 2
+    assert "--yes-it-may-move" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["1"], ["0", "ping"], ["x:y", "ping"], ["1", "--hex", "0"], ["1", "ping", "--hex", "00"]],
+)
+def test_wrong_arguments_are_a_usage_error(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 2
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_json_from_standard_input_is_read_as_encode_reads_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b'\n{"msg_type": NaN}\n')))
+    assert main(["1", "-"]) == 2
+    assert capsys.readouterr().err.startswith("line 2: no JSON: NaN")
+
+
+class Scripted(Server):
+    """A server that says one thing to each connection, whatever it is sent."""
+
+    def __init__(self, says: bytes | None, *, closes: bool) -> None:
+        super().__init__()
+        self._says, self._closes = says, closes
+
+    async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        await super()._accept(reader, writer)
+        if self._says is not None:
+            await reader.read(1)
+            writer.write(self._says)
+        if self._closes:
+            writer.close()
+
+
+@pytest_asyncio.fixture
+async def peer() -> AsyncIterator[Callable[..., Any]]:
+    servers: list[Server] = []
+
+    async def start(says: bytes | None, *, closes: bool = False) -> Endpoint:
+        servers.append(Scripted(says, closes=closes))
+        await servers[-1].start()
+        return Endpoint(LOOPBACK, servers[-1].port)
+
+    yield start
+    for server in servers:
+        await server.close()
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+@pytest.mark.parametrize(
+    ("answer", "code", "printed"),
+    [
+        (PONG, 0, '"reply_code": 1'),
+        (REFUSAL, 1, '"reply_code": 2'),
+        (STATUS * 3 + PONG, 0, '"name": "ping"'),
+        (b"\0\0\0\0garbage", 1, '"malformed": "in these bytes no frame can be found"'),
+        (bytes.fromhex("0c000000010000000300000000000000"), 1, '"malformed": "reply code 0'),
+        (bytes.fromhex("0000000c000000010000000300000001"), 0, '"order": "big"'),
+    ],
+)
+async def test_an_answer_is_printed_as_it_is(
+    peer: Callable[..., Any],
+    capsys: pytest.CaptureFixture[str],
+    answer: bytes,
+    code: int,
+    printed: str,
+) -> None:
+    endpoint = await peer(answer)
+    assert await talk(endpoint, [PING], codec_for(), within=1.0, as_json=True) == code
+    (line,) = capsys.readouterr().out.splitlines()
+    assert printed in line
+    assert json.loads(line)["latency_ms"] >= 0
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+@pytest.mark.parametrize(
+    ("says", "closes", "reason"),
+    [
+        (None, True, "closed the connection|broke off"),
+        (None, False, "no answer from .* within 1 s$"),
+        (PONG[:9], False, "within 1 s, but 9 bytes of a frame that does not end"),
+        (STATUS * 5000, False, "no answer from .* within 1 s"),
+    ],
+)
+async def test_a_peer_that_does_not_answer_is_one_clear_line(
+    peer: Callable[..., Any], says: bytes | None, closes: bool, reason: str
+) -> None:
+    endpoint = await peer(says, closes=closes)
+    with pytest.raises(PeerError, match=reason):
+        await talk(endpoint, [PING], codec_for(), within=1.0)
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_the_next_topics_are_printed(
+    peer: Callable[..., Any], capsys: pytest.CaptureFixture[str]
+) -> None:
+    endpoint = await peer(STATUS * 5)
+    topic = codec_for().encode(JointTrajPt(0, ZEROS, 0.0, 0.0, comm_type=1))
+    assert await talk(endpoint, [topic], codec_for(), within=1.0, topics=3) == 0
+    assert capsys.readouterr().out.count("13 status topic") == 3

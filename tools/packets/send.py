@@ -1,0 +1,288 @@
+"""`openpendant packets send`: sends packets, waits for the replies, prints them."""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import statistics
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from openpendant.simplemsg import ByteOrder, Codec, CommType, ProtocolError, ReplyCode, codec_for
+from openpendant.simplemsg.connection import detect_byte_order
+from openpendant.simplemsg.errors import shown
+from openpendant.simplemsg.motoman import MotomanMotionReply
+from openpendant.simplemsg.text import packet_to_json
+
+from .consent import add_consent, may_move, require_consent
+from .console import ExitCode, PacketToolError, add_wire_form, codec_of, complain, parser, run
+from .encode import encode_line
+from .endpoints import Endpoint, target_endpoint
+from .frame_surgery import header_of
+from .frames import Cut, order_name
+from .peer import Peer
+from .text_lines import LineError, lines_of, open_input, text_of
+from .typed_message import message_from_words
+
+_EPILOG = """\
+NAME is a message's name or number, or stop. Arrays are comma lists; what is left out is zero.
+comm=topic sends a topic. - reads JSON objects from standard input, as encode takes them.
+
+examples:
+  openpendant packets send 11000 ping
+  openpendant packets send 11000 stop
+  openpendant packets send robot:11002 --topics 4
+  openpendant packets send 11000 joint_traj_pt joints=0.1,-0.2 velocity=0.1 duration=5 \\
+      --yes-it-may-move
+  openpendant packets send robot:50240 motoman_motion_ctrl command=200101 --dialect motoman
+  openpendant packets send 11000 --hex 0c000000010000000200000000000000 --count 100
+
+exit codes: 0 answered; 1 answered with failure, or with something malformed; 2 wrong usage; 3 the
+peer could not be reached, hung up or never answered.
+"""
+
+MAX_PACKETS = 1_000
+"""Most packets read from standard input."""
+
+MAX_HEX = 131_078
+"""Longest packet to send, hexadecimal digits: the largest frame."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What came back.
+
+    Attributes:
+        piece: the frame, or stray bytes.
+        latency: since the request was written [s]; None for a topic nobody asked for.
+    """
+
+    piece: Cut
+    latency: float | None = None
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command and return its exit code."""
+    return run(_parser(), _send, argv)
+
+
+def _parser() -> argparse.ArgumentParser:
+    command = parser("send", "Send one packet, wait, print the reply.", _EPILOG)
+    add = command.add_argument
+    add("peer", type=target_endpoint, metavar="[HOST:]PORT")
+    add("name", nargs="?", metavar="NAME", help="message to send, or -")
+    add("fields", nargs="*", metavar="FIELD=VALUE")
+    add("--hex", metavar="DIGITS", help="send these bytes instead")
+    add("--count", type=_count, default=1, metavar="N", help="send it so often (default: 1)")
+    add("--timeout", type=_seconds, default=5.0, metavar="S", help="for each answer (default: 5)")
+    add("--topics", type=_count, default=0, metavar="N", help="then print the next N topics")
+    add("--json", action="store_true", help="print JSON objects")
+    add_wire_form(command)
+    add_consent(command)
+    return command
+
+
+def _count(text: str) -> int:
+    if text.isascii() and text.isdigit() and 1 <= int(text[:8]) <= 1_000_000:
+        return int(text[:8])
+    raise argparse.ArgumentTypeError(f"{shown(text)} is no number from 1 to 1000000")
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = -1.0
+    if not 0 < seconds <= 86_400:
+        raise argparse.ArgumentTypeError(f"{shown(text)} is no time from 0 to 86400 s")
+    return seconds
+
+
+def _send(arguments: argparse.Namespace) -> int:
+    codec = codec_of(arguments)
+    packets = packets_to_send(arguments, codec)
+    if not packets and not arguments.topics:
+        raise PacketToolError("nothing to do: give a NAME, --hex, - or --topics")
+    if any(map(may_move, packets)):
+        require_consent(arguments.yes_it_may_move, str(arguments.peer))
+    return asyncio.run(_talk(packets * arguments.count, arguments, codec))
+
+
+def packets_to_send(arguments: argparse.Namespace, codec: Codec) -> list[bytes]:
+    """Return the packets that the arguments describe, none for `--topics` alone."""
+    if arguments.hex is not None:
+        if arguments.name is not None:
+            raise PacketToolError("give either a NAME or --hex")
+        return [_from_digits(arguments.hex)]
+    if arguments.name is None:
+        return []
+    if arguments.name == "-":
+        return _from_stdin(codec)
+    return [codec.encode(message_from_words(arguments.name, arguments.fields, codec))]
+
+
+def _from_digits(digits: str) -> bytes:
+    try:
+        data = bytes.fromhex(digits.removeprefix("0x"))
+    except ValueError:
+        raise PacketToolError(f"--hex {shown(digits)}: no pairs of hexadecimal digits") from None
+    if not 0 < 2 * len(data) <= MAX_HEX:
+        raise PacketToolError(f"--hex: {len(data)} bytes; 1 to {MAX_HEX // 2} can be sent")
+    return data
+
+
+def _from_stdin(codec: Codec) -> list[bytes]:
+    packets: list[bytes] = []
+    with open_input("-") as stream:
+        for number, raw in enumerate(lines_of(stream), start=1):
+            try:
+                line = text_of(raw)
+                if line:
+                    packets.append(bytes.fromhex(encode_line(line, codec)))
+            except (LineError, ProtocolError) as error:
+                raise PacketToolError(f"line {number}: {error}") from None
+            if len(packets) > MAX_PACKETS:
+                raise PacketToolError(f"more than {MAX_PACKETS} packets on standard input")
+    return packets
+
+
+async def _talk(packets: Sequence[bytes], arguments: argparse.Namespace, codec: Codec) -> int:
+    return await talk(
+        arguments.peer,
+        packets,
+        codec,
+        within=arguments.timeout,
+        topics=arguments.topics,
+        as_json=arguments.json,
+    )
+
+
+async def talk(
+    endpoint: Endpoint,
+    packets: Sequence[bytes],
+    codec: Codec,
+    *,
+    within: float,
+    topics: int = 0,
+    as_json: bool = False,
+) -> int:
+    """Send packets one after the other, print what comes back, return the exit code.
+
+    Args:
+        endpoint: the peer.
+        packets: what to send; each request waits for its reply.
+        codec: what the bytes are taken for; the peer's byte order is seen from its frames.
+        within: time for the connection and for each answer [s].
+        topics: how many topics to print afterwards.
+        as_json: print JSON objects.
+
+    Raises:
+        PeerError: the peer cannot be reached, hangs up or does not answer.
+    """
+    peer = await Peer.connect(endpoint, within)
+    printer = _Printer(codec, as_json=as_json)
+    try:
+        for packet in packets:
+            before = time.perf_counter()
+            await peer.send(packet, within)
+            if _expects_reply(packet):
+                piece = await _next(peer, within, unwanted=CommType.TOPIC)
+                printer.show(Answer(piece, time.perf_counter() - before))
+            else:
+                printer.note("sent; nobody replies to it")
+        for _ in range(topics):
+            printer.show(Answer(await _next(peer, within, unwanted=CommType.REPLY)))
+    finally:
+        await peer.close()
+        printer.summarise()
+    return ExitCode.FINDINGS if printer.findings else ExitCode.OK
+
+
+def _expects_reply(packet: bytes) -> bool:
+    """Tell whether something should come back; of bytes that are no frame nobody knows."""
+    if detect_byte_order(packet) is None or len(packet) < 16:
+        return True
+    return header_of(packet).comm_type not in (CommType.TOPIC, CommType.REPLY)
+
+
+async def _next(peer: Peer, within: float, unwanted: CommType) -> Cut:
+    """Return the next frame that is not of a kind, or the next bytes that are no frame.
+
+    A peer that sends other things without end does not put the deadline off.
+    """
+    return await peer.next_piece(
+        within, lambda piece: not piece.is_frame or header_of(piece.data).comm_type != unwanted
+    )
+
+
+class _Printer:
+    """Prints answers, and keeps what is told at the end."""
+
+    def __init__(self, codec: Codec, *, as_json: bool) -> None:
+        self.findings = 0
+        self._codec = codec
+        self._as_json = as_json
+        self._latencies: list[float] = []
+
+    def note(self, text: str) -> None:
+        """Print a sentence for a person."""
+        if not self._as_json:
+            print(text, flush=True)
+
+    def show(self, answer: Answer) -> None:
+        """Print one answer."""
+        shown_as = self._to_json(answer.piece)
+        if answer.latency is not None:
+            self._latencies.append(answer.latency)
+            shown_as["latency_ms"] = round(1e3 * answer.latency, 3)
+        print(json.dumps(shown_as) if self._as_json else _in_a_line(shown_as), flush=True)
+
+    def _to_json(self, piece: Cut) -> dict[str, Any]:
+        order = detect_byte_order(piece.data) or self._codec.byte_order
+        codec = codec_for(self._codec.dialect, order, self._codec.real_size)
+        try:
+            if not piece.is_frame:
+                raise PacketToolError("in these bytes no frame can be found")
+            message = codec.decode(piece.data)
+        except (ProtocolError, PacketToolError) as error:
+            self.findings += 1
+            return {"malformed": str(error), "hex": piece.data[:1024].hex()}
+        is_refusal = message.reply_code == ReplyCode.FAILURE or (
+            isinstance(message, MotomanMotionReply) and message.result != 0
+        )
+        self.findings += is_refusal
+        packet = packet_to_json(message, codec)
+        return packet if order is self._codec.byte_order else _with_order(packet, order)
+
+    def summarise(self) -> None:
+        """Print the latencies of several requests."""
+        if len(self._latencies) > 1:
+            ordered = sorted(1e3 * latency for latency in self._latencies)
+            median = statistics.median(ordered)
+            complain(
+                f"{len(ordered)} replies, latency in ms: least {ordered[0]:.3f},"
+                f" median {median:.3f}, largest {ordered[-1]:.3f}"
+            )
+
+
+def _with_order(packet: dict[str, Any], order: ByteOrder) -> dict[str, Any]:
+    return {**packet, "order": order_name(order)}
+
+
+_COMM_NAMES = {int(member): member.name.lower() for member in CommType}
+_CODE_NAMES = {ReplyCode.SUCCESS: " success", ReplyCode.FAILURE: " failure"}
+
+
+def _in_a_line(shown_as: dict[str, Any]) -> str:
+    latency = shown_as.get("latency_ms")
+    after = f" after {latency:.3f} ms" if latency is not None else ""
+    if "malformed" in shown_as:
+        return f"malformed{after}: {shown_as['malformed']}: {shown_as['hex']}"
+    comm = _COMM_NAMES.get(shown_as["comm_type"], f"comm {shown_as['comm_type']}")
+    code = _CODE_NAMES.get(shown_as["reply_code"], "")
+    order = f", {shown_as['order']}-endian" if "order" in shown_as else ""
+    fields = f" {json.dumps(shown_as['fields'])}" if shown_as["fields"] else ""
+    return f"{shown_as['msg_type']} {shown_as['name']} {comm}{code}{after}{order}{fields}"
