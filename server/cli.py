@@ -55,6 +55,9 @@ def serve(
     pendant_port: Annotated[int | None, typer.Option(help="Pendant protocol.")] = None,
     ros_motion_port: Annotated[int | None, typer.Option(help="ROS-I motion.")] = None,
     ros_state_port: Annotated[int | None, typer.Option(help="ROS-I state.")] = None,
+    points: Annotated[
+        str | None, typer.Option(help="Send points as type 14 (full) or type 11 (simple).")
+    ] = None,
     stop_connection: Annotated[
         bool | None, typer.Option(help="Keep a second motion connection for nothing but STOP.")
     ] = None,
@@ -84,7 +87,7 @@ def serve(
             ros_motion_port=ros_motion_port,
             ros_state_port=ros_state_port,
         )
-        _override(data, "controller", stop_connection=stop_connection)
+        _override(data, "controller", points=points, stop_connection=stop_connection)
         if controller is not None:
             _override(data, "controller", **_controller_address(controller))
         settings = make_settings(data, str(config) if config else "arguments")

@@ -150,6 +150,14 @@ async def _end(process: asyncio.subprocess.Process) -> None:
 
 def run_child(robot: str) -> None:
     """Answer jobs until the server closes the pipe; the body of the child process."""
+    try:
+        _answer_jobs(robot)
+    except BrokenPipeError:
+        # The server was killed. Python would complain once more when it flushes what is left.
+        os._exit(1)
+
+
+def _answer_jobs(robot: str) -> None:
     # The terminal's Ctrl-C goes to the whole group; the server decides when planning ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(_NICENESS)

@@ -14,7 +14,9 @@ from .frames import Cut
 from .link_layers import LINK_TYPES, Endpoint, Flag, NoSegment, Segment, segment_of
 from .pcap import CaptureFault, Frame
 from .tcp_streams import Missing, OneWay, Piece
-from .trace import Direction, Entry, Event, Packet
+from .trace import LONGEST_TRACE, Direction, Entry, Event, Packet
+
+_LONGEST_TRACE_NS = LONGEST_TRACE * 1_000_000_000
 
 KNOWN_PORTS = frozenset({11000, 11002, 11010, 12000, 12002, 50240, 50241, 50242})
 """Ports that servers of simple message listen on: ROS-I, ours, the emulator's, Motoman's."""
@@ -63,6 +65,9 @@ def _segments(frames: Iterable[Frame], unread: Counter[str]) -> Iterator[Segment
     frame: Frame | None = None
     for frame in frames:
         origin = frame.time if origin is None else origin
+        time = frame.time - origin
+        if abs(time) > _LONGEST_TRACE_NS:
+            raise CaptureFault(frame.offset, f"a time {time / 1e9:.0f} s from that of the first")
         if frame.link_type not in LINK_TYPES:
             strange += 1
             unread[f"of link type {frame.link_type}"] += 1
@@ -71,7 +76,7 @@ def _segments(frames: Iterable[Frame], unread: Counter[str]) -> Iterator[Segment
             continue
         readable = True
         try:
-            segment = segment_of(frame.link_type, frame.data, frame.time - origin)
+            segment = segment_of(frame.link_type, frame.data, time)
         except NoSegment as reason:
             unread[str(reason)] += 1
             continue

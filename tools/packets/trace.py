@@ -19,8 +19,8 @@ MAX_ENTRY = 262_144
 """Longest accepted line of a trace file, bytes; the largest frame needs half of it."""
 
 _NANOSECONDS = 1_000_000_000
-_LATEST = 1_000_000_000
-"""Longest time of a trace [s], so that a wild number is no entry."""
+LONGEST_TRACE = 1_000_000_000
+"""No entry is further from the start than this [s]; a wild number is none."""
 
 
 class Direction(Enum):
@@ -108,7 +108,7 @@ def entry_from_json(value: Any) -> Entry:
     seconds = value.get("t")
     if isinstance(seconds, bool) or not isinstance(seconds, int | float):
         raise EntryError("t must be a number of seconds")
-    if not -_LATEST <= seconds <= _LATEST:
+    if not -LONGEST_TRACE <= seconds <= LONGEST_TRACE:
         raise EntryError("t is no time of a trace")
     time = round(seconds * _NANOSECONDS)
     port, connection = _integer(value, "port", 0), _integer(value, "conn", 0)

@@ -1,0 +1,105 @@
+"""Fuzz with atheris: `python tests/fuzz/run.py --seconds 60 [--only fuzz_decoder]`.
+
+Each target runs in a process of its own, two at a time, from a corpus of its seeds. An input that
+breaks one is kept in `regressions/<target>/`, where the tests run it for ever after. Exit codes:
+0 nothing found, 1 something was, 2 atheris is not installed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import importlib
+import importlib.util
+import os
+import re
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+FOLDER = Path(__file__).parent
+TARGETS = ("fuzz_decoder", "fuzz_connection", "fuzz_json_bodies", "fuzz_capture_loader")
+REGRESSIONS = FOLDER / "regressions"
+_LONGEST_INPUT = 4_096
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How one target's run ended."""
+
+    target: str
+    executions: int
+    found: tuple[Path, ...]
+    log: str
+    exit_code: int
+
+
+def fuzz(target: str, seconds: int, keep: Path) -> Outcome:
+    """Fuzz one target in a process of its own; what breaks it is kept in a folder."""
+    before = set(keep.glob("*"))
+    with tempfile.TemporaryDirectory() as corpus:
+        command = [sys.executable, __file__, "--child", target, corpus, str(seconds), str(keep)]
+        path = os.pathsep.join([str(FOLDER.parent), os.environ.get("PYTHONPATH", "")])
+        done = subprocess.run(
+            command,
+            env={**os.environ, "PYTHONPATH": path.rstrip(os.pathsep)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            errors="replace",
+            check=False,
+        )
+    runs = re.search(r"number_of_executed_units:\s*(\d+)", done.stdout)
+    found = tuple(sorted(set(keep.glob("*")) - before))
+    return Outcome(target, int(runs[1]) if runs else 0, found, done.stdout, done.returncode)
+
+
+def _child(target: str, corpus: str, seconds: str, keep: str) -> None:
+    """Run one target until its time is over or it breaks; does not return."""
+    # Looked up by name, because it is optional and has no types.
+    atheris = importlib.import_module("atheris")
+
+    with atheris.instrument_imports(include=["openpendant"]):
+        module = importlib.import_module(f"fuzz.{target}")
+    for seed in module.seeds():
+        (Path(corpus) / hashlib.sha1(seed).hexdigest()).write_bytes(seed)
+    Path(keep).mkdir(parents=True, exist_ok=True)
+    options = [
+        *(f"-max_total_time={seconds}", f"-max_len={_LONGEST_INPUT}", "-timeout=10"),
+        *("-rss_limit_mb=1024", "-print_final_stats=1", f"-artifact_prefix={keep}/"),
+    ]
+    atheris.Setup([target, *options, corpus], module.TestOneInput)
+    atheris.Fuzz()
+
+
+def main(argv: list[str]) -> int:
+    """Run the targets; return the exit code."""
+    if argv[:1] == ["--child"]:
+        _child(*argv[1:])
+    command = argparse.ArgumentParser(description="Fuzz the decoders with atheris.")
+    command.add_argument("--seconds", type=int, default=60, help="for all targets together")
+    command.add_argument("--only", choices=TARGETS, help="one target")
+    arguments = command.parse_args(argv)
+    if importlib.util.find_spec("atheris") is None:
+        sys.stderr.write("atheris is not installed, nothing was fuzzed\n")
+        return 2
+    targets = (arguments.only,) if arguments.only else TARGETS
+    side_by_side = min(2, len(targets))
+    each = max(1, arguments.seconds * side_by_side // len(targets))
+    with ThreadPoolExecutor(side_by_side) as pool:
+        outcomes = list(pool.map(lambda name: fuzz(name, each, REGRESSIONS / name), targets))
+    for outcome in outcomes:
+        found = ", ".join(str(path) for path in outcome.found) or "nothing"
+        sys.stdout.write(
+            f"{outcome.target:<20} {outcome.executions:>9} executions, found: {found}\n"
+        )
+        if outcome.exit_code:
+            sys.stderr.write(outcome.log)
+    return 1 if any(outcome.exit_code for outcome in outcomes) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

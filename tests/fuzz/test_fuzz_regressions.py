@@ -1,0 +1,53 @@
+"""Every input that ever broke something, the seeds, and a short run of the fuzzer itself."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import random
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fuzz import run
+
+every_target = pytest.mark.parametrize("name", run.TARGETS)
+REGRESSIONS = sorted(run.REGRESSIONS.glob("*/*"))
+
+
+def target(name: str) -> Any:
+    return importlib.import_module(f"fuzz.{name}")
+
+
+@pytest.mark.parametrize("path", REGRESSIONS, ids=lambda path: f"{path.parent.name}/{path.name}")
+def test_what_once_broke_a_target_no_longer_does(path: Any) -> None:
+    target(path.parent.name).TestOneInput(path.read_bytes())
+
+
+@every_target
+def test_the_seeds_break_nothing(name: str) -> None:
+    seeds = list(target(name).seeds())
+    assert len(seeds) >= 5
+    for seed in seeds:
+        target(name).TestOneInput(seed)
+
+
+@every_target
+def test_seeds_with_some_bytes_changed_break_nothing(name: str) -> None:
+    chance = random.Random(name)
+    for seed in target(name).seeds():
+        changed = bytearray(seed)
+        for _ in range(3):
+            changed[chance.randrange(len(changed))] = chance.choice((0, 1, 0x7F, 0x80, 0xFF))
+        target(name).TestOneInput(bytes(changed))
+        target(name).TestOneInput(bytes(changed[: chance.randrange(len(changed))]))
+
+
+@pytest.mark.realtime
+def test_ten_seconds_of_fuzzing_find_nothing(tmp_path: Path) -> None:
+    if importlib.util.find_spec("atheris") is None:
+        pytest.skip("atheris is not installed")
+    for name in run.TARGETS:
+        outcome = run.fuzz(name, 2, tmp_path / name)
+        assert (outcome.exit_code, outcome.found) == (0, ()), outcome.log
+        assert outcome.executions > 100
