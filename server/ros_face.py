@@ -21,6 +21,7 @@ from openpendant.simplemsg import (
     JointTrajPtFull,
     Malformed,
     Message,
+    MsgType,
     Ping,
     Received,
     ReplyCode,
@@ -144,6 +145,9 @@ class RosFace:
                 return self._point(session, link, received, now)
             case Unasked():
                 return []
+            case Malformed(msg_type=MsgType.STATUS, comm_type=CommType.REQUEST):
+                # The question carries nothing, so that its body is mostly empty.
+                return [self._status_reply(session, now)]
             case Malformed():
                 return self._malformed(session, link, received, now)
             case JointTraj() if link.port is RosPort.MOTION:
@@ -158,10 +162,13 @@ class RosFace:
                 major, minor, patch = SERVER_VERSION
                 return [Send(session, GetVersionReply(major=major, minor=minor, patch=patch))]
             case Status():
-                status = status_message(self._cell, self.refused, now)
-                status.comm_type, status.reply_code = CommType.REPLY, ReplyCode.SUCCESS
-                return [Send(session, status)]
+                return [self._status_reply(session, now)]
         return [Send(session, refused(received)), *self._count_fault(session, link, now)]
+
+    def _status_reply(self, session: int, now: int) -> Send:
+        status = status_message(self._cell, self.refused, now)
+        status.comm_type, status.reply_code = CommType.REPLY, ReplyCode.SUCCESS
+        return Send(session, status)
 
     def _malformed(
         self, session: int, link: _Link, received: Malformed, now: int

@@ -87,6 +87,15 @@ def test_a_malformed_request_is_answered_and_discards_the_points() -> None:
     assert jobs(rig) == []
 
 
+@pytest.mark.parametrize("port", [Port.ROS_MOTION, Port.ROS_STATE])
+def test_status_may_be_asked_for_with_any_body(port: Port) -> None:
+    rig = ready()
+    error = BodyFault("too short", 13, CommType.REQUEST, 0)
+    (reply,) = rig.ros(port).send(Malformed(13, CommType.REQUEST, error))
+    assert isinstance(reply, Status)
+    assert (reply.comm_type, reply.reply_code) == (CommType.REPLY, SUCCESS)
+
+
 def test_ten_unknown_requests_in_ten_seconds_close_the_link() -> None:
     rig = ready()
     client = rig.ros()
