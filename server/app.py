@@ -23,14 +23,25 @@ from openpendant.simplemsg.journal import Journal
 
 from .client_connection import ClientConnection
 from .controller_connection import ControllerConnection
+from .controller_path import ControllerPath
 from .core import Port, ServerCore
 from .jobs import Planned
-from .outgoing import Close, DropLink, Forward, ForwardStop, Keep, Outgoing, Plan, Send, Spread
+from .outgoing import (
+    Answer,
+    Close,
+    DropLink,
+    Forward,
+    ForwardStop,
+    Keep,
+    Outgoing,
+    Plan,
+    Send,
+    Spread,
+)
 from .pendant_face import Identity
 from .plan_record import plan_to_json
 from .plan_store import PlanStore
 from .planning_process import Planner, PlanningProcess
-from .robot_cell import ControllerPath
 from .settings import CellSettings
 
 log = logging.getLogger("openpendant.server")
@@ -156,6 +167,8 @@ class App:
                     for path in (ControllerPath.STOP, ControllerPath.MOTION):
                         if path in self.links:
                             self.links[path].send(message)
+                case Answer(path=path, message=message):
+                    self.links[path].send(message)
                 case Spread():
                     self._spread(item)
                 case Close(session=session, reason=reason):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from openpendant.simplemsg import STANDARD, Connection, LocalProtocolError, Message, Role
 
 from .client_connection import prepare_socket
-from .robot_cell import ControllerPath
+from .controller_path import ControllerPath
 from .settings import ControllerLink
 
 if TYPE_CHECKING:

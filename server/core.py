@@ -9,13 +9,14 @@ from __future__ import annotations
 from enum import Enum
 
 from openpendant.motion.limits import JointLimits
-from openpendant.simplemsg import CommType, Malformed, Received, Unasked, refused
+from openpendant.simplemsg import CommType, Malformed, Ping, Received, Unasked, accepted, refused
 
+from .controller_path import ControllerPath
 from .jobs import Planned
 from .news import News
-from .outgoing import Forward, Outgoing
+from .outgoing import Answer, Outgoing
 from .pendant_face import Identity, PendantFace
-from .robot_cell import ControllerPath, RobotCell
+from .robot_cell import RobotCell
 from .ros_face import RosFace, RosPort
 from .settings import CellSettings
 from .state_report import ToolView
@@ -121,8 +122,9 @@ class ServerCore:
         if received.comm_type == CommType.REPLY:
             return self.cell.answered(received, pending, now) if is_motion else []
         if received.comm_type == CommType.REQUEST:
-            # A controller has nothing to ask of us; an honest answer is still owed.
-            return [Forward(refused(received))] if is_motion else []
+            # But for a ping a controller has nothing to ask of us; an answer is still owed.
+            is_ping = isinstance(received, Ping)
+            return [Answer(path, accepted(received) if is_ping else refused(received))]
         return self.cell.reported(received, now) if path is ControllerPath.STATE else []
 
     def controller_fault(self, path: ControllerPath, problem: str, now: int) -> list[Outgoing]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from openpendant.simplemsg import Message
 
+from .controller_path import ControllerPath
 from .jobs import Job
 from .plan_store import StoredMotion
 
@@ -76,6 +77,19 @@ class ForwardStop:
 
 
 @dataclass(frozen=True, slots=True)
+class Answer:
+    """Write the answer to a controller's own request, on the connection that it came from.
+
+    Attributes:
+        path: the connection.
+        message: the answer.
+    """
+
+    path: ControllerPath
+    message: Message
+
+
+@dataclass(frozen=True, slots=True)
 class DropLink:
     """Close the controller's motion connection and connect anew.
 
@@ -108,4 +122,4 @@ class Keep:
     motion: StoredMotion
 
 
-Outgoing = Send | Spread | Close | Forward | ForwardStop | DropLink | Plan | Keep
+Outgoing = Send | Spread | Close | Forward | ForwardStop | Answer | DropLink | Plan | Keep

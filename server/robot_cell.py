@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from enum import Enum
 
 from openpendant.motion.errors import MotionError
 from openpendant.motion.limits import JointLimits
@@ -23,6 +22,7 @@ from openpendant.simplemsg.pendant import Activity, LinkState
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .authority import Authority, Change, Holder
+from .controller_path import ControllerPath
 from .execution import Certified, Execution, Phase, start_mismatch
 from .feedback import Feedback
 from .jobs import Job, Planned
@@ -39,14 +39,6 @@ _STOP_REPEAT_NS = 100_000_000
 
 
 Listener = Callable[[News, int], list[Outgoing]]
-
-
-class ControllerPath(Enum):
-    """The connections to the controller."""
-
-    MOTION = "points and their answers"
-    STATE = "its reports"
-    STOP = "a second motion connection for nothing but STOP"
 
 
 @dataclass(slots=True)

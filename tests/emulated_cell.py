@@ -13,6 +13,7 @@ from server_rig import IDENTITY, MS, NoTool, Shell
 from openpendant.controller_emulator.assembly import build_controller
 from openpendant.controller_emulator.settings import EmulatorSettings
 from openpendant.motion.robot import serial_robot
+from openpendant.server.controller_path import ControllerPath
 from openpendant.server.core import ServerCore
 from openpendant.server.outgoing import (
     Close,
@@ -25,7 +26,6 @@ from openpendant.server.outgoing import (
     Spread,
 )
 from openpendant.server.planning import answer
-from openpendant.server.robot_cell import ControllerPath
 from openpendant.server.settings import make_settings
 from openpendant.simplemsg import (
     PENDANT,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from server_clients import RosClient
 from server_rig import ServerRig, ready
 
+from openpendant.server.controller_path import ControllerPath
 from openpendant.server.core import Port
 from openpendant.server.jobs import RosPathJob
 from openpendant.server.outgoing import Plan
-from openpendant.server.robot_cell import ControllerPath
 from openpendant.simplemsg import CommType, ControllerMode, Status
 from openpendant.simplemsg.pendant import Activity
 

@@ -17,6 +17,7 @@ from openpendant.motion.certificate import certify
 from openpendant.motion.errors import MotionError
 from openpendant.motion.limits import JointLimits
 from openpendant.motion.ptp import plan_joint_move
+from openpendant.server.controller_path import ControllerPath
 from openpendant.server.core import Port, ServerCore
 from openpendant.server.jobs import Job, JointPathJob, Planned, RosPathJob
 from openpendant.server.outgoing import (
@@ -32,7 +33,6 @@ from openpendant.server.outgoing import (
 )
 from openpendant.server.pendant_face import Identity
 from openpendant.server.refusal import Refusal, refusal_of
-from openpendant.server.robot_cell import ControllerPath
 from openpendant.server.settings import CellSettings, make_settings
 from openpendant.simplemsg import (
     HeaderOnly,

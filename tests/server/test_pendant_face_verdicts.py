@@ -11,9 +11,9 @@ from server_clients import NEAR, Pendant, hello, joints, pose
 from server_rig import LIMITS, ServerRig, ready
 
 from openpendant.motion.limits import float32_ceiling
+from openpendant.server.controller_path import ControllerPath
 from openpendant.server.jobs import JointPathJob
 from openpendant.server.refusal import Refusal
-from openpendant.server.robot_cell import ControllerPath
 from openpendant.simplemsg import (
     PENDANT,
     ByteOrder,

@@ -20,9 +20,18 @@ from scripted_controller import Fault
 from server_clients import Pendant
 from server_rig import MS, ServerRig, ready
 
-from openpendant.server.outgoing import DropLink, Forward, ForwardStop, Outgoing
-from openpendant.server.robot_cell import ControllerPath
-from openpendant.simplemsg import HeaderOnly, Malformed, MsgType, Received, Unasked
+from openpendant.server.controller_path import ControllerPath
+from openpendant.server.outgoing import Answer, DropLink, Forward, ForwardStop, Outgoing
+from openpendant.simplemsg import (
+    HeaderOnly,
+    Malformed,
+    Message,
+    MsgType,
+    Ping,
+    Received,
+    ReplyCode,
+    Unasked,
+)
 from openpendant.simplemsg.errors import BodyFault
 from openpendant.simplemsg.pendant import SoftwareStop
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -141,13 +150,17 @@ def test_an_answer_that_comes_after_the_stop_is_not_taken_for_the_next_motions()
     assert len(rig.points) - before <= 2
 
 
-def test_a_request_of_the_controller_is_answered_on_the_motion_link_only() -> None:
-    rig = ready()
-    request = SoftwareStop(99, "x")
-    out = rig.core.on_controller(ControllerPath.MOTION, request, 0, 0)
-    assert [type(item) for item in out] == [Forward]
-    for path in (ControllerPath.STATE, ControllerPath.STOP):
-        assert rig.core.on_controller(path, request, 0, 0) == []
+@pytest.mark.parametrize("path", list(ControllerPath))
+@pytest.mark.parametrize(
+    ("request_", "code"), [(Ping(), ReplyCode.SUCCESS), (SoftwareStop(99, "x"), ReplyCode.FAILURE)]
+)
+def test_a_request_of_the_controller_is_answered_where_it_came_from(
+    path: ControllerPath, request_: Message, code: ReplyCode
+) -> None:
+    (answer,) = ready().core.on_controller(path, request_, 0, 0)
+    assert isinstance(answer, Answer)
+    assert answer.path is path
+    assert answer.message.reply_code == code
 
 
 def _is_point(item: Outgoing, index: int) -> bool:

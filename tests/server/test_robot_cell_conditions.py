@@ -11,7 +11,7 @@ from server_clients import Pendant
 from server_rig import LIMITS, MS, TICK, ServerRig, ready
 
 from openpendant.motion.limits import float32_ceiling
-from openpendant.server.robot_cell import ControllerPath
+from openpendant.server.controller_path import ControllerPath
 from openpendant.simplemsg.pendant import Activity, Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
 

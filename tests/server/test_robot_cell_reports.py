@@ -20,8 +20,8 @@ from robot_cell_situations import (
 from server_clients import Pendant
 from server_rig import MS, TICK, ServerRig, ready
 
+from openpendant.server.controller_path import ControllerPath
 from openpendant.server.outgoing import ForwardStop, Send
-from openpendant.server.robot_cell import ControllerPath
 from openpendant.simplemsg import ControllerMode, JointTrajPtFull, TriState
 from openpendant.simplemsg.pendant import Activity, Outcome
 from openpendant.simplemsg.verdicts import VerdictCode as V

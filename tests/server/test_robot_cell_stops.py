@@ -19,8 +19,8 @@ from robot_cell_situations import (
 from server_clients import Pendant
 from server_rig import MS, ServerRig, ready
 
+from openpendant.server.controller_path import ControllerPath
 from openpendant.server.outgoing import Forward, ForwardStop
-from openpendant.server.robot_cell import ControllerPath
 from openpendant.simplemsg.pendant import Activity, Outcome, SoftwareStop, StopChanged
 from openpendant.simplemsg.verdicts import VerdictCode as V
 

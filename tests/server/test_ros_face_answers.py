@@ -91,7 +91,7 @@ def test_a_malformed_request_is_answered_and_discards_the_points() -> None:
 def test_status_may_be_asked_for_with_any_body(port: Port) -> None:
     rig = ready()
     error = BodyFault("too short", 13, CommType.REQUEST, 0)
-    (reply,) = rig.ros(port).send(Malformed(13, CommType.REQUEST, error))
+    (reply,) = rig.ros(port=port).send(Malformed(13, CommType.REQUEST, error))
     assert isinstance(reply, Status)
     assert (reply.comm_type, reply.reply_code) == (CommType.REPLY, SUCCESS)
 

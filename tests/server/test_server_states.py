@@ -10,8 +10,8 @@ from scripted_controller import Fault
 from server_clients import Pendant, RosClient
 from server_rig import LIMITS, MS, ServerRig, ready
 
+from openpendant.server.controller_path import ControllerPath
 from openpendant.server.outgoing import Forward, ForwardStop, Outgoing
-from openpendant.server.robot_cell import ControllerPath
 from openpendant.simplemsg import ControllerMode, JointTrajPtFull
 from openpendant.simplemsg.pendant import (
     Activity,

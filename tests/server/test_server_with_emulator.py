@@ -9,7 +9,7 @@ from server_rig import MS
 
 from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.robot import serial_robot
-from openpendant.server.robot_cell import ControllerPath
+from openpendant.server.controller_path import ControllerPath
 from openpendant.simplemsg import JointTrajPt, JointTrajPtFull
 from openpendant.simplemsg.pendant import (
     Activity,
