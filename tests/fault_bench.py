@@ -17,9 +17,9 @@ from openpendant.simplemsg import (
     ReplyCode,
     codec_for,
 )
-from openpendant.tools.packets.fault_engine import FaultDone, FaultEngine
-from openpendant.tools.packets.fault_script import make_script
-from openpendant.tools.packets.relay import Action, LinkId, Send
+from openpendant.tools.packets.faulty.fault_engine import FaultDone, FaultEngine
+from openpendant.tools.packets.faulty.fault_script import make_script
+from openpendant.tools.packets.live.relay import Action, LinkId, Send
 from openpendant.tools.packets.trace import Direction
 
 MS = 1_000_000

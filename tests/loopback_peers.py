@@ -10,8 +10,8 @@ import socket
 import struct
 from dataclasses import dataclass
 
-from openpendant.tools.packets.endpoints import Endpoint
-from openpendant.tools.packets.proxy import Pair
+from openpendant.tools.packets.live.endpoints import Endpoint
+from openpendant.tools.packets.live.proxy import Pair
 
 LOOPBACK = "127.0.0.1"
 PATIENCE_S = 5.0

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from golden_vectors import FOLDER, GOLDEN
 from pcap_files import Conversation, linux_cooked, pcap, pcapng
 
+from openpendant.tools.packets.reading.trace_files import TraceFileError, read_trace
 from openpendant.tools.packets.trace import (
     Event,
     Packet,
@@ -16,7 +17,6 @@ from openpendant.tools.packets.trace import (
     entry_line,
     header_line,
 )
-from openpendant.tools.packets.trace_files import TraceFileError, read_trace
 
 
 def TestOneInput(data: bytes) -> None:

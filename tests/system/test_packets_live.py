@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 import pytest_asyncio
 
-from openpendant.tools.packets.trace_files import read_trace
+from openpendant.tools.packets.reading.trace_files import read_trace
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
 

@@ -10,8 +10,8 @@ import pytest
 from golden_vectors import GOLDEN
 from pcap_files import Conversation, Stamped, pcap
 
+from openpendant.tools.packets.reading.trace_files import read_trace
 from openpendant.tools.packets.trace import Direction, Packet
-from openpendant.tools.packets.trace_files import read_trace
 
 TSHARK = shutil.which("tshark")
 

@@ -11,8 +11,8 @@ from typing import Any
 
 from openpendant.motion.robot import serial_robot
 from openpendant.server.app import App
+from openpendant.server.controller_path import ControllerPath
 from openpendant.server.core import Port
-from openpendant.server.robot_cell import ControllerPath
 from openpendant.server.settings import CellSettings, Pendants
 from openpendant.simplemsg import (
     PENDANT,

@@ -15,12 +15,12 @@ from openpendant.simplemsg.errors import shown
 from openpendant.simplemsg.text import packet_to_json
 
 from .console import ExitCode, complain, parser, run
-from .output import Format, Output, add_presentation
-from .presentation import frame_as_tree, message_as_line
-from .reading import Reader, Reading
-from .text_lines import LineError, lines_of, open_input, text_of
-from .trace_files import FileKind, detect, read_trace
-from .wire_form import add_reading_form, codec_of, reader_of
+from .reading.output import Format, Output, add_presentation
+from .reading.presentation import frame_as_tree, message_as_line
+from .reading.reader import Reader, Reading
+from .reading.text_lines import LineError, lines_of, open_input, text_of
+from .reading.trace_files import FileKind, detect, read_trace
+from .reading.wire_form import add_reading_form, codec_of, reader_of
 
 _ABOUT = """\
 Read packets and print what they say. FILE holds hexadecimal digits (one packet a line), a trace

@@ -10,8 +10,8 @@ from openpendant.simplemsg import Codec, ProtocolError
 from openpendant.simplemsg.text import packet_from_json
 
 from .console import ExitCode, complain, parser, run
-from .text_lines import LineError, lines_of, open_input, text_of
-from .wire_form import add_reading_form, codec_of
+from .reading.text_lines import LineError, lines_of, open_input, text_of
+from .reading.wire_form import add_reading_form, codec_of
 
 _ABOUT = "Read packets as JSON objects, one a line, as decode prints them; print hexadecimal."
 

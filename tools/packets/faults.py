@@ -10,13 +10,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from .console import ExitCode, PacketToolError, complain, parser, run
-from .fault_catalogue import explain, list_faults
-from .fault_engine import FaultDone, FaultEngine
-from .fault_relay import FaultRelay, fault_to_json
-from .fault_script import FaultScript, load_script
-from .line_output import LineOutput
-from .proxy import Pair, Proxy
-from .serving import (
+from .faulty.fault_catalogue import explain, list_faults
+from .faulty.fault_engine import FaultDone, FaultEngine
+from .faulty.fault_relay import FaultRelay, fault_to_json
+from .faulty.fault_script import FaultScript, load_script
+from .live.line_output import LineOutput
+from .live.proxy import Pair, Proxy
+from .live.serving import (
     Progress,
     add_pairs,
     pairs_of,

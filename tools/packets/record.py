@@ -9,10 +9,10 @@ import re
 from collections.abc import Callable, Sequence
 
 from .console import ExitCode, complain, parser, run
-from .line_output import LineOutput
-from .proxy import Pair, Proxy
-from .recording import RecordingRelay
-from .serving import (
+from .live.line_output import LineOutput
+from .live.proxy import Pair, Proxy
+from .live.recording import RecordingRelay
+from .live.serving import (
     Progress,
     add_pairs,
     pairs_of,

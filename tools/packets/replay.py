@@ -11,15 +11,15 @@ import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from .consent import add_consent, may_move, require_consent
 from .console import PacketToolError, complain, parser, run
-from .endpoints import Endpoint, listen_endpoint, target_endpoint
-from .playback import Pace, Part, Session, sessions_of
-from .replaying import Replay, Summary
-from .serving import report_loop_errors, warn_of_strangers
-from .text_lines import open_input
+from .live.consent import add_consent, may_move, require_consent
+from .live.endpoints import Endpoint, listen_endpoint, target_endpoint
+from .live.playback import Pace, Part, Session, sessions_of
+from .live.replaying import Replay, Summary
+from .live.serving import report_loop_errors, warn_of_strangers
+from .reading.text_lines import open_input
+from .reading.trace_files import read_trace
 from .trace import Entry
-from .trace_files import read_trace
 
 _EPILOG = """\
 The packets of one side are sent, at recorded times or as fast as replies come; what comes back is

@@ -20,8 +20,8 @@ from openpendant.simplemsg.opaque import message_type
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
 
 from .console import ExitCode, PacketToolError, complain, parser, run
-from .journal_file import Asked, Effect, Happening, Header, JournalFile, Out
-from .reenactment import Actor, Difference, MakeActor, Prompter
+from .journals.journal_file import Asked, Effect, Happening, Header, JournalFile, Out
+from .journals.reenactment import Actor, Difference, MakeActor, Prompter
 
 _CONTEXT = 5
 _EPILOG = """\
@@ -178,11 +178,11 @@ def _actor_of(header: Header) -> MakeActor:
     # Either is imported only when it is wanted: an emulator's journal needs no Pinocchio.
     match header.kind:
         case "server":
-            from .reenacted_server import ReenactedServer
+            from .journals.reenacted_server import ReenactedServer
 
             return ReenactedServer
         case "emulator":
-            from .reenacted_emulator import ReenactedEmulator
+            from .journals.reenacted_emulator import ReenactedEmulator
 
             return ReenactedEmulator
     raise PacketToolError(f"a journal of {header.kind!r} is not known here")

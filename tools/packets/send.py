@@ -17,15 +17,15 @@ from openpendant.simplemsg.errors import shown
 from openpendant.simplemsg.motoman import MotomanMotionReply
 from openpendant.simplemsg.text import packet_to_json
 
-from .consent import add_consent, may_move, require_consent
 from .console import ExitCode, PacketToolError, add_wire_form, codec_of, complain, parser, run
 from .encode import encode_line
-from .endpoints import Endpoint, target_endpoint
-from .frame_surgery import header_of
+from .faulty.frame_surgery import header_of
 from .frames import Cut, order_name
-from .peer import Peer
-from .text_lines import LineError, lines_of, open_input, text_of
-from .typed_message import message_from_words
+from .live.consent import add_consent, may_move, require_consent
+from .live.endpoints import Endpoint, target_endpoint
+from .live.peer import Peer
+from .live.typed_message import message_from_words
+from .reading.text_lines import LineError, lines_of, open_input, text_of
 
 _EPILOG = """\
 NAME is a message's name or number, or stop. Arrays are comma lists; what is left out is zero.

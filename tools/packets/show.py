@@ -9,15 +9,15 @@ from collections.abc import Iterator
 from openpendant.simplemsg.errors import shown
 
 from .console import ExitCode, complain, parser, run
-from .filters import Filters, add_filters, filters_of
-from .following import Follower, Stage
-from .output import Format, Output, add_presentation
-from .reading import Reading
-from .summary import Summary
-from .text_lines import open_input
+from .reading.filters import Filters, add_filters, filters_of
+from .reading.following import Follower, Stage
+from .reading.output import Format, Output, add_presentation
+from .reading.reader import Reading
+from .reading.summary import Summary
+from .reading.text_lines import open_input
+from .reading.trace_files import FileKind, read_trace
+from .reading.wire_form import add_reading_form, reader_of
 from .trace import Event
-from .trace_files import FileKind, read_trace
-from .wire_form import add_reading_form, reader_of
 
 _ABOUT = """\
 List the packets and events of a trace (JSON lines), a capture list, a pcap or pcapng file. Replies

@@ -21,8 +21,8 @@ from openpendant.simplemsg import (
     codec_for,
 )
 from openpendant.simplemsg.motoman import MotomanMotionReply
-from openpendant.tools.packets.fault_rules import RULE_CLASSES
-from openpendant.tools.packets.relay import Close, Freeze, Reset
+from openpendant.tools.packets.faulty.fault_rules import RULE_CLASSES
+from openpendant.tools.packets.live.relay import Close, Freeze, Reset
 from openpendant.tools.packets.trace import Direction
 
 

@@ -8,8 +8,8 @@ import pytest
 from fault_bench import DOWN, EXAMPLES, LINK, UP, Bench, bench, point, taken
 from loopback_peers import PING, PONG
 
-from openpendant.tools.packets.fault_engine import FaultEngine
-from openpendant.tools.packets.fault_script import load_script
+from openpendant.tools.packets.faulty.fault_engine import FaultEngine
+from openpendant.tools.packets.faulty.fault_script import load_script
 
 MATCHES: dict[str, tuple[dict[str, Any], set[int]]] = {
     "nothing in particular": ({}, {0, 1, 2, 3, 4, 5}),

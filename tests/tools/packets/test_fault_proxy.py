@@ -12,8 +12,8 @@ import pytest
 import pytest_asyncio
 from loopback_peers import PING, PONG, Server, Stream, connect
 
-from openpendant.tools.packets.fault_script import make_script
 from openpendant.tools.packets.faults import FaultProxy
+from openpendant.tools.packets.faulty.fault_script import make_script
 
 pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
 

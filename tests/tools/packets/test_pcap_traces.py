@@ -31,10 +31,10 @@ from pcap_files import (
 )
 
 from openpendant.simplemsg import STANDARD, ByteOrder, GetVersion, Ping, accepted, codec_for
-from openpendant.tools.packets.pcap import MAX_RECORD
-from openpendant.tools.packets.pcap_trace import MAX_CONNECTIONS
+from openpendant.tools.packets.reading.pcap import MAX_RECORD
+from openpendant.tools.packets.reading.pcap_trace import MAX_CONNECTIONS
+from openpendant.tools.packets.reading.trace_files import FileKind, TraceFileError, read_trace
 from openpendant.tools.packets.trace import Direction, Entry, Event, Packet
-from openpendant.tools.packets.trace_files import FileKind, TraceFileError, read_trace
 
 LITTLE = codec_for(STANDARD, ByteOrder.LITTLE)
 PING, PONG = LITTLE.encode(Ping()), LITTLE.encode(accepted(Ping()))

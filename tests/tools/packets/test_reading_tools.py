@@ -28,8 +28,9 @@ from openpendant.simplemsg import (
 )
 from openpendant.simplemsg.pendant import JointMove, Outcome, SoftwareStop, Verdict
 from openpendant.tools.packets.cli import main
-from openpendant.tools.packets.field_table import field_values
-from openpendant.tools.packets.reading import Reader, Reading
+from openpendant.tools.packets.reading.field_table import field_values
+from openpendant.tools.packets.reading.reader import Reader, Reading
+from openpendant.tools.packets.reading.wire_form import ALL
 from openpendant.tools.packets.trace import (
     Direction,
     Entry,
@@ -38,7 +39,6 @@ from openpendant.tools.packets.trace import (
     entry_line,
     header_line,
 )
-from openpendant.tools.packets.wire_form import ALL
 
 UP, DOWN = Direction.TO_SERVER, Direction.TO_CLIENT
 LITTLE, BIG = codec_for(ALL, ByteOrder.LITTLE), codec_for(ALL, ByteOrder.BIG)

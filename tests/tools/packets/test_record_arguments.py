@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from openpendant.tools.packets.endpoints import Endpoint, listen_endpoint, target_endpoint
+from openpendant.tools.packets.live.endpoints import Endpoint, listen_endpoint, target_endpoint
 from openpendant.tools.packets.record import main
 
 PAIR = ["--listen", "0", "--to", "1"]

@@ -13,9 +13,9 @@ import pytest_asyncio
 from loopback_peers import LOOPBACK, PING, PONG, Server, Stream, connect
 
 from openpendant.tools.packets.console import PeerError
-from openpendant.tools.packets.endpoints import Endpoint
-from openpendant.tools.packets.proxy import Pair
-from openpendant.tools.packets.proxy_side import WRITE_HIGH
+from openpendant.tools.packets.live.endpoints import Endpoint
+from openpendant.tools.packets.live.proxy import Pair
+from openpendant.tools.packets.live.proxy_side import WRITE_HIGH
 from openpendant.tools.packets.record import Recorder
 
 FLOOD = 300

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from loopback_peers import PING, PONG
 
-from openpendant.tools.packets.recording import RecordingRelay
-from openpendant.tools.packets.relay import LinkId, Reset, Send
+from openpendant.tools.packets.live.recording import RecordingRelay
+from openpendant.tools.packets.live.relay import LinkId, Reset, Send
 from openpendant.tools.packets.trace import Direction, Entry, Event, Packet
 
 LINK = LinkId(1, 11000, 1)

@@ -10,11 +10,11 @@ import pytest
 from loopback_peers import LOOPBACK, PING, PONG, Server, connect
 
 from openpendant.tools.packets.console import PacketToolError
-from openpendant.tools.packets.endpoints import Endpoint
 from openpendant.tools.packets.frames import Cut
-from openpendant.tools.packets.playback import Pace, Part, Player, Session, sessions_of
+from openpendant.tools.packets.live.endpoints import Endpoint
+from openpendant.tools.packets.live.playback import Pace, Part, Player, Session, sessions_of
+from openpendant.tools.packets.live.replaying import Replay, Summary
 from openpendant.tools.packets.replay import chosen, main
-from openpendant.tools.packets.replaying import Replay, Summary
 from openpendant.tools.packets.trace import (
     Direction,
     Entry,

@@ -25,11 +25,11 @@ from openpendant.simplemsg import (
     codec_for,
 )
 from openpendant.simplemsg.pendant import Management
-from openpendant.tools.packets.consent import may_move
 from openpendant.tools.packets.console import PacketToolError, PeerError
-from openpendant.tools.packets.endpoints import Endpoint
+from openpendant.tools.packets.live.consent import may_move
+from openpendant.tools.packets.live.endpoints import Endpoint
+from openpendant.tools.packets.live.typed_message import message_from_words
 from openpendant.tools.packets.send import main, talk
-from openpendant.tools.packets.typed_message import message_from_words
 
 ZEROS = (0.0,) * 10
 REFUSAL = bytes.fromhex("0c000000010000000300000002000000")

@@ -16,9 +16,17 @@ from hypothesis import strategies as st
 from pcap_files import Conversation, interface, pcap, pcapng, section
 
 from openpendant.simplemsg import STANDARD, ByteOrder, Ping, codec_for
-from openpendant.tools.packets.frame_stream import FrameStream
 from openpendant.tools.packets.frames import Cut
-from openpendant.tools.packets.tcp_streams import Missing, OneWay
+from openpendant.tools.packets.reading.frame_stream import FrameStream
+from openpendant.tools.packets.reading.tcp_streams import Missing, OneWay
+from openpendant.tools.packets.reading.trace_files import (
+    MAX_CAPTURE,
+    FileKind,
+    PeekedStream,
+    TraceFileError,
+    detect,
+    read_trace,
+)
 from openpendant.tools.packets.trace import (
     MAX_ENTRY,
     Direction,
@@ -28,14 +36,6 @@ from openpendant.tools.packets.trace import (
     entry_line,
     entry_to_json,
     header_line,
-)
-from openpendant.tools.packets.trace_files import (
-    MAX_CAPTURE,
-    FileKind,
-    PeekedStream,
-    TraceFileError,
-    detect,
-    read_trace,
 )
 
 PING = codec_for(STANDARD, ByteOrder.LITTLE).encode(Ping())

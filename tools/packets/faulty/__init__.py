@@ -1,0 +1,1 @@
+"""Traffic broken on purpose, by a seeded script."""

@@ -1,0 +1,250 @@
+"""Decides which frame suffers which fault, and when what is left of it is sent.
+
+Pure: frames and times come in, actions go out. The same script, seed and input give the same
+output. What a fault does is `fault_case`'s business.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from random import Random
+
+from openpendant.simplemsg import DIALECTS
+
+from ..live.relay import Action, Close, End, Freeze, LinkId, Reset
+from ..trace import Direction
+from . import fault_rules as faults
+from . import frame_surgery as surgery
+from .fault_case import Case
+from .fault_lane import Lane
+from .fault_script import FaultScript, type_number
+from .fault_traffic import OPPOSITE, Awaited, Prepared, Traffic, nanoseconds, pay
+
+_COMM_TYPES = {
+    faults.Exchange.TOPIC: 1,
+    faults.Exchange.REQUEST: 2,
+    faults.Exchange.REPLY: 3,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class FaultDone:
+    """A fault that was done, or that a frame turned out not to allow.
+
+    Attributes:
+        time: when [ns].
+        rule: number of the rule, from 1.
+        fault: its name.
+        link: the connection.
+        direction: which way the frame travelled.
+        frame: the frame as it came.
+        detail: what was done to it, in words.
+    """
+
+    time: int
+    rule: int
+    fault: str
+    link: LinkId
+    direction: Direction
+    frame: bytes
+    detail: str
+
+
+class FaultEngine:
+    """Applies a script to the frames of all connections."""
+
+    def __init__(
+        self,
+        script: FaultScript,
+        seed: int | None = None,
+        log: Callable[[FaultDone], None] = lambda done: None,
+    ) -> None:
+        """Make an engine that has seen nothing yet.
+
+        Args:
+            script: the rules.
+            seed: of all random choices; None takes the script's.
+            log: called with each fault done.
+        """
+        seed = script.seed if seed is None else seed
+        self._form = surgery.Form(DIALECTS[script.dialect], script.real)
+        self._log = log
+        self._rules = [
+            Prepared(number, rule, _number_of(rule, script.dialect), Random(f"{seed}/{number}"))
+            for number, rule in enumerate(script.rule, 1)
+        ]
+        self._traffic: dict[LinkId, Traffic] = {}
+
+    def opened(self, link: LinkId, now: int) -> None:
+        """Take note of a new connection."""
+        lanes = {direction: Lane(link, direction) for direction in Direction}
+        self._traffic[link] = Traffic(now, lanes)
+
+    def forget(self, link: LinkId) -> None:
+        """Take note that a connection is gone."""
+        self._traffic.pop(link, None)
+
+    def take(self, direction: Direction, link: LinkId, frame: bytes, now: int) -> list[Action]:
+        """Take a frame and return what is to be done now.
+
+        Args:
+            direction: which way it travels.
+            link: the connection; one that is not open is ignored.
+            frame: one whole frame.
+            now: time [ns].
+        """
+        traffic = self._traffic.get(link)
+        if traffic is None:
+            return []
+        if surgery.is_reply(frame) and self._settle(traffic, direction, link, frame, now):
+            return self._release(link, traffic, now)
+        prepared = self._first_that_fits(traffic, direction, link, frame, now)
+        expects = surgery.is_request(frame)
+        if prepared is None:
+            self._forward(traffic, direction, frame, now)
+        else:
+            prepared.done += 1
+            case = Case(self._form, prepared, traffic, direction, link, frame, now)
+            detail, expects = case.apply()
+            if detail:
+                self._note(prepared, link, direction, frame, now, detail)
+        if expects:
+            traffic.awaited[direction].append(Awaited())
+        pay(traffic, direction, now)
+        return self._release(link, traffic, now)
+
+    def pass_on(self, direction: Direction, link: LinkId, data: bytes, now: int) -> list[Action]:
+        """Forward stray bytes behind what waits; no rule fits them."""
+        traffic = self._traffic.get(link)
+        if traffic is None:
+            return []
+        traffic.lanes[direction].put(data, now)
+        return self._release(link, traffic, now)
+
+    def end(self, direction: Direction, link: LinkId, now: int) -> list[Action]:
+        """Forward the end of a stream behind what waits."""
+        traffic = self._traffic.get(link)
+        if traffic is None:
+            return []
+        traffic.lanes[direction].put_action(End(link, direction), now)
+        return self._release(link, traffic, now)
+
+    def due(self, now: int) -> list[Action]:
+        """Return what was put off until now."""
+        actions: list[Action] = []
+        for link, traffic in list(self._traffic.items()):
+            actions += self._release(link, traffic, now)
+        return actions
+
+    def next_due(self) -> int | None:
+        """Return when `due` has something to say next, None for never."""
+        lanes = [lane for traffic in self._traffic.values() for lane in traffic.lanes.values()]
+        times = [due for lane in lanes if (due := lane.next_due()) is not None]
+        return min(times, default=None)
+
+    def held(self, link: LinkId, direction: Direction) -> int:
+        """Return the bytes of a direction that wait."""
+        traffic = self._traffic.get(link)
+        return traffic.lanes[direction].held if traffic else 0
+
+    def _settle(
+        self, traffic: Traffic, direction: Direction, link: LinkId, frame: bytes, now: int
+    ) -> bool:
+        """Match a reply with its request; return True where that decides what becomes of it."""
+        asked = OPPOSITE[direction]
+        if not traffic.awaited[asked]:
+            return False
+        awaited = traffic.awaited[asked].popleft()
+        lane = traffic.lanes[direction]
+        if awaited.lost_by is not None:
+            self._note(awaited.lost_by, link, direction, frame, now, "the reply is lost")
+        elif awaited.withheld_by is not None and isinstance(awaited.withheld_by.rule, faults.Busy):
+            ms = awaited.withheld_by.rule.ms
+            lane.put(frame, now, delay=nanoseconds(ms))
+            self._note(awaited.withheld_by, link, direction, frame, now, f"withheld {ms:g} ms")
+        else:
+            return False
+        pay(traffic, asked, now)
+        return True
+
+    def _forward(self, traffic: Traffic, direction: Direction, frame: bytes, now: int) -> None:
+        traffic.lanes[direction].put(frame, now)
+        if surgery.is_reply(frame):
+            pay(traffic, OPPOSITE[direction], now)
+
+    def _first_that_fits(
+        self, traffic: Traffic, direction: Direction, link: LinkId, frame: bytes, now: int
+    ) -> Prepared | None:
+        age = (now - traffic.opened) / 1e9
+        header = surgery.header_of(frame)
+        for prepared in self._rules:
+            if (
+                _fits_header(prepared, direction, header)
+                and _fits_link(prepared.rule.match, link, age)
+                and self._fits_sequence(prepared.rule.match, frame)
+                and _is_chosen(prepared)
+            ):
+                return prepared
+        return None
+
+    def _fits_sequence(self, match: faults.Match, frame: bytes) -> bool:
+        return match.sequence is None or (surgery.sequence_of(frame, self._form) == match.sequence)
+
+    def _note(
+        self,
+        prepared: Prepared,
+        link: LinkId,
+        direction: Direction,
+        frame: bytes,
+        now: int,
+        detail: str,
+    ) -> None:
+        fault = prepared.rule.fault
+        self._log(FaultDone(now, prepared.number, fault, link, direction, frame, detail))
+
+    def _release(self, link: LinkId, traffic: Traffic, now: int) -> list[Action]:
+        actions: list[Action] = []
+        for lane in traffic.lanes.values():
+            for action in lane.release(now):
+                actions.append(action)
+                if isinstance(action, Close | Reset | Freeze):
+                    self.forget(link)
+                    return actions
+        return actions
+
+
+def _number_of(rule: faults.Rule, dialect: str) -> int | None:
+    wanted = rule.match.type
+    return type_number(wanted, dialect) if isinstance(wanted, str) else wanted
+
+
+def _fits_header(prepared: Prepared, direction: Direction, header: surgery.Header) -> bool:
+    match = prepared.rule.match
+    return (
+        (match.direction is None or match.direction.direction is direction)
+        and (prepared.msg_type is None or prepared.msg_type == header.msg_type)
+        and (match.comm is None or _COMM_TYPES[match.comm] == header.comm_type)
+        and (match.reply_code is None or match.reply_code == header.reply_code)
+    )
+
+
+def _fits_link(match: faults.Match, link: LinkId, age: float) -> bool:
+    return (
+        match.connection in (None, link.number)
+        and match.pair in (None, link.pair)
+        and (match.after_s is None or age >= match.after_s)
+        and (match.before_s is None or age < match.before_s)
+    )
+
+
+def _is_chosen(prepared: Prepared) -> bool:
+    """Count a frame that fits, and tell whether it is one of those that are meant."""
+    match = prepared.rule.match
+    prepared.fitted += 1
+    return (
+        (match.times is None or prepared.done < match.times)
+        and (match.nth is None or prepared.fitted == match.nth)
+        and (match.every is None or prepared.fitted % match.every == 0)
+        and (match.probability is None or prepared.chance.random() < match.probability)
+    )

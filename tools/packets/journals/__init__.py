@@ -1,0 +1,1 @@
+"""Journals of servers and emulators, and their reenactment."""

@@ -1,0 +1,201 @@
+"""Reading a journal: the header, then one `Happening` after the other, with what it caused.
+
+Owns the check of a journal file; how it is written is `simplemsg.journal`'s business. Reads line by
+line, so a journal of a day needs no more memory than one of a minute.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from openpendant.simplemsg.journal import JOURNAL_FORMAT
+
+from ..console import PacketToolError
+
+MAX_LINE = 64 * 1024 * 1024
+"""Longest accepted line, bytes; a planned motion of an hour needs half of it."""
+
+
+class JournalError(PacketToolError):
+    """The file is no journal, or a damaged one; the text says where and why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Out:
+    """Bytes that left.
+
+    Attributes:
+        link: on which connection.
+        data: the bytes.
+    """
+
+    link: str
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A question to the world outside that was answered with yes.
+
+    Attributes:
+        question: one word.
+        link: of which connection.
+    """
+
+    question: str
+    link: str
+
+
+Effect = Out | Asked
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """One event and what followed from it at once.
+
+    Attributes:
+        number: of the event in the journal, from 1.
+        time: since the start of the journal [ns].
+        event: what happened, one word.
+        link: on which connection.
+        data: the bytes that came.
+        more: everything else that was noted.
+        effects: what followed, in order.
+    """
+
+    number: int
+    time: int
+    event: str
+    link: str
+    data: bytes
+    more: dict[str, Any]
+    effects: tuple[Effect, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """What process wrote the journal.
+
+    Attributes:
+        kind: `server` or `emulator`.
+        version: of the program.
+        started: wall-clock time, ISO 8601.
+        now: monotonic time of the start [ns].
+        settings: of the process.
+    """
+
+    kind: str
+    version: str
+    started: str
+    now: int
+    settings: dict[str, Any]
+
+
+class JournalFile:
+    """A journal that is being read.
+
+    Attributes:
+        header: its first line.
+        is_cut: True once reading ended inside a line: the process was killed, or the disk full.
+    """
+
+    def __init__(self, path: Path, stream: BinaryIO) -> None:
+        """Read the header.
+
+        Raises:
+            JournalError: this is no journal.
+        """
+        self._path = path
+        self._stream = stream
+        self._line = 0
+        self.is_cut = False
+        first = self._next()
+        if first is None or first.get("format") != JOURNAL_FORMAT:
+            raise JournalError(f"{path}: {_what_it_is(first)}")
+        self.header = Header(
+            kind=self._field(first, "of", str),
+            version=self._field(first, "version", str),
+            started=self._field(first, "started", str),
+            now=self._field(first, "now", int),
+            settings=self._field(first, "settings", dict),
+        )
+
+    def happenings(self) -> Iterator[Happening]:
+        """Give the events in order.
+
+        Raises:
+            JournalError: a line is damaged.
+        """
+        number = 0
+        head: dict[str, Any] | None = None
+        effects: list[Effect] = []
+        while (line := self._next()) is not None:
+            if "on" in line:
+                if head is not None:
+                    number += 1
+                    yield self._happening(number, head, effects)
+                head, effects = line, []
+            elif "out" in line:
+                effects.append(Out(self._field(line, "out", str), self._data(line)))
+            else:
+                question, link = self._field(line, "ask", str), self._field(line, "link", str)
+                effects.append(Asked(question, link))
+        # The last event of a journal that was cut may lack some of its effects.
+        if head is not None and not self.is_cut:
+            yield self._happening(number + 1, head, effects)
+
+    def _happening(self, number: int, head: dict[str, Any], effects: list[Effect]) -> Happening:
+        return Happening(
+            number,
+            self._field(head, "t", int),
+            self._field(head, "on", str),
+            self._field(head, "link", str),
+            self._data(head),
+            head,
+            tuple(effects),
+        )
+
+    def _next(self) -> dict[str, Any] | None:
+        raw = self._stream.readline(MAX_LINE + 1)
+        self._line += 1
+        if not raw:
+            return None
+        if not raw.endswith(b"\n"):
+            if len(raw) > MAX_LINE:
+                raise self._error(f"longer than {MAX_LINE} bytes")
+            self.is_cut = True
+            return None
+        try:
+            line = json.loads(raw)
+        except (ValueError, RecursionError):
+            raise self._error("no JSON") from None
+        if not isinstance(line, dict):
+            raise self._error("no JSON object")
+        return line
+
+    def _field(self, line: dict[str, Any], key: str, kind: type[Any]) -> Any:
+        value = line.get(key)
+        if not isinstance(value, kind) or isinstance(value, bool):
+            raise self._error(f"{key} is missing or of the wrong kind")
+        return value
+
+    def _data(self, line: dict[str, Any]) -> bytes:
+        try:
+            return bytes.fromhex(self._field(line, "hex", str))
+        except ValueError:
+            raise self._error("hex holds no hexadecimal digits") from None
+
+    def _error(self, problem: str) -> JournalError:
+        return JournalError(f"{self._path}: line {self._line}: {problem}")
+
+
+def _what_it_is(first: dict[str, Any] | None) -> str:
+    wanted = "no journal of `serve --journal` or `emulate --journal`"
+    if first is None or not str(first.get("format")).startswith("openpendant-trace/"):
+        return wanted
+    # Between two programs nobody sees their timers, without which no run is exact.
+    return f"a trace of `packets record`, and {wanted}"

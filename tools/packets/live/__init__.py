@@ -1,0 +1,1 @@
+"""Talking to live peers: the proxy, the recorder, the player, and single packets."""

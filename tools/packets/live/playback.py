@@ -1,0 +1,266 @@
+"""One side of a recorded connection, played again: what to send when, and what should come back.
+
+Pure: frames and times come in, frames and differences come out. Knows no sockets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from enum import Enum
+
+from openpendant.simplemsg import CommType, codec_for
+from openpendant.simplemsg.codes import ReplyCode
+
+from ..console import PacketToolError
+from ..faulty.frame_surgery import header_of
+from ..frames import Cut
+from ..reading.wire_form import ALL
+from ..trace import Direction, Entry, Event, Packet
+
+MAX_BYTES = 256 * 1024 * 1024
+"""Largest recording that is played, bytes of packets; it is kept in memory."""
+
+
+class Part(Enum):
+    """Which side of the recording is played."""
+
+    CLIENT = "client"
+    SERVER = "server"
+
+    @property
+    def sends(self) -> Direction:
+        """The direction of what is sent."""
+        return Direction.TO_SERVER if self is Part.CLIENT else Direction.TO_CLIENT
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A packet to send.
+
+    Attributes:
+        data: the bytes.
+        at: when it was sent in the recording [ns].
+        after: how many packets that count had come back by then.
+        waits: even at recorded times it is not sent before those have come: a reply never
+            precedes its request.
+    """
+
+    data: bytes
+    at: int
+    after: int
+    waits: bool
+
+
+@dataclass(slots=True)
+class Session:
+    """One recorded connection as the part to play sees it; times in ns.
+
+    Attributes:
+        port: TCP port of the recorded server.
+        number: of the connection on that port.
+        opened: when it began.
+        ended: when its last packet or event was.
+        steps: what to send.
+        expected: what should come back and counts.
+    """
+
+    port: int
+    number: int
+    opened: int
+    ended: int = 0
+    steps: list[Step] = field(default_factory=list)
+    expected: list[Cut] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """How fast to play.
+
+    Attributes:
+        speed: factor on the recorded times; None sends as fast as replies come.
+        exact: compare whole packets, topics too; otherwise type, communication and reply code.
+    """
+
+    speed: float | None = 1.0
+    exact: bool = False
+
+
+def sessions_of(entries: Iterable[Entry], part: Part, *, exact: bool) -> list[Session]:
+    """Return the connections of a recording, in the order in which they began.
+
+    Args:
+        entries: the recording, in order of time.
+        part: which side to play.
+        exact: topics count, too.
+
+    Raises:
+        PacketToolError: the recording is too large to be kept.
+    """
+    sessions: dict[tuple[int, int], Session] = {}
+    size = 0
+    for entry in entries:
+        if isinstance(entry, Event) and not entry.connection:
+            continue
+        key = (entry.port, entry.connection)
+        session = sessions.setdefault(key, Session(*key, opened=entry.time))
+        session.ended = entry.time
+        if isinstance(entry, Packet):
+            size += len(entry.data)
+            if size > MAX_BYTES:
+                raise PacketToolError(f"the recording has more than {MAX_BYTES} bytes of packets")
+            _add(session, entry, part, exact=exact)
+    return list(sessions.values())
+
+
+def _add(session: Session, packet: Packet, part: Part, *, exact: bool) -> None:
+    piece = Cut(packet.data, packet.is_frame and len(packet.data) >= 16)
+    if packet.direction is part.sends:
+        waits = piece.is_frame and header_of(piece.data).comm_type == CommType.REPLY
+        after = len(session.expected)
+        session.steps.append(Step(packet.data, packet.time, after, waits))
+    elif counts(piece, part, session.expected, exact=exact):
+        session.expected.append(piece)
+
+
+def counts(piece: Cut, part: Part, before: list[Cut], *, exact: bool) -> bool:
+    """Tell whether a packet is compared: not a server's topics, nor the cuts of stray bytes."""
+    if not piece.is_frame:
+        return not before or before[-1].is_frame
+    if exact or part is Part.SERVER:
+        return True
+    return header_of(piece.data).comm_type != CommType.TOPIC
+
+
+class Player:
+    """Plays one session against a peer.
+
+    Attributes:
+        sent: packets sent.
+        received: packets that came and count.
+        differences: how many of them are not as recorded.
+        first: the first difference in words, empty while there is none.
+    """
+
+    def __init__(self, session: Session, part: Part, pace: Pace) -> None:
+        self.sent = 0
+        self.differences = 0
+        self.first = ""
+        self._session = session
+        self._part = part
+        self._pace = pace
+        self._received: list[Cut] = []
+        self._began = 0
+
+    @property
+    def received(self) -> int:
+        """Packets that came and count."""
+        return len(self._received)
+
+    @property
+    def missing(self) -> int:
+        """Packets that should still come."""
+        return max(0, len(self._session.expected) - self.received)
+
+    @property
+    def all_sent(self) -> bool:
+        """Whether everything was sent."""
+        return self.sent == len(self._session.steps)
+
+    def start(self, now: int) -> None:
+        """Begin; recorded times count from now."""
+        self._began = now
+
+    def _time_of(self, recorded: int) -> int:
+        if self._pace.speed is None:
+            return self._began
+        return self._began + round((recorded - self._session.opened) / self._pace.speed)
+
+    @property
+    def _next(self) -> Step | None:
+        steps = self._session.steps
+        return steps[self.sent] if self.sent < len(steps) else None
+
+    def _is_held(self, step: Step) -> bool:
+        """Tell whether a step waits for the peer."""
+        return (self._pace.speed is None or step.waits) and self.received < step.after
+
+    def due(self, now: int) -> list[bytes]:
+        """Return what is to be sent now."""
+        packets = []
+        while (step := self._next) is not None:
+            if self._is_held(step) or self._time_of(step.at) > now:
+                break
+            packets.append(step.data)
+            self.sent += 1
+        return packets
+
+    def next_due(self, now: int) -> int | None:
+        """Return when something happens without the peer, None where only the peer can go on."""
+        step = self._next
+        if step is not None:
+            return None if self._is_held(step) else self._time_of(step.at)
+        end = self._time_of(self._session.ended)
+        return end if end > now else None
+
+    def is_over(self, now: int) -> bool:
+        """Tell whether everything was sent and came, and its time is over."""
+        return self.all_sent and not self.missing and self._time_of(self._session.ended) <= now
+
+    def take(self, piece: Cut) -> bool:
+        """Compare what came with the recording; return whether it counts."""
+        if not counts(piece, self._part, self._received, exact=self._pace.exact):
+            return False
+        position = len(self._received)
+        self._received.append(piece)
+        expected = self._session.expected
+        wanted = expected[position] if position < len(expected) else None
+        if wanted is None or not self._is_same(wanted, piece):
+            self.differ(
+                f"packet {position + 1} should be {_words(wanted)}, and is {_words(piece)}"
+                + (_first_byte(wanted, piece) if self._pace.exact else "")
+            )
+        return True
+
+    def differ(self, what: str) -> None:
+        """Count a difference and keep the first."""
+        self.differences += 1
+        if not self.first:
+            self.first = f"port {self._session.port}, connection {self._session.number}: {what}"
+
+    def _is_same(self, wanted: Cut, piece: Cut) -> bool:
+        if wanted.is_frame is not piece.is_frame:
+            return False
+        if self._pace.exact or not piece.is_frame:
+            return wanted.data == piece.data or not piece.is_frame
+        one, other = header_of(wanted.data), header_of(piece.data)
+        return (one.msg_type, one.comm_type, one.reply_code) == (
+            other.msg_type,
+            other.comm_type,
+            other.reply_code,
+        )
+
+
+_CODES = {ReplyCode.SUCCESS: " success", ReplyCode.FAILURE: " failure"}
+
+
+def _words(piece: Cut | None) -> str:
+    if piece is None:
+        return "none"
+    if not piece.is_frame:
+        return f"{len(piece.data)} bytes that are no frame"
+    header = header_of(piece.data)
+    name = codec_for(ALL, header.order).name_of(header.msg_type, header.comm_type)
+    known = {int(member): member.name.lower() for member in CommType}
+    comm = known.get(header.comm_type, f"comm {header.comm_type}")
+    code = _CODES.get(ReplyCode(header.reply_code), "") if header.reply_code in _CODES else ""
+    return f"a {comm}{code} of type {header.msg_type} ({name})"
+
+
+def _first_byte(wanted: Cut | None, piece: Cut) -> str:
+    if wanted is None:
+        return ""
+    pairs = zip(wanted.data, piece.data, strict=False)
+    shorter = min(len(wanted.data), len(piece.data))
+    at = next((index for index, (one, other) in enumerate(pairs) if one != other), shorter)
+    return f"; byte {at} differs, of {len(wanted.data)} and {len(piece.data)}"

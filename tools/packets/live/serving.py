@@ -1,0 +1,146 @@
+"""What the tools that stand between two peers share: their pairs, the ready line, and the end.
+
+Owns the arguments `--listen` and `--to`, signals, and what the user reads while a proxy runs.
+Knows nothing of what is done to the traffic.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterable, Sequence
+
+from ..console import PacketToolError, complain
+from .endpoints import Endpoint, is_loopback, listen_endpoint, target_endpoint
+from .proxy import Pair
+
+PROGRESS_PERIOD = 0.5
+"""The progress line on a terminal is renewed this often [s]."""
+
+
+def add_pairs(command: argparse.ArgumentParser, *, required: bool = True) -> None:
+    """Add `--listen`, `--to` and `--json`; `pairs_of` reads the first two.
+
+    Args:
+        command: where to add them.
+        required: False where the command can do something without a pair.
+    """
+    command.add_argument(
+        "--listen",
+        action="append",
+        required=required,
+        type=listen_endpoint,
+        metavar="[HOST:]PORT",
+        help="where clients connect; 0 for any free port; may be repeated, each with its --to",
+    )
+    command.add_argument(
+        "--to",
+        action="append",
+        required=required,
+        type=target_endpoint,
+        metavar="[HOST:]PORT",
+        help="the server behind the --listen of the same place",
+    )
+    command.add_argument("--json", action="store_true", help="the ready line as a JSON object")
+
+
+def pairs_of(arguments: argparse.Namespace) -> list[Pair]:
+    """Return which port leads where.
+
+    Raises:
+        PacketToolError: there are more of the one than of the other.
+    """
+    listens: Sequence[Endpoint] = arguments.listen or ()
+    targets: Sequence[Endpoint] = arguments.to or ()
+    if not listens:
+        raise PacketToolError("--listen and --to are needed")
+    if len(listens) != len(targets):
+        raise PacketToolError(f"{len(listens)} --listen need as many --to, not {len(targets)}")
+    return [Pair(*pair) for pair in zip(listens, targets, strict=True)]
+
+
+def say_ready(
+    tool: str, pairs: Sequence[Pair], ports: Sequence[int], *, as_json: bool, on_stderr: bool
+) -> None:
+    """Print the ports in use, once they can be connected to; warn where strangers can.
+
+    Args:
+        tool: name of the tool.
+        pairs: as asked for.
+        ports: the ports in use, in the order of the pairs.
+        as_json: one JSON object instead of words.
+        on_stderr: standard output is taken.
+    """
+    warn_of_strangers(pair.listen for pair in pairs)
+    if as_json:
+        ways = [
+            {"port": port, "to": str(pair.target)} for pair, port in zip(pairs, ports, strict=True)
+        ]
+        line = json.dumps({"event": "ready", "listen": ways, "pid": os.getpid()})
+    else:
+        ways_in_words = [
+            f"{Endpoint(pair.listen.host, port)} -> {pair.target}"
+            for pair, port in zip(pairs, ports, strict=True)
+        ]
+        line = f"{tool} ready {', '.join(ways_in_words)} pid={os.getpid()}"
+    print(line, file=sys.stderr if on_stderr else sys.stdout, flush=True)
+
+
+def warn_of_strangers(listens: Iterable[Endpoint]) -> None:
+    """Say that others can connect, where they can: nobody is asked who they are."""
+    for listen in listens:
+        if not is_loopback(listen.host):
+            complain(f"warning: whoever reaches {listen.host or 'any address'} may use this")
+
+
+def stop_on_signals(stop: asyncio.Event) -> None:
+    """Set an event when the user or the system asks for the end."""
+    loop = asyncio.get_running_loop()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        try:
+            loop.add_signal_handler(number, stop.set)
+        except NotImplementedError:  # Windows
+            signal.signal(number, lambda *_: loop.call_soon_threadsafe(stop.set))
+
+
+def report_loop_errors() -> None:
+    """Say in one line what the loop itself could not do, e.g. close a socket that is gone."""
+
+    def report(loop: asyncio.AbstractEventLoop, context: dict[str, object]) -> None:
+        complain(f"{context.get('message')}: {context.get('exception')}")
+
+    asyncio.get_running_loop().set_exception_handler(report)
+
+
+class Progress:
+    """A line on a terminal that is written over and over; nothing where there is no terminal."""
+
+    def __init__(self, text: Callable[[float], str]) -> None:
+        """Make a line.
+
+        Args:
+            text: what to show; gets the seconds since it was asked last.
+        """
+        self._text = text
+        self._task: asyncio.Task[None] | None = None
+
+    def start(self) -> None:
+        """Show the line from now on."""
+        if sys.stderr.isatty():
+            self._task = asyncio.get_running_loop().create_task(self._renew())
+
+    async def _renew(self) -> None:
+        while True:
+            await asyncio.sleep(PROGRESS_PERIOD)
+            sys.stderr.write(f"\r{self._text(PROGRESS_PERIOD)}\x1b[K")
+            sys.stderr.flush()
+
+    def stop(self) -> None:
+        """Leave the line as it is and go to the next."""
+        if self._task is not None:
+            self._task.cancel()
+            sys.stderr.write("\n")

@@ -1,0 +1,1 @@
+"""Packets from files of every kind, and what they say."""

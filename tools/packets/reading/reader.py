@@ -1,0 +1,170 @@
+"""Packets of a trace, read: their messages, and which request each reply answers.
+
+Owns, for each connection, the byte order and the requests that wait for a reply: replies answer
+them in order, topics never. Reads packets one after the other and keeps a bounded amount.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from dataclasses import dataclass, field
+
+from openpendant.simplemsg import (
+    ByteOrder,
+    Codec,
+    CommType,
+    Dialect,
+    Message,
+    MessageFault,
+    codec_for,
+)
+from openpendant.simplemsg.connection import detect_byte_order
+from openpendant.simplemsg.layout import HEADER_SIZE
+
+from ..trace import Direction, Entry, Event, Packet
+
+MAX_CONVERSATIONS = 4_096
+"""Most connections kept in mind at once."""
+
+MAX_UNANSWERED = 10_000
+"""Most requests of one end kept in mind for their replies."""
+
+_BEGINNINGS = ("client-connected", "found-connected")
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """The three numbers of a frame's header, behind its length."""
+
+    msg_type: int
+    comm_type: int
+    reply_code: int
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What a packet says.
+
+    Attributes:
+        number: place among the packets of the trace, from 1.
+        packet: as it travelled.
+        codec: what it was read with.
+        header: its header, None where it is shorter than one.
+        message: None where it is malformed.
+        fault: why it is malformed, empty where it is not.
+        answers: number of the request that it answers, None where it answers none.
+        latency: time since that request [ns].
+    """
+
+    number: int
+    packet: Packet
+    codec: Codec
+    header: Header | None
+    message: Message | None
+    fault: str = ""
+    answers: int | None = None
+    latency: int | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the message type, `unknown` where there is none."""
+        if self.header is None:
+            return "unknown"
+        return self.codec.name_of(self.header.msg_type, self.header.comm_type)
+
+
+@dataclass(slots=True)
+class _Conversation:
+    """What is kept in mind of one connection."""
+
+    byte_order: ByteOrder | None
+    unanswered: dict[Direction, deque[tuple[int, int]]] = field(
+        default_factory=lambda: {way: deque(maxlen=MAX_UNANSWERED) for way in Direction}
+    )
+
+
+class Reader:
+    """Reads the packets of a trace one after the other."""
+
+    def __init__(self, dialect: Dialect, order: ByteOrder | None, real_size: int) -> None:
+        """Make a reader.
+
+        Args:
+            dialect: the messages to know.
+            order: the byte order of all connections; None detects it for each.
+            real_size: bytes of a real, 4 or 8.
+        """
+        self._dialect = dialect
+        self._order = order
+        self._real_size = real_size
+        self._count = 0
+        self._conversations: dict[tuple[str, int, int], _Conversation] = {}
+
+    def read(self, entry: Entry) -> Reading | Event:
+        """Return what an entry says; events are what they are."""
+        if isinstance(entry, Event):
+            if entry.text.startswith(_BEGINNINGS):
+                self._conversations.pop((entry.scenario, entry.port, entry.connection), None)
+            return entry
+        self._count += 1
+        conversation = self._conversation(entry)
+        found = detect_byte_order(entry.data) if len(entry.data) >= HEADER_SIZE else None
+        if conversation.byte_order is None and entry.is_frame:
+            conversation.byte_order = found
+        order = conversation.byte_order or ByteOrder.LITTLE
+        codec = codec_for(self._dialect, order, self._real_size)
+        header = header_of(entry.data, order) if entry.is_frame else None
+        message, fault = None, ""
+        if not entry.is_frame:
+            fault = f"{len(entry.data)} bytes that are no frame"
+        elif found is not None and found is not order:
+            fault = f"in {found.name.lower()}-endian, the connection is {order.name.lower()}-endian"
+        else:
+            try:
+                message = codec.decode(entry.data)
+            except MessageFault as error:
+                fault = str(error)
+        reading = Reading(self._count, entry, codec, header, message, fault)
+        return self._paired(reading, conversation)
+
+    def _conversation(self, packet: Packet) -> _Conversation:
+        key = (packet.scenario, packet.port, packet.connection)
+        conversation = self._conversations.pop(key, None) or _Conversation(self._order)
+        self._conversations[key] = conversation  # the last one is the one heard last
+        if len(self._conversations) > MAX_CONVERSATIONS:
+            self._conversations.pop(next(iter(self._conversations)))
+        return conversation
+
+    def _paired(self, reading: Reading, conversation: _Conversation) -> Reading:
+        header, packet = reading.header, reading.packet
+        if header is None:
+            return reading
+        if header.comm_type == CommType.REQUEST:
+            conversation.unanswered[packet.direction].append((reading.number, packet.time))
+        elif header.comm_type == CommType.REPLY:
+            waiting = conversation.unanswered[_other(packet.direction)]
+            if waiting:
+                number, time = waiting.popleft()
+                return Reading(
+                    reading.number,
+                    packet,
+                    reading.codec,
+                    header,
+                    reading.message,
+                    reading.fault,
+                    number,
+                    packet.time - time,
+                )
+        return reading
+
+
+def header_of(frame: bytes, order: ByteOrder) -> Header | None:
+    """Return the header of a frame, None where the frame is shorter than one."""
+    if len(frame) < HEADER_SIZE:
+        return None
+    return Header(*struct.unpack_from(f"{order.value}4x3i", frame))
+
+
+def _other(direction: Direction) -> Direction:
+    return Direction.TO_CLIENT if direction is Direction.TO_SERVER else Direction.TO_SERVER
