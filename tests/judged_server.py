@@ -1,0 +1,82 @@
+"""A pendant server on the loop of the test, with an emulator behind it, ready to be judged."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+
+from openpendant.controller_emulator.assembly import build_controller
+from openpendant.controller_emulator.service import Service
+from openpendant.controller_emulator.settings import EmulatorSettings
+from openpendant.motion.robot import serial_robot
+from openpendant.server.app import App
+from openpendant.server.jobs import Job
+from openpendant.server.planning import answer
+from openpendant.server.planning_process import Deliver
+from openpendant.server.settings import make_settings
+from openpendant.tools.packets.conformance.checks import Profile
+from openpendant.tools.packets.conformance.target import Options
+
+ROBOT = "ur5"
+HOST = "127.0.0.1"
+_PLANNING = 0.02
+
+
+class LoopPlanner:
+    """Plans on the loop and answers a little later, as the planning process would."""
+
+    def submit(self, job: Job, deliver: Deliver) -> None:
+        planned = answer(ROBOT, job)
+        asyncio.get_running_loop().call_later(_PLANNING, deliver, planned)
+
+
+@asynccontextmanager
+async def running_emulator(**settings: object) -> AsyncIterator[Options]:
+    """Run an emulated robot; yields how to judge it."""
+    values = {"robot": ROBOT, "motion_port": 0, "state_port": 0, **settings}
+    checked = EmulatorSettings.model_validate(values)
+    now = round(asyncio.get_running_loop().time() * 1e9)
+    service = Service(build_controller(checked, now), checked)
+    ports = await service.start()
+    try:
+        yield Options(
+            HOST,
+            ports.motion,
+            ports.state,
+            real_size=checked.real_size,
+            may_move=True,
+            limits=serial_robot(ROBOT).limits,
+        )
+    finally:
+        await service.close()
+        await asyncio.sleep(0)
+
+
+@asynccontextmanager
+async def running_server() -> AsyncIterator[Options]:
+    """Run a server with an emulated robot behind it; yields how to judge its three ports."""
+    async with running_emulator() as emulator:
+        settings = make_settings(
+            {
+                "robot": ROBOT,
+                "controller": {
+                    "motion_port": emulator.motion_port,
+                    "state_port": emulator.state_port,
+                },
+                "listen": {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0},
+            },
+            "test",
+        )
+        app = App(settings, serial_robot(ROBOT), planner=LoopPlanner())
+        async with app.running() as ports:
+            await asyncio.sleep(0.5)
+            yield Options(
+                HOST,
+                ports.ros_motion,
+                ports.ros_state,
+                ports.pendant,
+                profile=Profile.GENERIC,
+                may_move=True,
+                limits=emulator.limits,
+            )

@@ -1,0 +1,92 @@
+"""The judge of clients against clients that break one rule each: it must find and name it."""
+
+from __future__ import annotations
+
+import pytest
+from client_fault import CORRECT, Fault, Form
+from faulty_clients import FAULTS
+from judged_client import judge
+
+from openpendant.simplemsg.motoman import MotomanSelectTool
+from openpendant.tools.packets.conformance.client_judge import CLIENT_CHECKS
+from openpendant.tools.packets.conformance.client_scenarios import SCENARIOS, Scenario
+from openpendant.tools.packets.conformance.findings import Finding, Verdict
+
+NOT_FOUND: dict[str, str] = {}
+"""Faults that the judge misses, with the reason; at most one in twenty."""
+
+FOUND_AS_HABITS = {
+    "does not know its speed",
+    "leaves bits uninitialised",
+    "goes on after FAILURE, type 11",
+    "waits for ever",
+    "waits for ever at a dumb link",
+    "ignores an emergency stop, type 11",
+    "resumes at a restarted controller",
+    "stops by a point of type 11",
+    "looks at the body only",
+}
+"""Faults that a known program has; they are named, and do not fail."""
+
+CASES = [
+    (scenario, form)
+    for scenario in SCENARIOS
+    for form in Form
+    if form.is_motoman or not scenario.is_motoman
+]
+
+NEEDS_A_SECOND_TRAJECTORY = {"QC03", "YC15"}
+"""Checks of what begins after something else: the correct client begins nothing more."""
+
+
+def numbers(findings: dict[str, Finding], *verdicts: Verdict) -> set[str]:
+    return {number for number, finding in findings.items() if finding.verdict in verdicts}
+
+
+@pytest.mark.parametrize(
+    ("scenario", "form"),
+    CASES,
+    ids=[f"{scenario.name}, {form.name.lower()}" for scenario, form in CASES],
+)
+def test_a_correct_client_has_no_finding(scenario: Scenario, form: Form) -> None:
+    findings = judge(Fault("nothing", "", scenario.twist, form))
+    assert numbers(findings, Verdict.FAILED, Verdict.DEVIATES) == set()
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_a_client_with_one_fault_is_found_by_the_right_check(fault: Fault) -> None:
+    finding = judge(fault)[fault.check]
+    if fault.name in NOT_FOUND:
+        assert finding.verdict not in (Verdict.FAILED, Verdict.DEVIATES)
+        return
+    habit = fault.name in FOUND_AS_HABITS
+    assert finding.verdict is (Verdict.DEVIATES if habit else Verdict.FAILED)
+    assert finding.detail
+    assert bool(finding.habit) is habit
+
+
+def test_there_are_faults_enough_and_hardly_any_is_missed() -> None:
+    assert len(FAULTS) >= 60
+    assert len({fault.name for fault in FAULTS}) == len(FAULTS)
+    assert len(NOT_FOUND) <= len(FAULTS) * 0.05
+
+
+def test_every_check_has_a_client_that_breaks_it() -> None:
+    assert {check.number for check in CLIENT_CHECKS} - {fault.check for fault in FAULTS} == set()
+
+
+def test_every_check_passes_a_correct_client_in_some_scenario() -> None:
+    correct = [
+        *(Fault("nothing", "", scenario.twist, form) for scenario, form in CASES),
+        Fault("leaves with STOP", "", stops_at=5),
+        Fault("selects tool 1", "", form=Form.MOTOMAN, extra=MotomanSelectTool(0, 1, 0)),
+    ]
+    passed = set().union(*(numbers(judge(fault), Verdict.PASSED) for fault in correct))
+    assert {check.number for check in CLIENT_CHECKS} - passed == NEEDS_A_SECOND_TRAJECTORY
+
+
+def test_the_correct_client_sends_its_whole_trajectory() -> None:
+    findings = judge(CORRECT)
+    assert findings["MC02"].verdict is Verdict.PASSED
+    assert findings["MC17"].verdict is Verdict.NOT_APPLICABLE
+    assert len(numbers(findings, Verdict.PASSED)) >= 35

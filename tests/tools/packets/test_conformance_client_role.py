@@ -1,0 +1,216 @@
+"""The client role as a command: arguments, recordings, a live run, and what goes wrong."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from openpendant.simplemsg import DIALECTS, JointTrajPt, codec_for, joint_array
+from openpendant.tools.packets.conformance import client_role
+from openpendant.tools.packets.conformance.cli import main
+from openpendant.tools.packets.conformance.client_actions import Act, Do, LinkId
+from openpendant.tools.packets.conformance.client_controller import MAX_ENTRIES, ScriptedController
+from openpendant.tools.packets.conformance.client_judge import CLIENT_CHECKS, judge_scenario
+from openpendant.tools.packets.conformance.client_live import LiveController
+from openpendant.tools.packets.conformance.client_scenarios import SCENARIOS, Scenario, Twist
+from openpendant.tools.packets.conformance.client_setup import Purpose, Setup
+from openpendant.tools.packets.conformance.findings import Judgement, Result, Verdict
+from openpendant.tools.packets.console import ExitCode, PacketToolError, PeerError
+
+VECTORS = Path(__file__).parents[2] / "vectors"
+GENERIC = str(VECTORS / "capture-industrial-robot-client.json")
+DRIVER = str(VECTORS / "capture-motoman-driver.json")
+
+
+def options(*arguments: str) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    client_role.add_arguments(parser)
+    return parser.parse_args(arguments)
+
+
+async def judged(*arguments: str) -> tuple[Judgement, list[Result]]:
+    seen: list[Result] = []
+    judgement = await client_role.judge_client(options(*arguments), seen.append)
+    return judgement, seen
+
+
+def number_of(judgement: Judgement, number: str) -> Result:
+    return next(result for result in judgement.results if result.check.number == number)
+
+
+@pytest.mark.asyncio
+async def test_a_recording_gives_one_result_for_each_check() -> None:
+    judgement, seen = await judged("--capture", GENERIC, "--joints", "6")
+    assert tuple(result.check for result in judgement.results) == CLIENT_CHECKS
+    assert tuple(seen) == judgement.results
+    assert judgement.role == "client"
+    assert judgement.count(Verdict.FAILED) == 0
+    assert judgement.count(Verdict.DEVIATES) == 10
+    detail = number_of(judgement, "MC17").finding.detail
+    assert detail.startswith("[stream_failure_reply] at 1.024 s on port 11000, connection 1: ")
+
+
+@pytest.mark.asyncio
+async def test_a_motoman_recording_needs_its_dialect() -> None:
+    judgement, _ = await judged("--capture", DRIVER, "--dialect", "motoman")
+    assert judgement.count(Verdict.FAILED) == 0
+    assert number_of(judgement, "YC03").finding.verdict is Verdict.PASSED
+    other, _ = await judged("--capture", DRIVER)
+    assert number_of(other, "YC03").finding.verdict is Verdict.NOT_APPLICABLE
+    assert other.count(Verdict.FAILED) > 0
+
+
+@pytest.mark.asyncio
+async def test_limits_of_a_robot_are_looked_at() -> None:
+    judgement, _ = await judged("--capture", GENERIC, "--robot", "ur5")
+    for number in ("LC02", "LC05", "MC07"):
+        assert number_of(judgement, number).finding.verdict is Verdict.PASSED
+
+
+def test_the_command_prints_a_report_and_writes_junit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "report.xml"
+    arguments = ["--role", "client", "--capture", GENERIC, "--json", "--junit", str(file)]
+    assert main(arguments) == ExitCode.OK
+    counts = json.loads(capsys.readouterr().out)["counts"]
+    suite = ElementTree.parse(file).getroot()[0]
+    assert int(suite.attrib["failures"]) == counts["failed"] == 0
+    assert int(suite.attrib["skipped"]) == counts["not applicable"]
+    assert int(suite.attrib["tests"]) == sum(counts.values()) == len(CLIENT_CHECKS)
+
+
+def test_a_client_that_fails_makes_exit_code_1(tmp_path: Path) -> None:
+    file = tmp_path / "bad.json"
+    topic = "0c000000010000000100000000000000"
+    entry = {"t": 0.0, "dir": "client->server", "port": 11000, "conn": 1, "hex": topic}
+    file.write_text(json.dumps([entry]))
+    assert main(["--role", "client", "--capture", str(file)]) == ExitCode.FINDINGS
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["--capture", GENERIC, "--listen", "0"],
+        ["--capture", "no/such/file.json"],
+        ["--capture", __file__],
+        ["--capture", GENERIC, "--robot", "no_such_robot"],
+        ["--listen", "127.0.0.1:0:0", "--trigger", "'", "--scenario", "none"],
+        ["--listen", "127.0.0.1:0:0", "--trigger", "", "--scenario", "none"],
+        ["--listen", "99999"],
+        ["--listen", "here"],
+        ["--listen", "0", "--wait", "nan"],
+        ["--listen", "0", "--scenario", "no-such-scenario"],
+        ["--capture", GENERIC, "--ports", "1:2:3:4"],
+    ],
+)
+def test_wrong_usage_is_one_line_and_exit_code_2(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["--role", "client", *arguments]) == ExitCode.USAGE
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "Traceback" not in captured.err
+    assert captured.err.strip()
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_nobody_connecting_is_the_peers_fault() -> None:
+    with pytest.raises(PeerError, match="no client connected; 3 s were waited"):
+        await judged(
+            *("--listen", "127.0.0.1:0:0", "--wait", "3"),
+            *("--scenario", "none", "--scenario", "closed"),
+        )
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_a_port_that_is_taken_is_said_so() -> None:
+    setup = Setup()
+    first = LiveController(ScriptedController(setup), "127.0.0.1", {Purpose.MOTION: 0})
+    async with first.listening() as ports:
+        taken = ports[Purpose.MOTION]
+        with pytest.raises(PacketToolError, match=f"port {taken}: .*in use"):
+            await judged("--listen", f"127.0.0.1:{taken}:0", "--scenario", "none")
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("11000", ("127.0.0.1", 11000, None)),
+        ("11000:11002", ("127.0.0.1", 11000, 11002)),
+        ("0.0.0.0:0", ("0.0.0.0", 0, None)),
+        ("localhost:11000:11002", ("localhost", 11000, 11002)),
+        ("[::1]:11000:11002", ("::1", 11000, 11002)),
+    ],
+)
+def test_where_to_listen_is_read(text: str, expected: tuple[str, int, int | None]) -> None:
+    assert options("--listen", text).listen == expected
+
+
+def test_scenario_names_are_unique() -> None:
+    assert len({scenario.name for scenario in SCENARIOS}) == len(SCENARIOS) == len(Twist)
+
+
+def test_a_flood_of_frames_ends_in_a_hang_up_and_bounded_memory() -> None:
+    controller = ScriptedController(Setup())
+    controller.begin(Scenario(Twist.NONE), 0)
+    link = LinkId(Purpose.MOTION, 11000, 1)
+    controller.connected(link, 0)
+    point = JointTrajPt(0, joint_array(()), 0.1, 1.0)
+    burst = codec_for().encode(point) * 5_000
+    for _ in range(100):
+        actions = controller.received(link, burst, 0)
+        if Do(Act.CLOSE, link) in actions:
+            break
+    else:
+        raise AssertionError("the client may flood for ever")
+    assert len(controller.trace) < MAX_ENTRIES + 20_000
+
+
+@pytest.mark.parametrize("data", [b"", b"\x00", b"\xff" * 40, bytes(40), b"\x0c\x00\x00\x00" * 9])
+def test_garbage_is_judged_and_not_stumbled_over(data: bytes) -> None:
+    setup = Setup()
+    controller = ScriptedController(setup)
+    controller.begin(Scenario(Twist.NONE), 0)
+    link = LinkId(Purpose.MOTION, 11000, 1)
+    controller.connected(link, 0)
+    controller.received(link, data, 5)
+    controller.disconnected(link, 9)
+    findings = judge_scenario(controller.trace, setup)
+    failed = [number for number, item in findings.items() if item.verdict is Verdict.FAILED]
+    assert bool(failed) is bool(data)
+
+
+PAGE = (Path(__file__).parents[3] / "docs" / "conformance-clients.md").read_text("utf-8")
+
+
+def test_the_page_lists_every_scenario_and_only_checks_that_exist() -> None:
+    rows = [line for line in PAGE.splitlines() if line.startswith("| `")]
+    named = {word for row in rows for word in re.findall(r"`([a-z-]+)`", row.split("|")[1])}
+    assert {scenario.name for scenario in SCENARIOS} <= named
+    numbers = {check.number for check in CLIENT_CHECKS}
+    assert set(re.findall(r"\b[A-Z]C\d\d\b", PAGE)) <= numbers
+
+
+def test_the_page_lists_every_option() -> None:
+    parser = argparse.ArgumentParser()
+    client_role.add_arguments(parser)
+    options_of_role = re.findall(r"--[a-z-]+", parser.format_usage())
+    assert [option for option in options_of_role if option not in PAGE] == []
+
+
+def test_the_page_names_the_habits_that_recordings_show() -> None:
+    shown = set()
+    for file, dialect in ((GENERIC, "standard"), (DRIVER, "motoman")):
+        setup = Setup(dialect=DIALECTS[dialect], dof=6)
+        for result in client_role.judge_recording(Path(file), setup).results:
+            shown |= {habit for habit in result.finding.habit.split("; ") if habit}
+    assert [habit for habit in shown if habit not in PAGE] == []

@@ -1,0 +1,153 @@
+"""Our pendant server, judged as a client of a controller, on the virtual clock."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+
+import pytest
+
+from openpendant.motion.robot import serial_robot
+from openpendant.server.app import App
+from openpendant.server.jobs import Job, Planned
+from openpendant.server.settings import make_settings
+from openpendant.tools.packets.conformance.client_controller import ScriptedController
+from openpendant.tools.packets.conformance.client_judge import results_of
+from openpendant.tools.packets.conformance.client_live import LiveController
+from openpendant.tools.packets.conformance.client_role import judge_live
+from openpendant.tools.packets.conformance.client_scenarios import SCENARIOS, Scenario, Twist
+from openpendant.tools.packets.conformance.client_setup import Purpose, Setup
+from openpendant.tools.packets.conformance.findings import Finding, Verdict
+from openpendant.tools.pendants.client import Aborted, PendantClient, Refused
+
+ROBOT = serial_robot("ur5")
+SETUP = Setup(dof=6, limits=ROBOT.limits)
+STANDARD = [scenario for scenario in SCENARIOS if not scenario.is_motoman]
+
+
+class NoPlanner:
+    """Joint moves are timed on the spot; nothing else is asked for here."""
+
+    def submit(self, job: Job, answer: Callable[[Planned], None]) -> None:
+        raise AssertionError(f"no plan was expected: {job}")
+
+
+@asynccontextmanager
+async def our_server(live: LiveController, **controller: object) -> AsyncIterator[PendantClient]:
+    settings = make_settings(
+        {
+            "listen": {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0},
+            "controller": {
+                "motion_port": live.ports[Purpose.MOTION],
+                "state_port": live.ports[Purpose.STATE],
+                "state_period": 0.025,
+                **controller,
+            },
+        },
+        "test",
+    )
+    app = App(settings, ROBOT, planner=NoPlanner())
+    async with app.running() as ports:
+        pendant = await PendantClient.connect("127.0.0.1", ports.pendant, state_rate=50)
+        async with pendant:
+            yield pendant
+
+
+class Mover:
+    """Has the robot moved to and fro, whatever became of it last time."""
+
+    def __init__(self, pendant: PendantClient) -> None:
+        self.pendant = pendant
+        self.fates: list[str] = []
+
+    async def __call__(self, scenario: Scenario) -> None:
+        state = self.pendant.state
+        here = state.positions[0] if state is not None else ROBOT.home_position[0]
+        # Whichever end is farther off: a motion must be long enough to have something happen to it.
+        offset = max(0.1, 0.5, key=lambda value: abs(ROBOT.home_position[0] + value - here))
+        goal = [value + offset for value in ROBOT.home_position]
+        try:
+            await self.pendant.take_control()
+            handle = await self.pendant.move_joints(goal, speed=0.5)
+            await handle.done()
+        except (Refused, Aborted) as error:
+            self.fates.append(type(error).__name__)
+        else:
+            self.fates.append("done")
+
+
+async def judged(scenarios: list[Scenario], **controller: object) -> dict[str, dict[str, Finding]]:
+    core = ScriptedController(SETUP, ROBOT.home_position, at_point=10, now=LiveController.now())
+    live = LiveController(core, "127.0.0.1", {Purpose.MOTION: 0, Purpose.STATE: 0})
+    async with live.listening(), our_server(live, **controller) as pendant:
+        found = await judge_live(live, SETUP, scenarios, Mover(pendant), wait=10)
+    return {name: dict(findings) for name, findings in found.items()}
+
+
+def complaints(found: dict[str, dict[str, Finding]]) -> list[str]:
+    return [
+        f"{name} {number} {finding.verdict.value}: {finding.habit} {finding.detail}"
+        for name, findings in found.items()
+        for number, finding in findings.items()
+        if finding.verdict in (Verdict.FAILED, Verdict.DEVIATES)
+    ]
+
+
+LOOKED_AT = {
+    Twist.NONE: {"FC06", "LC02", "LC03", "LC04", "LC05", "LC06", "MC07", "RC01", "RC05"},
+    Twist.BYTEWISE: {"RC01", "MC02"},
+    Twist.MERGED: {"RC03", "RC08"},
+    Twist.LATE: {"MC18", "SC03"},
+    Twist.REFUSED: {"MC17", "SC02"},
+    Twist.WRONG_TYPE: {"RC12", "SC02"},
+    Twist.UNREADABLE: {"RC13", "SC02"},
+    Twist.REPLY_LOST: {"MC18", "SC02"},
+    Twist.UNKNOWN_TOPIC_MOTION: {"RC11"},
+    Twist.UNKNOWN_REQUEST_MOTION: {"RC03", "RC07", "RC09", "RC10", "RC11"},
+    Twist.UNKNOWN_TOPIC_STATE: {"RC11"},
+    Twist.UNKNOWN_REQUEST_STATE: {"RC02", "RC03", "RC07", "RC09", "RC11"},
+    Twist.PING_MOTION: {"RC03", "RC08"},
+    Twist.PING_STATE: {"RC02", "RC03", "RC08"},
+    Twist.STATUS_REQUEST: {"RC02", "RC03", "RC07"},
+    Twist.CLOSED: {"KC02", "SC02"},
+    Twist.RESET: {"KC02", "SC02"},
+    Twist.HALF_OPEN: {"MC18", "SC02"},
+    Twist.STATE_CLOSED: {"QC05", "SC02"},
+    Twist.RESTART: {"KC02", "KC05"},
+    Twist.EMERGENCY_STOP: {"QC01", "SC02"},
+    Twist.NOT_POSSIBLE: {"QC02"},
+    Twist.SILENCE: {"QC04", "SC02"},
+}
+"""What each scenario must give the judge to look at."""
+
+
+def test_every_scenario_says_what_it_is_for() -> None:
+    assert set(LOOKED_AT) == {scenario.twist for scenario in STANDARD}
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+@pytest.mark.parametrize("points", ["full", "simple"])
+@pytest.mark.parametrize("scenario", STANDARD, ids=lambda scenario: scenario.name)
+async def test_our_server_is_a_good_client_whatever_the_controller_does(
+    scenario: Scenario, points: str
+) -> None:
+    found = await judged([scenario], points=points)
+    assert complaints(found) == []
+    passed = {n for n, item in found[scenario.name].items() if item.verdict is Verdict.PASSED}
+    of_form = {"LC03", "LC04"} if points == "simple" else set()
+    assert LOOKED_AT[scenario.twist] - of_form <= passed
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_one_session_of_all_scenarios_ends_with_a_robot_that_still_moves() -> None:
+    found = await judged(STANDARD)
+    assert complaints(found) == []
+    results = results_of(found)
+    verdicts = [result.finding.verdict for result in results]
+    assert verdicts.count(Verdict.PASSED) >= 40
+    # Whatever happened before, the server was ready for the next trajectory.
+    for name, findings in found.items():
+        moved = name == Scenario(Twist.NOT_POSSIBLE).name
+        assert findings["MC04"].verdict is (Verdict.NOT_APPLICABLE if moved else Verdict.PASSED)

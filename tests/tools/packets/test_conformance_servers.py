@@ -1,0 +1,192 @@
+"""Our own servers are judged in full, and the tester's own manners."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+from faulty_servers import LIMITS, SOUND, START, checks_named, judged, serve, words_of
+from judged_server import HOST, running_emulator, running_server
+
+from openpendant.simplemsg import ByteOrder
+from openpendant.tools.packets.conformance.checks import (
+    STANDARD,
+    Profile,
+    ServerCheck,
+    check,
+    server_checks,
+)
+from openpendant.tools.packets.conformance.findings import (
+    PASSED,
+    CheckInfo,
+    Finding,
+    Judgement,
+    Section,
+    Verdict,
+)
+from openpendant.tools.packets.conformance.runner import applicable, judge
+from openpendant.tools.packets.conformance.target import Options, Target
+from openpendant.tools.packets.conformance.wire import Unreachable
+
+pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+
+PASSES = Verdict.PASSED
+
+
+def not_passed(judgement: Judgement) -> list[str]:
+    return words_of(judgement, Verdict.FAILED, Verdict.DEVIATES)
+
+
+def unjudged(judgement: Judgement) -> set[str]:
+    return {
+        result.check.number
+        for result in judgement.results
+        if result.finding.verdict is Verdict.NOT_APPLICABLE
+    }
+
+
+async def test_the_emulator_passes_every_check() -> None:
+    async with running_emulator() as options:
+        judgement = await judge(options)
+    assert not_passed(judgement) == []
+    assert unjudged(judgement) == set()
+    assert judgement.count(PASSES) >= 75
+
+
+async def test_the_server_passes_every_check_on_all_its_ports() -> None:
+    async with running_server() as options:
+        judgement = await judge(options)
+    assert not_passed(judgement) == []
+    # It reports no type 15, and has no operator to press an emergency stop.
+    assert unjudged(judgement) == {"TS12", "TS19", "QS14"}
+    assert sum(result.check.section is Section.PENDANT for result in judgement.results) > 25
+
+
+async def test_the_pendant_port_can_be_judged_alone() -> None:
+    async with running_server() as options:
+        judgement = await judge(replace(options, profile=Profile.PENDANT))
+    assert not_passed(judgement) == []
+    assert {result.check.section for result in judgement.results} == {Section.PENDANT}
+
+
+async def test_the_emulator_passes_the_minimum_without_its_limits_known() -> None:
+    async with running_emulator() as options:
+        judgement = await judge(replace(options, profile=Profile.MINIMUM, limits=None))
+    assert not_passed(judgement) == []
+    assert unjudged(judgement) == {"TS06", "TS11", "LS07", "LS08"}
+
+
+@pytest.mark.parametrize("order", list(ByteOrder))
+async def test_the_byte_order_of_the_target_is_found(order: ByteOrder) -> None:
+    async with running_emulator(byte_order=order.name.lower()) as options:
+        target = Target(options)
+        await target.survey()
+    assert target.order is order
+
+
+@pytest.mark.parametrize("settings", [{"byte_order": "big"}, {"real_size": 8}])
+async def test_other_wire_forms_are_judged_alike(settings: dict[str, object]) -> None:
+    async with running_emulator(**settings) as options:
+        only = ("header", "replies", "BS03", "TS02", "TS08", "MS02", "SS02")
+        judgement = await judge(options, only=only)
+    assert not_passed(judgement) == []
+
+
+async def test_nothing_moves_without_permission() -> None:
+    service, ports = await serve(SOUND)
+    options = Options(HOST, ports.motion, ports.state, limits=LIMITS)
+    judgement = await judge(options)
+    moves = {entry.info.number for entry in applicable(options) if entry.info.moves}
+    assert unjudged(judgement) == moves
+    assert service.controller.motion(service.now)[0] == START
+    assert "points-accepted" not in service.controller.referee.events
+    await service.close()
+
+
+async def test_the_robot_is_back_where_it_was_after_every_run() -> None:
+    service, ports = await serve(SOUND)
+    options = Options(HOST, ports.motion, ports.state, may_move=True, limits=LIMITS)
+    await judge(options, only=["stop", "KS10"])
+    assert service.controller.motion(service.now)[0] == pytest.approx(START, abs=1e-3)
+    await service.close()
+
+
+async def test_without_a_state_port_nothing_passes_that_needs_one() -> None:
+    service, ports = await serve(SOUND)
+    judgement = await judge(Options(HOST, ports.motion, may_move=True))
+    blind = {
+        result.check.number
+        for result in judgement.results
+        if result.check.section in (Section.TOPICS, Section.STATUS) or result.check.moves
+    }
+    assert blind <= unjudged(judgement)
+    assert not_passed(judgement) == []
+    await service.close()
+
+
+async def test_a_target_that_is_not_there_is_no_judgement() -> None:
+    with pytest.raises(Unreachable, match="cannot be reached"):
+        await judge(Options(HOST, 1))
+
+
+def made_of(body: object, **how: float) -> ServerCheck:
+    info = CheckInfo("FS90", "made up", "", Section.FRAMING)
+    return ServerCheck(info, STANDARD, body, how.get("deadline", 5.0))  # type: ignore[arg-type]  # any awaitable will do
+
+
+async def test_a_check_that_crashes_has_failed() -> None:
+    async def crash(target: Target) -> Finding:
+        raise KeyError("oops")
+
+    judgement = await judged(SOUND, [made_of(crash)])
+    assert not_passed(judgement) == ["FS90 failed: the tester itself failed: KeyError: 'oops'"]
+
+
+async def test_a_check_that_never_ends_has_failed() -> None:
+    async def wait(target: Target) -> Finding:
+        await asyncio.sleep(1e6)
+        return PASSED
+
+    judgement = await judged(SOUND, [made_of(wait, deadline=2.0)])
+    assert not_passed(judgement) == ["FS90 failed: the check was not done after 2 s"]
+
+
+async def test_a_target_that_dies_fails_the_check_and_leaves_the_rest_unjudged() -> None:
+    service, ports = await serve(SOUND)
+
+    async def kill(target: Target) -> Finding:
+        await service.close()
+        return PASSED
+
+    options = Options(HOST, ports.motion, ports.state)
+    judgement = await judge(options, checks=[made_of(kill), *checks_named(["FS01", "RS01"])])
+    first, *rest = judgement.results
+    assert first.finding.verdict is Verdict.FAILED
+    assert {result.finding.detail for result in rest} == {"target unreachable"}
+
+
+async def test_a_failure_shows_what_travelled_last() -> None:
+    async def ask(target: Target) -> Finding:
+        wire = await target.motion()
+        await wire.ask(b"\x0c\0\0\0\x0f'\0\0\x01\0\0\0\0\0\0\0", "a topic")
+        return PASSED
+
+    (words,) = not_passed(await judged(SOUND, [made_of(ask)]))
+    assert "0c000000 0f270000 01000000 00000000" in words
+
+
+async def test_numbers_are_unique_and_belong_to_their_sections() -> None:
+    numbers = [entry.info.number for entry in server_checks()]
+    assert [number for number, count in Counter(numbers).items() if count > 1] == []
+    with pytest.raises(ValueError, match="FS01 is taken"):
+        check("FS01", "", "", Section.FRAMING)
+    with pytest.raises(ValueError, match="RS99"):
+        check("RS99", "", "", Section.FRAMING)
+
+
+async def test_every_check_says_what_must_hold_and_why() -> None:
+    for entry in server_checks():
+        assert entry.info.title
+        assert len(entry.info.clause) > 8

@@ -1,0 +1,270 @@
+"""Tiny motions of one joint, from where the robot stands and back.
+
+Owns how far, how slowly and when the tester moves a robot: by the amplitude and no farther, after
+making sure that the robot stands where it stood at first and says that it can move. Verdicts are
+the checks' business.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from openpendant.simplemsg import (
+    CommType,
+    JointTrajPt,
+    ReplyCode,
+    SpecialSequence,
+    TriState,
+    joint_array,
+)
+
+from .target import Target
+from .watch import Watch, distance
+from .wire import CannotJudge, Frame, RuleBroken, Wire
+
+ARRIVED = 0.005
+"""So close to a goal the ROS-I action server counts a joint as arrived [rad or m]."""
+
+LEAD_IN = 0.1
+"""Duration of a first point, which is where the robot stands [s]."""
+
+SPEED = 0.1
+"""Speed of the tester's ordinary motions [rad/s or m/s], and their `velocity` field."""
+
+STOP_WITHIN = 0.5
+"""A robot that is told to stop stands so long after at the latest [s]; these motions are slow."""
+
+START_WITHIN = 3.0
+"""A motion begins so long after its last point at the latest [s]."""
+
+_READY_WITHIN = 12.0
+_POINT_WITHIN = 4.0
+
+POINT = JointTrajPt(0, joint_array(()), 0.0, 0.0)
+STOP = JointTrajPt(SpecialSequence.STOP, joint_array(()), 0.0, 0.0)
+
+
+class Mover:
+    """A motion connection and a state connection, ready to move one joint.
+
+    Attributes:
+        wire: the motion connection.
+        watch: the state connection.
+        start: all slots where the robot stands [rad or m].
+        goal: all slots with the joint moved by the amplitude [rad or m].
+        joint: index of the joint that is moved.
+    """
+
+    def __init__(self, wire: Wire, watch: Watch, start: tuple[float, ...], joint: int, way: float):
+        """Take connections to a robot that stands at `start`."""
+        self.wire = wire
+        self.watch = watch
+        self.start = start
+        self.joint = joint
+        self.goal = shifted(start, joint, way)
+        self._way = way
+
+    @property
+    def amplitude(self) -> float:
+        """How far the goal is [rad or m]."""
+        return abs(self._way)
+
+    def between(self, part: float) -> tuple[float, ...]:
+        """Return the position at a part of the way, 0 to 1."""
+        return shifted(self.start, self.joint, part * self._way)
+
+    def progress(self, position: Sequence[float]) -> float:
+        """Return which part of the way to the goal a position is."""
+        return (position[self.joint] - self.start[self.joint]) / self._way
+
+    @property
+    def has_left(self) -> bool:
+        """The robot has visibly left its start."""
+        return distance(self.watch.position, self.start) > 0.04 * self.amplitude
+
+    async def point(
+        self,
+        sequence: int,
+        joints: Sequence[float],
+        duration: float,
+        *,
+        velocity: float = SPEED,
+        within: float = _POINT_WITHIN,
+    ) -> Frame:
+        """Send a point as a request and return the frame that answers it."""
+        message = JointTrajPt(sequence, tuple(joints), velocity, duration)
+        return await self.wire.ask(message, f"a point of sequence {sequence}", within)
+
+    async def go(self, duration: float) -> None:
+        """Send a trajectory to the goal: a first point where the robot stands, and the goal.
+
+        Raises:
+            RuleBroken: a point was refused or not answered.
+        """
+        await self.accepted(0, self.start, LEAD_IN)
+        await self.accepted(1, self.goal, duration)
+
+    async def accepted(self, sequence: int, joints: Sequence[float], duration: float) -> None:
+        """Send a point as a request that must be taken.
+
+        Raises:
+            RuleBroken: it was refused or not answered.
+        """
+        reply = await self.point(sequence, joints, duration)
+        if not is_taken(reply):
+            raise RuleBroken(f"the point of sequence {sequence} was refused: {reply}")
+
+    async def set_off(self, duration: float) -> None:
+        """Send the robot to the goal and wait until it has visibly left its start.
+
+        Raises:
+            CannotJudge: it did not move; other checks say so.
+        """
+        try:
+            await self.go(duration)
+        except RuleBroken as error:
+            raise CannotJudge(f"the robot could not be moved: {error}") from None
+        if not await self.watch.until(lambda: self.has_left, START_WITHIN):
+            raise CannotJudge("the robot did not move")
+
+    async def rests_within(self, within: float) -> tuple[float, ...]:
+        """Wait until the robot stands and return where.
+
+        Raises:
+            RuleBroken: it does not come to rest.
+        """
+        if not await self.watch.standstill(within):
+            raise RuleBroken(f"the robot did not come to rest within {within:g} s")
+        return self.watch.position
+
+    async def stays(self, seconds: float, after: str, since: Sequence[float]) -> None:
+        """Make sure that the robot stays where it is.
+
+        Raises:
+            RuleBroken: it moved.
+        """
+        tolerance = 0.04 * self.amplitude
+        if await self.watch.until(
+            lambda: distance(self.watch.position, since) > tolerance, seconds
+        ):
+            off = distance(self.watch.position, since)
+            raise RuleBroken(f"after {after} the robot moved by {off:.4g} rad or m")
+
+
+def shifted(position: Sequence[float], joint: int, way: float) -> tuple[float, ...]:
+    """Return a position with one joint moved [rad or m]."""
+    return tuple(value + way * (slot == joint) for slot, value in enumerate(position))
+
+
+def is_taken(reply: Frame) -> bool:
+    """Tell whether a reply says that a point was taken; Motoman says it in the body."""
+    if reply.msg_type == 2002:
+        return reply.integers(5)[3] == 0
+    return reply.comm_type == CommType.REPLY and reply.reply_code == ReplyCode.SUCCESS
+
+
+async def ready(target: Target) -> Mover:
+    """Connect to a robot that stands at its first position; bring it back there if need be.
+
+    Raises:
+        CannotJudge: the robot may not be moved, or is not ready.
+    """
+    if target.home is None:
+        raise CannotJudge("without joint positions on a state port nobody can see a motion")
+    if target.grounded:
+        raise CannotJudge(f"the robot is not where it was: {target.grounded}")
+    watch, wire = await target.state(), await target.motion()
+    if not await watch.begin():
+        raise CannotJudge("the state port does not report joint positions and STATUS")
+    await _go_home(target, wire, watch)
+    target.may_have_moved = True
+    joint = target.moved_joint
+    if joint is None:
+        joint = target.moved_joint = _joint_to_move(target, target.home)
+    way = _direction(target, target.home[joint], joint) * target.options.amplitude
+    return Mover(wire, watch, watch.position, joint, way)
+
+
+async def _go_home(target: Target, wire: Wire, watch: Watch) -> None:
+    """Wait for a robot that stands and can move, and bring it to its start."""
+    if not await watch.standstill(_READY_WITHIN):
+        raise CannotJudge("the robot does not stand, or its STATUS says that it moves")
+    await _wait_until_possible(watch)
+    await _bring_home(target, wire, watch)
+
+
+async def _wait_until_possible(watch: Watch) -> None:
+    def possible() -> bool:
+        return watch.status is not None and watch.status.motion_possible != TriState.FALSE
+
+    if not await watch.until(possible, 3.0):
+        code = watch.status.error_code if watch.status else 0
+        raise CannotJudge(f"the robot says that motion is not possible, error code {code}")
+
+
+async def _bring_home(target: Target, wire: Wire, watch: Watch) -> None:
+    """Move the robot back to where it stood at first, if the tester has moved it."""
+    assert target.home is not None
+    away = distance(watch.position, target.home)
+    if away <= ARRIVED / 5:
+        return
+    if not away <= 2 * target.options.amplitude + ARRIVED:
+        raise CannotJudge(
+            f"the robot stands {away:.4g} rad or m from where it was; the tester leaves it there"
+        )
+    there = watch.position
+    for sequence, joints, seconds in (
+        (0, there, LEAD_IN / 2),
+        (1, target.home, max(0.25, away / SPEED / 2)),
+    ):
+        message = JointTrajPt(sequence, joints, SPEED, seconds)
+        reply = await wire.ask(message, "a point of the way back", _POINT_WITHIN)
+        if not is_taken(reply):
+            raise CannotJudge(f"the robot refuses the way back to its start: {reply}")
+    await watch.until(lambda: distance(watch.position, there) > away / 4, START_WITHIN)
+    await watch.standstill(_READY_WITHIN)
+    left = distance(watch.position, target.home)
+    if left > ARRIVED:
+        raise CannotJudge(f"the robot did not come back to its start: {left:.4g} rad or m are left")
+
+
+def _joint_to_move(target: Target, home: Sequence[float]) -> int:
+    if target.options.joint is not None:
+        return target.options.joint
+    limits, amplitude = target.options.limits, target.options.amplitude
+    for joint in reversed(range(target.dof)):
+        if limits is None or limits.upper[joint] - limits.lower[joint] > 2 * amplitude:
+            return joint
+    raise CannotJudge(f"no joint can be moved by {amplitude:g} rad or m inside its range")
+
+
+def _direction(target: Target, value: float, joint: int) -> float:
+    """Return the sign of the way that leads to the middle of the range, or towards 0."""
+    limits = target.options.limits
+    middle = 0.0 if limits is None else (limits.lower[joint] + limits.upper[joint]) / 2
+    return math.copysign(1.0, middle - value)
+
+
+async def restore(target: Target) -> str:
+    """Stop the robot, wait until it stands and bring it back to its start.
+
+    Returns:
+        Why that failed, empty where it did not.
+    """
+    if target.home is None:
+        return ""  # nobody could see it move, so nothing was moved on these ports
+    try:
+        watch = await target.state()
+        wire = await target.motion()
+        await watch.begin()
+        if not await watch.standstill(0.5):
+            wire.send(STOP)
+            await wire.poll(1.0)
+        await _go_home(target, wire, watch)
+        target.may_have_moved = False
+    except (CannotJudge, RuleBroken) as error:
+        return str(error)
+    finally:
+        await target.close()
+    return ""

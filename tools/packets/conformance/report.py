@@ -1,0 +1,154 @@
+"""A judgement as a person, a program and a build server read it.
+
+Owns the three forms of the report: text, JSON and JUnit XML. Knows nothing of how a finding came
+about.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from itertools import groupby
+from typing import Any
+from xml.etree import ElementTree
+
+from .findings import Judgement, Result, Verdict
+
+FORMAT = "openpendant-conformance/1"
+"""Name and version of the JSON report."""
+
+_WORDS = {
+    Verdict.PASSED: "passed",
+    Verdict.FAILED: "FAILED",
+    Verdict.DEVIATES: "deviates",
+    Verdict.NOT_APPLICABLE: "not applicable",
+}
+_COLORS = {
+    Verdict.PASSED: "32",
+    Verdict.FAILED: "1;31",
+    Verdict.DEVIATES: "33",
+    Verdict.NOT_APPLICABLE: "2",
+}
+_WIDTH = max(map(len, _WORDS.values()))
+_INDENT = " " * (_WIDTH + 8)
+
+
+def as_text(judgement: Judgement, color: bool) -> str:
+    """Return the report for a person.
+
+    Args:
+        judgement: what was found.
+        color: with the escape sequences of a terminal.
+    """
+    lines = [_printable(judgement.subject)]
+    for section, results in groupby(judgement.results, lambda result: result.check.section):
+        lines += ["", section.name.lower().replace("_", " ")]
+        for result in results:
+            lines += _text_lines(result, color)
+    return "\n".join([*lines, "", summary(judgement)])
+
+
+def summary(judgement: Judgement) -> str:
+    """Return the counts of a judgement in one line."""
+    counts = ", ".join(f"{judgement.count(verdict)} {verdict.value}" for verdict in Verdict)
+    return f"{len(judgement.results)} checks: {counts}"
+
+
+def _text_lines(result: Result, color: bool) -> Iterator[str]:
+    check, finding = result.check, result.finding
+    word = f"{_WORDS[finding.verdict]:<{_WIDTH}}"
+    if color:
+        word = f"\x1b[{_COLORS[finding.verdict]}m{word}\x1b[0m"
+    yield f"  {word} {check.number} {_printable(check.title)}"
+    if finding.habit:
+        yield f"{_INDENT}habit: {_printable(finding.habit)}"
+    if finding.detail:
+        yield f"{_INDENT}{_printable(finding.detail)}"
+    if finding.verdict in (Verdict.FAILED, Verdict.DEVIATES):
+        yield f"{_INDENT}clause: {_printable(check.clause)}"
+
+
+def as_json(judgement: Judgement) -> str:
+    """Return the report as one JSON object."""
+    report = {
+        "format": FORMAT,
+        "subject": judgement.subject,
+        "role": judgement.role,
+        "counts": {verdict.value: judgement.count(verdict) for verdict in Verdict},
+        "results": [_json_of(result) for result in judgement.results],
+    }
+    return json.dumps(report, indent=2)
+
+
+def _json_of(result: Result) -> dict[str, Any]:
+    check, finding = result.check, result.finding
+    return {
+        "number": check.number,
+        "title": check.title,
+        "clause": check.clause,
+        "section": check.section.name.lower(),
+        "moves": check.moves,
+        "verdict": finding.verdict.value,
+        "detail": finding.detail,
+        "habit": finding.habit,
+        "seconds": round(result.seconds, 6),
+    }
+
+
+def as_junit(judgement: Judgement) -> str:
+    """Return the report as JUnit XML.
+
+    A deviation counts as passed and carries its habit as a property, because a build must not break
+    on what a vendor has always done; a check that could not look is skipped.
+    """
+    counts = {
+        "tests": len(judgement.results),
+        "failures": judgement.count(Verdict.FAILED),
+        "errors": 0,
+        "skipped": judgement.count(Verdict.NOT_APPLICABLE),
+    }
+    attributes = {name: str(count) for name, count in counts.items()}
+    attributes["time"] = _seconds(sum(result.seconds for result in judgement.results))
+    root = ElementTree.Element("testsuites", attributes)
+    named = {"name": _printable(judgement.subject), **attributes}
+    suite = ElementTree.SubElement(root, "testsuite", named)
+    for result in judgement.results:
+        suite.append(_test_case(judgement.role, result))
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, encoding="unicode", xml_declaration=True)
+
+
+def _test_case(role: str, result: Result) -> ElementTree.Element:
+    check, finding = result.check, result.finding
+    case = ElementTree.Element(
+        "testcase",
+        {
+            "name": _printable(f"{check.number} {check.title}"),
+            "classname": f"conformance.{role}.{check.section.name.lower()}",
+            "time": _seconds(result.seconds),
+        },
+    )
+    properties = {"clause": check.clause, "verdict": finding.verdict.value}
+    if finding.verdict is Verdict.DEVIATES:
+        properties |= {"habit": finding.habit, "detail": finding.detail}
+    listed = ElementTree.SubElement(case, "properties")
+    for key, value in properties.items():
+        ElementTree.SubElement(listed, "property", {"name": key, "value": _printable(value)})
+    outcome = {Verdict.FAILED: "failure", Verdict.NOT_APPLICABLE: "skipped"}.get(finding.verdict)
+    if outcome is not None:
+        ElementTree.SubElement(case, outcome, {"message": _printable(finding.detail)})
+    return case
+
+
+def _seconds(duration: float) -> str:
+    return f"{duration:.3f}"
+
+
+def _printable(text: str) -> str:
+    """Return a text without what a peer may have smuggled in: escape sequences, line feeds.
+
+    XML knows no control characters at all, and a terminal obeys them.
+    """
+    return "".join(
+        letter if letter.isprintable() else "\N{REPLACEMENT CHARACTER}" for letter in text
+    )

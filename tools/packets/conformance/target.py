@@ -1,0 +1,242 @@
+"""The server under test: its ports, what is known of it, and the connections of one check.
+
+Owns opening and closing, the byte order that was found, and where the robot stood at first. It
+decides nothing about verdicts; what cannot be had is raised as `CannotJudge` or `Unreachable`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from openpendant.motion.limits import JointLimits
+from openpendant.simplemsg import (
+    JOINT_SLOTS,
+    MOTOMAN,
+    PENDANT,
+    STANDARD,
+    ByteOrder,
+    Codec,
+    Dialect,
+    Ping,
+    codec_for,
+)
+
+from .checks import Profile
+from .watch import Watch
+from .wire import CannotJudge, RuleBroken, Unreachable, Wire, open_wire
+
+_Kept = TypeVar("_Kept")
+
+CLOSING_PAUSE = 0.02
+"""So long the target gets to notice that a check's connections are closed [s]."""
+
+_FIRST_WORD = 2.5
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What the user said.
+
+    Attributes:
+        host: address of the target.
+        motion_port: where it takes points.
+        state_port: where it reports; None where it has no such port.
+        pendant_port: where it speaks our pendant protocol; None where it does not.
+        profile: what it is judged as.
+        dialect: name of the messages that it speaks.
+        order: its byte order; None to find it out.
+        real_size: bytes of a real on its wire.
+        may_move: the robot may be moved.
+        joint: index of the joint to move; None for the last one that can.
+        amplitude: how far it is moved [rad or m].
+        limits: the robot's joint limits, where they are known.
+    """
+
+    host: str
+    motion_port: int
+    state_port: int | None = None
+    pendant_port: int | None = None
+    profile: Profile = Profile.GENERIC
+    dialect: str = "standard"
+    order: ByteOrder | None = None
+    real_size: int = 4
+    may_move: bool = False
+    joint: int | None = None
+    amplitude: float = 0.05
+    limits: JointLimits | None = None
+
+
+class Target:
+    """The target and the connections that are open to it.
+
+    Attributes:
+        options: what the user said.
+        order: its byte order, as found.
+        home: all ten slots at the first look, [rad or m]; None before it and without state port.
+        moved_joint: index of the joint that is moved; None before it was chosen.
+        grounded: why the robot could not be brought back to its start, empty where it was.
+        may_have_moved: the robot may not be where it was at the first look.
+    """
+
+    def __init__(self, options: Options) -> None:
+        """Take the options; `survey` has the first look."""
+        self.options = options
+        self.order = options.order or ByteOrder.LITTLE
+        self.home: tuple[float, ...] | None = None
+        self.moved_joint: int | None = None
+        self.may_have_moved = False
+        self.grounded = ""
+        self._wires: list[Wire] = []
+        self._kept: dict[str, Any] = {}
+
+    # Connections.
+
+    def codec(self, order: ByteOrder | None = None, dialect: Dialect | None = None) -> Codec:
+        """Return the codec of the target, or one in another order or dialect."""
+        known = dialect or (MOTOMAN if self.options.dialect == "motoman" else STANDARD)
+        return codec_for(known, order or self.order, self.options.real_size)
+
+    @property
+    def other_order(self) -> ByteOrder:
+        """The byte order that the target was not found to speak."""
+        return ByteOrder.BIG if self.order is ByteOrder.LITTLE else ByteOrder.LITTLE
+
+    async def _open(self, name: str, port: int, codec: Codec) -> Wire:
+        wire = await open_wire(name, self.options.host, port, codec)
+        self._wires.append(wire)
+        return wire
+
+    async def motion(self, order: ByteOrder | None = None) -> Wire:
+        """Connect to the motion port."""
+        return await self._open("motion", self.options.motion_port, self.codec(order))
+
+    async def state_wire(self) -> Wire:
+        """Connect to the state port.
+
+        Raises:
+            CannotJudge: the target has none.
+        """
+        if self.options.state_port is None:
+            raise CannotJudge("no state port was given")
+        return await self._open("state", self.options.state_port, self.codec())
+
+    async def state(self) -> Watch:
+        """Connect to the state port and watch it."""
+        return Watch(await self.state_wire())
+
+    async def pendant(self, order: ByteOrder = ByteOrder.LITTLE) -> Wire:
+        """Connect to the pendant port.
+
+        Raises:
+            CannotJudge: the target has none.
+        """
+        if self.options.pendant_port is None:
+            raise CannotJudge("no pendant port was given")
+        return await self._open("pendant", self.options.pendant_port, codec_for(PENDANT, order, 4))
+
+    async def close(self) -> list[str]:
+        """Close what is open, let the target notice, and return what travelled last."""
+        logs = [line for wire in self._wires for line in wire.log]
+        for wire in self._wires:
+            wire.close()
+        self._wires.clear()
+        # Only who commanded the robot must be seen to leave before the next may command it.
+        await asyncio.sleep(CLOSING_PAUSE if self.may_have_moved else CLOSING_PAUSE / 4)
+        return logs
+
+    async def is_alive(self) -> bool:
+        """Tell whether the target still takes connections on the port that is judged."""
+        options = self.options
+        port = options.motion_port
+        if options.profile is Profile.PENDANT and options.pendant_port is not None:
+            port = options.pendant_port
+        try:
+            wire = await open_wire("motion", options.host, port, self.codec())
+        except Unreachable:
+            return False
+        # One that closes at once has stopped listening in all but name, or has no room left.
+        lost = await wire.is_closed_within(CLOSING_PAUSE / 4)
+        wire.close()
+        return not lost
+
+    # What is known of it.
+
+    async def survey(self) -> None:
+        """Have the first look: byte order, and where the robot stands.
+
+        Raises:
+            Unreachable: a port takes no connection.
+        """
+        if self.options.profile is Profile.PENDANT:
+            await self.pendant()
+            await self.close()
+            return
+        if self.options.order is None:
+            await self._find_order()
+        await self.motion()
+        if self.options.state_port is not None:
+            watch = await self.state()
+            await watch.begin(_FIRST_WORD)
+            if watch.joints:
+                self.home = watch.position
+        await self.close()
+
+    async def _find_order(self) -> None:
+        """Try both orders: on the state port the target speaks first, on the other it answers."""
+        for order in (ByteOrder.LITTLE, ByteOrder.BIG):
+            self.order = order
+            if self.options.state_port is not None:
+                wire = await self.state_wire()
+                told = await wire.poll(_FIRST_WORD) is not None
+                is_wrong = bool(wire.stray)
+            else:
+                wire = await self.motion()
+                wire.send(Ping())
+                told, is_wrong = await wire.poll(1.0) is not None, False
+            await self.close()
+            if told:
+                return
+            if self.options.state_port is not None and not is_wrong:
+                break  # silent in any order
+        self.order = ByteOrder.LITTLE
+
+    @property
+    def dof(self) -> int:
+        """Driven joints; without the robot's file, the slots up to the last that is not 0."""
+        if self.options.limits is not None:
+            return self.options.limits.dof
+        used = [slot for slot in range(JOINT_SLOTS) if self.home is not None and self.home[slot]]
+        return max(used, default=0) + 1
+
+    async def once(
+        self,
+        name: str,
+        make: Callable[[Target], Awaitable[_Kept]],
+        *,
+        is_subject: bool = False,
+    ) -> _Kept:
+        """Return what was observed once and is judged by several checks.
+
+        Args:
+            name: what it is, in words.
+            make: observes it.
+            is_subject: the check is about whether it can be observed at all.
+
+        Raises:
+            CannotJudge: it could not be observed, now or at the first attempt.
+            RuleBroken: the same, where that is what the check is about.
+        """
+        if name not in self._kept:
+            try:
+                self._kept[name] = await make(self)
+            except (CannotJudge, RuleBroken, Unreachable) as error:
+                self._kept[name] = error
+        kept = self._kept[name]
+        if isinstance(kept, Exception):
+            if is_subject and isinstance(kept, RuleBroken):
+                raise RuleBroken(str(kept))
+            raise CannotJudge(f"{name} could not be observed: {kept}")
+        return kept  # type: ignore[no-any-return]  # what `make` gave under this name

@@ -1,0 +1,343 @@
+"""The tester's end of one TCP connection: raw bytes as well as messages, and when each came.
+
+A tester must be able to send what no honest codec would, and to look at what no codec would accept.
+So frames are cut out of the stream here by their length field alone, kept as bytes, and decoded
+only when asked. Owns no opinion: what a frame should have been is the checks' business. All time is
+the running loop's.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import struct
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from openpendant.simplemsg import Codec, Message, MessageFault
+
+PREFIX = 4
+HEADER = 16
+LARGEST_LENGTH = 65_535
+"""A length field beyond this is none: the position in the stream is lost."""
+
+REPLY_WITHIN = 1.0
+"""A reply that takes longer is missing, unless a check says otherwise [s]."""
+
+CONNECT_WITHIN = 3.0
+"""A connection that takes longer is refused [s]."""
+
+_MOST_WAITING = 4096
+_LOG_LENGTH = 12
+
+
+class RuleBroken(Exception):
+    """What a check looks for did not happen, or the opposite did; the text says what was seen."""
+
+
+class CannotJudge(Exception):
+    """The check cannot look: something that it needs is missing; the text says what."""
+
+
+class Unreachable(Exception):
+    """The target takes no connection on a port."""
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One frame as it came.
+
+    Attributes:
+        time: when its last byte came [s, the loop's].
+        data: all of it, prefix included.
+        codec: how this connection reads.
+    """
+
+    time: float
+    data: bytes
+    codec: Codec
+
+    def _integer(self, offset: int) -> int:
+        (value,) = struct.unpack_from(f"{self.codec.byte_order.value}i", self.data, offset)
+        return int(value)
+
+    @property
+    def msg_type(self) -> int:
+        """Message type of the header."""
+        return self._integer(4)
+
+    @property
+    def comm_type(self) -> int:
+        """Communication type of the header."""
+        return self._integer(8)
+
+    @property
+    def reply_code(self) -> int:
+        """Reply code of the header."""
+        return self._integer(12)
+
+    @property
+    def body(self) -> bytes:
+        """What stands behind the header."""
+        return self.data[HEADER:]
+
+    def integers(self, count: int) -> tuple[int, ...]:
+        """Return the first integers of the body.
+
+        Raises:
+            RuleBroken: the body is shorter.
+        """
+        if len(self.body) < 4 * count:
+            raise RuleBroken(f"{self}: the body is shorter than {4 * count} bytes")
+        return struct.unpack_from(f"{self.codec.byte_order.value}{count}i", self.body)
+
+    def message(self) -> Message:
+        """Return the message in it.
+
+        Raises:
+            RuleBroken: there is none.
+        """
+        try:
+            return self.codec.decode(self.data)
+        except MessageFault as fault:
+            raise RuleBroken(f"{self}: {fault}") from None
+
+    def __str__(self) -> str:
+        return (
+            f"type {self.msg_type}, comm {self.comm_type}, code {self.reply_code},"
+            f" {len(self.data)} bytes"
+        )
+
+
+def raw_frame(
+    codec: Codec,
+    msg_type: int,
+    comm_type: int,
+    reply_code: int = 0,
+    body: bytes = b"",
+    length: int | None = None,
+) -> bytes:
+    """Return a frame with any header, right or wrong.
+
+    Args:
+        codec: gives the byte order.
+        msg_type: message type.
+        comm_type: communication type.
+        reply_code: reply code.
+        body: what follows the header.
+        length: the length field; the true one by default.
+    """
+    true_length = HEADER - PREFIX + len(body)
+    fields = (true_length if length is None else length, msg_type, comm_type, reply_code)
+    return struct.pack(f"{codec.byte_order.value}4i", *fields) + body
+
+
+class Wire(asyncio.Protocol):
+    """One connection to the target.
+
+    Attributes:
+        name: what it is connected to, for reports.
+        codec: how it reads and writes.
+        log: the last things that travelled, in words.
+        stray: bytes in which no frame can be found any more; empty while the stream is sound.
+        listener: takes each frame in place of the queue, where set.
+    """
+
+    def __init__(self, name: str, codec: Codec) -> None:
+        """Make an end that is not connected yet; `open_wire` does both."""
+        self.name = name
+        self.codec = codec
+        self.log: deque[str] = deque(maxlen=_LOG_LENGTH)
+        self.stray = b""
+        self.listener: Callable[[Frame], None] | None = None
+        self._loop = asyncio.get_running_loop()
+        self._opened = self._loop.time()
+        self._waiting: deque[Frame] = deque()
+        self._pending = bytearray()
+        self._prefix = struct.Struct(f"{codec.byte_order.value}i")
+        self._changed = asyncio.Event()
+        self._transport: asyncio.Transport | None = None
+        self._is_lost = False
+        self._is_held = False
+
+    # What the loop calls.
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Send at once from now on."""
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+        sock = transport.get_extra_info("socket")
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+
+    def data_received(self, data: bytes) -> None:
+        """Cut frames out of the stream."""
+        if self.stray:
+            # No frame can be found any more; a few bytes are enough to show.
+            self.stray = (self.stray + data)[:64]
+            return
+        self._pending += data
+        while len(self._pending) >= PREFIX:
+            (length,) = self._prefix.unpack_from(self._pending)
+            if not HEADER - PREFIX <= length <= LARGEST_LENGTH:
+                self.stray = bytes(self._pending[:64])
+                self._note(f"← bytes that are no frame: {self.stray[:16].hex(' ')}")
+                self._pending.clear()
+                break
+            if len(self._pending) < PREFIX + length:
+                break
+            frame = Frame(self._loop.time(), bytes(self._pending[: PREFIX + length]), self.codec)
+            del self._pending[: PREFIX + length]
+            self._take(frame)
+        self._changed.set()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Take note of the end."""
+        self._is_lost = True
+        self._note("closed by the target" if exc is None else f"lost: {exc}")
+        self._changed.set()
+
+    def _take(self, frame: Frame) -> None:
+        if self.listener is not None:
+            self.listener(frame)
+            return
+        self._note(f"← {frame}")
+        self._waiting.append(frame)
+        if len(self._waiting) >= _MOST_WAITING and self._transport and not self._is_held:
+            # An endless stream is left to the kernel until somebody asks for it.
+            self._is_held = True
+            self._transport.pause_reading()
+
+    def _note(self, text: str) -> None:
+        self.log.append(f"{self._loop.time() - self._opened:.3f} s {self.name} {text}")
+
+    # What checks call.
+
+    @property
+    def is_lost(self) -> bool:
+        """The connection is over, from either end."""
+        return self._is_lost
+
+    @property
+    def is_amid_frame(self) -> bool:
+        """A frame of the target has begun and not ended."""
+        return bool(self._pending)
+
+    def encode(self, message: Message | bytes) -> bytes:
+        """Return a message as bytes; bytes are left alone."""
+        return message if isinstance(message, bytes) else self.codec.encode(message)
+
+    def send(self, *parts: Message | bytes) -> None:
+        """Send messages and bytes in one piece."""
+        data = b"".join(map(self.encode, parts))
+        self._note(f"→ {len(data)} bytes {data[:HEADER].hex(' ', 4)}")
+        if self._transport is not None and not self._transport.is_closing():
+            self._transport.write(data)
+
+    async def send_in_pieces(self, data: bytes, size: int = 1, pause: float = 0.002) -> None:
+        """Send bytes in pieces, each in a segment of its own."""
+        for start in range(0, len(data), size):
+            self.send(data[start : start + size])
+            await asyncio.sleep(pause)
+
+    async def poll(self, within: float) -> Frame | None:
+        """Return the next frame; None where none comes in time, or none can come any more."""
+        await self._until(lambda: bool(self._waiting) or self._is_lost or bool(self.stray), within)
+        if not self._waiting:
+            return None
+        if self._is_held and self._transport and len(self._waiting) < _MOST_WAITING // 2:
+            self._is_held = False
+            self._transport.resume_reading()
+        return self._waiting.popleft()
+
+    async def expect(self, what: str, within: float = REPLY_WITHIN) -> Frame:
+        """Return the next frame.
+
+        Args:
+            what: what it should be, for the report.
+            within: how long to wait [s].
+
+        Raises:
+            RuleBroken: none came.
+        """
+        frame = await self.poll(within)
+        if frame is not None:
+            return frame
+        if self.stray:
+            raise RuleBroken(f"instead of {what} came bytes that are no frame: {self.stray.hex()}")
+        if self._is_lost:
+            raise RuleBroken(f"the link was closed instead of {what}")
+        raise RuleBroken(f"{what} did not come within {within:g} s")
+
+    async def ask(self, message: Message | bytes, what: str, within: float = REPLY_WITHIN) -> Frame:
+        """Send a request and return the frame that answers it; see `expect`."""
+        self.send(message)
+        return await self.expect(f"an answer to {what}", within)
+
+    async def expect_silence(self, seconds: float, after: str) -> None:
+        """Make sure that the target says nothing and keeps the link.
+
+        Raises:
+            RuleBroken: it does say something, or closes the link.
+        """
+        frame = await self.poll(seconds)
+        if frame is not None:
+            raise RuleBroken(f"after {after} came {frame}, though nothing is due")
+        if self.stray or self._is_lost:
+            end = "bytes that are no frame" if self.stray else "the end of the link"
+            raise RuleBroken(f"after {after} came {end}")
+
+    async def is_closed_within(self, seconds: float) -> bool:
+        """Wait for the end of the connection; tell whether it came."""
+        await self._until(lambda: self._is_lost, seconds)
+        return self._is_lost
+
+    async def _until(self, condition: Callable[[], bool], within: float) -> None:
+        try:
+            async with asyncio.timeout(within):
+                while not condition():
+                    self._changed.clear()
+                    await self._changed.wait()
+        except TimeoutError:
+            return
+
+    def half_close(self) -> None:
+        """Say that no more will come, and go on listening."""
+        if self._transport is not None and not self._transport.is_closing():
+            self._note("→ end of stream")
+            self._transport.write_eof()
+
+    def reset(self) -> None:
+        """End the connection with a TCP reset."""
+        if self._transport is None or self._transport.is_closing():
+            return
+        self._note("→ reset")
+        sock = self._transport.get_extra_info("socket")
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        self._transport.abort()
+
+    def hold(self) -> None:
+        """Read nothing more, as a client that hangs."""
+        if self._transport is not None:
+            self._transport.pause_reading()
+
+    def close(self) -> None:
+        """End the connection."""
+        if self._transport is not None:
+            self._transport.close()
+
+
+async def open_wire(name: str, host: str, port: int, codec: Codec) -> Wire:
+    """Connect.
+
+    Raises:
+        Unreachable: there is nobody, or nobody answers in time.
+    """
+    loop = asyncio.get_running_loop()
+    try:
+        async with asyncio.timeout(CONNECT_WITHIN):
+            _, wire = await loop.create_connection(lambda: Wire(name, codec), host, port)
+    except (OSError, TimeoutError) as error:
+        reason = (error.strerror if isinstance(error, OSError) else "") or "no answer"
+        raise Unreachable(f"{name} port {host}:{port} cannot be reached: {reason}") from None
+    return wire
