@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 from openpendant.simplemsg import ByteOrder, Message
-from openpendant.tools.packets.conformance.client_scenarios import Twist
+from openpendant.tools.packets.conformance.client.scenarios import Twist
 
 
 class Form(Enum):

@@ -31,10 +31,10 @@ from openpendant.simplemsg import (
     Role,
 )
 from openpendant.simplemsg.journal import Journal
-from openpendant.tools.packets.conformance.checks import Profile, ServerCheck, server_checks
 from openpendant.tools.packets.conformance.findings import Judgement, Verdict
-from openpendant.tools.packets.conformance.runner import judge
-from openpendant.tools.packets.conformance.target import Options
+from openpendant.tools.packets.conformance.server.checks import Profile, ServerCheck, server_checks
+from openpendant.tools.packets.conformance.server.runner import judge
+from openpendant.tools.packets.conformance.server.target import Options
 
 HOST = "127.0.0.1"
 START = (0.3, 0.4)

@@ -23,11 +23,11 @@ from openpendant.simplemsg.motoman import (
     MotomanGroup,
     MotomanJointTrajPtFullEx,
 )
-from openpendant.tools.packets.conformance.client_actions import Act, Action, Do, LinkId, Write
-from openpendant.tools.packets.conformance.client_controller import ScriptedController
-from openpendant.tools.packets.conformance.client_judge import judge_scenario
-from openpendant.tools.packets.conformance.client_scenarios import Scenario
-from openpendant.tools.packets.conformance.client_setup import TRIGGERED, Purpose, Setup
+from openpendant.tools.packets.conformance.client.actions import Act, Action, Do, LinkId, Write
+from openpendant.tools.packets.conformance.client.controller import ScriptedController
+from openpendant.tools.packets.conformance.client.judge import judge_scenario
+from openpendant.tools.packets.conformance.client.scenarios import Scenario
+from openpendant.tools.packets.conformance.client.setup import TRIGGERED, Purpose, Setup
 from openpendant.tools.packets.conformance.findings import Finding
 from openpendant.tools.packets.trace import Entry
 

@@ -15,8 +15,8 @@ from openpendant.server.jobs import Job
 from openpendant.server.planning import answer
 from openpendant.server.planning_process import Deliver
 from openpendant.server.settings import make_settings
-from openpendant.tools.packets.conformance.checks import Profile
-from openpendant.tools.packets.conformance.target import Options
+from openpendant.tools.packets.conformance.server.checks import Profile
+from openpendant.tools.packets.conformance.server.target import Options
 
 ROBOT = "ur5"
 HOST = "127.0.0.1"

@@ -32,8 +32,8 @@ from openpendant.simplemsg.motoman import (
     MotomanMotionCtrl,
     MotomanMotionReply,
 )
-from openpendant.tools.packets.conformance.client_actions import LinkId
-from openpendant.tools.packets.conformance.client_setup import Purpose, Setup
+from openpendant.tools.packets.conformance.client.actions import LinkId
+from openpendant.tools.packets.conformance.client.setup import Purpose, Setup
 
 MS = 1_000_000
 BEGIN = 300 * MS

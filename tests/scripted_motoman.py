@@ -36,10 +36,10 @@ from openpendant.simplemsg.motoman import (
     MotomanSelectTool,
 )
 from openpendant.simplemsg.motoman_codes import MotionCommand, MotionResult, Subcode
-from openpendant.tools.packets.conformance.checks import Profile
 from openpendant.tools.packets.conformance.findings import Judgement, Verdict
-from openpendant.tools.packets.conformance.runner import judge
-from openpendant.tools.packets.conformance.target import Options
+from openpendant.tools.packets.conformance.server.checks import Profile
+from openpendant.tools.packets.conformance.server.runner import judge
+from openpendant.tools.packets.conformance.server.target import Options
 
 _HOST = "127.0.0.1"
 _EMPTY = joint_array(())

@@ -10,7 +10,6 @@ import pytest
 
 from openpendant.tools.packets.conformance import cli
 from openpendant.tools.packets.conformance.catalogue import page_with_checks
-from openpendant.tools.packets.conformance.checks import server_checks
 from openpendant.tools.packets.conformance.cli import main
 from openpendant.tools.packets.conformance.findings import (
     PASSED,
@@ -21,6 +20,7 @@ from openpendant.tools.packets.conformance.findings import (
     failed,
     not_applicable,
 )
+from openpendant.tools.packets.conformance.server.checks import server_checks
 from openpendant.tools.packets.console import ExitCode
 
 PAGE = Path(__file__).parents[3] / "docs" / "conformance.md"

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 from openpendant.simplemsg import MOTOMAN, STANDARD, ByteOrder
-from openpendant.tools.packets.conformance.client_judge import (
+from openpendant.tools.packets.conformance.client.judge import (
     CLIENT_CHECKS,
     judge_scenario,
     scenarios_of,
 )
-from openpendant.tools.packets.conformance.client_setup import Setup
+from openpendant.tools.packets.conformance.client.setup import Setup
 from openpendant.tools.packets.conformance.findings import Finding, Verdict
 from openpendant.tools.packets.reading.trace_files import read_trace
 

@@ -8,8 +8,8 @@ from faulty_clients import FAULTS
 from judged_client import judge
 
 from openpendant.simplemsg.motoman import MotomanSelectTool
-from openpendant.tools.packets.conformance.client_judge import CLIENT_CHECKS
-from openpendant.tools.packets.conformance.client_scenarios import SCENARIOS, Scenario
+from openpendant.tools.packets.conformance.client.judge import CLIENT_CHECKS
+from openpendant.tools.packets.conformance.client.scenarios import SCENARIOS, Scenario
 from openpendant.tools.packets.conformance.findings import Finding, Verdict
 
 NOT_FOUND: dict[str, str] = {}

@@ -11,14 +11,14 @@ from xml.etree import ElementTree
 import pytest
 
 from openpendant.simplemsg import DIALECTS, JointTrajPt, codec_for, joint_array
-from openpendant.tools.packets.conformance import client_role
 from openpendant.tools.packets.conformance.cli import main
-from openpendant.tools.packets.conformance.client_actions import Act, Do, LinkId
-from openpendant.tools.packets.conformance.client_controller import MAX_ENTRIES, ScriptedController
-from openpendant.tools.packets.conformance.client_judge import CLIENT_CHECKS, judge_scenario
-from openpendant.tools.packets.conformance.client_live import LiveController
-from openpendant.tools.packets.conformance.client_scenarios import SCENARIOS, Scenario, Twist
-from openpendant.tools.packets.conformance.client_setup import Purpose, Setup
+from openpendant.tools.packets.conformance.client import role as client_role
+from openpendant.tools.packets.conformance.client.actions import Act, Do, LinkId
+from openpendant.tools.packets.conformance.client.controller import MAX_ENTRIES, ScriptedController
+from openpendant.tools.packets.conformance.client.judge import CLIENT_CHECKS, judge_scenario
+from openpendant.tools.packets.conformance.client.live import LiveController
+from openpendant.tools.packets.conformance.client.scenarios import SCENARIOS, Scenario, Twist
+from openpendant.tools.packets.conformance.client.setup import Purpose, Setup
 from openpendant.tools.packets.conformance.findings import Judgement, Result, Verdict
 from openpendant.tools.packets.console import ExitCode, PacketToolError, PeerError
 

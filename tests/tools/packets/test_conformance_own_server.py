@@ -11,12 +11,12 @@ from openpendant.motion.robot import serial_robot
 from openpendant.server.app import App
 from openpendant.server.jobs import Job, Planned
 from openpendant.server.settings import make_settings
-from openpendant.tools.packets.conformance.client_controller import ScriptedController
-from openpendant.tools.packets.conformance.client_judge import results_of
-from openpendant.tools.packets.conformance.client_live import LiveController
-from openpendant.tools.packets.conformance.client_role import judge_live
-from openpendant.tools.packets.conformance.client_scenarios import SCENARIOS, Scenario, Twist
-from openpendant.tools.packets.conformance.client_setup import Purpose, Setup
+from openpendant.tools.packets.conformance.client.controller import ScriptedController
+from openpendant.tools.packets.conformance.client.judge import results_of
+from openpendant.tools.packets.conformance.client.live import LiveController
+from openpendant.tools.packets.conformance.client.role import judge_live
+from openpendant.tools.packets.conformance.client.scenarios import SCENARIOS, Scenario, Twist
+from openpendant.tools.packets.conformance.client.setup import Purpose, Setup
 from openpendant.tools.packets.conformance.findings import Finding, Verdict
 from openpendant.tools.pendants.client import Aborted, PendantClient, Refused
 

@@ -11,13 +11,6 @@ from faulty_servers import LIMITS, SOUND, START, checks_named, judged, serve, wo
 from judged_server import HOST, running_emulator, running_server
 
 from openpendant.simplemsg import ByteOrder
-from openpendant.tools.packets.conformance.checks import (
-    STANDARD,
-    Profile,
-    ServerCheck,
-    check,
-    server_checks,
-)
 from openpendant.tools.packets.conformance.findings import (
     PASSED,
     CheckInfo,
@@ -26,9 +19,16 @@ from openpendant.tools.packets.conformance.findings import (
     Section,
     Verdict,
 )
-from openpendant.tools.packets.conformance.runner import applicable, judge
-from openpendant.tools.packets.conformance.target import Options, Target
-from openpendant.tools.packets.conformance.wire import Unreachable
+from openpendant.tools.packets.conformance.server.checks import (
+    STANDARD,
+    Profile,
+    ServerCheck,
+    check,
+    server_checks,
+)
+from openpendant.tools.packets.conformance.server.runner import applicable, judge
+from openpendant.tools.packets.conformance.server.target import Options, Target
+from openpendant.tools.packets.conformance.server.wire import Unreachable
 
 pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
 

@@ -11,9 +11,9 @@ from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
 
-from .checks import server_checks
-from .client_judge import CHECKS
+from .client.judge import CHECKS
 from .findings import CheckInfo
+from .server.checks import server_checks
 
 BEGIN = "<!-- checks: written by openpendant.tools.packets.conformance.catalogue -->"
 END = "<!-- end of checks -->"

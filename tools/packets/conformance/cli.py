@@ -19,12 +19,12 @@ from openpendant.simplemsg import JOINT_SLOTS
 
 from ..console import ORDERS, ExitCode, PacketToolError, PeerError, add_wire_form, complain, parser
 from ..console import run as run_command
-from .checks import Profile, server_checks
 from .findings import CheckInfo, Judgement, Result, Section, Verdict
 from .report import as_json, as_junit, as_text
-from .runner import applicable, judge
-from .target import Options
-from .wire import Unreachable
+from .server.checks import Profile, server_checks
+from .server.runner import applicable, judge
+from .server.target import Options
+from .server.wire import Unreachable
 
 _ABOUT = """Judge a simple-message server (a robot controller) or a client, check by check.
 
@@ -64,7 +64,9 @@ def main(argv: list[str] | None = None) -> int:
     command.add_argument("--json", action="store_true", help="print the report as JSON")
     command.add_argument("--junit", metavar="FILE", type=Path, help="write the report as JUnit XML")
     if chosen == "client":
-        from . import client_role  # its own arguments; nothing of it is needed to judge a server
+        from .client import (
+            role as client_role,  # its own arguments; nothing of it is needed to judge a server
+        )
 
         client_role.add_arguments(command)
     else:
@@ -109,7 +111,7 @@ def _run(arguments: argparse.Namespace) -> int:
         _list()
         return ExitCode.OK
     if arguments.role == "client":
-        from . import client_role
+        from .client import role as client_role
 
         judgement = asyncio.run(client_role.judge_client(arguments, _quiet))
     else:
@@ -121,7 +123,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _list() -> None:
-    from .client_judge import CHECKS
+    from .client.judge import CHECKS
 
     infos: list[CheckInfo] = [entry.info for entry in server_checks()]
     infos += [entry.info for entry in CHECKS]

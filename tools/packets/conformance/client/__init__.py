@@ -1,0 +1,1 @@
+"""The client role: what a client sent is judged, live or from a recording."""

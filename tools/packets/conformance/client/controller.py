@@ -1,0 +1,343 @@
+"""A scripted robot controller: right in everything but the one thing that a scenario changes.
+
+Owns when something is answered or reported, and the trace of it all. Pure: bytes and times in,
+actions out; the shell (`client_live`) owns sockets and the clock, `client_messages` the contents.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+from openpendant.simplemsg import (
+    ByteOrder,
+    CommType,
+    Message,
+    ProtocolError,
+    Status,
+    codec_for,
+)
+
+from ...trace import Direction, Entry, Event, Packet
+from .actions import Act, Action, Do, LinkId, PutOff, Write
+from .messages import ControllerMessages
+from .robot import Drive, FollowingRobot
+from .scenarios import Scenario, Twist
+from .setup import (
+    CLIENT_CLOSED,
+    CONNECTED,
+    IN_PIECES,
+    RESTARTED,
+    SERVER_CLOSED,
+    SERVER_RESET,
+    WRITES_OBSERVED,
+    Purpose,
+    Setup,
+)
+from .trace import PREFIX
+from .trajectories import is_stop, parts_of
+
+REPORT_PERIOD_NS = 25_000_000
+BYTE_PAUSE_NS = 500_000
+LATE_NS = 2_000_000_000
+AWAY_NS = 1_000_000_000
+SILENT_NS = 3_000_000_000
+
+MANY_BUSY = 3
+
+MAX_ENTRIES = 200_000
+"""A client that fills the trace of a scenario further is hung up on."""
+
+MAX_FRAME = 65_539
+"""Longest frame that is waited for, bytes."""
+
+
+class ScriptedController:
+    """The controller's end of all connections, scenario after scenario.
+
+    Attributes:
+        trace: packets and events of the scenario under way, times from its beginning.
+        began: when the client sent the first point of the scenario [ns]; None before.
+        twisted: when the change was made [ns]; None before.
+        last_heard: when the client sent something last [ns].
+    """
+
+    def __init__(
+        self, setup: Setup, positions: Sequence[float] = (), *, at_point: int = 1, now: int = 0
+    ) -> None:
+        """Make a controller nobody is connected to.
+
+        Args:
+            setup: dialect, byte order and width of reals.
+            positions: where the robot stands.
+            at_point: index of the point at which a scenario makes its change.
+            now: monotonic time [ns].
+        """
+        self.trace: list[Entry] = []
+        self.began: int | None = None
+        self.twisted: int | None = None
+        self.last_heard = now
+        self._setup = setup
+        self._order = setup.order or ByteOrder.LITTLE
+        self._codec = codec_for(setup.dialect, self._order, setup.real_size)
+        self._messages = ControllerMessages(setup, self._order)
+        self._robot = FollowingRobot(tuple(positions))
+        self._at_point = at_point
+        self._scenario = Scenario(Twist.NONE)
+        self._epoch = now
+        self._pending: dict[LinkId, bytearray] = {}
+        self._put_off = PutOff()
+        self._report_due = now
+        self._silent_until = now
+        self._back_at: int | None = None
+        self._deaf: set[LinkId] = set()
+        self._busy_left = 0
+
+    def begin(self, scenario: Scenario, now: int) -> None:
+        """Begin a scenario: a fresh trace, all connections kept, all trouble over."""
+        self._scenario = scenario
+        self._epoch = now
+        self.trace = []
+        self.began = self.twisted = None
+        self._deaf.clear()
+        self._silent_until = now
+        self._busy_left = MANY_BUSY
+        self._robot.stop(now)
+        self._robot.drive = Drive.ON
+        self.note(WRITES_OBSERVED, now)
+        for link in self._pending:
+            self.note(CONNECTED, now, link)
+        if scenario.twist in (Twist.NOT_POSSIBLE, Twist.NOT_READY):
+            self.twisted = now
+
+    def note(self, text: str, now: int, link: LinkId | None = None) -> None:
+        """Put an event into the trace."""
+        port, number = (link.port, link.number) if link else (0, 0)
+        self.trace.append(Event(now - self._epoch, text, port, number, self._scenario.name))
+
+    def moves(self, now: int) -> bool:
+        """Tell whether the robot moves."""
+        return self._robot.moves(now)
+
+    # Connections.
+
+    def connected(self, link: LinkId, now: int) -> None:
+        """Take a new connection."""
+        self._pending[link] = bytearray()
+        self.note(CONNECTED, now, link)
+
+    def disconnected(self, link: LinkId, now: int) -> None:
+        """Take note that the client is gone; a connection that we closed is gone already."""
+        pending = self._pending.pop(link, None)
+        if pending is None:
+            return
+        if pending:
+            self._keep(link, Direction.TO_SERVER, bytes(pending), now, is_frame=False)
+        self.note(CLIENT_CLOSED, now, link)
+        if link.purpose is Purpose.MOTION and not self._has_motion_link():
+            self._robot.stop(now)
+
+    def _has_motion_link(self) -> bool:
+        return any(link.purpose is Purpose.MOTION for link in self._pending)
+
+    def _drop(self, link: LinkId, act: Act, now: int) -> list[Action]:
+        if self._pending.pop(link, None) is None:
+            return []
+        self.note(SERVER_RESET if act is Act.RESET else SERVER_CLOSED, now, link)
+        return [Do(act, link)]
+
+    # What comes in.
+
+    def received(self, link: LinkId, data: bytes, now: int) -> list[Action]:
+        """Take bytes of the client and answer what they complete."""
+        pending = self._pending.get(link)
+        if pending is None:
+            return []
+        self.last_heard = now
+        if len(self.trace) > MAX_ENTRIES:
+            return self._drop(link, Act.CLOSE, now)
+        in_pieces = bool(pending)
+        pending += data
+        out: list[Action] = []
+        while link in self._pending and len(pending) >= PREFIX:
+            (length,) = struct.unpack_from(f"{self._order.value}i", pending)
+            whole = length >= 0 and len(pending) >= length + PREFIX
+            if not 0 <= length <= MAX_FRAME - PREFIX:
+                self._keep(link, Direction.TO_SERVER, bytes(pending), now, is_frame=False)
+                return out + self._drop(link, Act.CLOSE, now)
+            if not whole:
+                break
+            frame = bytes(pending[: length + PREFIX])
+            del pending[: length + PREFIX]
+            if in_pieces:
+                self.note(IN_PIECES, now, link)
+            in_pieces = False
+            self._keep(link, Direction.TO_SERVER, frame, now)
+            out += self._answer(link, frame, now)
+        return out
+
+    def _keep(
+        self, link: LinkId, way: Direction, data: bytes, now: int, *, is_frame: bool = True
+    ) -> None:
+        time, name = now - self._epoch, self._scenario.name
+        self.trace.append(Packet(time, way, data, link.port, link.number, name, is_frame))
+
+    def _answer(self, link: LinkId, frame: bytes, now: int) -> list[Action]:
+        if link in self._deaf:
+            return []
+        try:
+            message = self._codec.decode(frame)
+        except ProtocolError:
+            return []
+        if is_stop(message):
+            self._robot.stop(now)
+        parts = parts_of(message)
+        is_point = bool(parts) and not is_stop(message)
+        if not is_point:
+            if message.comm_type != CommType.REQUEST:
+                return []
+            return self._reply(link, self._messages.usual(message, is_ready=self._is_ready), now)
+        if self.began is None:
+            self.began = now
+        sequence: int = getattr(message, "sequence", 0)
+        if self.twisted is None and sequence >= self._at_point:
+            return self._twist(link, message, now)
+        if self._scenario.twist is Twist.BUSY and self.twisted and self._busy_left:
+            return self._twist(link, message, now)
+        return self._take(link, message, now)
+
+    def _take(self, link: LinkId, message: Message, now: int) -> list[Action]:
+        """Take a point as a good controller does."""
+        self._follow(message, now)
+        if message.comm_type != CommType.REQUEST:
+            return []
+        return self._reply(link, self._messages.usual(message, is_ready=self._is_ready), now)
+
+    def _follow(self, message: Message, now: int) -> None:
+        part = parts_of(message)[0]
+        self._robot.follow(getattr(message, "sequence", 0), part, now)
+
+    # What goes out.
+
+    @property
+    def _is_ready(self) -> bool:
+        return self._scenario.twist is not Twist.NOT_READY
+
+    def _reply(self, link: LinkId, frame: bytes, now: int) -> list[Action]:
+        free = self._put_off.after(link, now)
+        if self._scenario.twist is Twist.BYTEWISE:
+            for index in range(len(frame)):
+                ends = frame if index == len(frame) - 1 else b""
+                due = free + index * BYTE_PAUSE_NS
+                self._put_off.add(link, due, frame[index : index + 1], ends)
+            return []
+        if free > now:
+            self._put_off.add(link, free, frame, frame)
+            return []
+        return self._send(link, frame, now)
+
+    def _send(self, link: LinkId, frame: bytes, now: int) -> list[Action]:
+        self._keep(link, Direction.TO_CLIENT, frame, now)
+        return [Write(link, frame)]
+
+    def next_due(self) -> int:
+        """Return when `due` has something to do next [ns]."""
+        times = [self._report_due, *self._put_off.times()]
+        return min(times if self._back_at is None else [*times, self._back_at])
+
+    def due(self, now: int) -> list[Action]:
+        """Send what is due: pieces that were put off, and reports at 40 Hz."""
+        out: list[Action] = []
+        for piece in self._put_off.take_due(now):
+            if piece.link in self._pending:
+                if piece.frame:
+                    self._keep(piece.link, Direction.TO_CLIENT, piece.frame, now)
+                out.append(Write(piece.link, piece.data))
+        if self._back_at is not None and now >= self._back_at:
+            self._back_at = None
+            self.note(RESTARTED, now)
+            out.append(Do(Act.BACK))
+        if now >= self._report_due:
+            missed = (now - self._report_due) // REPORT_PERIOD_NS
+            self._report_due += (missed + 1) * REPORT_PERIOD_NS
+            if now >= self._silent_until:
+                out += self._report(now)
+        return out
+
+    def _report(self, now: int) -> list[Action]:
+        """Send position and status, in one piece, on every state connection."""
+        links = [link for link in self._pending if link.purpose is Purpose.STATE]
+        if not links:
+            return []
+        status = self._codec.encode(self._status(now))
+        frames = [self._messages.joints(self._robot.at(now)), status]
+        for link in links:
+            for frame in frames:
+                self._keep(link, Direction.TO_CLIENT, frame, now)
+        return [Write(link, b"".join(frames)) for link in links]
+
+    # The one change.
+
+    def _twist(self, link: LinkId, message: Message, now: int) -> list[Action]:
+        """Make the scenario's change at this point."""
+        self.twisted = now
+        twist = self._scenario.twist
+        if twist.of_replies:
+            if message.comm_type != CommType.REQUEST:
+                return self._take(link, message, now)  # a topic has no reply to change
+            return self._change_reply(link, twist, message, now)
+        match twist:
+            case Twist.CLOSED:
+                return self._drop(link, Act.CLOSE, now)
+            case Twist.RESET:
+                return self._drop(link, Act.RESET, now)
+            case Twist.RESTART:
+                return self._go_away(now)
+            case Twist.HALF_OPEN:
+                self._deaf.add(link)
+                return []
+        return self._take(link, message, now) + self._besides(link, twist, now)
+
+    def _change_reply(self, link: LinkId, twist: Twist, message: Message, now: int) -> list[Action]:
+        """Answer a point in the scenario's way."""
+        if twist not in (Twist.REFUSED, Twist.BUSY):
+            self._follow(message, now)
+        self._busy_left -= twist is Twist.BUSY
+        frames = self._messages.changed(twist, message)
+        if twist is Twist.LATE:
+            self._put_off.add(link, now + LATE_NS, frames[0], frames[0])
+            return []
+        for frame in frames:
+            self._keep(link, Direction.TO_CLIENT, frame, now)
+        return [Write(link, b"".join(frames))] if frames else []
+
+    def _besides(self, motion: LinkId, twist: Twist, now: int) -> list[Action]:
+        """Make a change that leaves the point's own answer alone."""
+        states = [link for link in self._pending if link.purpose is Purpose.STATE]
+        frame = self._messages.besides(twist, self._status(now))
+        if frame is not None:
+            links = states if twist.on_state else [motion]
+            return [action for link in links for action in self._send(link, frame, now)]
+        match twist:
+            case Twist.EMERGENCY_STOP:
+                self._robot.stop(now)
+                self._robot.drive = Drive.STOPPED
+            case Twist.SILENCE:
+                self._silent_until = now + SILENT_NS
+            case Twist.STATE_CLOSED:
+                return [action for link in states for action in self._drop(link, Act.CLOSE, now)]
+        return []
+
+    def _go_away(self, now: int) -> list[Action]:
+        for link in list(self._pending):
+            self._drop(link, Act.CLOSE, now)
+        self._robot.stop(now)
+        self._back_at = now + AWAY_NS
+        return [Do(Act.AWAY)]
+
+    def _status(self, now: int) -> Status:
+        return self._messages.status(
+            is_stopped=self._robot.drive is Drive.STOPPED,
+            moves=self.moves(now),
+            is_possible=self._scenario.twist is not Twist.NOT_POSSIBLE,
+        )

@@ -1,0 +1,266 @@
+"""A trace of one client, taken apart: links, frames, and which reply answers which request.
+
+Owns how a trace is read: which port serves what, in which byte order a frame is written, what its
+header says and what its body means. Judges nothing: a frame that cannot be read says why, and the
+checks decide what that is worth.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from openpendant.simplemsg import (
+    ByteOrder,
+    CommType,
+    Message,
+    MsgType,
+    ProtocolError,
+    codec_for,
+)
+
+from ...trace import Direction, Entry, Event, Packet
+from .setup import CLOSERS, CONNECTED, WELL_KNOWN, Purpose, Setup
+
+PREFIX = 4
+HEADER = 16
+LONGEST_PLAUSIBLE = 65_535
+"""Largest length field that reads differently in both byte orders, bytes."""
+
+_STATE_TYPES = {
+    MsgType.JOINT_POSITION,
+    MsgType.STATUS,
+    MsgType.JOINT_FEEDBACK,
+    2017,
+}
+_IO_TYPES = {2003, 2005, 2007, 2009, 2012, 2013}
+
+
+@dataclass(slots=True, eq=False)
+class Frame:
+    """One packet of the trace, read as far as it can be read.
+
+    Attributes:
+        number: its place in the trace.
+        time: since the start of the trace [ns].
+        from_client: who sent it.
+        data: the bytes.
+        link: the connection that carried it.
+        is_frame: False for bytes in which no frame was found.
+        order: the byte order in which its length makes sense; None where it does in neither.
+        length: the declared length, 0 where there are not even four bytes.
+        msg_type: from the header, 0 where it is cut short.
+        comm_type: from the header.
+        reply_code: from the header.
+        message: what it means; None where it cannot be decoded.
+        fault: why it cannot be decoded.
+    """
+
+    number: int
+    time: int
+    from_client: bool
+    data: bytes
+    link: Link
+    is_frame: bool
+    order: ByteOrder | None
+    length: int = 0
+    msg_type: int = 0
+    comm_type: int = 0
+    reply_code: int = 0
+    message: Message | None = None
+    fault: str = ""
+
+    @property
+    def is_whole_header(self) -> bool:
+        """Whether there are enough bytes for a header."""
+        return self.is_frame and len(self.data) >= HEADER
+
+    @property
+    def where(self) -> str:
+        """Time and connection, as a report names them."""
+        return f"at {self.time / 1e9:.3f} s on {self.link.name}"
+
+
+@dataclass(slots=True, eq=False)
+class Link:
+    """One TCP connection.
+
+    Attributes:
+        port: the server's port.
+        number: number of the connection on that port, from 1.
+        purpose: what the port is for.
+        opened: when it was opened [ns]; None where the trace does not say.
+        closed: when it was closed [ns]; None while it is open.
+        closed_by_client: whether the client closed it first.
+        frames: what it carried, in order.
+    """
+
+    port: int
+    number: int
+    purpose: Purpose = Purpose.MOTION
+    opened: int | None = None
+    closed: int | None = None
+    closed_by_client: bool = False
+    frames: list[Frame] = field(default_factory=list)
+
+    @property
+    def name(self) -> str:
+        """Port and number, as a report names them."""
+        return f"port {self.port}, connection {self.number}"
+
+
+class ClientTrace:
+    """What a client and its server said to each other in one scenario.
+
+    Attributes:
+        setup: what is known of the controller.
+        frames: all packets, in order.
+        sent: those of the client.
+        links: the connections.
+        events: what happened besides.
+        replies: number of a request: the reply to it, both directions.
+        unasked: the client's replies that answer nothing.
+        ended: time of the last entry [ns].
+    """
+
+    def __init__(self, entries: Sequence[Entry], setup: Setup) -> None:
+        """Read the entries of one scenario."""
+        self.setup = setup
+        self.frames: list[Frame] = []
+        self.links: dict[tuple[int, int], Link] = {}
+        self.events: list[Event] = []
+        self.replies: dict[int, Frame] = {}
+        self.unasked: list[Frame] = []
+        self.ended = max((entry.time for entry in entries), default=0)
+        for number, entry in enumerate(entries):
+            if isinstance(entry, Event):
+                self._note(entry)
+            else:
+                self._take(number, entry)
+        self.sent = [frame for frame in self.frames if frame.from_client]
+        self._name_purposes()
+        for link in self.links.values():
+            self._pair(link)
+
+    def _link(self, port: int, number: int) -> Link:
+        return self.links.setdefault((port, number), Link(port, number))
+
+    def _note(self, event: Event) -> None:
+        self.events.append(event)
+        opens = event.text.startswith(CONNECTED)
+        closer = CLOSERS.get(event.text)
+        if not opens and closer is None:
+            return
+        link = self._link(event.port, event.connection)
+        if opens:
+            link.opened = event.time
+        elif link.closed is None:
+            link.closed = event.time
+            link.closed_by_client = closer == "client"
+
+    def _take(self, number: int, packet: Packet) -> None:
+        link = self._link(packet.port, packet.connection)
+        frame = Frame(
+            number,
+            packet.time,
+            packet.direction is Direction.TO_SERVER,
+            packet.data,
+            link,
+            packet.is_frame,
+            _order_of(packet.data, self.setup.order),
+        )
+        _read(frame, self.setup)
+        link.frames.append(frame)
+        self.frames.append(frame)
+
+    def _name_purposes(self) -> None:
+        """Tell what each port is for: as told, as usual, or by what it carried."""
+        by_port: dict[int, Purpose] = {}
+        for link in self.links.values():
+            known = self.setup.ports.get(link.port) or WELL_KNOWN.get(link.port)
+            purpose = known or _purpose_of(link.frames)
+            if purpose is not None:
+                by_port.setdefault(link.port, purpose)
+        for link in self.links.values():
+            link.purpose = by_port.get(link.port, Purpose.MOTION)
+
+    def _pair(self, link: Link) -> None:
+        """Give each reply of a link to the request that it answers.
+
+        The oldest request of the same type comes first, because one that is never answered must not
+        take the answers of all that follow; then simply the oldest.
+        """
+        waiting: dict[bool, list[Frame]] = {True: [], False: []}
+        for frame in link.frames:
+            if not frame.is_whole_header:
+                continue
+            if frame.comm_type == CommType.REQUEST:
+                waiting[frame.from_client].append(frame)
+            elif frame.comm_type == CommType.REPLY:
+                asked = waiting[not frame.from_client]
+                if not asked:
+                    if frame.from_client:
+                        self.unasked.append(frame)
+                    continue
+                same = (request for request in asked if request.msg_type == frame.msg_type)
+                request = next(same, asked[0])
+                asked.remove(request)
+                self.replies[request.number] = frame
+
+    def on(self, *purposes: Purpose) -> list[Frame]:
+        """Return the client's frames on ports for these purposes."""
+        return [frame for frame in self.sent if frame.link.purpose in purposes]
+
+    def links_for(self, purpose: Purpose) -> list[Link]:
+        """Return the connections to ports for a purpose, in order of their opening."""
+        return [link for link in self.links.values() if link.purpose is purpose]
+
+    def heard(self) -> Iterable[Frame]:
+        """Return the server's frames that can be read."""
+        return (frame for frame in self.frames if not frame.from_client and frame.message)
+
+
+def _order_of(data: bytes, usual: ByteOrder | None) -> ByteOrder | None:
+    """Return the byte order in which the length of a frame makes sense."""
+    if len(data) < PREFIX:
+        return None
+    lengths = {
+        ByteOrder.LITTLE: int.from_bytes(data[:PREFIX], "little", signed=True),
+        ByteOrder.BIG: int.from_bytes(data[:PREFIX], "big", signed=True),
+    }
+    exact = [order for order, length in lengths.items() if length == len(data) - PREFIX]
+    plausible = [order for order, length in lengths.items() if 0 <= length <= LONGEST_PLAUSIBLE]
+    for fitting in (exact, plausible):
+        if usual in fitting or len(fitting) == 1:
+            return usual if usual in fitting else fitting[0]
+    return usual
+
+
+def _read(frame: Frame, setup: Setup) -> None:
+    """Read header and body of a frame, as far as they go."""
+    data = frame.data
+    order = frame.order or ByteOrder.LITTLE
+    words = len(data[:HEADER]) // 4
+    header = struct.unpack_from(f"{order.value}{words}i", data) + (0,) * (4 - words)
+    frame.length, frame.msg_type, frame.comm_type, frame.reply_code = header
+    if not frame.is_whole_header:
+        frame.fault = "no whole header"
+        return
+    try:
+        frame.message = codec_for(setup.dialect, order, setup.real_size).decode(data)
+    except ProtocolError as error:
+        frame.fault = str(error)
+
+
+def _purpose_of(frames: Iterable[Frame]) -> Purpose | None:
+    """Tell what a port is for by what it carried; None where it carried nothing that tells."""
+    for frame in frames:
+        if frame.from_client and frame.msg_type in _IO_TYPES:
+            return Purpose.IO
+        if frame.from_client and frame.comm_type != CommType.REPLY:
+            return Purpose.MOTION
+        if not frame.from_client and frame.comm_type == CommType.TOPIC:
+            if frame.msg_type in _STATE_TYPES:
+                return Purpose.STATE
+    return None

@@ -1,0 +1,266 @@
+"""Section F: where a frame begins and ends, however TCP cuts the stream.
+
+Simple message has no mark to find a frame by; a receiver that takes a segment for a frame works in
+the laboratory and fails in the factory.
+"""
+
+from __future__ import annotations
+
+import asyncio
+
+from openpendant.simplemsg import CommType, JointTrajPt, MsgType, Ping, ReplyCode
+
+from ..findings import PASSED, Finding, Section, deviates
+from .checks import ANY, FULL, check
+from .moving import STOP
+from .target import Target
+from .wire import HEADER, PREFIX, RuleBroken, Wire, raw_frame
+
+_TCP = "RFC 9293 3.8: TCP is a stream without message boundaries"
+_PREFIX = "REP-I0006, prefix: the length says where a frame ends"
+_LOST = "industrial_core simple_socket.cpp: a length of 0 or less ends the connection"
+_CLOSE_WITHIN = 5.0
+_LARGE = 4096
+
+
+async def _pinged(wire: Wire, when: str) -> None:
+    reply = await wire.ask(Ping(), f"a PING {when}")
+    if reply.msg_type != MsgType.PING:
+        raise RuleBroken(f"a PING {when} was answered by {reply}")
+
+
+async def _served_anew(target: Target, after: str) -> None:
+    await _pinged(await target.motion(), f"on a new connection after {after}")
+
+
+@check("FS01", "a frame in one piece is understood", _PREFIX, Section.FRAMING, profiles=ANY)
+async def _whole(target: Target) -> Finding:
+    await _pinged(await target.motion(), "in one piece")
+    return PASSED
+
+
+@check("FS02", "a frame cut in two at any byte is understood", _TCP, Section.FRAMING)
+async def _cut_anywhere(target: Target) -> Finding:
+    wire = await target.motion()
+    ping = wire.encode(Ping())
+    for cut in range(1, len(ping)):
+        await wire.send_in_pieces(ping[:cut], cut, 0.005)
+        wire.send(ping[cut:])
+        reply = await wire.expect(f"an answer to a PING cut after {cut} bytes")
+        if reply.msg_type != MsgType.PING:
+            raise RuleBroken(f"a PING cut after {cut} bytes was answered by {reply}")
+    return PASSED
+
+
+@check("FS03", "a frame that comes byte by byte is understood", _TCP, Section.FRAMING)
+async def _byte_by_byte(target: Target) -> Finding:
+    wire = await target.motion()
+    await wire.send_in_pieces(wire.encode(STOP))
+    await wire.expect("an answer to a STOP that came byte by byte")
+    await _pinged(wire, "after a STOP that came byte by byte")
+    return PASSED
+
+
+@check("FS04", "two frames in one piece are both answered", _TCP, Section.FRAMING)
+async def _two_at_once(target: Target) -> Finding:
+    wire = await target.motion()
+    wire.send(Ping(), Ping())
+    for which in ("first", "second"):
+        await wire.expect(f"the answer to the {which} of two PINGs in one piece")
+    return PASSED
+
+
+@check("FS05", "twenty frames in one piece are all answered", _TCP, Section.FRAMING)
+async def _twenty_at_once(target: Target) -> Finding:
+    wire = await target.motion()
+    wire.send(*[Ping()] * 20)
+    for number in range(1, 21):
+        await wire.expect(f"answer {number} to twenty PINGs in one piece")
+    await wire.expect_silence(0.2, "twenty answers to twenty PINGs")
+    return PASSED
+
+
+@check(
+    "FS06",
+    "a frame is answered although half of the next one came with it",
+    _TCP,
+    Section.FRAMING,
+)
+async def _one_and_a_half(target: Target) -> Finding:
+    wire = await target.motion()
+    ping = wire.encode(Ping())
+    wire.send(ping, ping[:7])
+    await wire.expect("the answer to a PING with half of the next behind it")
+    await wire.expect_silence(0.1, "the answer to a PING with half of the next behind it")
+    wire.send(ping[7:])
+    await wire.expect("the answer to the second PING, completed later")
+    return PASSED
+
+
+@check("FS07", "a body may come in another segment than its header", _TCP, Section.FRAMING)
+async def _body_later(target: Target) -> Finding:
+    wire = await target.motion()
+    stop = wire.encode(STOP)
+    await wire.send_in_pieces(stop[:HEADER], HEADER, 0.02)
+    await wire.expect_silence(0.05, "a header without its body")
+    wire.send(stop[HEADER:])
+    await wire.expect("the answer to a STOP whose body came later")
+    return PASSED
+
+
+async def _broken_length(target: Target, length: int, rest: bytes = b"") -> Finding:
+    """Send a length that is none; the link may be closed, or the frame skipped, not waited for."""
+    wire = await target.motion()
+    wire.send(raw_frame(wire.codec, MsgType.PING, CommType.REQUEST, length=length)[:PREFIX], rest)
+    if not await wire.is_closed_within(0.5):
+        wire.send(Ping())
+        reply = await wire.poll(1.0)
+        if reply is None and not await wire.is_closed_within(_CLOSE_WITHIN - 1.5):
+            raise RuleBroken(
+                f"after a length field of {length} the link is neither closed nor answers a PING"
+            )
+    await _served_anew(target, f"a length field of {length}")
+    return PASSED
+
+
+@check("FS08", "a length of 0 blocks nothing", _LOST, Section.FRAMING)
+async def _length_zero(target: Target) -> Finding:
+    return await _broken_length(target, 0)
+
+
+@check("FS09", "a negative length blocks nothing", _LOST, Section.FRAMING)
+async def _length_negative(target: Target) -> Finding:
+    return await _broken_length(target, -1)
+
+
+@check(
+    "FS10",
+    "a length of less than a header blocks nothing",
+    "industrial_core simple_message.cpp: such a frame is consumed and rejected",
+    Section.FRAMING,
+    profiles=FULL,
+)
+async def _length_short(target: Target) -> Finding:
+    return await _broken_length(target, 8, bytes(8))
+
+
+@check(
+    "FS11",
+    "a length of two thousand million ends the link instead of waiting for them",
+    "industrial_core simple_socket.cpp reads any length into 1,025 bytes; a receiver must bound it",
+    Section.FRAMING,
+)
+async def _length_huge(target: Target) -> Finding:
+    wire = await target.motion()
+    wire.send(raw_frame(wire.codec, MsgType.PING, CommType.REQUEST, length=0x7FFF_FFFF))
+    if not await wire.is_closed_within(_CLOSE_WITHIN):
+        raise RuleBroken(f"the link is still open {_CLOSE_WITHIN:g} s after that length")
+    await _served_anew(target, "a huge length")
+    return PASSED
+
+
+@check(
+    "FS12",
+    "a point of 4,096 bytes is not taken",
+    "industrial_core simple_socket.h: no frame has 1,024 bytes or more",
+    Section.FRAMING,
+)
+async def _oversized(target: Target) -> Finding:
+    wire = await target.motion()
+    body = bytes(_LARGE - HEADER)
+    wire.send(raw_frame(wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=body))
+    reply = await wire.poll(1.0)
+    if reply is not None and reply.reply_code == ReplyCode.SUCCESS:
+        raise RuleBroken(f"a frame of {_LARGE} bytes was taken: {reply}")
+    await _served_anew(target, f"a frame of {_LARGE} bytes")
+    return PASSED
+
+
+@check(
+    "FS13",
+    "what is no simple message at all harms nobody",
+    "REP-I0006: there is no mark to resynchronise by, so the link is to be closed",
+    Section.FRAMING,
+)
+async def _web_browser(target: Target) -> Finding:
+    wire = await target.motion()
+    wire.send(b"GET / HTTP/1.1\r\nHost: robot\r\n\r\n")
+    frame = await wire.poll(1.0)
+    if frame is not None or wire.stray:
+        raise RuleBroken(f"an HTTP request was answered: {frame or wire.stray.hex()}")
+    await _served_anew(target, "an HTTP request")
+    return PASSED
+
+
+@check(
+    "FS14",
+    "a frame that is never completed does not hold the link for ever",
+    "docs/ros-i.md: each started frame must complete within 1 s; here 5 s are granted",
+    Section.FRAMING,
+    profiles=FULL,
+)
+async def _never_completed(target: Target) -> Finding:
+    wire = await target.motion()
+    ping = wire.encode(Ping())
+    wire.send(ping[:10])
+    if await wire.is_closed_within(_CLOSE_WITHIN):
+        return PASSED
+    wire.send(ping[10:])
+    await wire.expect("the answer to a PING whose second half came 5 s later")
+    return deviates(
+        "industrial_core: receives without a timeout",
+        f"half a frame was still waited for after {_CLOSE_WITHIN:g} s",
+    )
+
+
+@check(
+    "FS15",
+    "a client that says no more is answered or left, not kept",
+    "RFC 9293 3.6: the end of the stream says that nothing more will come",
+    Section.FRAMING,
+    profiles=FULL,
+)
+async def _half_closed(target: Target) -> Finding:
+    wire = await target.motion()
+    wire.send(Ping())
+    wire.half_close()
+    if not await wire.is_closed_within(_CLOSE_WITHIN):
+        raise RuleBroken(f"the link is still open {_CLOSE_WITHIN:g} s after the client's end")
+    await _served_anew(target, "a half-closed link")
+    return PASSED
+
+
+@check(
+    "FS16",
+    "a client that disappears amid a frame harms nobody",
+    "RFC 9293 3.5.2: a reset may come at any time",
+    Section.FRAMING,
+)
+async def _reset_amid_frame(target: Target) -> Finding:
+    wire = await target.motion()
+    wire.send(wire.encode(STOP)[:20])
+    await asyncio.sleep(0.02)
+    wire.reset()
+    await asyncio.sleep(0.02)
+    await _served_anew(target, "a reset amid a frame")
+    return PASSED
+
+
+@check("FS17", "a frame that takes half a second to come is understood", _TCP, Section.FRAMING)
+async def _slow_frame(target: Target) -> Finding:
+    wire = await target.motion()
+    await wire.send_in_pieces(wire.encode(Ping()), 1, 0.03)
+    await wire.expect("the answer to a PING that took half a second")
+    return PASSED
+
+
+@check("FS18", "frames of different sizes in one piece are told apart", _PREFIX, Section.FRAMING)
+async def _mixed_sizes(target: Target) -> Finding:
+    wire = await target.motion()
+    topic = JointTrajPt(-4, (0.0,) * 10, 0.0, 0.0, comm_type=CommType.TOPIC)
+    wire.send(Ping(), STOP, topic, Ping())
+    kinds = [(await wire.expect(f"answer {n} of three")).msg_type for n in (1, 2, 3)]
+    if kinds[0] != MsgType.PING or kinds[2] != MsgType.PING:
+        raise RuleBroken(f"PING, STOP, STOP as a topic and PING were answered by types {kinds}")
+    await wire.expect_silence(0.1, "the answers to three requests and a topic in one piece")
+    return PASSED

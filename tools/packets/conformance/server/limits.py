@@ -1,0 +1,302 @@
+"""Section L: points that must not be moved: no numbers, out of range, too fast, without order.
+
+The only checks that name a target outside the amplitude; each is asked so slowly that a robot which
+obeys is stopped before it gets anywhere.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+from openpendant.motion.limits import JointLimits
+from openpendant.simplemsg import JointTrajPtFull, ValidField, joint_array
+
+from ..findings import PASSED, Finding, Section, Verdict, deviates
+from .checks import FULL, check
+from .moving import LEAD_IN, SPEED, STOP, Mover, is_taken, ready, shifted
+from .target import Target
+from .watch import distance, rate
+from .wire import CannotJudge, Frame, RuleBroken
+
+_FINITE = "docs/simplemsg.md: every real must be finite; no vendor's server checks it"
+_RANGE = "a controller's own soft limits; observed: Stäubli and Fanuc refuse, ABB does not check"
+_ORDER = "docs/emulator.md and docs/ros-i.md: times advance, durations are 0 or more"
+_UNCHECKED = "no vendor's server checks for numbers that are none"
+_BEYOND = 0.1
+_VERY_SLOW = 60.0
+_NAN, _INF = math.nan, math.inf
+
+
+async def _limits(target: Target) -> JointLimits:
+    if target.options.limits is None:
+        raise CannotJudge("the robot's limits are not known without --robot")
+    return target.options.limits
+
+
+async def _refused_or_still(mover: Mover, reply: Frame | None, what: str, habit: str) -> Finding:
+    """Judge the answer to a point that must not be moved; watch, and stop the robot if it is."""
+    taken = reply is not None and is_taken(reply)
+    try:
+        await mover.stays(0.5, what, mover.start)
+    except RuleBroken:
+        mover.wire.send(STOP)
+        raise
+    if not all(map(math.isfinite, mover.watch.position)):
+        raise RuleBroken(f"after {what} the robot reports positions that are no numbers")
+    if taken and not habit:
+        raise RuleBroken(f"{what} was taken: {reply}")
+    if taken:
+        return deviates(habit, f"{what} was taken, though not moved")
+    if reply is None and not mover.wire.is_lost:
+        raise RuleBroken(f"{what} was not answered; the real client waits for ever")
+    return PASSED
+
+
+async def _point(
+    mover: Mover, joints: Sequence[float], what: str, habit: str = "", **how: float
+) -> Finding:
+    """Send a first point that must not be moved."""
+    duration, velocity = how.get("duration", 1.0), how.get("velocity", SPEED)
+    try:
+        reply: Frame | None = await mover.point(0, joints, duration, velocity=velocity, within=1.0)
+    except RuleBroken:
+        reply = None
+    return await _refused_or_still(mover, reply, what, habit)
+
+
+def _with(mover: Mover, value: float) -> tuple[float, ...]:
+    return tuple(value if slot == mover.joint else at for slot, at in enumerate(mover.start))
+
+
+@check("LS01", "a position that is no number is not moved to", _FINITE, Section.LIMITS, moves=True)
+async def _nan(target: Target) -> Finding:
+    mover = await ready(target)
+    return await _point(mover, _with(mover, _NAN), "a position that is no number", _UNCHECKED)
+
+
+@check(
+    "LS02",
+    "an infinite position is not moved to",
+    _FINITE,
+    Section.LIMITS,
+    moves=True,
+    profiles=FULL,
+)
+async def _infinite(target: Target) -> Finding:
+    mover = await ready(target)
+    return await _point(mover, _with(mover, _INF), "an infinite position", _UNCHECKED)
+
+
+@check(
+    "LS03",
+    "a velocity that is no number is refused",
+    _FINITE,
+    Section.LIMITS,
+    moves=True,
+    profiles=FULL,
+)
+async def _nan_velocity(target: Target) -> Finding:
+    mover = await ready(target)
+    what = "a velocity that is no number"
+    return await _point(mover, mover.start, what, _UNCHECKED, velocity=_NAN)
+
+
+@check(
+    "LS04",
+    "a duration that is no number is refused",
+    _FINITE,
+    Section.LIMITS,
+    moves=True,
+    profiles=FULL,
+)
+async def _nan_duration(target: Target) -> Finding:
+    mover = await ready(target)
+    what = "a duration that is no number"
+    return await _point(mover, mover.start, what, _UNCHECKED, duration=_NAN)
+
+
+@check("LS05", "a negative duration is refused", _ORDER, Section.LIMITS, moves=True, profiles=FULL)
+async def _negative_duration(target: Target) -> Finding:
+    mover = await ready(target)
+    habit = "Fanuc, Stäubli: the duration is not used"
+    return await _point(mover, mover.start, "a duration of -1 s", habit, duration=-1.0)
+
+
+@check(
+    "LS06",
+    "a velocity above 1 is refused",
+    "industrial_core: a fraction, 0 to 1",
+    Section.LIMITS,
+    moves=True,
+    profiles=FULL,
+)
+async def _velocity_above_one(target: Target) -> Finding:
+    mover = await ready(target)
+    habit = "Stäubli: the velocity is clipped; Fanuc: it is not used"
+    return await _point(mover, mover.start, "a velocity of 1.5", habit, velocity=1.5)
+
+
+async def _out_of_range(target: Target, *, upper: bool) -> Finding:
+    limits = await _limits(target)
+    mover = await ready(target)
+    joint = mover.joint
+    bound = limits.upper[joint] + _BEYOND if upper else limits.lower[joint] - _BEYOND
+    what = f"a position of {bound:.4g}, {_BEYOND:g} beyond the range of joint {joint + 1},"
+    return await _point(mover, _with(mover, bound), what, duration=_VERY_SLOW)
+
+
+@check("LS07", "a position above the range is refused", _RANGE, Section.LIMITS, moves=True)
+async def _above(target: Target) -> Finding:
+    return await _out_of_range(target, upper=True)
+
+
+@check("LS08", "a position below the range is refused", _RANGE, Section.LIMITS, moves=True)
+async def _below(target: Target) -> Finding:
+    return await _out_of_range(target, upper=False)
+
+
+@check(
+    "LS09",
+    "a segment that is too fast is refused or moved within the limits",
+    "MotoROS refuses it (3013); docs/ros-i.md: never faster than the limits allow",
+    Section.LIMITS,
+    moves=True,
+    profiles=FULL,
+)
+async def _too_fast(target: Target) -> Finding:
+    limits = await _limits(target)
+    mover = await ready(target)
+    joint, most = mover.joint, limits.velocity[mover.joint]
+    await mover.accepted(0, mover.start, LEAD_IN)
+    reply = await mover.point(1, mover.goal, mover.amplitude / (3 * most))
+    if not is_taken(reply):
+        await mover.stays(0.5, "a refused point", mover.start)
+        return Finding(Verdict.PASSED, "refused")
+    await mover.watch.until(lambda: mover.has_left, 3.0)
+    await mover.rests_within(5.0)
+    reports = [(at.time, at.values[joint]) for at in mover.watch.joints]
+    if rate([time for time, _ in reports]) < 40:
+        raise CannotJudge("it was taken; the state port is too slow to see how fast it was")
+    fastest = max(
+        abs(b - a) / max(t2 - t1, 0.008) for (t1, a), (t2, b) in itertools.pairwise(reports)
+    )
+    if fastest > 1.2 * most:
+        raise RuleBroken(f"it was moved at {fastest:.3g} of at most {most:.3g} rad/s")
+    return Finding(Verdict.PASSED, f"taken, and moved at {fastest:.3g} of {most:.3g} rad/s")
+
+
+@check(
+    "LS10",
+    "behind a refused point the rest is not moved",
+    "docs/ros-i.md: the trajectory is discarded and the rest of its points refused",
+    Section.LIMITS,
+    moves=True,
+    profiles=FULL,
+)
+async def _rest_refused(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.accepted(0, mover.start, LEAD_IN)
+    refused = await mover.point(1, _with(mover, _NAN), 1.0)
+    if is_taken(refused):
+        raise CannotJudge("no point was refused; LS01 says so")
+    reply = await mover.point(2, mover.goal, 1.0)
+    return await _refused_or_still(mover, reply, "a point behind a refused one", "")
+
+
+async def _full(target: Target, what: str, habit: str, **changed: object) -> Finding:
+    """Send a full point that must be refused."""
+    mover = await ready(target)
+    zeros = joint_array(())
+    valid = int(ValidField.TIME | ValidField.POSITION | ValidField.VELOCITY)
+    point = JointTrajPtFull(0, 0, valid, 0.0, mover.start, zeros, zeros)
+    for name, value in changed.items():
+        setattr(point, name, value)
+    reply = await mover.wire.ask(point, what)
+    return await _refused_or_still(mover, reply, what, habit)
+
+
+@check(
+    "LS11",
+    "a full point without a position is refused",
+    "industrial_core joint_traj_pt_full.h, valid_fields; MotoROS: 3015",
+    Section.LIMITS,
+    moves=True,
+    profiles=FULL,
+)
+async def _no_position(target: Target) -> Finding:
+    valid = int(ValidField.TIME)
+    return await _full(target, "a full point without a position", "", valid_fields=valid)
+
+
+@check(
+    "LS12",
+    "a full point whose velocity is no number is refused",
+    _FINITE,
+    Section.LIMITS,
+    moves=True,
+    profiles=FULL,
+)
+async def _full_nan(target: Target) -> Finding:
+    bad = shifted(joint_array(()), 0, _NAN)
+    bad = (_NAN, *bad[1:])
+    what = "a full point whose velocity is no number"
+    return await _full(target, what, _UNCHECKED, velocities=bad)
+
+
+@check(
+    "LS13",
+    "a full point for another robot is refused",
+    "industrial_core joint_traj_pt_full.h, robot_id; MotoROS: 3004",
+    Section.LIMITS,
+    moves=True,
+    profiles=FULL,
+)
+async def _other_robot(target: Target) -> Finding:
+    return await _full(target, "a full point for robot 7", "", robot_id=7)
+
+
+@check(
+    "LS14",
+    "a full point whose time does not advance is refused",
+    _ORDER,
+    Section.LIMITS,
+    moves=True,
+    profiles=FULL,
+)
+async def _time_stands(target: Target) -> Finding:
+    mover = await ready(target)
+    zeros = joint_array(())
+    valid = int(ValidField.TIME | ValidField.POSITION | ValidField.VELOCITY)
+    first = JointTrajPtFull(0, 0, valid, 0.0, mover.start, zeros, zeros)
+    if not is_taken(await mover.wire.ask(first, "a full point")):
+        raise CannotJudge("the target refuses full points, as it may")
+    again = JointTrajPtFull(0, 1, valid, 0.0, mover.goal, zeros, zeros)
+    reply = await mover.wire.ask(again, "a second full point at time 0")
+    habit = "Motoman: a time that does not advance is taken and not moved"
+    return await _refused_or_still(mover, reply, "a second full point at time 0", habit)
+
+
+@check(
+    "LS15",
+    "a point where the robot is not, at once, is no jump",
+    "docs/emulator.md: does not start where the robot stands; docs/ros-i.md: approached slowly",
+    Section.LIMITS,
+    moves=True,
+    profiles=FULL,
+)
+async def _no_jump(target: Target) -> Finding:
+    mover = await ready(target)
+    reply = await mover.point(0, mover.goal, 0.0)
+    before = [at.values for at in mover.watch.joints][-1]
+    await mover.watch.until(lambda: mover.has_left, 1.5)
+    await mover.rests_within(6.0)
+    reports = [at.values for at in mover.watch.joints]
+    steps = [distance(a, b) for a, b in itertools.pairwise(reports)]
+    if max(steps, default=0.0) > 0.5 * mover.amplitude:
+        raise RuleBroken("the robot was at the point from one report to the next")
+    moved = distance(mover.watch.position, before) > 0.001
+    if not is_taken(reply) and moved:
+        raise RuleBroken("the point was refused and moved to all the same")
+    return Finding(Verdict.PASSED, "moved to" if moved else "not moved to")

@@ -1,0 +1,368 @@
+"""Section M: points become motion, that motion and no other, and it ends where it was asked to."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+
+from openpendant.simplemsg import (
+    CommType,
+    JointTraj,
+    JointTrajPt,
+    JointTrajPtFull,
+    MsgType,
+    ReplyCode,
+    SpecialSequence,
+    TrajPoint,
+    ValidField,
+    joint_array,
+)
+
+from ..findings import PASSED, Finding, Section, Verdict, deviates
+from .checks import FULL, check
+from .moving import ARRIVED, LEAD_IN, SPEED, START_WITHIN, Mover, is_taken, ready
+from .recordings import Motion, reference
+from .replies import judge_point_reply
+from .target import Target
+from .watch import distance
+from .wire import CannotJudge, RuleBroken
+
+_POINTS = "REP-I0006, JOINT_TRAJ_PT; industrial_robot_client joint_trajectory_streamer.cpp"
+_ARRIVAL = "industrial_robot_client: a goal is reached within 0.005 rad of its last point"
+_SEQUENCE = "REP-I0006: abort on a sequence that is neither the next nor 0"
+_NO_SEQUENCE = "ABB, Fanuc, Stäubli, Motoman: the order of sequences is not checked"
+_DURATION = "industrial_core joint_traj_pt.h: duration, the time allotted to the segment"
+_DOWNLOAD = "observed, industrial_robot_client download: -1, 1, 2, …, -3 as topics"
+_LONG = 1.0
+
+
+async def _moved(target: Target) -> Motion:
+    motion: Motion = await target.once("a motion", reference)
+    return motion
+
+
+async def _arrives(mover: Mover, goal: tuple[float, ...], what: str, within: float) -> None:
+    """Wait for the robot to leave and to stand at a goal.
+
+    Raises:
+        RuleBroken: it does not.
+    """
+    if not await mover.watch.until(lambda: mover.has_left, START_WITHIN):
+        raise RuleBroken(f"{what}: the robot did not move within {START_WITHIN:g} s")
+    at = await mover.rests_within(within)
+    if distance(at, goal) > ARRIVED:
+        raise RuleBroken(f"{what}: the robot stands {distance(at, goal):.4g} rad or m off the goal")
+
+
+@check(
+    "MS01",
+    "a point where the robot stands is taken and moves nothing",
+    _POINTS,
+    Section.MOTION,
+    moves=True,
+)
+async def _stays(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.accepted(0, mover.start, LEAD_IN)
+    await mover.stays(0.4, "a point where the robot stands", mover.start)
+    return PASSED
+
+
+@check("MS02", "the robot ends at the last point", _ARRIVAL, Section.MOTION, moves=True)
+async def _ends_at_goal(target: Target) -> Finding:
+    motion: Motion = await target.once("a motion", reference, is_subject=True)
+    off = distance(motion.end, motion.goal)
+    if off > ARRIVED:
+        raise RuleBroken(f"two points: the robot stands {off:.4g} rad or m off the last one")
+    return Finding(Verdict.PASSED, f"{off:.1g} rad or m off")
+
+
+@check("MS03", "every point is answered as a point", _POINTS, Section.MOTION, moves=True)
+async def _replies(target: Target) -> Finding:
+    motion = await _moved(target)
+    worst = PASSED
+    for reply in motion.replies:
+        finding = judge_point_reply(reply)
+        if finding.verdict is not Verdict.PASSED:
+            worst = finding
+    return worst
+
+
+@check(
+    "MS04",
+    "points are answered in time: at once, or when the buffer has room",
+    "observed, industrial_robot_client: it sends the next point when this one is answered",
+    Section.MOTION,
+    moves=True,
+)
+async def _answered_in_time(target: Target) -> Finding:
+    motion = await _moved(target)
+    late = motion.replies[-1].time - motion.sent
+    if late > motion.duration + 1.0:
+        raise RuleBroken(f"the second of two points was answered after {late:.2f} s")
+    return Finding(Verdict.PASSED, f"after {late:.3f} s")
+
+
+@check("MS05", "the motion begins within 3 s", _ARRIVAL, Section.MOTION, moves=True)
+async def _begins(target: Target) -> Finding:
+    motion = await _moved(target)
+    delay = motion.must_have_moved()[0].time - motion.sent
+    if delay > START_WITHIN:
+        raise RuleBroken(f"it began {delay:.2f} s after the last point was sent")
+    return Finding(Verdict.PASSED, f"after {delay:.3f} s")
+
+
+@check(
+    "MS06",
+    "the motion is not much faster than asked",
+    _DURATION,
+    Section.MOTION,
+    moves=True,
+    profiles=FULL,
+)
+async def _not_faster(target: Target) -> Finding:
+    motion = await _moved(target)
+    moving = motion.must_have_moved()
+    took = moving[-1].time - moving[0].time
+    if took < 0.4 * motion.duration:
+        return deviates(
+            "Fanuc, Stäubli: the duration is not used",
+            f"asked {motion.duration:.2f} s, took {took:.2f} s",
+        )
+    return Finding(Verdict.PASSED, f"asked {motion.duration:.2f} s, seen {took:.2f} s of it")
+
+
+@check("MS07", "the motion is not much slower than asked", _DURATION, Section.MOTION, moves=True)
+async def _not_slower(target: Target) -> Finding:
+    motion = await _moved(target)
+    moving = motion.must_have_moved()
+    took = moving[-1].time - moving[0].time
+    if took > 2 * motion.duration + 1.0:
+        raise RuleBroken(f"asked {motion.duration:.2f} s, took {took:.2f} s")
+    return PASSED
+
+
+@check("MS08", "the joint goes towards its goal and not away", _POINTS, Section.MOTION, moves=True)
+async def _right_way(target: Target) -> Finding:
+    motion = await _moved(target)
+    motion.must_have_moved()
+    way = motion.goal[motion.joint] - motion.start[motion.joint]
+    for report in motion.joints:
+        part = (report.values[motion.joint] - motion.start[motion.joint]) / way
+        if not -0.1 <= part <= 1.1:
+            raise RuleBroken(f"it was at {100 * part:.0f} % of the way to its goal")
+    return PASSED
+
+
+@check(
+    "MS09",
+    "a single point is moved to",
+    "observed, industrial_robot_client: a one-point trajectory is one packet, sequence 0",
+    Section.MOTION,
+    moves=True,
+)
+async def _single_point(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.accepted(0, mover.goal, mover.amplitude / SPEED)
+    await _arrives(mover, mover.goal, "a single point", 6.0)
+    return PASSED
+
+
+@check("MS10", "ten points in a row are moved through", _POINTS, Section.MOTION, moves=True)
+async def _ten_points(target: Target) -> Finding:
+    mover = await ready(target)
+    for sequence in range(10):
+        part = (1 - math.cos(math.pi * sequence / 9)) / 2
+        await mover.accepted(sequence, mover.between(part), 0.1)
+    await _arrives(mover, mover.goal, "ten points", 6.0)
+    return PASSED
+
+
+@check("MS11", "a second trajectory counts from 0 again", _SEQUENCE, Section.MOTION, moves=True)
+async def _second_trajectory(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.go(mover.amplitude / SPEED)
+    await _arrives(mover, mover.goal, "the first trajectory", 5.0)
+    await mover.accepted(0, mover.watch.position, LEAD_IN)
+    await mover.accepted(1, mover.start, mover.amplitude / SPEED)
+    if not await mover.watch.until(lambda: not mover.progress(mover.watch.position) > 0.5, 4.0):
+        raise RuleBroken("the second trajectory on the same connection was not moved")
+    at = await mover.rests_within(5.0)
+    if distance(at, mover.start) > ARRIVED:
+        raise RuleBroken(f"the way back ended {distance(at, mover.start):.4g} rad or m off")
+    return PASSED
+
+
+@check(
+    "MS12",
+    "a point that comes twice is moved once",
+    "observed, industrial_robot_client: after a reconnection the same point comes again",
+    Section.MOTION,
+    moves=True,
+    profiles=FULL,
+)
+async def _duplicate(target: Target) -> Finding:
+    mover = await ready(target)
+    watch = mover.watch
+    await mover.go(_LONG)
+    await mover.accepted(1, mover.goal, _LONG)
+    if not await watch.until(watch.says_motion, START_WITHIN):
+        raise CannotJudge("STATUS does not say when the robot moves")
+    began = asyncio.get_running_loop().time()
+    at = await mover.rests_within(3 * _LONG)
+    took = asyncio.get_running_loop().time() - began
+    if distance(at, mover.goal) > ARRIVED:
+        raise RuleBroken(f"it stands {distance(at, mover.goal):.4g} rad or m off the goal")
+    if took > 1.5 * _LONG + 0.3:
+        raise RuleBroken(f"a motion of {_LONG:g} s took {took:.2f} s with its last point twice")
+    return PASSED
+
+
+@check(
+    "MS13",
+    "a gap in the sequence is refused",
+    _SEQUENCE,
+    Section.MOTION,
+    moves=True,
+    profiles=FULL,
+)
+async def _gap(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.accepted(0, mover.start, LEAD_IN)
+    reply = await mover.point(5, mover.goal, _LONG)
+    if is_taken(reply):
+        return deviates(_NO_SEQUENCE, "sequence 5 after 0 was taken")
+    await mover.stays(0.8, "a refused point", mover.start)
+    return PASSED
+
+
+@check(
+    "MS14",
+    "a trajectory does not begin at 3",
+    _SEQUENCE,
+    Section.MOTION,
+    moves=True,
+    profiles=FULL,
+)
+async def _no_beginning(target: Target) -> Finding:
+    mover = await ready(target)
+    reply = await mover.point(3, mover.goal, _LONG)
+    if is_taken(reply):
+        return deviates(_NO_SEQUENCE, "a first point of sequence 3 was taken")
+    await mover.stays(0.8, "a refused point", mover.start)
+    return PASSED
+
+
+@check(
+    "MS15",
+    "a trajectory sent during another ends where the new one ends, or is refused",
+    "vendors stop, blend or queue: drivers' behaviour differs, but the last point is the goal",
+    Section.MOTION,
+    moves=True,
+    profiles=FULL,
+)
+async def _replaced(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.set_off(_LONG)
+    reply = await mover.point(0, mover.start, 1.0)
+    taken = is_taken(reply)
+    at = await mover.rests_within(10.0)
+    if taken and distance(at, mover.start) > ARRIVED:
+        off = distance(at, mover.start)
+        raise RuleBroken(
+            f"the new trajectory was taken, and the robot stands {off:.4g} off its end"
+        )
+    return Finding(Verdict.PASSED, "taken" if taken else "refused")
+
+
+@check(
+    "MS16",
+    "a downloaded trajectory is moved, and its topics are not answered",
+    _DOWNLOAD,
+    Section.MOTION,
+    moves=True,
+    profiles=FULL,
+)
+async def _download(target: Target) -> Finding:
+    mover = await ready(target)
+    middle, time = mover.between(0.5), mover.amplitude / SPEED / 2
+    for sequence, joints, seconds in (
+        (SpecialSequence.START_DOWNLOAD, mover.start, LEAD_IN),
+        (1, middle, time),
+        (SpecialSequence.END, mover.goal, time),
+    ):
+        point = JointTrajPt(int(sequence), joints, SPEED, seconds, comm_type=CommType.TOPIC)
+        mover.wire.send(point)
+        await asyncio.sleep(0.005)
+    await mover.wire.expect_silence(0.3, "a downloaded trajectory")
+    if not await mover.watch.until(lambda: mover.has_left, START_WITHIN):
+        return deviates("Fanuc, Stäubli, Motoman: streaming only", "a download moved nothing")
+    await _arrives(mover, mover.goal, "a download", 6.0)
+    return PASSED
+
+
+@check(
+    "MS17",
+    "a trajectory of full points (type 14) is moved",
+    "industrial_core joint_traj_pt_full.h",
+    Section.MOTION,
+    moves=True,
+    profiles=FULL,
+)
+async def _full_points(target: Target) -> Finding:
+    mover = await ready(target)
+    zeros = joint_array(())
+    valid = int(ValidField.TIME | ValidField.POSITION | ValidField.VELOCITY)
+    for sequence, joints in ((0, mover.start), (1, mover.goal)):
+        time = sequence * 2 * mover.amplitude / SPEED
+        point = JointTrajPtFull(0, sequence, valid, time, joints, zeros, zeros)
+        reply = await mover.wire.ask(point, "a full point", 4.0)
+        if reply.reply_code == ReplyCode.FAILURE:
+            raise CannotJudge("the target refuses full points, as it may")
+        if reply.msg_type != MsgType.JOINT_TRAJ_PT_FULL or not is_taken(reply):
+            raise RuleBroken(f"a full point was answered by {reply}")
+    await _arrives(mover, mover.goal, "two full points", 6.0)
+    return PASSED
+
+
+@check(
+    "MS18",
+    "a whole trajectory (type 12) is moved or refused",
+    "industrial_core joint_traj.h; deprecated, no vendor's server is known to take it",
+    Section.MOTION,
+    moves=True,
+    profiles=FULL,
+)
+async def _whole_trajectory(target: Target) -> Finding:
+    mover = await ready(target)
+    points = (
+        TrajPoint(0, mover.start, SPEED, LEAD_IN),
+        TrajPoint(1, mover.goal, SPEED, mover.amplitude / SPEED),
+    )
+    reply = await mover.wire.ask(JointTraj(points), "a whole trajectory", 4.0)
+    if reply.msg_type != MsgType.JOINT_TRAJ:
+        raise RuleBroken(f"a whole trajectory was answered by {reply}")
+    if not is_taken(reply):
+        raise CannotJudge("the target refuses whole trajectories, as vendors do")
+    await _arrives(mover, mover.goal, "a whole trajectory", 6.0)
+    return PASSED
+
+
+@check(
+    "MS19",
+    "a point without a velocity is moved by its duration",
+    "observed, abb_driver: the velocity field is always 0",
+    Section.MOTION,
+    moves=True,
+    profiles=FULL,
+)
+async def _no_velocity(target: Target) -> Finding:
+    mover = await ready(target)
+    replies = [
+        await mover.point(0, mover.start, LEAD_IN, velocity=0.0),
+        await mover.point(1, mover.goal, mover.amplitude / SPEED, velocity=0.0),
+    ]
+    if not all(map(is_taken, replies)):
+        return deviates("Stäubli: a velocity of 0 is refused", str(replies[-1]))
+    await _arrives(mover, mover.goal, "points of velocity 0", 6.0)
+    return PASSED

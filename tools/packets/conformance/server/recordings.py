@@ -1,0 +1,215 @@
+"""Motions that are made once and judged by many checks, from what was recorded of them.
+
+A robot should not be moved for every question. Owns what is done to the robot in each recording and
+what is kept of it; the checks only look.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from openpendant.simplemsg import JointFeedback, Ping
+
+from .moving import LEAD_IN, SPEED, START_WITHIN, STOP, Mover, ready
+from .target import Target
+from .watch import Joints, Told, distance
+from .wire import CannotJudge, Frame
+
+SAMPLE = 2.2
+"""How long the state port is listened to at rest [s]."""
+
+SLOW = 2.0
+"""Duration of a motion that is to be interrupted [s]."""
+
+LOSS_SEEN = 0.8
+"""So long after the loss of a link the robot is judged, before a new link is made [s]."""
+
+_SETTLING = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """What a resting robot's state port said for `SAMPLE` seconds.
+
+    Attributes:
+        opened: when the connection was made [s].
+        frames: every frame.
+        joints: joint values.
+        feedback: type 15 with its times of arrival.
+        statuses: STATUS.
+        stray: bytes that are no frame.
+    """
+
+    opened: float
+    frames: tuple[Frame, ...]
+    joints: tuple[Joints, ...]
+    feedback: tuple[tuple[float, JointFeedback], ...]
+    statuses: tuple[Told, ...]
+    stray: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """One recorded motion.
+
+    Attributes:
+        joint: index of the joint that was moved.
+        start: all slots before it [rad or m].
+        goal: all slots where it should have ended.
+        duration: what was asked for [s].
+        sent: when the last point was sent [s].
+        event: when the motion was interrupted, or when the last point was answered [s].
+        replies: answers to the points, in order.
+        event_reply: answer to the interruption; None where there was none.
+        joints: joint values from just before it to the end.
+        feedback: type 15 of the same time.
+        statuses: STATUS of the same time.
+    """
+
+    joint: int
+    start: tuple[float, ...]
+    goal: tuple[float, ...]
+    duration: float
+    sent: float
+    event: float
+    replies: tuple[Frame, ...]
+    event_reply: Frame | None
+    joints: tuple[Joints, ...]
+    feedback: tuple[tuple[float, JointFeedback], ...]
+    statuses: tuple[Told, ...]
+
+    @property
+    def tolerance(self) -> float:
+        """What counts as having moved [rad or m]."""
+        return 0.04 * abs(self.goal[self.joint] - self.start[self.joint])
+
+    @property
+    def end(self) -> tuple[float, ...]:
+        """Where the robot was last."""
+        return self.joints[-1].values
+
+    def moving(self) -> tuple[Joints, ...]:
+        """Return the reports between leaving the start and being where the robot ended."""
+        away = [n for n, at in enumerate(self.joints) if self._is_away(at.values, self.start)]
+        left = [n for n, at in enumerate(self.joints) if self._is_away(at.values, self.end)]
+        if not away or not left:
+            return ()
+        return self.joints[away[0] : left[-1] + 1]
+
+    def _is_away(self, values: Sequence[float], place: Sequence[float]) -> bool:
+        return distance(values, place) > self.tolerance
+
+    def must_have_moved(self) -> tuple[Joints, ...]:
+        """Return `moving`.
+
+        Raises:
+            CannotJudge: nothing moved.
+        """
+        moving = self.moving()
+        if len(moving) < 2:
+            raise CannotJudge("no motion was reported; MS02 says so")
+        return moving
+
+    def at(self, time: float) -> tuple[float, ...]:
+        """Return the joint values of the last report up to a time."""
+        before = [report.values for report in self.joints if report.time <= time]
+        return before[-1] if before else self.joints[0].values
+
+
+async def sample(target: Target) -> Sample:
+    """Listen to the state port of a resting robot."""
+    watch = await target.state()
+    await asyncio.sleep(SAMPLE)
+    return Sample(
+        watch.began,
+        tuple(watch.frames),
+        tuple(watch.joints),
+        tuple(watch.feedback),
+        tuple(watch.statuses),
+        watch.wire.stray,
+    )
+
+
+async def reference(target: Target) -> Motion:
+    """Move to the goal by two points, undisturbed."""
+    mover = await ready(target)
+    watch, duration = mover.watch, mover.amplitude / SPEED + 0.1
+    replies = [await mover.point(0, mover.start, LEAD_IN)]
+    sent = _now()
+    replies.append(await mover.point(1, mover.goal, duration))
+    answered = _now()
+    await watch.until(lambda: mover.has_left, START_WITHIN)
+    await watch.standstill(duration + 4)
+    await asyncio.sleep(_SETTLING)
+    return _motion(mover, duration, sent, answered, replies, None)
+
+
+async def stopped(target: Target) -> Motion:
+    """Send STOP in the middle of a slow motion."""
+    mover = await ready(target)
+    await mover.set_off(SLOW)
+    # On its way, so that both going on and going back would show.
+    await mover.watch.until(lambda: mover.progress(mover.watch.position) > 0.2, SLOW)
+    sent = _now()
+    mover.wire.send(STOP)
+    reply = await mover.wire.poll(1.0)
+    await _wait_until(sent + 1.2)
+    return _motion(mover, SLOW, sent, sent, [], reply)
+
+
+async def lost(target: Target) -> Motion:
+    """Close the motion connection in the middle of a slow motion, and connect again later."""
+    mover = await ready(target)
+    await mover.set_off(SLOW)
+    event = _now()
+    mover.wire.close()
+    await _wait_until(event + LOSS_SEEN)
+    wire = await target.motion()
+    wire.send(Ping())
+    reply = await wire.poll(1.0)
+    await _wait_until(event + LOSS_SEEN + 0.6)
+    return _motion(mover, SLOW, event, event, [], reply)
+
+
+async def lost_by_reset(target: Target) -> Motion:
+    """End the motion connection by a TCP reset in the middle of a slow motion."""
+    mover = await ready(target)
+    await mover.set_off(SLOW)
+    event = _now()
+    mover.wire.reset()
+    await _wait_until(event + LOSS_SEEN)
+    return _motion(mover, SLOW, event, event, [], None)
+
+
+async def _wait_until(time: float) -> None:
+    await asyncio.sleep(max(0.0, time - _now()))
+
+
+def _motion(
+    mover: Mover,
+    duration: float,
+    sent: float,
+    event: float,
+    replies: Sequence[Frame],
+    event_reply: Frame | None,
+) -> Motion:
+    watch = mover.watch
+    return Motion(
+        mover.joint,
+        mover.start,
+        mover.goal,
+        duration,
+        sent,
+        event,
+        tuple(replies),
+        event_reply,
+        tuple(watch.joints),
+        tuple(watch.feedback),
+        tuple(watch.statuses),
+    )
+
+
+def _now() -> float:
+    return asyncio.get_running_loop().time()

@@ -1,0 +1,391 @@
+"""Section R: what is answered, by what, how often and in which order; and what is not."""
+
+from __future__ import annotations
+
+import struct
+
+from openpendant.simplemsg import (
+    CommType,
+    GetVersion,
+    JointTrajPt,
+    JointTrajPtFull,
+    Message,
+    MsgType,
+    Ping,
+    ReplyCode,
+    SpecialSequence,
+    Status,
+    joint_array,
+)
+
+from ..findings import PASSED, Finding, Section, Verdict, deviates
+from .checks import ANY, FULL, check
+from .headers import UNKNOWN
+from .moving import STOP
+from .target import Target
+from .wire import HEADER, Frame, RuleBroken, Wire, raw_frame
+
+_PING = "REP-I0006, PING; industrial_core ping_handler.cpp"
+_UNSUPPORTED = "REP-I0006: same type, communication type 3, reply code 2, no useful body"
+_NO_TOPIC = "REP-I0006: topics are never answered; the real client's STOP would take the answer"
+_ONE_REPLY = "observed, industrial_robot_client: any frame is taken for the reply it waits for"
+_PROMPT = 0.25
+_UNKNOWN_TYPES = (20, 21, 1399, 64_999, 0x7FFF_FFFF)
+_POINT_BODY = 52
+_MOTOMAN_REPLY = 2002
+
+
+def _topic(msg_type: int, wire: Wire) -> bytes:
+    return raw_frame(wire.codec, msg_type, CommType.TOPIC)
+
+
+@check("RS01", "a PING is answered with success", _PING, Section.REPLIES, profiles=ANY)
+async def _ping(target: Target) -> Finding:
+    reply = await (await target.motion()).ask(Ping(), "a PING")
+    if (reply.msg_type, reply.reply_code) != (MsgType.PING, ReplyCode.SUCCESS):
+        raise RuleBroken(f"a PING was answered by {reply}")
+    return PASSED
+
+
+@check(
+    "RS02",
+    "a PING with forty bytes of body is answered once",
+    "REP-I0006: a PING has a body of forty bytes; industrial_core: none. Accept both",
+    Section.REPLIES,
+)
+async def _ping_with_body(target: Target) -> Finding:
+    wire = await target.motion()
+    wire.send(raw_frame(wire.codec, MsgType.PING, CommType.REQUEST, body=bytes(40)))
+    reply = await wire.expect("an answer to a PING with a body")
+    if (reply.msg_type, reply.reply_code) != (MsgType.PING, ReplyCode.SUCCESS):
+        raise RuleBroken(f"a PING with a body was answered by {reply}")
+    more = await wire.poll(0.2)
+    if more is not None and more.msg_type == _MOTOMAN_REPLY:
+        return deviates("MotoROS: a PING has exactly 16 bytes", f"the body was answered by {more}")
+    if more is not None or wire.is_lost:
+        raise RuleBroken(f"after the answer to a PING with a body came {more or 'the end'}")
+    return PASSED
+
+
+@check(
+    "RS03",
+    "a PING is answered within 0.25 s",
+    "industrial_core tcp_socket: both ends send without delay (TCP_NODELAY)",
+    Section.REPLIES,
+    profiles=ANY,
+)
+async def _prompt(target: Target) -> Finding:
+    wire = await target.motion()
+    for number in range(1, 6):
+        await wire.ask(Ping(), f"PING {number} of five", _PROMPT)
+    return PASSED
+
+
+@check("RS04", "a PING as a topic is not answered", _NO_TOPIC, Section.REPLIES, profiles=FULL)
+async def _ping_topic(target: Target) -> Finding:
+    wire = await target.motion()
+    wire.send(_topic(MsgType.PING, wire))
+    reply = await wire.poll(0.2)
+    if reply is None:
+        await wire.ask(Ping(), "a PING after a PING as a topic")
+        return PASSED
+    if reply.msg_type == MsgType.PING:
+        return deviates("industrial_core: answers a PING of any communication type", str(reply))
+    raise RuleBroken(f"a PING as a topic was answered by {reply}")
+
+
+async def _refusal_of(wire: Wire, msg_type: int) -> Finding:
+    what = f"an unknown request of type {msg_type}"
+    reply = await wire.ask(raw_frame(wire.codec, msg_type, CommType.REQUEST), what)
+    if reply.msg_type == _MOTOMAN_REPLY and msg_type != _MOTOMAN_REPLY:
+        return deviates("Motoman: unknown types are answered by type 2002, result 3", str(reply))
+    if (reply.msg_type, reply.reply_code) != (msg_type, ReplyCode.FAILURE):
+        raise RuleBroken(f"{what} was answered by {reply}")
+    return PASSED
+
+
+@check(
+    "RS05",
+    "an unknown request is answered with failure and its own type",
+    _UNSUPPORTED,
+    Section.REPLIES,
+)
+async def _unknown_request(target: Target) -> Finding:
+    return await _refusal_of(await target.motion(), UNKNOWN)
+
+
+@check(
+    "RS06",
+    "requests all over the number range are refused alike",
+    _UNSUPPORTED + "; REP-I0004, ranges",
+    Section.REPLIES,
+    profiles=FULL,
+)
+async def _unknown_requests(target: Target) -> Finding:
+    wire = await target.motion()
+    for msg_type in _UNKNOWN_TYPES:
+        finding = await _refusal_of(wire, msg_type)
+        if finding.verdict is not Verdict.PASSED:
+            return finding
+    return PASSED
+
+
+@check(
+    "RS07",
+    "an unknown request does not cost the link",
+    "industrial_core message_manager.cpp: refuses it and goes on",
+    Section.REPLIES,
+)
+async def _link_survives(target: Target) -> Finding:
+    wire = await target.motion()
+    body = struct.pack("<3i", 1, 2, 3)
+    wire.send(raw_frame(wire.codec, UNKNOWN, CommType.REQUEST, body=body))
+    await wire.expect("an answer to an unknown request with a body")
+    await wire.ask(Ping(), "a PING after an unknown request")
+    return PASSED
+
+
+@check(
+    "RS08",
+    "an unknown topic is ignored",
+    "REP-I0006: ignore unsupported topics",
+    Section.REPLIES,
+)
+async def _unknown_topic(target: Target) -> Finding:
+    wire = await target.motion()
+    wire.send(raw_frame(wire.codec, UNKNOWN, CommType.TOPIC, body=bytes(24)))
+    await wire.expect_silence(0.2, "an unknown topic")
+    await wire.ask(Ping(), "a PING after an unknown topic")
+    return PASSED
+
+
+@check(
+    "RS09",
+    "a request for the version is answered or refused",
+    "REP-I0006, GET_VERSION: three integers",
+    Section.REPLIES,
+    profiles=FULL,
+)
+async def _version(target: Target) -> Finding:
+    wire = await target.motion()
+    reply = await wire.ask(GetVersion(), "a request for the version")
+    if reply.reply_code == ReplyCode.FAILURE:
+        return deviates("no vendor's server answers GET_VERSION", str(reply))
+    if reply.msg_type != MsgType.GET_VERSION or len(reply.body) != 12:
+        raise RuleBroken(f"the version is to be three integers of type 2, not {reply}")
+    return Finding(Verdict.PASSED, "version " + ".".join(map(str, reply.integers(3))))
+
+
+@check(
+    "RS10",
+    "a request for STATUS is answered with STATUS",
+    "REP-I0006, STATUS: may be sent as a request; industrial_core status relay",
+    Section.REPLIES,
+    profiles=FULL,
+)
+async def _status_request(target: Target) -> Finding:
+    wire = await target.motion()
+    # Nobody says which body a question has that usually is an answer: none, or that of the answer.
+    for body in (b"", bytes(28)):
+        question = raw_frame(wire.codec, MsgType.STATUS, CommType.REQUEST, body=body)
+        reply = await wire.ask(question, "a request for STATUS")
+        if reply.reply_code == ReplyCode.SUCCESS:
+            break
+    if reply.reply_code == ReplyCode.FAILURE:
+        return deviates("vendors: STATUS is told, never asked for", str(reply))
+    message = reply.message()
+    if not isinstance(message, Status):
+        raise RuleBroken(f"a request for STATUS was answered by {reply}")
+    if not {message.in_motion, message.e_stopped, message.motion_possible} <= {-1, 0, 1}:
+        raise RuleBroken(f"the STATUS that was asked for holds no tri-states: {message}")
+    return PASSED
+
+
+@check(
+    "RS11",
+    "the state port answers a PING and goes on reporting",
+    "industrial_core: the PING handler serves every port",
+    Section.REPLIES,
+    profiles=FULL,
+)
+async def _state_ping(target: Target) -> Finding:
+    watch = await target.state()
+    await watch.begin()
+    watch.wire.send(Ping())
+
+    def answered() -> bool:
+        return any(frame.comm_type == CommType.REPLY for frame in watch.frames)
+
+    is_answered = await watch.until(answered, 1.0)
+    count = len(watch.positions) + len(watch.feedback)
+    if not await watch.until(lambda: len(watch.positions) + len(watch.feedback) > count, 1.0):
+        raise RuleBroken("after a PING on the state port no joint values came any more")
+    if is_answered:
+        return PASSED
+    return deviates("vendors: the state server never reads", "a PING there was not answered")
+
+
+@check(
+    "RS12",
+    "STOP at rest is answered with success",
+    "observed, industrial_robot_client: STOP is sent at every end, and its reply waited for",
+    Section.REPLIES,
+)
+async def _stop_at_rest(target: Target) -> Finding:
+    reply = await (await target.motion()).ask(STOP, "STOP")
+    return judge_point_reply(reply)
+
+
+def judge_point_reply(reply: Frame) -> Finding:
+    """Judge the form of a reply that takes a point; vendors answer with bodies of their own.
+
+    Raises:
+        RuleBroken: it is none.
+    """
+    if reply.comm_type != CommType.REPLY or reply.reply_code != ReplyCode.SUCCESS:
+        raise RuleBroken(f"the point was answered by {reply}")
+    body = len(reply.body)
+    match reply.msg_type:
+        case MsgType.JOINT_TRAJ_PT if body == 0 or reply.body == bytes(40):
+            return PASSED
+        case MsgType.JOINT_TRAJ_PT if body == _POINT_BODY:
+            return deviates("Stäubli: a point is answered by a whole point", str(reply))
+        case MsgType.JOINT_POSITION if body == 44:
+            return deviates("Fanuc: points are answered by type 10, before the motion", str(reply))
+        case 2002:
+            return deviates("Motoman: points are answered by type 2002", str(reply))
+    raise RuleBroken(f"the point was answered by {reply}")
+
+
+@check("RS13", "STOP as a topic is not answered", _NO_TOPIC, Section.REPLIES)
+async def _stop_topic(target: Target) -> Finding:
+    wire = await target.motion()
+    zeros = joint_array(())
+    wire.send(JointTrajPt(SpecialSequence.STOP, zeros, 0.0, 0.0, comm_type=CommType.TOPIC))
+    reply = await wire.poll(0.2)
+    if reply is None:
+        await wire.ask(Ping(), "a PING after STOP as a topic")
+        return PASSED
+    habits = {10: "Fanuc: topics are answered too", 2002: "Motoman: topics are answered too"}
+    if reply.msg_type in habits:
+        return deviates(habits[reply.msg_type], str(reply))
+    raise RuleBroken(f"STOP as a topic was answered by {reply}")
+
+
+@check("RS14", "a request is answered once, not twice", _ONE_REPLY, Section.REPLIES)
+async def _once(target: Target) -> Finding:
+    for what, message in (("a PING", Ping()), ("STOP", STOP), ("an unknown request", None)):
+        wire = await target.motion()
+        unknown = raw_frame(wire.codec, UNKNOWN, CommType.REQUEST)
+        await wire.ask(unknown if message is None else message, what)
+        await wire.expect_silence(0.15, f"the answer to {what}")
+    return PASSED
+
+
+@check("RS15", "answers come in the order of the requests", _ONE_REPLY, Section.REPLIES)
+async def _order(target: Target) -> Finding:
+    wire = await target.motion()
+    wire.send(Ping(), raw_frame(wire.codec, UNKNOWN, CommType.REQUEST), STOP, Ping())
+    types = [(await wire.expect(f"answer {n} of four")).msg_type for n in range(1, 5)]
+    if types[0] != MsgType.PING or types[3] != MsgType.PING or types[1] != UNKNOWN:
+        raise RuleBroken(f"PING, type {UNKNOWN}, STOP and PING were answered by types {types}")
+    return PASSED
+
+
+async def _not_taken(wire: Wire, frame: bytes | Message, what: str) -> Finding:
+    """Send a request that must not be taken; it may be refused, ignored or cost the link."""
+    wire.send(frame)
+    reply = await wire.poll(0.5)
+    if reply is not None and reply.reply_code == ReplyCode.SUCCESS:
+        raise RuleBroken(f"{what} was answered by {reply}")
+    if reply is not None:
+        await wire.ask(Ping(), f"a PING after {what}")
+        return PASSED
+    if wire.is_lost:
+        return PASSED
+    wire.send(Ping())
+    if await wire.poll(0.5) is None and not wire.is_lost:
+        raise RuleBroken(f"{what} left the link open and silent")
+    raise RuleBroken(f"{what} was not answered; the real client waits for ever")
+
+
+@check(
+    "RS16",
+    "a point whose body is too short is not taken",
+    "industrial_core simple_message.cpp: a short body fails",
+    Section.REPLIES,
+)
+async def _short_body(target: Target) -> Finding:
+    wire = await target.motion()
+    body = wire.encode(STOP)[HEADER:-4]
+    frame = raw_frame(wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=body)
+    return await _not_taken(wire, frame, "a point of 48 bytes")
+
+
+@check(
+    "RS17",
+    "a point whose body is too long is not taken",
+    "docs/simplemsg.md: a longer body gives every joint its neighbour's value",
+    Section.REPLIES,
+    profiles=FULL,
+)
+async def _long_body(target: Target) -> Finding:
+    wire = await target.motion()
+    # Read from either end this is a STOP, so that a lenient server does no harm.
+    stop = wire.encode(STOP)[HEADER:]
+    frame = raw_frame(wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=stop[:4] + stop)
+    wire.send(frame)
+    reply = await wire.poll(0.5)
+    if reply is not None and reply.reply_code == ReplyCode.SUCCESS:
+        return deviates("industrial_core: bodies are read from their end", str(reply))
+    if reply is None and not wire.is_lost:
+        raise RuleBroken("a point of 56 bytes was not answered; the real client waits for ever")
+    return PASSED
+
+
+@check(
+    "RS18",
+    "a full point (type 14) is answered, whatever it says",
+    "REP-I0006: a request is answered; STOP travels in type 14 too",
+    Section.REPLIES,
+    profiles=FULL,
+)
+async def _full_point(target: Target) -> Finding:
+    zeros = joint_array(())
+    stop = JointTrajPtFull(0, SpecialSequence.STOP, 0, 0.0, zeros, zeros, zeros)
+    reply = await (await target.motion()).ask(stop, "STOP in a full point")
+    if reply.msg_type == _MOTOMAN_REPLY:
+        return deviates("Motoman: full points are answered by type 2002", str(reply))
+    if reply.msg_type != MsgType.JOINT_TRAJ_PT_FULL or reply.comm_type != CommType.REPLY:
+        raise RuleBroken(f"a full point was answered by {reply}")
+    return PASSED
+
+
+@check(
+    "RS19",
+    "a trajectory message (type 12) whose count is wrong is not taken",
+    "industrial_core joint_traj.cpp: the points, then their number",
+    Section.REPLIES,
+    profiles=FULL,
+)
+async def _wrong_count(target: Target) -> Finding:
+    wire = await target.motion()
+    count = (7).to_bytes(4, "little" if wire.codec.byte_order.value == "<" else "big")
+    body = wire.encode(STOP)[HEADER:] + count
+    frame = raw_frame(wire.codec, MsgType.JOINT_TRAJ, CommType.REQUEST, body=body)
+    return await _not_taken(wire, frame, "a trajectory of one point that says seven")
+
+
+@check(
+    "RS20",
+    "the motion port says nothing that nobody asked for",
+    _ONE_REPLY,
+    Section.REPLIES,
+    profiles=ANY,
+)
+async def _unasked(target: Target) -> Finding:
+    wire = await target.motion()
+    await wire.expect_silence(0.2, "connecting to the motion port")
+    await wire.ask(Ping(), "a PING")
+    await wire.expect_silence(0.2, "the answer to a PING")
+    return PASSED

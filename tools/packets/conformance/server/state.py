@@ -1,0 +1,334 @@
+"""Section T: the topics of the state port; how often, in which order, and whether they are true."""
+
+from __future__ import annotations
+
+import asyncio
+import itertools
+import math
+
+from openpendant.simplemsg import JointPosition, MsgType, ValidField
+
+from ..findings import PASSED, Finding, Section, Verdict, deviates
+from .checks import ANY, FULL, check
+from .moving import SPEED
+from .recordings import Motion, Sample, reference, sample
+from .target import Target
+from .watch import distance, longest_gap, rate
+from .wire import CannotJudge, RuleBroken
+
+_CONTRACT = "industrial_robot_client: /joint_states and /robot_status come from types 10 and 13"
+_WATCHDOG = "industrial_robot_client: a goal is aborted after 1 s without joint values"
+_ORDER = "observed, ABB, Fanuc, Stäubli, Motoman: joint values first, STATUS after them"
+_TRUE = "joint_states is what planners start from: REP-I0006, JOINT_POSITION"
+
+LEAST_RATE = 10.0
+"""Joint values a second; a tenth less is granted, as a pause of 0.1 s plus the work gives."""
+
+_GRANTED = 0.9
+_LONGEST_GAP = 0.5
+_NOISE = 1e-3
+_SIZES = {
+    MsgType.JOINT_POSITION: (44, 84),
+    MsgType.STATUS: (28,),
+    MsgType.JOINT_FEEDBACK: (132, 256),
+}
+_OTHERS_MOVE = 2e-3
+_HANGING = 3.0
+
+
+async def _at_rest(target: Target) -> Sample:
+    taken: Sample = await target.once("the state at rest", sample)
+    return taken
+
+
+async def _with_joints(target: Target) -> Sample:
+    taken = await _at_rest(target)
+    if not taken.joints:
+        raise RuleBroken("the state port reports no joint values")
+    return taken
+
+
+async def _moved(target: Target) -> Motion:
+    motion: Motion = await target.once("a motion", reference)
+    return motion
+
+
+@check("TS01", "the state port speaks without being asked", _CONTRACT, Section.TOPICS, profiles=ANY)
+async def _speaks(target: Target) -> Finding:
+    taken = await _at_rest(target)
+    if not taken.frames:
+        raise RuleBroken("the state port said nothing for 2.2 s")
+    return Finding(Verdict.PASSED, f"first frame after {taken.frames[0].time - taken.opened:.3f} s")
+
+
+@check("TS02", "joint values come ten times a second", _WATCHDOG, Section.TOPICS, profiles=ANY)
+async def _joint_rate(target: Target) -> Finding:
+    found = rate([report.time for report in (await _with_joints(target)).joints])
+    if found < LEAST_RATE * _GRANTED:
+        raise RuleBroken(f"joint values come at {found:.3g} Hz")
+    return Finding(Verdict.PASSED, f"{found:.3g} Hz")
+
+
+@check("TS03", "joint values come without long pauses", _WATCHDOG, Section.TOPICS, profiles=ANY)
+async def _gaps(target: Target) -> Finding:
+    taken = await _with_joints(target)
+    gap = longest_gap([report.time for report in taken.joints])
+    if gap > _LONGEST_GAP:
+        raise RuleBroken(f"for {gap:.3g} s no joint values came")
+    return Finding(Verdict.PASSED, f"longest pause {gap:.3g} s")
+
+
+@check("TS04", "STATUS comes once a second", _CONTRACT, Section.TOPICS, profiles=ANY)
+async def _status_rate(target: Target) -> Finding:
+    times = [told.time for told in (await _at_rest(target)).statuses]
+    if len(times) < 2 or longest_gap(times) > 1.1:
+        raise RuleBroken(f"STATUS came {len(times)} times in 2.2 s, longest pause over 1.1 s")
+    return Finding(Verdict.PASSED, f"{rate(times):.3g} Hz")
+
+
+@check("TS05", "joint values come before STATUS", _ORDER, Section.TOPICS)
+async def _order(target: Target) -> Finding:
+    taken = await _with_joints(target)
+    kinds = [frame.msg_type for frame in taken.frames]
+    joint_types = (MsgType.JOINT_POSITION, MsgType.JOINT_FEEDBACK)
+    if kinds[0] not in joint_types:
+        raise RuleBroken(f"the first frame after connecting is of type {kinds[0]}")
+    late = 0
+    for index, frame in enumerate(taken.frames[:-1]):
+        following = taken.frames[index + 1]
+        # What comes in one burst is one round; in it nothing follows STATUS.
+        is_same_round = following.time - frame.time < 0.25 / LEAST_RATE / 10
+        if frame.msg_type == MsgType.STATUS and following.msg_type in joint_types:
+            late += is_same_round
+    if late > len(taken.statuses) // 4:
+        raise RuleBroken(f"STATUS stood in front of joint values in {late} rounds")
+    return PASSED
+
+
+@check(
+    "TS06",
+    "slots without a joint are zero",
+    "industrial_core joint_data.h: unused slots are 0",
+    Section.TOPICS,
+    profiles=ANY,
+)
+async def _unused_slots(target: Target) -> Finding:
+    if target.options.limits is None:
+        raise CannotJudge("how many joints the robot has is not known without --robot")
+    dof = target.options.limits.dof
+    for report in (await _with_joints(target)).joints:
+        for slot, value in enumerate(report.values[dof:], start=dof + 1):
+            if value != 0:
+                raise RuleBroken(f"slot {slot} is {value:g}, but the robot has {dof} joints")
+    return PASSED
+
+
+@check(
+    "TS07",
+    "the sequence of reported joint values is 0",
+    "REP-I0006, JOINT_POSITION: 0 when reporting state",
+    Section.TOPICS,
+)
+async def _sequence(target: Target) -> Finding:
+    taken = await _at_rest(target)
+    told = [frame for frame in taken.frames if frame.msg_type == MsgType.JOINT_POSITION]
+    if not told:
+        raise CannotJudge("no joint values of type 10 are reported")
+    for frame in told:
+        message = frame.message()
+        if isinstance(message, JointPosition) and message.sequence != 0:
+            raise RuleBroken(f"sequence {message.sequence}")
+    return PASSED
+
+
+@check("TS08", "topics have their declared sizes", _CONTRACT, Section.TOPICS, profiles=ANY)
+async def _sizes(target: Target) -> Finding:
+    taken = await _at_rest(target)
+    for frame in taken.frames:
+        sizes = _SIZES.get(MsgType(frame.msg_type)) if frame.msg_type in _SIZES else None
+        if sizes is not None and len(frame.body) not in sizes:
+            raise RuleBroken(f"{frame}: a body of {len(frame.body)} bytes; expected {sizes[0]}")
+    if not taken.frames:
+        raise CannotJudge("the state port says nothing")
+    return PASSED
+
+
+@check(
+    "TS09",
+    "a generic client finds its joint values (type 10)",
+    "industrial_robot_client: it has no handler for type 15",
+    Section.TOPICS,
+)
+async def _generic_joints(target: Target) -> Finding:
+    kinds = {frame.msg_type for frame in (await _with_joints(target)).frames}
+    if MsgType.JOINT_POSITION in kinds:
+        return PASSED
+    return deviates("Motoman: joint values come as type 15 only", f"types {sorted(kinds)}")
+
+
+@check("TS10", "a resting robot's joint values stand still", _TRUE, Section.TOPICS, profiles=ANY)
+async def _still(target: Target) -> Finding:
+    taken = await _with_joints(target)
+    first = taken.joints[0].values
+    worst = max(distance(report.values, first) for report in taken.joints)
+    if worst > _NOISE:
+        raise RuleBroken(f"joint values of a resting robot differ by {worst:.3g} rad or m")
+    return Finding(Verdict.PASSED, f"within {worst:.1g} rad or m")
+
+
+@check("TS11", "reported joint values are inside the range", _TRUE, Section.TOPICS, profiles=ANY)
+async def _in_range(target: Target) -> Finding:
+    limits = target.options.limits
+    if limits is None:
+        raise CannotJudge("the robot's range is not known without --robot")
+    for report in (await _with_joints(target)).joints:
+        for joint in range(limits.dof):
+            value = report.values[joint]
+            if not limits.lower[joint] - _NOISE <= value <= limits.upper[joint] + _NOISE:
+                raise RuleBroken(
+                    f"joint {joint + 1} reports {value:.4g}, range {limits.lower[joint]:.4g} to"
+                    f" {limits.upper[joint]:.4g}"
+                )
+    return PASSED
+
+
+@check(
+    "TS12",
+    "type 15 agrees with type 10 and says what is valid",
+    "industrial_core joint_feedback.h: bits 1, 2, 4, 8; fields that are not valid are zero",
+    Section.TOPICS,
+    profiles=ANY,
+)
+async def _feedback(target: Target) -> Finding:
+    taken = await _at_rest(target)
+    if not taken.feedback:
+        raise CannotJudge("no feedback of type 15 is reported")
+    times: list[float] = []
+    for _, told in taken.feedback:
+        if told.valid_fields & ~ValidField.ALL or not told.valid_fields & ValidField.POSITION:
+            raise RuleBroken(f"valid_fields is {told.valid_fields}")
+        if taken.joints and distance(told.positions, taken.joints[0].values) > _NOISE:
+            raise RuleBroken("positions of types 10 and 15 differ at rest")
+        if told.valid_fields & ValidField.TIME:
+            times.append(told.time)
+    if any(later < earlier for earlier, later in itertools.pairwise(times)):
+        raise RuleBroken("the time of type 15 runs backwards")
+    return PASSED
+
+
+@check(
+    "TS13",
+    "two listeners are told the same",
+    "docs/ros-i.md; industrial_core tcp_server.cpp takes one client a port",
+    Section.TOPICS,
+    profiles=FULL,
+)
+async def _two_listeners(target: Target) -> Finding:
+    first, second = await target.state(), await target.state()
+    await asyncio.sleep(1.2)
+    rates = [rate([report.time for report in watch.joints]) for watch in (first, second)]
+    if rates[0] < LEAST_RATE * _GRANTED and rates[1] >= LEAST_RATE * _GRANTED:
+        return deviates("Motoman: a new listener replaces an old one", f"rates {rates}")
+    if rates[0] < LEAST_RATE * _GRANTED:
+        raise RuleBroken(f"with a second listener the first is told at {rates[0]:.3g} Hz")
+    if rates[1] < LEAST_RATE * _GRANTED:
+        return deviates("industrial_core: one client a port", f"the second got {rates[1]:.3g} Hz")
+    if distance(first.position, second.position) > _NOISE:
+        raise RuleBroken("two listeners are told different positions")
+    return PASSED
+
+
+@check(
+    "TS14", "a listener that comes again is told at once", _WATCHDOG, Section.TOPICS, profiles=ANY
+)
+async def _again(target: Target) -> Finding:
+    for attempt in range(1, 4):
+        watch = await target.state()
+        await watch.begin()
+        if not watch.joints:
+            raise RuleBroken(f"at connection {attempt} no joint values came for 2.5 s")
+        await target.close()
+    return PASSED
+
+
+@check(
+    "TS15",
+    "a listener that does not read holds nobody up",
+    "TCP: a full window must not stop the others",
+    Section.TOPICS,
+    profiles=FULL,
+)
+async def _hanging_listener(target: Target) -> Finding:
+    hanging = await target.state_wire()
+    hanging.hold()
+    watch = await target.state()
+    await asyncio.sleep(_HANGING)
+    if longest_gap([report.time for report in watch.joints]) > _LONGEST_GAP:
+        count = len(watch.joints)
+        if count == 0:
+            return deviates("industrial_core: one client a port", "the second was told nothing")
+        raise RuleBroken(f"beside one that hangs, a listener got {count} reports in {_HANGING:g} s")
+    return PASSED
+
+
+@check("TS16", "joint values keep their pace in motion", _WATCHDOG, Section.TOPICS, moves=True)
+async def _pace_in_motion(target: Target) -> Finding:
+    motion = await _moved(target)
+    times = [report.time for report in motion.joints]
+    if rate(times) < LEAST_RATE * _GRANTED or longest_gap(times) > _LONGEST_GAP:
+        raise RuleBroken(f"{rate(times):.3g} Hz, longest pause {longest_gap(times):.3g} s")
+    return Finding(Verdict.PASSED, f"{rate(times):.3g} Hz")
+
+
+@check("TS17", "reported joint values do not jump", _TRUE, Section.TOPICS, moves=True)
+async def _no_jumps(target: Target) -> Finding:
+    motion = await _moved(target)
+    motion.must_have_moved()
+    way = abs(motion.goal[motion.joint] - motion.start[motion.joint])
+    for earlier, later in zip(motion.joints, motion.joints[1:], strict=False):
+        step = distance(earlier.values, later.values)
+        # Six times the asked mean speed is no tiny slow motion any more, whatever shapes it.
+        allowed = 0.1 * way + 6 * SPEED * max(later.time - earlier.time, 0.02)
+        if not math.isfinite(step) or step > allowed:
+            raise RuleBroken(
+                f"{step:.3g} rad or m between two reports {later.time - earlier.time:.3f} s apart"
+            )
+    return PASSED
+
+
+@check("TS18", "joints that were not moved stay", _TRUE, Section.TOPICS, moves=True)
+async def _others_stay(target: Target) -> Finding:
+    motion = await _moved(target)
+    motion.must_have_moved()
+    for slot in range(len(motion.start)):
+        off = max(abs(report.values[slot] - motion.start[slot]) for report in motion.joints)
+        if slot != motion.joint and off > _OTHERS_MOVE:
+            raise RuleBroken(f"joint {slot + 1} moved by {off:.3g}, asked was {motion.joint + 1}")
+    return PASSED
+
+
+@check(
+    "TS19",
+    "reported velocities are those of the positions",
+    "industrial_core joint_feedback.h; MotoROS sends velocities where it has them",
+    Section.TOPICS,
+    moves=True,
+    profiles=FULL,
+)
+async def _velocities(target: Target) -> Finding:
+    motion = await _moved(target)
+    moving = motion.must_have_moved()
+    middle = [
+        told
+        for time, told in motion.feedback
+        if moving[0].time <= time <= moving[-1].time and told.valid_fields & ValidField.VELOCITY
+    ]
+    if len(middle) < 3:
+        raise CannotJudge("no velocities are reported")
+    joint = motion.joint
+    mean = sum(told.velocities[joint] for told in middle) / len(middle)
+    way = moving[-1].values[joint] - moving[0].values[joint]
+    true = way / (moving[-1].time - moving[0].time)
+    if not 0.5 < mean / true < 1.5:
+        raise RuleBroken(f"reported {mean:.3g} rad/s on average, the positions say {true:.3g}")
+    return Finding(Verdict.PASSED, f"{mean:.3g} against {true:.3g} rad/s")

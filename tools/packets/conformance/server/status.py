@@ -1,0 +1,274 @@
+"""Section Q: STATUS, its seven values, and how they change with the motion."""
+
+from __future__ import annotations
+
+import itertools
+
+from openpendant.simplemsg import PENDANT, ReplyCode, Status, TriState
+from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
+
+from ..findings import PASSED, Finding, Section, Verdict, deviates
+from .checks import ANY, FULL, check
+from .moving import LEAD_IN, STOP, is_taken, ready
+from .recordings import Motion, Sample, reference, sample, stopped
+from .target import Target
+from .wire import CannotJudge, RuleBroken, raw_frame
+
+_TRI_STATES = ("drives_powered", "e_stopped", "in_error", "in_motion", "motion_possible")
+_LAYOUT = "REP-I0006, STATUS: each is -1 unknown, 0 or 1"
+_ACTION = "industrial_robot_client: a goal has succeeded when in_motion is 0 at the goal"
+_ERROR = "observed, ABB: error_code is the number of the error while in_error, else 0"
+_POSSIBLE = "REP-I0006, STATUS: motion_possible, a new trajectory would start now"
+_DELAY = 0.5
+_TRAINING = "docs/emulator.md: OPERATOR_EVENT (type 65100) plays the operator of an emulator"
+
+
+async def _at_rest(target: Target) -> list[Status]:
+    taken: Sample = await target.once("the state at rest", sample)
+    if not taken.statuses:
+        raise RuleBroken("no STATUS was reported")
+    return [told.status for told in taken.statuses]
+
+
+async def _moved(target: Target) -> Motion:
+    motion: Motion = await target.once("a motion", reference)
+    if not motion.statuses:
+        raise CannotJudge("no STATUS was reported")
+    return motion
+
+
+@check("QS01", "tri-states are -1, 0 or 1", _LAYOUT, Section.STATUS, profiles=ANY)
+async def _tri_states(target: Target) -> Finding:
+    for status in await _at_rest(target):
+        for name in _TRI_STATES:
+            if getattr(status, name) not in (-1, 0, 1):
+                raise RuleBroken(f"{name} is {getattr(status, name)}")
+    return PASSED
+
+
+@check(
+    "QS02",
+    "the mode is -1, 1 or 2",
+    "industrial_msgs RobotMode; REP-I0006, STATUS",
+    Section.STATUS,
+    profiles=ANY,
+)
+async def _modes(target: Target) -> Finding:
+    for status in await _at_rest(target):
+        if status.mode not in (-1, 1, 2):
+            raise RuleBroken(f"mode is {status.mode}")
+    return PASSED
+
+
+@check("QS03", "an error has a number, and a number an error", _ERROR, Section.STATUS, profiles=ANY)
+async def _error_code(target: Target) -> Finding:
+    for status in await _at_rest(target):
+        if status.in_error == TriState.TRUE and status.error_code == 0:
+            raise RuleBroken("in_error is 1, error_code 0")
+        if status.in_error == TriState.FALSE and status.error_code != 0:
+            number = f"error_code {status.error_code} with in_error 0"
+            return deviates("Fanuc: the number of the last error stays", number)
+    return PASSED
+
+
+@check("QS04", "a resting robot is not in motion", _ACTION, Section.STATUS, profiles=ANY)
+async def _at_rest_not_in_motion(target: Target) -> Finding:
+    last = (await _at_rest(target))[-1]
+    if last.in_motion == TriState.TRUE:
+        raise RuleBroken("in_motion is 1 although the joint values stand still")
+    if last.in_motion == TriState.UNKNOWN:
+        return deviates("in_motion unknown: the action server passes it with a warning", "-1")
+    return PASSED
+
+
+@check(
+    "QS05",
+    "no motion is possible in emergency stop or without power",
+    _POSSIBLE,
+    Section.STATUS,
+    profiles=ANY,
+)
+async def _possible(target: Target) -> Finding:
+    for status in await _at_rest(target):
+        is_dead = status.e_stopped == TriState.TRUE or status.drives_powered == TriState.FALSE
+        if is_dead and status.motion_possible == TriState.TRUE:
+            raise RuleBroken(
+                f"motion_possible is 1 with e_stopped {status.e_stopped},"
+                f" drives_powered {status.drives_powered}"
+            )
+    return PASSED
+
+
+@check("QS06", "STATUS knows what it reports", _LAYOUT, Section.STATUS, profiles=ANY)
+async def _known(target: Target) -> Finding:
+    last = (await _at_rest(target))[-1]
+    unknown = [name for name in (*_TRI_STATES, "mode") if getattr(last, name) == -1]
+    if unknown:
+        return deviates(
+            "ABB and others: values without a named output are unknown (-1)", ", ".join(unknown)
+        )
+    return PASSED
+
+
+@check("QS07", "STATUS at rest does not flicker", _LAYOUT, Section.STATUS, profiles=ANY)
+async def _steady(target: Target) -> Finding:
+    states = await _at_rest(target)
+    for name in (*_TRI_STATES, "mode", "error_code"):
+        values = [getattr(status, name) for status in states]
+        changes = sum(a != b for a, b in itertools.pairwise(values))
+        if changes > 1:
+            raise RuleBroken(f"{name} changed {changes} times in 2.2 s at rest")
+    return PASSED
+
+
+@check("QS08", "a moving robot is in motion", _ACTION, Section.STATUS, moves=True)
+async def _says_motion(target: Target) -> Finding:
+    motion = await _moved(target)
+    left = motion.must_have_moved()[0].time
+    said = [told.time for told in motion.statuses if told.status.in_motion == TriState.TRUE]
+    if not said:
+        if all(told.status.in_motion == TriState.UNKNOWN for told in motion.statuses):
+            return deviates("in_motion unknown: the action server passes it with a warning", "-1")
+        raise RuleBroken("in_motion was never 1 although the robot moved")
+    if said[0] > left + _DELAY:
+        raise RuleBroken(f"in_motion became 1 only {said[0] - left:.2f} s after the robot moved")
+    return Finding(Verdict.PASSED, f"{said[0] - left:+.3f} s after the first visible motion")
+
+
+@check(
+    "QS09",
+    "it is in motion until it stands",
+    "industrial_robot_simulator says 0 in the last segment, which ends goals too early",
+    Section.STATUS,
+    moves=True,
+)
+async def _until_it_stands(target: Target) -> Finding:
+    motion = await _moved(target)
+    moving = motion.must_have_moved()
+    began, ended = moving[0].time + _DELAY / 2, moving[-1].time - 0.02
+    for told in motion.statuses:
+        if began < told.time < ended and told.status.in_motion == TriState.FALSE:
+            raise RuleBroken(f"in_motion was 0 {ended - told.time:.3f} s before the robot stood")
+    return PASSED
+
+
+@check("QS10", "in_motion is 0 soon after the robot stands", _ACTION, Section.STATUS, moves=True)
+async def _says_rest(target: Target) -> Finding:
+    motion = await _moved(target)
+    stood = motion.must_have_moved()[-1].time
+    rest = [
+        told.time
+        for told in motion.statuses
+        if told.time >= stood - 0.02 and told.status.in_motion != TriState.TRUE
+    ]
+    if not rest or rest[0] > stood + 1.0:
+        raise RuleBroken("in_motion was still 1 a second after the robot stood")
+    return Finding(Verdict.PASSED, f"{rest[0] - stood:+.3f} s")
+
+
+@check("QS11", "a robot that moves had said that it can", _POSSIBLE, Section.STATUS, moves=True)
+async def _had_said_possible(target: Target) -> Finding:
+    motion = await _moved(target)
+    motion.must_have_moved()
+    before = [told.status for told in motion.statuses if told.time <= motion.sent]
+    if not before:
+        raise CannotJudge("no STATUS came before the motion")
+    last = before[-1]
+    if last.motion_possible == TriState.FALSE or last.drives_powered == TriState.FALSE:
+        raise RuleBroken(
+            f"it moved with motion_possible {last.motion_possible},"
+            f" drives_powered {last.drives_powered}"
+        )
+    if last.mode == 1:
+        raise RuleBroken("it moved by remote command with mode 1, manual")
+    return PASSED
+
+
+@check(
+    "QS12",
+    "STOP is no error",
+    "docs/ros-i.md: a stop that was asked for",
+    Section.STATUS,
+    moves=True,
+)
+async def _stop_is_no_error(target: Target) -> Finding:
+    motion: Motion = await target.once("a stopped motion", stopped)
+    last = motion.statuses[-1].status
+    if last.in_motion == TriState.TRUE:
+        raise RuleBroken("in_motion was still 1 1.2 s after STOP")
+    if last.in_error == TriState.TRUE:
+        raise RuleBroken(f"after STOP the robot is in error {last.error_code}")
+    return PASSED
+
+
+@check(
+    "QS13",
+    "an error that a point caused is over with the next good trajectory",
+    "docs/emulator.md: STATUS shows the error until the next trajectory that is accepted",
+    Section.STATUS,
+    moves=True,
+    profiles=FULL,
+)
+async def _error_is_over(target: Target) -> Finding:
+    mover = await ready(target)
+    nan = tuple(float("nan") if slot == mover.joint else v for slot, v in enumerate(mover.start))
+    mover.wire.send(raw_frame(mover.wire.codec, 11, 2, body=b"\0" * 8))
+    await mover.wire.poll(0.5)
+    if not mover.wire.is_lost:
+        await mover.point(0, nan, LEAD_IN)
+    await target.close()
+    again = await ready(target)
+    if not is_taken(await again.point(0, again.start, LEAD_IN)):
+        raise RuleBroken("after a refused point a good trajectory is refused too")
+    await again.watch.until(lambda: not again.watch.says_motion(), 3.0)
+    await again.rests_within(3.0)
+    if not await again.watch.until(lambda: _no_error(again.watch.status), 1.5):
+        code = again.watch.status.error_code if again.watch.status else 0
+        raise RuleBroken(f"error {code} stays after a good trajectory")
+    return PASSED
+
+
+def _no_error(status: Status | None) -> bool:
+    return status is not None and status.in_error != TriState.TRUE
+
+
+async def _operate(target: Target, action: OperatorAction) -> bool:
+    """Play the operator of an emulator; tell whether it obeyed."""
+    wire = await target.motion()
+    event = target.codec(dialect=PENDANT).encode(OperatorEvent(action))
+    reply = await wire.ask(event, "OPERATOR_EVENT")
+    return reply.reply_code == ReplyCode.SUCCESS
+
+
+@check(
+    "QS14",
+    "an emergency stop shows, forbids motion, and its reset moves nothing",
+    _TRAINING + "; REP-I0006, STATUS",
+    Section.STATUS,
+    moves=True,
+    profiles=FULL,
+)
+async def _emergency_stop(target: Target) -> Finding:
+    mover = await ready(target)
+    watch = mover.watch
+    if not await _operate(target, OperatorAction.EMERGENCY_STOP):
+        raise CannotJudge("the target takes no OPERATOR_EVENT")
+    try:
+        if not await watch.until(
+            lambda: watch.status is not None and watch.status.e_stopped == TriState.TRUE, _DELAY
+        ):
+            raise RuleBroken("STATUS does not show the emergency stop")
+        if watch.status is not None and watch.status.motion_possible == TriState.TRUE:
+            raise RuleBroken("motion_possible is 1 in emergency stop")
+        reply = await mover.point(0, mover.start, LEAD_IN)
+        if is_taken(reply):
+            raise RuleBroken("a point was taken in emergency stop")
+        await mover.wire.ask(STOP, "STOP in emergency stop")
+    finally:
+        await _operate(target, OperatorAction.RESET)
+    await mover.stays(0.5, "the reset of an emergency stop", mover.start)
+    if not await watch.until(
+        lambda: watch.status is not None and watch.status.e_stopped == TriState.FALSE, _DELAY
+    ):
+        raise RuleBroken("STATUS still shows the emergency stop after its reset")
+    return PASSED

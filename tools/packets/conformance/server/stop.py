@@ -1,0 +1,268 @@
+"""Section S: STOP (sequence -4) in every phase of a motion; the robot stands, and goes on standing.
+
+The clause behind most: STOP is what cancel, shutdown and an empty trajectory send, and the client
+takes its success for granted.
+"""
+
+from __future__ import annotations
+
+import asyncio
+
+from openpendant.simplemsg import (
+    CommType,
+    JointTrajPt,
+    JointTrajPtFull,
+    SpecialSequence,
+    joint_array,
+)
+
+from ..findings import PASSED, Finding, Section, Verdict, deviates
+from .checks import FULL, check
+from .moving import ARRIVED, LEAD_IN, SPEED, STOP, STOP_WITHIN, Mover, is_taken, ready
+from .recordings import SLOW, Motion, stopped
+from .replies import judge_point_reply
+from .target import Target
+from .watch import STEADY, distance
+from .wire import CannotJudge, RuleBroken, Wire
+
+_STOP = "industrial_core joint_traj_pt.h, STOP_TRAJECTORY; industrial_robot_client sends it"
+_EVERY = "REP-I0006: -4 stops whatever is going on, in every phase"
+_AFTERWARDS = "observed, industrial_robot_client: STOP, then a new trajectory from 0"
+
+
+async def _stopped(target: Target) -> Motion:
+    motion: Motion = await target.once("a stopped motion", stopped)
+    return motion
+
+
+async def _stands(mover: Mover, what: str, seconds: float = 0.4) -> None:
+    """Make sure that the robot stands half a second from now, and for some time more.
+
+    Raises:
+        RuleBroken: it does not, or it has come to its goal.
+    """
+    await asyncio.sleep(STOP_WITHIN)
+    at = mover.watch.position
+    await mover.stays(seconds, what, at)
+    if mover.progress(mover.watch.position) > 0.95:
+        raise RuleBroken(f"after {what} the robot went on to its goal")
+
+
+@check("SS01", "STOP in motion is answered with success", _STOP, Section.STOP, moves=True)
+async def _answered(target: Target) -> Finding:
+    reply = (await _stopped(target)).event_reply
+    if reply is None:
+        raise RuleBroken("STOP in motion was not answered within 1 s; the real client hangs")
+    return judge_point_reply(reply)
+
+
+@check("SS02", "after STOP the robot stands within 0.5 s", _STOP, Section.STOP, moves=True)
+async def _stands_in_time(target: Target) -> Finding:
+    motion = await _stopped(target)
+    final = motion.end
+    moving = [at.time for at in motion.joints if distance(at.values, final) > 2 * STEADY]
+    late = (max(moving) if moving else motion.event) - motion.event
+    if late > STOP_WITHIN:
+        raise RuleBroken(f"the robot moved for {late:.2f} s after STOP")
+    return Finding(Verdict.PASSED, f"stood {max(late, 0.0):.3f} s after STOP")
+
+
+@check("SS03", "a stopped motion does not go on", _STOP, Section.STOP, moves=True)
+async def _does_not_resume(target: Target) -> Finding:
+    motion = await _stopped(target)
+    settled = motion.at(motion.event + STOP_WITHIN)
+    for report in motion.joints:
+        if report.time > motion.event + STOP_WITHIN:
+            off = distance(report.values, settled)
+            if off > motion.tolerance:
+                raise RuleBroken(
+                    f"{report.time - motion.event:.2f} s after STOP it had moved by {off:.3g} more"
+                )
+    return PASSED
+
+
+@check("SS04", "STOP leaves the robot on its way", _STOP, Section.STOP, moves=True)
+async def _on_its_way(target: Target) -> Finding:
+    motion = await _stopped(target)
+    way = motion.goal[motion.joint] - motion.start[motion.joint]
+    at_event = (motion.at(motion.event)[motion.joint] - motion.start[motion.joint]) / way
+    part = (motion.end[motion.joint] - motion.start[motion.joint]) / way
+    if not at_event - 0.1 <= part <= 0.95:
+        raise RuleBroken(f"at {100 * at_event:.0f} % of the way STOP led to {100 * part:.0f} %")
+    return PASSED
+
+
+@check("SS05", "after STOP a new trajectory is moved", _AFTERWARDS, Section.STOP, moves=True)
+async def _new_trajectory(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.set_off(SLOW)
+    if not is_taken(await mover.wire.ask(STOP, "STOP")):
+        raise CannotJudge("STOP was refused; SS01 says so")
+    await mover.rests_within(3.0)
+    here = mover.watch.position
+    await mover.accepted(0, here, LEAD_IN)
+    await mover.accepted(1, mover.start, mover.amplitude / SPEED)
+    await mover.watch.until(lambda: distance(mover.watch.position, here) > 0.001, 3.0)
+    at = await mover.rests_within(5.0)
+    if distance(at, mover.start) > ARRIVED:
+        raise RuleBroken(f"a trajectory after STOP ended {distance(at, mover.start):.4g} off")
+    return PASSED
+
+
+@check(
+    "SS06",
+    "STOP behind the last point at once prevents the motion",
+    _EVERY,
+    Section.STOP,
+    moves=True,
+)
+async def _before_motion(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.go(SLOW)
+    await mover.wire.ask(STOP, "STOP before the motion began")
+    await _stands(mover, "STOP before the motion began")
+    return PASSED
+
+
+@check("SS07", "STOP during a trajectory of many points ends it", _EVERY, Section.STOP, moves=True)
+async def _amid_points(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.accepted(0, mover.start, LEAD_IN)
+    for sequence in range(1, 9):
+        await mover.accepted(sequence, mover.between(sequence / 8), SLOW / 8)
+    if not await mover.watch.until(lambda: mover.has_left, 4.0):
+        raise CannotJudge("the robot did not move")
+    await mover.wire.ask(STOP, "STOP amid eight points")
+    await _stands(mover, "STOP amid eight points")
+    return PASSED
+
+
+@check("SS08", "STOP twice is answered twice", _EVERY, Section.STOP, moves=True, profiles=FULL)
+async def _twice(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.set_off(SLOW)
+    for which in ("first", "second", "third"):
+        reply = await mover.wire.ask(STOP, f"the {which} STOP")
+        if not is_taken(reply):
+            raise RuleBroken(f"the {which} STOP was answered by {reply}")
+    await _stands(mover, "three STOPs", 0.3)
+    return PASSED
+
+
+@check(
+    "SS09",
+    "a point of a stopped trajectory moves nothing",
+    _AFTERWARDS,
+    Section.STOP,
+    moves=True,
+    profiles=FULL,
+)
+async def _left_over(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.set_off(SLOW)
+    await mover.wire.ask(STOP, "STOP")
+    await mover.rests_within(3.0)
+    here = mover.watch.position
+    reply = await mover.point(2, mover.goal, 1.0)
+    if is_taken(reply):
+        habit = "ABB, Fanuc, Stäubli, Motoman: the order of sequences is not checked"
+        return deviates(habit, "sequence 2 of a stopped trajectory was taken")
+    await mover.stays(0.8, "a point left over from a stopped trajectory", here)
+    return PASSED
+
+
+@check(
+    "SS10",
+    "STOP from another connection stops too",
+    "docs/ros-i.md: anyone may stop",
+    Section.STOP,
+    moves=True,
+    profiles=FULL,
+)
+async def _by_another(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.set_off(SLOW)
+    other: Wire = await target.motion()
+    other.send(STOP)
+    reply = await other.poll(1.0)
+    if reply is None:
+        return deviates("industrial_core: one client a port", "the second was not answered")
+    if not is_taken(reply):
+        raise RuleBroken(f"STOP from another connection was answered by {reply}")
+    await _stands(mover, "STOP from another connection")
+    return PASSED
+
+
+@check("SS11", "STOP as a topic stops too", _EVERY, Section.STOP, moves=True, profiles=FULL)
+async def _as_topic(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.set_off(SLOW)
+    zeros = joint_array(())
+    topic = JointTrajPt(SpecialSequence.STOP, zeros, 0.0, 0.0, comm_type=CommType.TOPIC)
+    mover.wire.send(topic)
+    await _stands(mover, "STOP as a topic")
+    return PASSED
+
+
+@check(
+    "SS12", "STOP in one piece with a point wins", _EVERY, Section.STOP, moves=True, profiles=FULL
+)
+async def _with_a_point(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.accepted(0, mover.start, LEAD_IN)
+    mover.wire.send(JointTrajPt(1, mover.goal, SPEED, SLOW), STOP)
+    for what in ("a point", "STOP behind it"):
+        await mover.wire.expect(f"an answer to {what}, both in one piece")
+    await _stands(mover, "STOP in one piece with a point")
+    return PASSED
+
+
+@check(
+    "SS13",
+    "STOP that comes in two pieces stops",
+    _EVERY,
+    Section.STOP,
+    moves=True,
+    profiles=FULL,
+)
+async def _in_pieces(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.set_off(SLOW)
+    await mover.wire.send_in_pieces(mover.wire.encode(STOP), 37, 0.02)
+    await mover.wire.expect("an answer to a STOP in two pieces")
+    await _stands(mover, "STOP in two pieces", 0.5)
+    return PASSED
+
+
+@check(
+    "SS14",
+    "STOP amid a download forgets its points",
+    _EVERY,
+    Section.STOP,
+    moves=True,
+    profiles=FULL,
+)
+async def _amid_download(target: Target) -> Finding:
+    mover = await ready(target)
+    for sequence, part in ((SpecialSequence.START_DOWNLOAD, 0.0), (1, 0.5), (2, 1.0)):
+        joints, seconds = mover.between(part), SLOW if part else LEAD_IN
+        point = JointTrajPt(int(sequence), joints, SPEED, seconds, comm_type=CommType.TOPIC)
+        mover.wire.send(point)
+    await mover.wire.ask(STOP, "STOP amid a download")
+    await mover.stays(1.0, "STOP amid a download", mover.start)
+    return PASSED
+
+
+@check(
+    "SS15", "STOP in a full point (type 14) stops", _EVERY, Section.STOP, moves=True, profiles=FULL
+)
+async def _full_stop(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.set_off(SLOW)
+    zeros = joint_array(())
+    stop = JointTrajPtFull(0, SpecialSequence.STOP, 0, 0.0, zeros, zeros, zeros)
+    reply = await mover.wire.ask(stop, "STOP in a full point")
+    if not is_taken(reply):
+        raise CannotJudge("the target refuses full points, as it may")
+    await _stands(mover, "STOP in a full point")
+    return PASSED
