@@ -98,7 +98,8 @@ class Link(asyncio.Protocol):
         if not self.is_open or self._transport is None:
             return
         self._journal.begin("in", self.number, data)
-        for message in self._connection.receive(data):
+        complete = self._connection.receive(data)
+        for message in complete:
             self._events.received(self, message)
         if self._connection.fault is not None:
             self._close()
@@ -108,7 +109,7 @@ class Link(asyncio.Protocol):
             asyncio.get_running_loop().call_soon(self._receive_more)
         if not self._connection.partial:
             self._partial_since = None
-        elif self._partial_since is None:
+        elif self._partial_since is None or complete:
             self._partial_since = self._journal.now
 
     def _receive_more(self) -> None:

@@ -203,8 +203,11 @@ class Connection:
             start = end
             try:
                 message = decode(frame)
-            except (MessageFault, UnicodeDecodeError):
-                take(self._malformed(frame))
+            except UnicodeDecodeError:
+                take(self._judge(frame))
+                continue
+            except MessageFault as error:
+                take(self._malformed(error))
                 continue
             comm_type = message.comm_type
             if comm_type is request:
@@ -224,14 +227,17 @@ class Connection:
             self.fault = LengthOutOfBounds(length, _LEAST_LENGTH, self._max_length)
         return start + PREFIX_SIZE + int(length)
 
-    def _malformed(self, frame: bytes) -> Malformed:
-        """Return what is wrong with a frame that could not be decoded."""
+    def _judge(self, frame: bytes) -> Received:
+        """Decode a frame with a usual header whose text is none: of a reply that is no fault."""
         try:
-            self._codec.decode(frame)
+            message = self._codec.decode(frame)
         except MessageFault as error:
-            self._settle_accounts(error.comm_type)
-            return Malformed(error.msg_type, error.comm_type, error)
-        raise AssertionError("a frame fails to decode every time or never")
+            return self._malformed(error)
+        return message if self._settle_accounts(message.comm_type) else Unasked(message)
+
+    def _malformed(self, error: MessageFault) -> Malformed:
+        self._settle_accounts(error.comm_type)
+        return Malformed(error.msg_type, error.comm_type, error)
 
     def _learn_byte_order(self, buffer: bytes) -> bool:
         prefix = buffer[:PREFIX_SIZE]

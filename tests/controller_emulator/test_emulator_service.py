@@ -25,6 +25,7 @@ from openpendant.simplemsg import (
     ReplyCode,
     Role,
     Status,
+    Unasked,
     message_type,
 )
 from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
@@ -214,6 +215,16 @@ async def test_a_frame_that_is_not_completed_within_a_second_closes_the_link(sta
         peer.writer.write(bytes([byte]))
         await asyncio.sleep(0.05)
     assert await peer.is_closed_by_peer()
+
+
+async def test_a_client_whose_reads_always_end_inside_a_frame_is_kept(start: Start) -> None:
+    emulator = await start()
+    peer = await emulator.motion()
+    peer.writer.write(STOP_FRAME[:10])
+    for _ in range(30):
+        peer.writer.write(STOP_FRAME[10:] + STOP_FRAME[:10])
+        await asyncio.sleep(0.1)
+        assert isinstance(await peer.receive(), Unasked)  # sent as bytes, so nothing is expected
 
 
 async def test_silence_between_frames_is_legal(start: Start) -> None:
