@@ -303,7 +303,10 @@ class RobotCell:
     def _halt(self, now: int) -> list[Outgoing]:
         self._stopping_since = now
         self._stop_repeated = now
-        return [ForwardStop(self._uplink.stop())]
+        return [self._stop_now(now)]
+
+    def _stop_now(self, now: int) -> ForwardStop:
+        return ForwardStop(self._uplink.stop(now, is_sent=self._up[ControllerPath.MOTION]))
 
     @staticmethod
     def _ended(work: _Work, refusal: Refusal | None) -> Ended:
@@ -319,7 +322,7 @@ class RobotCell:
             return out
         if self._is_seen_moving:
             return self._halt(now) + out
-        return [ForwardStop(self._uplink.stop()), *out]
+        return [self._stop_now(now), *out]
 
     def software_stop(self, by: Holder, reason: str, now: int) -> list[Outgoing]:
         """Stop the robot and latch; anyone may, at any time. The stop leaves first."""
@@ -379,6 +382,8 @@ class RobotCell:
         """Advance by one control tick: deadlines, due set-points, arrival."""
         out = self.authority_gone(self.authority.expire(now), now)
         self._settle_stop(now, out)
+        if self._uplink.stop_overdue(now):
+            out.append(DropLink("a STOP was not answered"))
         work = self._work
         if work is None or work.execution is None:
             return out
@@ -403,7 +408,7 @@ class RobotCell:
             self._stopping_since = None
         elif now - self._stop_repeated >= _STOP_REPEAT_NS:
             self._stop_repeated = now
-            out.append(ForwardStop(self._uplink.stop()))
+            out.append(self._stop_now(now))
 
     @property
     def mode(self) -> ControllerMode:

@@ -50,6 +50,10 @@ class SetPoint:
     step: float
 
 
+_STOP_DEADLINE_NS = 2_000_000_000
+"""A STOP may be answered as late as the robot stands; after this nobody is there."""
+
+
 class GenericUplink:
     """Writes set-points and reads answers of a generic controller.
 
@@ -73,6 +77,7 @@ class GenericUplink:
             else {MsgType.JOINT_TRAJ_PT, MsgType.JOINT_POSITION}
         )
         self._deadline: int | None = None
+        self._stop_deadline: int | None = None
 
     @property
     def awaiting(self) -> bool:
@@ -103,9 +108,16 @@ class GenericUplink:
             duration=set_point.step,
         )
 
-    def stop(self) -> Message:
-        """Return the message that stops the robot and empties the controller's buffer."""
+    def stop(self, now: int, *, is_sent: bool) -> Message:
+        """Return the message that stops the robot and empties the controller's buffer.
+
+        Args:
+            now: monotonic time, ns.
+            is_sent: the motion link is up, so that an answer is to be expected there.
+        """
         self._deadline = None
+        if is_sent and self._stop_deadline is None:
+            self._stop_deadline = now + _STOP_DEADLINE_NS
         return JointTrajPt(
             sequence=SpecialSequence.STOP, joints=_NO_JOINTS, velocity=0.0, duration=0.0
         )
@@ -120,6 +132,8 @@ class GenericUplink:
         Returns:
             None where it is a success, else why the motion must end.
         """
+        if not pending:
+            self._stop_deadline = None
         if self._deadline is None:
             return None
         if pending:
@@ -149,6 +163,14 @@ class GenericUplink:
             f"the controller has not answered a point for {self._deadline_ns / 1e9:g} s",
         )
 
+    def stop_overdue(self, now: int) -> bool:
+        """Tell, once, whether a STOP was not answered: then the link is dead, or the peer is."""
+        if self._stop_deadline is None or now < self._stop_deadline:
+            return False
+        self._stop_deadline = None
+        return True
+
     def lost(self) -> None:
         """Forget what was under way, because the motion link is gone."""
         self._deadline = None
+        self._stop_deadline = None

@@ -20,7 +20,7 @@ from server_clients import Pendant
 from server_rig import MS, ServerRig, ready
 
 from openpendant.server.controller_path import ControllerPath
-from openpendant.server.outgoing import Forward, ForwardStop
+from openpendant.server.outgoing import DropLink, Forward, ForwardStop
 from openpendant.simplemsg.pendant import Activity, Outcome, SoftwareStop, StopChanged
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -37,6 +37,18 @@ def test_a_stop_leaves_first_whatever_the_cell_is_doing(
     out = rig.core.receive(observer.session, SoftwareStop(1, "x"), rig.now)
     assert isinstance(out[0], ForwardStop)
     assert not any(isinstance(item, Forward) for item in out)
+
+
+def test_a_motion_link_that_does_not_answer_a_stop_for_two_seconds_is_dropped() -> None:
+    rig = ready()
+    observer = rig.pendant("observer")
+    rig.core.receive(observer.session, SoftwareStop(1, "x"), rig.now)  # and it goes nowhere
+    dropped = [
+        after
+        for after in range(0, 3_000, 10)
+        if any(isinstance(item, DropLink) for item in rig.core.tick(rig.now + after * MS))
+    ]
+    assert dropped == [2_000]
 
 
 @pytest.mark.parametrize("phase", PHASES)

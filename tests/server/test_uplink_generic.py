@@ -60,7 +60,7 @@ def test_a_simple_point_of_rest_names_a_speed_because_0_means_none_given() -> No
 def test_a_stop_is_sequence_minus_4_without_joints_and_ends_the_waiting() -> None:
     uplink = make()
     uplink.point(POINT, 0)
-    message = uplink.stop()
+    message = uplink.stop(0, is_sent=True)
     assert isinstance(message, JointTrajPt)
     assert (message.sequence, message.joints) == (-4, joint_array(()))
     assert not uplink.awaiting
@@ -112,7 +112,7 @@ def test_answers_to_what_was_sent_before_are_not_taken_for_the_points() -> None:
 def test_an_answer_after_a_stop_is_nobodys_business() -> None:
     uplink = make()
     uplink.point(POINT, 0)
-    uplink.stop()
+    uplink.stop(0, is_sent=True)
     assert uplink.answer(answer(MsgType.PING, ReplyCode.FAILURE), 0) is None
 
 
@@ -128,9 +128,35 @@ def test_a_point_is_overdue_exactly_at_the_deadline_and_once(deadline: float) ->
     assert uplink.overdue(due) is None
 
 
+def test_an_unanswered_stop_is_overdue_after_two_seconds_and_once() -> None:
+    uplink = make()
+    uplink.stop(0, is_sent=True)
+    uplink.stop(1_900_000_000, is_sent=True)
+    assert not uplink.stop_overdue(1_999_999_999)
+    assert uplink.stop_overdue(2_000_000_000)
+    assert not uplink.stop_overdue(2_000_000_000)
+
+
+@pytest.mark.parametrize("pending", [0, 1])
+def test_a_stop_is_answered_when_nothing_is_owed_any_more(pending: int) -> None:
+    uplink = make()
+    uplink.stop(0, is_sent=True)
+    uplink.answer(answer(MsgType.JOINT_TRAJ_PT, ReplyCode.SUCCESS), pending)
+    assert uplink.stop_overdue(10**12) is bool(pending)
+
+
+def test_a_stop_that_went_nowhere_awaits_no_answer() -> None:
+    uplink = make()
+    uplink.stop(0, is_sent=False)
+    assert not uplink.stop_overdue(10**12)
+
+
 def test_a_lost_link_owes_nothing() -> None:
     uplink = make()
     uplink.point(POINT, 0)
+    uplink.stop(0, is_sent=True)
+    uplink.point(POINT, 0)
     uplink.lost()
+    assert not uplink.stop_overdue(10**12)
     assert not uplink.awaiting
     assert uplink.overdue(10**12) is None
