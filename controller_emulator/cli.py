@@ -138,7 +138,9 @@ def kept_journal(journal: Journal, file: Path, settings: EmulatorSettings) -> It
     def end(error: OSError) -> None:
         _fail(f"the journal ends here: {_reason(error)}")
 
-    stream = file.open("w", encoding="ascii")
+    from openpendant.simplemsg.journal_writer import JournalWriter  # most runs keep no journal
+
+    stream = JournalWriter(file)
     started = datetime.now().astimezone().isoformat()
     about = settings.model_dump(mode="json")
     journal.keep(stream, end, kind="emulator", started=started, version=__version__, settings=about)

@@ -158,7 +158,9 @@ def kept_journal(journal: Journal, file: Path | None, settings: CellSettings) ->
     if file is None:
         yield
         return
-    stream = file.open("w", encoding="ascii")
+    from openpendant.simplemsg.journal_writer import JournalWriter  # most runs keep no journal
+
+    stream = JournalWriter(file)
     started = datetime.now().astimezone().isoformat()
     about = settings.model_dump(mode="json")
     journal.keep(

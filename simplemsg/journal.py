@@ -9,17 +9,25 @@ Opens no file and reads no clock of its own; both are given.
 
 A file is JSON lines: a header first, then for each event `{"t": ns since the header's now, "on":
 what, "link": who, "hex": bytes, …}`. Behind an event stands what it caused, `{"out": link, "hex":
-bytes}`, and what was asked, `{"ask": question, "link": link}`, where the answer was yes.
+bytes}`, and what was asked, `{"ask": question, "link": link}`, where the answer was yes. The last
+line is `{"end": true}`; without it the process was killed, and its last event may lack effects.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from typing import Any, TextIO
+from typing import Any, Protocol
 
 JOURNAL_FORMAT = "openpendant-journal/1"
 """Name and version of the format, in the header line."""
+
+
+class Stream(Protocol):
+    """Where a journal is written."""
+
+    def write(self, text: str, /) -> object:
+        """Take text; raises OSError where it cannot."""
 
 
 class Journal:
@@ -36,7 +44,7 @@ class Journal:
             clock: the monotonic time [ns].
         """
         self._clock = clock
-        self._stream: TextIO | None = None
+        self._stream: Stream | None = None
         self._on_failure: Callable[[OSError], None] = _raise
         self._began = 0
         self.now = 0
@@ -48,7 +56,7 @@ class Journal:
 
     def keep(
         self,
-        stream: TextIO,
+        stream: Stream,
         on_failure: Callable[[OSError], None],
         *,
         kind: str,
@@ -70,7 +78,8 @@ class Journal:
         self._write(json.dumps(header | about) + "\n")
 
     def end(self) -> None:
-        """Write no more; the stream may be closed now."""
+        """Say that nothing is missing, and write no more; the stream may be closed now."""
+        self._write('{"end": true}\n')
         self._stream = None
 
     def _write(self, line: str) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import socket
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -20,10 +22,14 @@ from openpendant.server.jobs import Job
 from openpendant.server.planning import answer
 from openpendant.server.planning_process import Deliver
 from openpendant.server.settings import make_settings
+from openpendant.simplemsg import Ping, codec_for
 from openpendant.simplemsg.journal import Journal
 from openpendant.tools.pendants.client import PendantClient
 
 ROBOT = "ur5"
+
+PINGS = codec_for().encode(Ping()) * 20_000
+"""More than any connection takes whose answers nobody reads."""
 
 
 class PlannerInLine:
@@ -42,11 +48,15 @@ class JournalledCell:
         service: the emulator.
         app: the server.
         pendant_port: where the server listens for pendants.
+        motion_ports: of the emulator and of the server.
+        state_ports: of the emulator and of the server.
     """
 
     service: Service
     app: App
     pendant_port: int
+    motion_ports: tuple[int, int]
+    state_ports: tuple[int, int]
 
     async def pendant(self) -> PendantClient:
         pendant = await PendantClient.connect("127.0.0.1", self.pendant_port, state_rate=50)
@@ -71,6 +81,29 @@ async def journalled_cell(emulator_file: Path, server_file: Path) -> AsyncIterat
         app = App(settings, serial_robot(ROBOT), planner=PlannerInLine(), journal=second)
         with server_cli.kept_journal(second, server_file, settings):
             async with app.running() as listening:
-                yield JournalledCell(service, app, listening.pendant)
+                yield JournalledCell(
+                    service,
+                    app,
+                    listening.pendant,
+                    (ports.motion, listening.ros_motion),
+                    (ports.state, listening.ros_state),
+                )
         await service.close()
         await asyncio.sleep(0.01)
+
+
+def make_deaf_peers(cell: JournalledCell) -> list[socket.socket]:
+    """Connect peers that never read: listeners on the state ports, and clients that ask and ask."""
+    peers = [_connected(port) for port in (*cell.state_ports, *cell.motion_ports)]
+    for asking in peers[2:]:
+        with contextlib.suppress(BlockingIOError):
+            asking.send(PINGS)
+    return peers
+
+
+def _connected(port: int) -> socket.socket:
+    peer = socket.socket()
+    peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1_024)
+    peer.connect(("127.0.0.1", port))
+    peer.setblocking(False)
+    return peer

@@ -52,6 +52,7 @@ SHELLS = {
     "server/client_connection.py",
     "server/controller_connection.py",
     "server/planning_process.py",
+    "simplemsg/journal_writer.py",
 }
 CLOCK_READERS = {
     "motion/ik.py",  # the outer cap on a search

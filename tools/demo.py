@@ -279,6 +279,8 @@ def _show(robot: str, output: Path, interruptions: Interruptions) -> int:
     _check_output(output)
     stem = f"demo-{Path(robot).stem}"
     journals = Journals(output / f"{stem}-server.journal", output / f"{stem}-emulator.journal")
+    for old in (journals.server, journals.emulator):
+        old.unlink(missing_ok=True)
     with tempfile.TemporaryDirectory(prefix="openpendant-demo-") as work:
         result = run_demo(robot, Path(work), journals, interruptions)
     with interruptions.welcome():

@@ -11,6 +11,8 @@ import json
 import sys
 import time
 from collections import deque
+from collections.abc import Callable
+from contextvars import Context
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -50,7 +52,7 @@ class Outcome:
         state: what the process knew at the end.
         difference: the first difference, None where there was none.
         before: the last events before the difference, it included.
-        is_cut: the journal ends inside a line.
+        is_cut: the journal has no end.
     """
 
     header: Header
@@ -103,7 +105,10 @@ def main(argv: list[str] | None = None) -> int:
 def _until(text: str) -> Until:
     try:
         if text.startswith("#"):
-            return Until(number=int(text[1:]))
+            number = int(text[1:])
+            if number < 1:
+                raise ValueError
+            return Until(number=number)
         seconds = float(text)
         if not 0 <= seconds < 1e9:
             raise ValueError
@@ -117,9 +122,9 @@ def _rerun_files(arguments: argparse.Namespace) -> int:
     code = ExitCode.OK
     is_asked = arguments.state or arguments.until != Until()
     for path in arguments.files:
-        outcome = asyncio.run(rerun(path, arguments.until))
+        outcome = rerun(path, arguments.until)
         if outcome.is_cut:
-            complain(f"{path}: ends inside a line; its last event is left out")
+            complain(f"{path}: has no end (a killed process?); its last event is left out")
         if arguments.json:
             print(json.dumps(_as_json(path, outcome)))
         else:
@@ -131,10 +136,37 @@ def _rerun_files(arguments: argparse.Namespace) -> int:
     return code
 
 
-async def rerun(path: Path, until: Until | None = None) -> Outcome:
-    """Execute a journal again.
+class StillLoop(asyncio.SelectorEventLoop):
+    """A loop on which nothing happens by itself: what is to happen is in the journal.
 
-    A coroutine, because the process that is played wants a running loop; it is never given a turn.
+    Attributes:
+        is_still: callbacks and timers are forgotten.
+    """
+
+    is_still = False
+
+    def call_soon(  # type: ignore[override]  # the stubs' type variables cannot be repeated here
+        self, callback: Callable[..., object], *args: Any, context: Context | None = None
+    ) -> asyncio.Handle:
+        """Forget the callback while the loop is still."""
+        handle = asyncio.Handle(callback, args, self, context)
+        return handle if self.is_still else super().call_soon(callback, *args, context=context)
+
+    def call_at(  # type: ignore[override]
+        self,
+        when: float,
+        callback: Callable[..., object],
+        *args: Any,
+        context: Context | None = None,
+    ) -> asyncio.TimerHandle:
+        """Forget the timer while the loop is still."""
+        if self.is_still:
+            return asyncio.TimerHandle(when, callback, args, self, context)
+        return super().call_at(when, callback, *args, context=context)
+
+
+def rerun(path: Path, until: Until | None = None) -> Outcome:
+    """Execute a journal again.
 
     Args:
         path: the journal.
@@ -144,7 +176,23 @@ async def rerun(path: Path, until: Until | None = None) -> Outcome:
         JournalError: it is no journal, or a damaged one.
         OSError: it cannot be read.
     """
-    limit = until or Until()
+    loop = StillLoop()
+
+    async def live_again() -> Outcome:
+        # The process that is played wants a running loop.
+        loop.is_still = True
+        try:
+            return _rerun(path, until or Until())
+        finally:
+            loop.is_still = False
+
+    try:
+        return loop.run_until_complete(live_again())
+    finally:
+        loop.close()
+
+
+def _rerun(path: Path, limit: Until) -> Outcome:
     began = time.perf_counter()
     with path.open("rb") as stream:
         journal = JournalFile(path, stream)

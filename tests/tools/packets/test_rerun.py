@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from journalled_cell import journalled_cell
+from journalled_cell import PINGS, journalled_cell, make_deaf_peers
 from virtual_clock import VirtualLoop
 
 from openpendant.simplemsg.pendant import OperatorAction
@@ -17,13 +17,14 @@ from openpendant.tools.pendants.client import Aborted, Refused
 
 @pytest.fixture(scope="module")
 def journals(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """A minute of everything: joint moves, a planned path, a refusal, stops of both kinds."""
+    """A minute of everything: moves, a planned path, a refusal, stops, bursts, peers gone deaf."""
     folder = tmp_path_factory.mktemp("journals")
     files = {kind: folder / f"{kind}.journal" for kind in ("emulator", "server")}
 
     async def live() -> None:
         async with journalled_cell(files["emulator"], files["server"]) as cell:
             pendant = await cell.pendant()
+            deaf = make_deaf_peers(cell)
             async with pendant, pendant.control():
                 home = pendant.joints()
                 aside = [home[0] + 0.5, *home[1:]]
@@ -46,6 +47,8 @@ def journals(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
                 with pytest.raises(Aborted):
                     await motion.done()
                 await asyncio.sleep(60.0 - _seconds_since_start())
+            for peer in deaf:
+                peer.close()
 
     began = 0.0
 
@@ -80,6 +83,14 @@ def test_a_minute_runs_again_with_identical_bytes(
     lines = [json.loads(line) for line in journals[kind].read_text().splitlines()]
     assert report["events"] == sum("on" in line for line in lines)
     assert report["bytes_out"] == sum(len(line["hex"]) // 2 for line in lines if "out" in line)
+
+
+@pytest.mark.parametrize("kind", ["emulator", "server"])
+@pytest.mark.parametrize("answer", ["clogged", "flooded"])
+def test_the_journals_hold_what_the_system_answered(
+    journals: dict[str, Path], kind: str, answer: str
+) -> None:
+    assert f'"ask": "{answer}"' in journals[kind].read_text()
 
 
 def test_the_journals_hold_plans_motions_and_both_stops(journals: dict[str, Path]) -> None:
@@ -177,14 +188,32 @@ def test_a_write_that_is_missing_now_is_a_difference(
     assert "now:  " in capsys.readouterr().out
 
 
-def test_a_journal_cut_inside_a_line_runs_up_to_its_last_whole_event(
-    journals: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("kind", ["emulator", "server"])
+@pytest.mark.parametrize("cut", range(297, 310))
+def test_a_journal_without_its_end_runs_up_to_its_last_whole_event(
+    journals: dict[str, Path],
+    kind: str,
+    cut: int,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    whole = journals["emulator"].read_bytes()
+    lines = journals[kind].read_bytes().splitlines(keepends=True)
     file = tmp_path / "cut"
-    file.write_bytes(whole[: len(whole) // 2])
+    file.write_bytes(b"".join(lines[:cut]) + lines[cut][:20])
     assert main([str(file)]) == 0
-    assert "ends inside a line" in capsys.readouterr().err
+    assert "has no end" in capsys.readouterr().err
+
+
+def test_what_a_process_put_off_does_not_happen_by_itself(
+    journals: dict[str, Path], caplog: pytest.LogCaptureFixture
+) -> None:
+    """A client that sent more than 64 frames at once leaves a callback behind in every process."""
+    for file in journals.values():
+        lines = file.read_text().splitlines()
+        burst = _nth(lines, PINGS[: 16 * 65].hex(), 0)
+        events = [line for line in lines[: burst + 1] if '"on"' in line]
+        assert main([str(file), "--until", f"#{len(events)}"]) == 0
+    assert caplog.records == []
 
 
 HEADER = {
@@ -195,6 +224,7 @@ HEADER = {
     "now": 1,
     "settings": {"robot": "ur5"},
 }
+END = {"end": True}
 
 
 @pytest.mark.parametrize(
@@ -209,11 +239,11 @@ HEADER = {
         ([HEADER | {"settings": {"robot": "nobody"}}], "nobody"),
         ([HEADER | {"settings": {"rate": -1}}], "rate"),
         ([HEADER | {"of": "server", "settings": {"tick_rate": "x"}}], "tick_rate"),
-        ([HEADER, {"t": 1, "on": "tick", "link": "1"}], "hex is missing"),
-        ([HEADER, {"t": 1, "on": "tick", "link": "1", "hex": "zz"}], "no hexadecimal digits"),
-        ([HEADER, {"t": 1, "on": "dance", "link": "1", "hex": ""}], "dance"),
-        ([HEADER, {"t": 1, "on": "in", "link": "7", "hex": ""}], "link 7 was never opened"),
-        ([HEADER, {"t": 1, "on": "tick", "link": "x", "hex": ""}], "not known"),
+        ([HEADER, {"t": 1, "on": "tick", "link": "1"}, END], "hex is missing"),
+        ([HEADER, {"t": 1, "on": "tick", "link": "1", "hex": "zz"}, END], "no hexadecimal digits"),
+        ([HEADER, {"t": 1, "on": "dance", "link": "1", "hex": ""}, END], "dance"),
+        ([HEADER, {"t": 1, "on": "in", "link": "7", "hex": ""}, END], "link 7 was never opened"),
+        ([HEADER, {"t": 1, "on": "tick", "link": "x", "hex": ""}, END], "not known"),
     ],
 )
 def test_what_is_no_journal_is_refused_in_one_line(
@@ -232,7 +262,7 @@ def test_a_missing_file_is_a_usage_error(tmp_path: Path) -> None:
     assert main([str(tmp_path / "none")]) == 2
 
 
-@pytest.mark.parametrize("until", ["soon", "-1", "nan", "#x"])
+@pytest.mark.parametrize("until", ["soon", "-1", "nan", "#x", "#0", "#-3"])
 def test_a_wrong_end_is_a_usage_error(until: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["file", "--until", until]) == 2
     assert "expected seconds" in capsys.readouterr().err

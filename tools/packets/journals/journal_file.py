@@ -100,7 +100,8 @@ class JournalFile:
 
     Attributes:
         header: its first line.
-        is_cut: True once reading ended inside a line: the process was killed, or the disk full.
+        is_cut: True once reading ended before the end line: the process was killed or still runs,
+            or the disk was full. The last event may lack effects and is left out.
     """
 
     def __init__(self, path: Path, stream: BinaryIO) -> None:
@@ -133,8 +134,11 @@ class JournalFile:
         number = 0
         head: dict[str, Any] | None = None
         effects: list[Effect] = []
+        is_whole = False
         while (line := self._next()) is not None:
-            if "on" in line:
+            if "end" in line:
+                is_whole = True
+            elif "on" in line:
                 if head is not None:
                     number += 1
                     yield self._happening(number, head, effects)
@@ -144,8 +148,8 @@ class JournalFile:
             else:
                 question, link = self._field(line, "ask", str), self._field(line, "link", str)
                 effects.append(Asked(question, link))
-        # The last event of a journal that was cut may lack some of its effects.
-        if head is not None and not self.is_cut:
+        self.is_cut = not is_whole
+        if head is not None and is_whole:
             yield self._happening(number + 1, head, effects)
 
     def _happening(self, number: int, head: dict[str, Any], effects: list[Effect]) -> Happening:
@@ -167,7 +171,6 @@ class JournalFile:
         if not raw.endswith(b"\n"):
             if len(raw) > MAX_LINE:
                 raise self._error(f"longer than {MAX_LINE} bytes")
-            self.is_cut = True
             return None
         try:
             line = json.loads(raw)
