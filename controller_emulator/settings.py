@@ -15,6 +15,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 TABLE = "emulator"
 
+MAX_FILE = 1_048_576
+"""Largest file that is read, bytes; a device or a pipe may have no end."""
+
 Port = Annotated[int, Field(ge=0, le=65535)]
 
 
@@ -109,17 +112,21 @@ def read_toml(file: Path) -> dict[str, Any]:
     """Return the content of a TOML file.
 
     Raises:
-        ConfigurationError: it cannot be read or is no TOML.
+        ConfigurationError: it cannot be read, is too large or is no TOML.
     """
     import tomllib  # most runs read no file, and the emulator is to start fast
 
     try:
         with file.open("rb") as stream:
-            return tomllib.load(stream)
+            content = stream.read(MAX_FILE + 1)
+        if len(content) > MAX_FILE:
+            size = f"more than {MAX_FILE} bytes"
+            raise ConfigurationError(str(file), "file", size, f"at most {MAX_FILE} bytes")
+        return tomllib.loads(content.decode())
     except OSError as error:
         reason = error.strerror or str(error)
         raise ConfigurationError(str(file), "file", reason, "a readable file") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, or nested without end
         raise ConfigurationError(str(file), "file", str(error), "TOML") from None
 
 

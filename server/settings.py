@@ -18,6 +18,9 @@ from openpendant.simplemsg import ByteOrder
 Port = Annotated[int, Field(ge=0, le=65_535, description="TCP port, 0 for any free one")]
 Seconds = Annotated[float, Field(gt=0, le=3_600)]
 
+MAX_FILE = 1_048_576
+"""Largest configuration file, bytes; a device or a pipe may have no end."""
+
 
 class ConfigurationError(Exception):
     """A configuration that cannot be used; names file, key and what would be accepted.
@@ -157,13 +160,17 @@ def load_settings(path: Path) -> dict[str, Any]:
     """Read a cell file into plain data, without the emulator's table.
 
     Raises:
-        ConfigurationError: the file cannot be read or is no TOML.
+        ConfigurationError: the file cannot be read, is too large or is no TOML.
     """
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        with path.open("rb") as stream:
+            content = stream.read(MAX_FILE + 1)
+        if len(content) > MAX_FILE:
+            raise ConfigurationError(str(path), "", f"is larger than {MAX_FILE} bytes")
+        data = tomllib.loads(content.decode())
     except OSError as error:
         raise ConfigurationError(str(path), "", f"cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, or nested without end
         raise ConfigurationError(str(path), "", f"is no TOML: {error}") from None
     data.pop("emulator", None)
     return data

@@ -23,6 +23,7 @@ from openpendant.simplemsg import (
 )
 
 from .choices import Choices
+from .sample_frames import SampleFrame, sample_frames
 
 _DIALECTS = tuple(DIALECTS.values())
 _ORDERS = (ByteOrder.LITTLE, ByteOrder.BIG)
@@ -93,3 +94,19 @@ def seeds() -> Iterator[bytes]:
         frame = golden.frame[:200]
         head = bytes((0, _DIALECTS.index(golden.dialect), order, golden.real_size // 8, 0))
         yield head + bytes((2, len(frame) - 1)) + frame + bytes((1, 0, 0, 4, 1, 1))
+    for sample in sample_frames():
+        # A server is asked, a client is answered and told; the byte behind a server settles that
+        # its order is picked, too.
+        role = bytes((1, sample.dialect, 0) if _is_request(sample) else (0, sample.dialect))
+        head = role + bytes((sample.order, sample.real, 0))
+        yield head + b"".join(_pieces(sample.data)) + bytes((1, 0, 0, 4, 1, 1))
+
+
+def _is_request(sample: SampleFrame) -> bool:
+    return sample.comm_type is CommType.REQUEST
+
+
+def _pieces(frame: bytes) -> Iterator[bytes]:
+    for at in range(0, len(frame), 200):
+        piece = frame[at : at + 200]
+        yield bytes((2, len(piece) - 1)) + piece

@@ -20,6 +20,7 @@ from openpendant.simplemsg import (
 )
 
 from .choices import Choices, portions
+from .sample_frames import sample_frames
 
 _DIALECTS = tuple(DIALECTS.values())
 _ORDERS = (None, ByteOrder.LITTLE, ByteOrder.BIG)
@@ -72,3 +73,6 @@ def seeds() -> Iterator[bytes]:
         dialect = _DIALECTS.index(golden.dialect)
         head = bytes((dialect, order, golden.real_size // 8, 3, 1, 7, 0))
         yield head + golden.frame + golden.frame
+    for sample in sample_frames():
+        head = bytes((sample.dialect, 1 + sample.order, sample.real, 3, 1, 7, 0))
+        yield head + sample.data + sample.data

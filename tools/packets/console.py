@@ -23,7 +23,7 @@ class ExitCode(IntEnum):
 
     OK = 0
     FINDINGS = 1
-    """A packet that is none, a check that failed, a difference, or a reader that went away."""
+    """A packet that is none, a check that failed, a difference, or nobody who reads the output."""
     USAGE = 2
     """Wrong arguments, or a file that cannot be read or is of no known kind."""
     PEER = 3
@@ -105,9 +105,14 @@ def run(
         argv: arguments behind the command's name; None takes those of the process.
     """
     try:
-        arguments = command.parse_args(argv)
+        # Options may also stand between a name and what belongs to it.
+        arguments = command.parse_intermixed_args(argv)
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else ExitCode.OK
+    if sys.stdout is None:
+        # Nothing that a tool finds would be seen, and its exit code would say that all is well.
+        complain("standard output is closed")
+        return ExitCode.FINDINGS
     try:
         return body(arguments)
     except PacketToolError as error:
@@ -129,4 +134,5 @@ def run(
 
 def complain(sentence: str) -> None:
     """Write one line to standard error."""
-    print(sentence, file=sys.stderr, flush=True)
+    if sys.stderr is not None:  # else it would go where the output goes
+        print(sentence, file=sys.stderr, flush=True)

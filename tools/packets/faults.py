@@ -59,7 +59,7 @@ class FaultProxy:
         log: str | None = None,
         on_end: Callable[[str], None] = lambda reason: None,
     ) -> None:
-        """Open the log; needs a running loop.
+        """Make a proxy that has touched nothing yet; needs a running loop.
 
         Args:
             pairs: where to listen, and where to connect to.
@@ -67,9 +67,6 @@ class FaultProxy:
             seed: of all random choices; None takes the script's.
             log: file of the faults done, "-" for standard output, None for none.
             on_end: called with the reason when the log ends before it is asked to.
-
-        Raises:
-            OSError: the log cannot be opened.
         """
         self.done: Counter[str] = Counter()
         self.output = LineOutput(log, on_end=on_end) if log is not None else None
@@ -88,18 +85,20 @@ class FaultProxy:
             self.output.write(json.dumps(fault_to_json(done, self._began)))
 
     async def start(self) -> list[int]:
-        """Listen, and return the ports in use.
+        """Listen, open the log, and return the ports in use.
 
         Raises:
-            PeerError: a port cannot be used.
+            PeerError: a port cannot be used; the log is as it was.
+            OSError: the log cannot be opened; nothing listens any more.
         """
-        if self.output is not None:
-            self.output.start()
         try:
-            return await self._proxy.start()
+            ports = await self._proxy.start()
+            if self.output is not None:
+                self.output.start()
         except BaseException:
             await self.close()
             raise
+        return ports
 
     async def close(self) -> None:
         """Drop the connections and complete the log."""

@@ -56,16 +56,13 @@ class Recorder:
         max_size: int | None = None,
         on_end: Callable[[str], None] = lambda reason: None,
     ) -> None:
-        """Open the file; needs a running loop.
+        """Make a recorder that has touched nothing yet; needs a running loop.
 
         Args:
             pairs: where to listen, and where to connect to.
             path: the trace file, "-" for standard output.
             max_size: bytes after which the recording ends.
             on_end: called with the reason when the recording ends before it is asked to.
-
-        Raises:
-            OSError: the file cannot be opened.
         """
         started = datetime.datetime.now().astimezone().isoformat(timespec="microseconds")
         targets = ", ".join(str(pair.target) for pair in pairs)
@@ -94,17 +91,19 @@ class Recorder:
         return self._proxy.unsent
 
     async def start(self) -> list[int]:
-        """Listen, and return the ports in use.
+        """Listen, open the file, and return the ports in use.
 
         Raises:
-            PeerError: a port cannot be used.
+            PeerError: a port cannot be used; the file is as it was.
+            OSError: the file cannot be opened; nothing listens any more.
         """
         try:
             ports = await self._proxy.start()
+            self.output.start()
         except BaseException:
+            await self._proxy.close()
             await self.output.close()
             raise
-        self.output.start()
         return ports
 
     async def close(self) -> None:

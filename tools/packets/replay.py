@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from .console import PacketToolError, complain, parser, run
-from .live.consent import add_consent, may_move, require_consent
+from .live.consent import add_consent, may_act, require_consent
 from .live.endpoints import Endpoint, listen_endpoint, target_endpoint
 from .live.playback import Pace, Part, Session, sessions_of
 from .live.replaying import Replay, Summary
@@ -82,7 +82,7 @@ def _replay(arguments: argparse.Namespace) -> int:
     if not sessions:
         raise PacketToolError(f"{arguments.trace}: no connection to play")
     ways = _ways(arguments, part, sorted({session.port for session in sessions}))
-    if part is Part.CLIENT and any(may_move(s.data) for each in sessions for s in each.steps):
+    if part is Part.CLIENT and any(may_act(s.data) for each in sessions for s in each.steps):
         require_consent(arguments.yes_it_may_move, ", ".join(map(str, ways.values())))
     return asyncio.run(_run(sessions, part, pace, ways, arguments))
 

@@ -4,24 +4,21 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import json
-import statistics
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
 
-from openpendant.simplemsg import ByteOrder, Codec, CommType, ProtocolError, ReplyCode, codec_for
+from openpendant.simplemsg import Codec, CommType, ProtocolError
 from openpendant.simplemsg.connection import detect_byte_order
 from openpendant.simplemsg.errors import shown
-from openpendant.simplemsg.motoman import MotomanMotionReply
-from openpendant.simplemsg.text import packet_to_json
+from openpendant.simplemsg.layout import HEADER_SIZE
 
-from .console import ExitCode, PacketToolError, add_wire_form, codec_of, complain, parser, run
+from .console import ExitCode, PacketToolError, add_wire_form, codec_of, parser, run
 from .encode import encode_line
 from .faulty.frame_surgery import header_of
-from .frames import Cut, order_name
-from .live.consent import add_consent, may_move, require_consent
+from .frames import Cut
+from .live.answer_printer import Answer, AnswerPrinter
+from .live.answering import Answering, answering
+from .live.consent import add_consent, may_act, require_consent
 from .live.endpoints import Endpoint, target_endpoint
 from .live.peer import Peer
 from .live.typed_message import message_from_words
@@ -40,8 +37,8 @@ examples:
   openpendant packets send robot:50240 motoman_motion_ctrl command=200101 --dialect motoman
   openpendant packets send 11000 --hex 0c000000010000000200000000000000 --count 100
 
-exit codes: 0 answered; 1 answered with failure, or with something malformed; 2 wrong usage; 3 the
-peer could not be reached, hung up or never answered.
+exit codes: 0 answered; 1 answered with failure, with something malformed, or with what answers
+another request; 2 wrong usage; 3 the peer could not be reached, hung up or never answered.
 """
 
 MAX_PACKETS = 1_000
@@ -49,19 +46,6 @@ MAX_PACKETS = 1_000
 
 MAX_HEX = 131_078
 """Longest packet to send, hexadecimal digits: the largest frame."""
-
-
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """What came back.
-
-    Attributes:
-        piece: the frame, or stray bytes.
-        latency: since the request was written [s]; None for a topic nobody asked for.
-    """
-
-    piece: Cut
-    latency: float | None = None
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -106,7 +90,7 @@ def _send(arguments: argparse.Namespace) -> int:
     packets = packets_to_send(arguments, codec)
     if not packets and not arguments.topics:
         raise PacketToolError("nothing to do: give a NAME, --hex, - or --topics")
-    if any(map(may_move, packets)):
+    if any(map(may_act, packets)):
         require_consent(arguments.yes_it_may_move, str(arguments.peer))
     return asyncio.run(_talk(packets * arguments.count, arguments, codec))
 
@@ -121,7 +105,10 @@ def packets_to_send(arguments: argparse.Namespace, codec: Codec) -> list[bytes]:
         return []
     if arguments.name == "-":
         return _from_stdin(codec)
-    return [codec.encode(message_from_words(arguments.name, arguments.fields, codec))]
+    try:
+        return [codec.encode(message_from_words(arguments.name, arguments.fields, codec))]
+    except ProtocolError as error:  # nothing was sent, so it is not the peer's
+        raise PacketToolError(str(error)) from None
 
 
 def _from_digits(digits: str) -> bytes:
@@ -183,14 +170,15 @@ async def talk(
         PeerError: the peer cannot be reached, hangs up or does not answer.
     """
     peer = await Peer.connect(endpoint, within)
-    printer = _Printer(codec, as_json=as_json)
+    printer = AnswerPrinter(codec, as_json=as_json)
     try:
         for packet in packets:
             before = time.perf_counter()
             await peer.send(packet, within)
             if _expects_reply(packet):
                 piece = await _next(peer, within, unwanted=CommType.TOPIC)
-                printer.show(Answer(piece, time.perf_counter() - before))
+                latency = time.perf_counter() - before
+                printer.show(Answer(piece, latency, _fit(packet, piece)))
             else:
                 printer.note("sent; nobody replies to it")
         for _ in range(topics):
@@ -203,9 +191,16 @@ async def talk(
 
 def _expects_reply(packet: bytes) -> bool:
     """Tell whether something should come back; of bytes that are no frame nobody knows."""
-    if detect_byte_order(packet) is None or len(packet) < 16:
+    if detect_byte_order(packet) is None or len(packet) < HEADER_SIZE:
         return True
     return header_of(packet).comm_type not in (CommType.TOPIC, CommType.REPLY)
+
+
+def _fit(packet: bytes, piece: Cut) -> Answering | None:
+    """Compare an answer with what was sent, where both have a header."""
+    if not piece.is_frame or detect_byte_order(packet) is None or len(packet) < HEADER_SIZE:
+        return None
+    return answering(packet, piece.data)
 
 
 async def _next(peer: Peer, within: float, unwanted: CommType) -> Cut:
@@ -216,73 +211,3 @@ async def _next(peer: Peer, within: float, unwanted: CommType) -> Cut:
     return await peer.next_piece(
         within, lambda piece: not piece.is_frame or header_of(piece.data).comm_type != unwanted
     )
-
-
-class _Printer:
-    """Prints answers, and keeps what is told at the end."""
-
-    def __init__(self, codec: Codec, *, as_json: bool) -> None:
-        self.findings = 0
-        self._codec = codec
-        self._as_json = as_json
-        self._latencies: list[float] = []
-
-    def note(self, text: str) -> None:
-        """Print a sentence for a person."""
-        if not self._as_json:
-            print(text, flush=True)
-
-    def show(self, answer: Answer) -> None:
-        """Print one answer."""
-        shown_as = self._to_json(answer.piece)
-        if answer.latency is not None:
-            self._latencies.append(answer.latency)
-            shown_as["latency_ms"] = round(1e3 * answer.latency, 3)
-        print(json.dumps(shown_as) if self._as_json else _in_a_line(shown_as), flush=True)
-
-    def _to_json(self, piece: Cut) -> dict[str, Any]:
-        order = detect_byte_order(piece.data) or self._codec.byte_order
-        codec = codec_for(self._codec.dialect, order, self._codec.real_size)
-        try:
-            if not piece.is_frame:
-                raise PacketToolError("in these bytes no frame can be found")
-            message = codec.decode(piece.data)
-        except (ProtocolError, PacketToolError) as error:
-            self.findings += 1
-            return {"malformed": str(error), "hex": piece.data[:1024].hex()}
-        is_refusal = message.reply_code == ReplyCode.FAILURE or (
-            isinstance(message, MotomanMotionReply) and message.result != 0
-        )
-        self.findings += is_refusal
-        packet = packet_to_json(message, codec)
-        return packet if order is self._codec.byte_order else _with_order(packet, order)
-
-    def summarise(self) -> None:
-        """Print the latencies of several requests."""
-        if len(self._latencies) > 1:
-            ordered = sorted(1e3 * latency for latency in self._latencies)
-            median = statistics.median(ordered)
-            complain(
-                f"{len(ordered)} replies, latency in ms: least {ordered[0]:.3f},"
-                f" median {median:.3f}, largest {ordered[-1]:.3f}"
-            )
-
-
-def _with_order(packet: dict[str, Any], order: ByteOrder) -> dict[str, Any]:
-    return {**packet, "order": order_name(order)}
-
-
-_COMM_NAMES = {int(member): member.name.lower() for member in CommType}
-_CODE_NAMES = {ReplyCode.SUCCESS: " success", ReplyCode.FAILURE: " failure"}
-
-
-def _in_a_line(shown_as: dict[str, Any]) -> str:
-    latency = shown_as.get("latency_ms")
-    after = f" after {latency:.3f} ms" if latency is not None else ""
-    if "malformed" in shown_as:
-        return f"malformed{after}: {shown_as['malformed']}: {shown_as['hex']}"
-    comm = _COMM_NAMES.get(shown_as["comm_type"], f"comm {shown_as['comm_type']}")
-    code = _CODE_NAMES.get(shown_as["reply_code"], "")
-    order = f", {shown_as['order']}-endian" if "order" in shown_as else ""
-    fields = f" {json.dumps(shown_as['fields'])}" if shown_as["fields"] else ""
-    return f"{shown_as['msg_type']} {shown_as['name']} {comm}{code}{after}{order}{fields}"

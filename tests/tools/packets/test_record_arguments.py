@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from openpendant.tools.packets import faults
 from openpendant.tools.packets.live.endpoints import Endpoint, listen_endpoint, target_endpoint
 from openpendant.tools.packets.record import main
 
@@ -45,6 +46,22 @@ def test_a_port_in_use_is_the_peers_fault(
         port = taken.getsockname()[1]
         assert main(["--listen", str(port), "--to", "1", "-o", str(tmp_path / "x")]) == 3
     assert capsys.readouterr().err == f"cannot listen on 127.0.0.1:{port}: Address already in use\n"
+    assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.parametrize("tool", ["record", "faults"])
+def test_a_file_is_as_it_was_when_the_port_is_taken(tool: str, tmp_path: Path) -> None:
+    file = tmp_path / "trace"
+    file.write_text("an hour's recording")
+    script = tmp_path / "script"
+    script.write_text("rule = []")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        pair = ["--listen", str(taken.getsockname()[1]), "--to", "1"]
+        if tool == "record":
+            assert main([*pair, "-o", str(file)]) == 3
+        else:
+            assert faults.main([str(script), *pair, "--log", str(file)]) == 3
+    assert file.read_text() == "an hour's recording"
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,7 @@ from openpendant.simplemsg import (
 )
 from openpendant.simplemsg.pendant import Management
 from openpendant.tools.packets.console import PacketToolError, PeerError
-from openpendant.tools.packets.live.consent import may_move
+from openpendant.tools.packets.live.consent import may_act
 from openpendant.tools.packets.live.endpoints import Endpoint
 from openpendant.tools.packets.live.typed_message import message_from_words
 from openpendant.tools.packets.send import main, talk
@@ -100,7 +100,7 @@ def _made(words: str, dialect: Dialect = STANDARD) -> bytes:
 
 
 @pytest.mark.parametrize(
-    ("data", "moves"),
+    ("data", "acts"),
     [
         (_made("ping"), False),
         (_made("stop"), False),
@@ -117,10 +117,17 @@ def _made(words: str, dialect: Dialect = STANDARD) -> bytes:
         (b"\0\0\0\0", True),
         (PING[:8], True),
         (bytes.fromhex("0c0000000b0000000200000000000000"), True),
+        (_made("motoman_write_single_io", MOTOMAN), True),
+        (_made("motoman_write_group_io", MOTOMAN), True),
+        (_made("motoman_write_mregister", MOTOMAN), True),
+        (_made("21"), True),
+        (_made("motoman_read_single_io", MOTOMAN), False),
+        (_made("motoman_read_mregister", MOTOMAN), False),
+        (_made("20"), False),
     ],
 )
-def test_what_may_move_a_robot_is_known(data: bytes, moves: bool) -> None:
-    assert may_move(data) is moves
+def test_what_may_move_or_switch_is_known(data: bytes, acts: bool) -> None:
+    assert may_act(data) is acts
 
 
 def test_a_point_is_not_sent_without_consent(
@@ -133,13 +140,29 @@ def test_a_point_is_not_sent_without_consent(
 
 @pytest.mark.parametrize(
     "arguments",
-    [["1"], ["0", "ping"], ["x:y", "ping"], ["1", "--hex", "0"], ["1", "ping", "--hex", "00"]],
+    [
+        ["1"],
+        ["0", "ping"],
+        ["x:y", "ping"],
+        ["1", "--hex", "0"],
+        ["1", "ping", "--hex", "00"],
+        ["1", "joint_traj_pt", "sequence=999999999999"],
+        ["1", "99999999999"],
+    ],
 )
 def test_wrong_arguments_are_a_usage_error(
     arguments: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(arguments) == 2
     assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [["--dialect", "pendant", "joint_mov"], ["--json", "pin"]])
+def test_options_may_stand_before_the_name(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["1", *arguments, "speed=1"]) == 2
+    assert "did you mean" in capsys.readouterr().err
 
 
 def test_json_from_standard_input_is_read_as_encode_reads_it(
@@ -235,3 +258,108 @@ async def test_the_next_topics_are_printed(
     topic = codec_for().encode(JointTrajPt(0, ZEROS, 0.0, 0.0, comm_type=1))
     assert await talk(endpoint, [topic], codec_for(), within=1.0, topics=3) == 0
     assert capsys.readouterr().out.count("13 status topic") == 3
+
+
+STOPPED = bytes.fromhex("0c0000000b0000000300000001000000")
+FANUC = bytes.fromhex("380000000a0000000300000001000000") + bytes(44)
+
+
+def _motion_reply(command: int, result: int = 0) -> bytes:
+    return _made(f"motoman_motion_reply command={command} result={result}", MOTOMAN)
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+@pytest.mark.parametrize(
+    ("request_words", "answer", "code", "remark"),
+    [
+        ("stop", STOPPED, 0, ""),
+        ("stop", PONG, 1, "a reply of type 1 is no answer to type 11\n"),
+        ("stop", FANUC, 0, "type 11 was answered by type 10, a habit of Fanuc's\n"),
+        ("joint_traj_pt_full", FANUC, 1, "a reply of type 10 is no answer to type 14\n"),
+        (
+            "joint_traj_pt_full",
+            _motion_reply(14),
+            0,
+            "type 14 was answered by type 2002, a habit of Motoman's\n",
+        ),
+        (
+            "joint_traj_pt_full",
+            _motion_reply(200111),
+            1,
+            "a motion reply about command 200111 is no answer to type 14\n",
+        ),
+        ("motoman_motion_ctrl command=200111", _motion_reply(200111), 0, ""),
+        (
+            "motoman_motion_ctrl command=200111",
+            _motion_reply(200101),
+            1,
+            "a motion reply about command 200101 is no answer to type 2001\n",
+        ),
+        ("motoman_joint_traj_pt_full_ex num_groups=1", _motion_reply(2016), 0, ""),
+        ("motoman_select_tool", _motion_reply(2018), 0, ""),
+        ("motoman_read_single_io", _made("motoman_read_single_io_reply", MOTOMAN), 0, ""),
+        (
+            "motoman_read_single_io",
+            _made("motoman_write_single_io_reply", MOTOMAN),
+            1,
+            "a reply of type 2006 is no answer to type 2003\n",
+        ),
+    ],
+)
+async def test_an_answer_belongs_to_the_request_by_its_type(
+    peer: Callable[..., Any],
+    capsys: pytest.CaptureFixture[str],
+    request_words: str,
+    answer: bytes,
+    code: int,
+    remark: str,
+) -> None:
+    endpoint = await peer(answer)
+    packet = _made(request_words, MOTOMAN)
+    assert await talk(endpoint, [packet], codec_for(MOTOMAN), within=1.0) == code
+    assert capsys.readouterr().err == remark
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+@pytest.mark.parametrize("name", ["joint_move", "software_stop", "hello"])
+async def test_a_verdict_answers_requests_of_the_pendant_protocol(
+    peer: Callable[..., Any], name: str
+) -> None:
+    endpoint = await peer(_made("verdict", PENDANT))
+    packet = _made(name, PENDANT)
+    assert await talk(endpoint, [packet], codec_for(PENDANT), within=1.0) == 0
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+@pytest.mark.parametrize(
+    ("request_words", "answer", "remark"),
+    [
+        (
+            "motoman_motion_ctrl command=200121",
+            _made("motoman_motion_reply command=200121 result=5 subcode=5007", MOTOMAN),
+            "    NOT_READY/NOT_READY_HOLD: Hold is active. Release it at the controller.",
+        ),
+        (
+            "motoman_read_single_io",
+            _made("motoman_read_single_io_reply result_code=1001", MOTOMAN),
+            "    READ_ADDRESS_INVALID: This address cannot be read. See the address ranges",
+        ),
+    ],
+)
+@pytest.mark.parametrize("as_json", [False, True])
+async def test_a_failure_of_motomans_is_explained_to_people(
+    peer: Callable[..., Any],
+    capsys: pytest.CaptureFixture[str],
+    request_words: str,
+    answer: bytes,
+    remark: str,
+    as_json: bool,
+) -> None:
+    endpoint = await peer(answer)
+    packet = _made(request_words, MOTOMAN)
+    assert await talk(endpoint, [packet], codec_for(MOTOMAN), within=1.0, as_json=as_json) == 1
+    _, *remarks = capsys.readouterr().out.splitlines()
+    assert [line[: len(remark)] for line in remarks] == ([] if as_json else [remark])

@@ -17,8 +17,8 @@ from openpendant.simplemsg import DIALECTS
 from ..console import PacketToolError
 from .fault_rules import RULE_CLASSES, Match, Rule, Table
 
-MAX_SCRIPT = 1_000_000
-"""Largest script file, bytes."""
+MAX_SCRIPT = 1_048_576
+"""Largest script file, bytes; a device or a pipe may have no end."""
 
 
 class FaultScriptError(PacketToolError):
@@ -66,12 +66,14 @@ def load_script(path: Path) -> FaultScript:
     """Read a script.
 
     Raises:
-        FaultScriptError: it cannot be read, is no TOML, or says what no script may say.
+        FaultScriptError: it cannot be read, is too large, is no TOML or no script.
     """
     try:
-        if path.stat().st_size > MAX_SCRIPT:
-            raise FaultScriptError(f"{path}: larger than {MAX_SCRIPT} bytes")
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        with path.open("rb") as stream:
+            content = stream.read(MAX_SCRIPT + 1)
+        if len(content) > MAX_SCRIPT:
+            raise FaultScriptError(f"{path}: is larger than {MAX_SCRIPT} bytes")
+        data = tomllib.loads(content.decode())
     except OSError as error:
         raise FaultScriptError(f"{path}: cannot be read: {error.strerror}") from None
     except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, or nested without end

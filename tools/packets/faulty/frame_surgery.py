@@ -76,6 +76,14 @@ def header_of(frame: bytes) -> Header:
     return Header(order, msg_type, comm_type, reply_code)
 
 
+def integer_at(frame: bytes, offset: int) -> int | None:
+    """Return the integer at an offset of a frame, None where the frame ends before."""
+    if len(frame) < offset + 4:
+        return None
+    value: int = struct.unpack_from(f"{header_of(frame).order.value}i", frame, offset)[0]
+    return value
+
+
 def decoded(frame: bytes, form: Form) -> Message | None:
     """Return the message in a frame, None where it is malformed."""
     try:

@@ -1,31 +1,31 @@
-"""Which packets may move a robot, and the question that is asked before one is sent.
+"""Which packets may act on a cell, and the question that is asked before one is sent.
 
-Owns the rule; what cannot be read counts as able to move, since a real controller may read it
+Owns the rule: to act is to move the robot, or to switch an output or register on which other
+machines may hang. What cannot be read counts as able to, since a real controller may read it
 otherwise than we do. STOP is never asked about.
 """
 
 from __future__ import annotations
 
 import argparse
-import struct
 import sys
 
 from openpendant.simplemsg import MsgType, SpecialSequence
 from openpendant.simplemsg.layout import HEADER_SIZE
 
 from ..console import PacketToolError
-from ..faulty.frame_surgery import header_of
+from ..faulty.frame_surgery import header_of, integer_at
 from ..frames import FrameSplitter
+from .answering import COMMAND_AT
 
-MOVING_TYPES = frozenset(
-    {MsgType.JOINT_TRAJ_PT, MsgType.JOINT_TRAJ, MsgType.JOINT_TRAJ_PT_FULL}
-    | {2001, 2016}
+ACTING_TYPES = frozenset(
+    {MsgType.JOINT_TRAJ_PT, MsgType.JOINT_TRAJ, MsgType.JOINT_TRAJ_PT_FULL, MsgType.WRITE_OUTPUT}
+    | {2001, 2005, 2009, 2013, 2016}
     | {65010, 65011, 65012, 65013}
 )
-"""Requests that a robot may answer with motion."""
+"""Requests that move a robot, or that switch outputs and registers."""
 
 _MOTION_CONTROL = 2001
-_COMMAND_AT = HEADER_SIZE + 8
 _HARMLESS_COMMANDS = frozenset({200101, 200102, 200111})
 """Motoman motion control: asks whether ready, asks the queue's length, stops."""
 
@@ -35,32 +35,25 @@ _SEQUENCE_AT = {
 }
 
 
-def may_move(data: bytes) -> bool:
-    """Tell whether bytes may make a robot move.
+def may_act(data: bytes) -> bool:
+    """Tell whether bytes may move a robot or switch something.
 
     Args:
         data: what is to be sent, any number of frames.
     """
     splitter = FrameSplitter()
     pieces = [*splitter.feed(data), *splitter.finish()]
-    return any(not piece.is_frame or _frame_may_move(piece.data) for piece in pieces)
+    return any(not piece.is_frame or _frame_may_act(piece.data) for piece in pieces)
 
 
-def _frame_may_move(frame: bytes) -> bool:
+def _frame_may_act(frame: bytes) -> bool:
     header = header_of(frame)
-    if header.msg_type not in MOVING_TYPES:
+    if header.msg_type not in ACTING_TYPES:
         return False
     if header.msg_type == _MOTION_CONTROL:
-        return _integer(frame, _COMMAND_AT, header.order.value) not in _HARMLESS_COMMANDS
+        return integer_at(frame, COMMAND_AT) not in _HARMLESS_COMMANDS
     place = _SEQUENCE_AT.get(header.msg_type)
-    return place is None or _integer(frame, place, header.order.value) != SpecialSequence.STOP
-
-
-def _integer(frame: bytes, place: int, order: str) -> int | None:
-    if len(frame) < place + 4:
-        return None
-    value: int = struct.unpack_from(f"{order}i", frame, place)[0]
-    return value
+    return place is None or integer_at(frame, place) != SpecialSequence.STOP
 
 
 def add_consent(command: argparse.ArgumentParser) -> None:
@@ -68,7 +61,7 @@ def add_consent(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--yes-it-may-move",
         action="store_true",
-        help="send what may move a robot without asking",
+        help="send what may move a robot, or switch its outputs, without asking",
     )
 
 
@@ -84,11 +77,11 @@ def require_consent(given: bool, peer: str) -> None:
     """
     if given:
         return
-    if sys.stdin is not None and sys.stdin.isatty() and sys.stderr.isatty():
-        print(f"This may move the robot behind {peer}. Send it? [y/N] ", end="", file=sys.stderr)
-        sys.stderr.flush()
+    if all(stream is not None and stream.isatty() for stream in (sys.stdin, sys.stderr)):
+        question = f"This may move or switch what is behind {peer}. Send it? [y/N] "
+        print(question, end="", file=sys.stderr, flush=True)
         if sys.stdin.readline().strip().lower() in ("y", "yes"):
             return
     raise PacketToolError(
-        f"not sent: it may move the robot behind {peer}; --yes-it-may-move sends it"
+        f"not sent: it may move or switch what is behind {peer}; --yes-it-may-move sends it"
     )

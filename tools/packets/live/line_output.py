@@ -32,6 +32,8 @@ _POLL = 0.05
 class LineOutput:
     """A file of lines that is being written, or standard output.
 
+    It is opened by `start`, so that whoever cannot begin does not destroy what was in it.
+
     Attributes:
         ended: why nothing more is written, empty while all is well.
         failed: the reason is a failure, not the size limit.
@@ -45,21 +47,16 @@ class LineOutput:
         max_size: int | None = None,
         on_end: Callable[[str], None] = lambda reason: None,
     ) -> None:
-        """Open the file; what was in it is lost.
+        """Take lines; the file is left alone until `start`.
 
         Args:
             path: the file, "-" for standard output.
             max_size: bytes after which writing ends.
             on_end: called once with the reason when nothing more is written.
-
-        Raises:
-            OSError: the file cannot be opened.
         """
-        flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC
-        self._file = os.dup(sys.stdout.fileno()) if path == "-" else os.open(path, flags, 0o666)
-        # Windows can wait for sockets only; there a reader that takes nothing is waited for.
-        is_file = stat.S_ISREG(os.fstat(self._file).st_mode)
-        self._is_never_waited_for = is_file or sys.platform == "win32"
+        self._path = path
+        self._file: int | None = None
+        self._is_never_waited_for = False
         self.ended = ""
         self.failed = False
         self.written = 0
@@ -72,7 +69,15 @@ class LineOutput:
         self._stopping = asyncio.Event()
 
     def start(self) -> None:
-        """Begin to flush; needs a running loop."""
+        """Open the file and begin to flush; what was in it is lost. Needs a running loop.
+
+        Raises:
+            OSError: the file cannot be opened.
+        """
+        self._file = _open(self._path)
+        # Windows can wait for sockets only; there a reader that takes nothing is waited for.
+        is_file = stat.S_ISREG(os.fstat(self._file).st_mode)
+        self._is_never_waited_for = is_file or sys.platform == "win32"
         self._task = asyncio.get_running_loop().create_task(self._flush_often())
 
     def write(self, line: str) -> None:
@@ -102,29 +107,32 @@ class LineOutput:
                 await self._flush()
 
     async def _flush(self) -> None:
-        if not self._buffer:
+        if self._file is None or not self._buffer:
             return
         data, self._buffer = bytes(self._buffer), bytearray()
         loop = asyncio.get_running_loop()
         try:
-            await loop.run_in_executor(self._executor, self._write_all, data)
+            await loop.run_in_executor(self._executor, self._write_all, self._file, data)
         except OSError as error:
             self._buffer.clear()
             self._end(error.strerror or str(error), failed=True)
 
-    def _write_all(self, data: bytes) -> None:
+    def _write_all(self, file: int, data: bytes) -> None:
         """Write in the executor's thread; a pipe that nobody reads does not hold it for ever."""
         rest = memoryview(data)
         while rest:
             if self._is_never_waited_for:
-                rest = rest[os.write(self._file, rest) :]
-            elif select.select([], [self._file], [], _POLL)[1]:
-                rest = rest[os.write(self._file, rest[:_PIPE_SHARE]) :]
+                rest = rest[os.write(file, rest) :]
+            elif select.select([], [file], [], _POLL)[1]:
+                rest = rest[os.write(file, rest[:_PIPE_SHARE]) :]
             elif self._gives_up.is_set():
                 raise TimeoutError(f"the reader left {len(rest)} bytes unread")
 
     async def close(self) -> None:
-        """Write what is left and close; a reader that takes nothing is given up."""
+        """Write what is left and close; a reader that takes nothing is given up.
+
+        Does nothing to a file that was never opened.
+        """
         self._stopping.set()
         loop = asyncio.get_running_loop()
         patience = loop.call_later(GIVE_UP, self._gives_up.set)
@@ -133,7 +141,15 @@ class LineOutput:
         await self._flush()
         patience.cancel()
         self._executor.shutdown()
+        if self._file is None:
+            return
         try:
             os.close(self._file)
         except OSError as error:
             self._end(error.strerror or str(error), failed=True)
+
+
+def _open(path: str) -> int:
+    if path == "-":
+        return os.dup(sys.stdout.fileno())
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o666)

@@ -87,7 +87,10 @@ def say_ready(
             for pair, port in zip(pairs, ports, strict=True)
         ]
         line = f"{tool} ready {', '.join(ways_in_words)} pid={os.getpid()}"
-    print(line, file=sys.stderr if on_stderr else sys.stdout, flush=True)
+    if on_stderr:
+        complain(line)
+    else:
+        print(line, flush=True)
 
 
 def warn_of_strangers(listens: Iterable[Endpoint]) -> None:
@@ -130,7 +133,7 @@ class Progress:
 
     def start(self) -> None:
         """Show the line from now on."""
-        if sys.stderr.isatty():
+        if sys.stderr is not None and sys.stderr.isatty():
             self._task = asyncio.get_running_loop().create_task(self._renew())
 
     async def _renew(self) -> None:

@@ -19,6 +19,7 @@ from openpendant.simplemsg.text import packet_to_json
 from ..trace import Direction, Event, entry_to_json
 from .field_table import FieldValue, Value, field_values
 from .reader import Header, Reading, header_of
+from .remarks import remark_on
 
 _NANOSECONDS = 1_000_000_000
 _MOST_FIELDS = 8
@@ -205,7 +206,10 @@ def item_as_tree(item: Reading | Event, paint: Paint) -> str:
 def frame_as_tree(
     data: bytes, message: Message | None, codec: Codec, paint: Paint
 ) -> Iterator[str]:
-    """Give header and fields of a frame, one a line with its offset, unit and value's name."""
+    """Give header and fields of a frame, one a line with its offset, unit and value's name.
+
+    What the message means beyond its fields follows as a last line.
+    """
     header = header_of(data, codec.byte_order)
     if header is not None:
         length = int.from_bytes(
@@ -219,6 +223,9 @@ def frame_as_tree(
     if message is not None:
         for field in field_values(message, codec):
             yield from _rows(field, codec, paint)
+        remark = remark_on(message)
+        if remark:
+            yield paint(f"{'':>8}{remark}", Style.YELLOW)
 
 
 def _rows(field: FieldValue, codec: Codec, paint: Paint) -> Iterator[str]:

@@ -1,0 +1,113 @@
+"""Every script of examples/faults with a robot that moves behind it, under virtual time."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+import pytest
+from cell_behind_faults import cell_behind_faults
+
+from openpendant.simplemsg.pendant import LinkState, State
+from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.tools.pendants.client import Aborted, PendantClient, Refused
+
+FOLDER = Path(__file__).parents[3] / "examples" / "faults"
+SPEED = 0.3
+SILENT_LINE = (VerdictCode.CONTROLLER_STOPPED, "error 109")
+"""No point comes in time, so the robot under-runs, slows down and says so."""
+
+ENDS: dict[str, tuple[VerdictCode, str] | None] = {
+    "cable_pulled": SILENT_LINE,
+    "lost_reply": SILENT_LINE,
+    "motoman_busy": (VerdictCode.CONTROLLER_MISMATCH, "type 2002"),
+    "reset_in_motion": (VerdictCode.CONTROLLER_LOST, "motion link was lost"),
+    "slow_line": (VerdictCode.CONTROLLER_REFUSED, "reply code 2"),
+    "split_and_merge": None,
+}
+"""How the first motion ends behind each script: code and words, None where it arrives."""
+
+PASSING = ("cable_pulled", "lost_reply", "reset_in_motion")
+"""Scripts that do something once; the next motion arrives."""
+
+pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
+
+
+def _script(name: str) -> Path:
+    return FOLDER / f"{name}.toml"
+
+
+def _aside(pendant: PendantClient, by: float = 0.5) -> list[float]:
+    first, *others = pendant.joints()
+    return [first + by, *others]
+
+
+def _is_ready(state: State) -> bool:
+    return state.link == LinkState.UP and state.motion_possible == 1
+
+
+async def _comes_to_rest(pendant: PendantClient) -> None:
+    await pendant.wait_until(lambda state: not state.activity)
+    await asyncio.sleep(1.0)
+    before = pendant.joints()
+    await asyncio.sleep(1.0)
+    assert pendant.joints() == before
+
+
+async def test_every_example_is_tried() -> None:
+    assert {path.stem for path in FOLDER.glob("*.toml")} == {*ENDS, "noisy"}
+
+
+@pytest.mark.parametrize("name", [name for name, end in ENDS.items() if end is None])
+@pytest.mark.parametrize("points", ["full", "simple"])
+async def test_what_is_harmless_lets_the_motion_arrive(name: str, points: str) -> None:
+    async with cell_behind_faults(_script(name), points=points) as cell:
+        pendant = await cell.pendant()
+        async with pendant, pendant.control():
+            goal = _aside(pendant)
+            await (await pendant.move_joints(goal, speed=SPEED)).done()
+            assert pendant.joints() == pytest.approx(goal, abs=1e-3)
+        assert cell.violations() == {}
+        assert len(cell.proxy.done) > 1
+
+
+@pytest.mark.parametrize("name", [name for name, end in ENDS.items() if end is not None])
+async def test_what_harms_stops_the_robot_and_the_server_says_why(name: str) -> None:
+    expected = ENDS[name]
+    assert expected is not None
+    async with cell_behind_faults(_script(name)) as cell:
+        pendant = await cell.pendant()
+        async with pendant, pendant.control():
+            motion = await pendant.move_joints(_aside(pendant), speed=SPEED)
+            with pytest.raises(Aborted) as abort:
+                await motion.done()
+            code, words = expected
+            assert abort.value.code is code
+            assert words in str(abort.value)
+            await _comes_to_rest(pendant)
+            if name in PASSING:
+                await pendant.wait_until(_is_ready)
+                goal = _aside(pendant)
+                await (await pendant.move_joints(goal, speed=SPEED)).done()
+                assert pendant.joints() == pytest.approx(goal, abs=1e-3)
+        assert cell.violations() == {}
+
+
+async def test_noise_ends_a_motion_at_its_goal_or_with_a_reason() -> None:
+    # A flipped bit of a point may be a violation that is not the server's, so none are counted.
+    ends: list[str] = []
+    async with cell_behind_faults(_script("noisy")) as cell:
+        pendant = await cell.pendant()
+        async with pendant, pendant.control():
+            for turn in range(8):
+                await pendant.wait_until(_is_ready)
+                goal = _aside(pendant, -0.5 if turn % 2 else 0.5)
+                try:
+                    await (await pendant.move_joints(goal, speed=SPEED)).done()
+                    ends.append("")
+                except Refused as failure:
+                    ends.append(str(failure))
+                    await _comes_to_rest(pendant)
+        assert cell.proxy.done.total() > 10
+    assert "" in ends
+    assert all(not end or end.startswith("CONTROLLER_") for end in ends)
