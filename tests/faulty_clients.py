@@ -56,6 +56,17 @@ def adding(name: str, by: float) -> Change:
     return change
 
 
+def _scaled(factor: float) -> Change:
+    """Return a change that multiplies the velocities of a full point."""
+
+    def change(message: Message) -> Message:
+        assert isinstance(message, JointTrajPtFull)
+        message.velocities = tuple(factor * value for value in message.velocities)
+        return message
+
+    return change
+
+
 def word(at: int, value: int, order: str = "<") -> Callable[[bytes], list[bytes]]:
     """Return a cut that overwrites one integer of a frame."""
 
@@ -135,6 +146,12 @@ REPLIES = [
     Fault("answers topics", "RC05", extra_state=HeaderOnly(MsgType.STATUS)),
     Fault("replies unasked", "RC06", extra_state=HeaderOnly(MsgType.GET_VERSION)),
     Fault("replies with another type", "RC07", Twist.STATUS_REQUEST, cut_reply=word(4, 1)),
+    Fault(
+        "succeeds without a body",
+        "RC07",
+        Twist.STATUS_REQUEST,
+        cut_reply=lambda _: [frame(12, MsgType.STATUS, CommType.REPLY, 1)],
+    ),
     Fault("fails PING", "RC08", Twist.PING_MOTION, cut_reply=word(12, 2)),
     Fault("succeeds at the unknown", "RC09", Twist.UNKNOWN_REQUEST_STATE, cut_reply=word(12, 1)),
     Fault(
@@ -175,6 +192,9 @@ MOTION = [
     Fault(
         "sends a negative speed ratio", "MC08", form=Form.SIMPLE, point=setting("velocity", -0.5)
     ),
+    Fault("sends a speed ratio of 0", "MC08", form=Form.SIMPLE, point=setting("velocity", 0.0)),
+    Fault("plans for twelve days", "MC10", form=Form.SIMPLE, point=setting("duration", 1e6)),
+    Fault("begins after 100 s", "MC11", point=adding("time", 100.0), at=None),
     Fault(
         "does not know its speed", "MC09", form=Form.SIMPLE, point=setting("velocity", 0.1), at=None
     ),
@@ -188,6 +208,7 @@ MOTION = [
     Fault("leaves values in invalid fields", "MC14", point=adding("accelerations", 1.0)),
     Fault("changes the robot", "MC15", point=setting("robot_id", 1)),
     Fault("sends to robot -1", "MC15", point=setting("robot_id", -1), at=None),
+    Fault("speaks to robot 7", "MC15", point=setting("robot_id", 7), at=None),
     Fault("changes the message type", "MC16", point=_of_type_11),
     Fault("goes on after FAILURE", "MC17", Twist.REFUSED, neglects=Neglect.REFUSAL),
     Fault(
@@ -267,6 +288,23 @@ LIMITS = [
         at=0,
     ),
     Fault("starts in motion", "LC07", point=adding("velocities", 0.3), at=0),
+    Fault("ends in motion", "LC10", point=adding("velocities", 0.3), at=29),
+    Fault(
+        "ends in motion, Motoman",
+        "LC10",
+        form=Form.MOTOMAN,
+        point=adding("velocities", 0.3),
+        at=29,
+    ),
+    Fault("negates its velocities", "LC09", point=_scaled(-1.0), at=None),
+    Fault("triples its velocities", "LC09", point=_scaled(3.0), at=None),
+    Fault(
+        "triples its velocities, Motoman",
+        "LC09",
+        form=Form.MOTOMAN,
+        point=_scaled(3.0),
+        at=None,
+    ),
     Fault("sends a whole trajectory", "LC08", extra=JointTraj((TrajPoint(0, _NOTHING, 0.1, 1.0),))),
 ]
 

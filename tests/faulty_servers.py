@@ -85,6 +85,7 @@ class Fault:
         name: what is wrong with the server.
         found_by: numbers of the checks that must say so.
         verdict: what they must say.
+        profile: as what the server is judged.
         settings: settings of the emulator that are part of the fault.
         bytes_in: what becomes of the bytes of a motion link before they are understood.
         message_in: what becomes of a message of a motion link.
@@ -97,6 +98,7 @@ class Fault:
     name: str
     found_by: tuple[str, ...]
     verdict: Verdict = Verdict.FAILED
+    profile: Profile = Profile.GENERIC
     settings: Mapping[str, object] = field(default_factory=dict)
     bytes_in: Callable[[FaultyLink, bytes], bytes] | None = None
     message_in: Callable[[FaultyLink, Received], Iterable[Received]] | None = None
@@ -249,7 +251,7 @@ async def judged(fault: Fault, checks: Iterable[ServerCheck] | None = None) -> J
     """Judge an emulator with a fault."""
     service, ports = await serve(fault)
     options = Options(
-        HOST, ports.motion, ports.state, profile=Profile.GENERIC, may_move=True, limits=LIMITS
+        HOST, ports.motion, ports.state, profile=fault.profile, may_move=True, limits=LIMITS
     )
     try:
         return await judge(options, checks=checks)

@@ -556,6 +556,10 @@ def _clipped(point: JointTrajPt) -> JointTrajPt:
     return _joint(point, value) if value != point.joints[1] else point
 
 
+def _no_ping(link: FaultyLink, data: bytes) -> bytes:
+    return b"" if header(data)[1] == 1 else data
+
+
 class _SilentlyDrops(_Answers):
     """Takes a point that is out of range and does nothing."""
 
@@ -611,10 +615,12 @@ class _TooFast(Controller):
         return super().handle(link, message, now)
 
 
-def _not_a_number_is_zero(link: FaultyLink, received: Received) -> Iterable[Received]:
+def _not_a_number_is_nothing(link: FaultyLink, received: Received) -> Iterable[Received]:
     if isinstance(received, JointTrajPtFull):
-        finite = tuple(v if math.isfinite(v) else 0.0 for v in received.velocities)
-        received = dataclasses.replace(received, velocities=finite)
+        reals = (received.time, *received.positions, *received.velocities, *received.accelerations)
+        if not all(map(math.isfinite, reals)):
+            link.answer(accepted(received))
+            return ()
     return (received,)
 
 
@@ -632,14 +638,21 @@ LIMITS = (
     ),
     Fault("clips targets to the range", ("LS07",), message_in=_repaired(a=_clipped)),
     Fault("takes targets out of range and stays", ("LS07", "LS08"), controller=_SilentlyDrops),
+    Fault(
+        "does not check the range, as ABB's does not",
+        ("LS07", "LS08"),
+        DEVIATES,
+        controller=_SilentlyDrops,
+        frame_out=_no_ping,
+    ),
     Fault("moves faster than the joint may", ("LS09",), controller=_TooFast),
     Fault("moves what follows a refused point", ("LS10",), message_in=_rest_is_new),
     Fault("takes full points without a position", ("LS11",), message_in=_any_full_point),
     Fault(
-        "takes velocities that are no numbers",
+        "takes full points that are no numbers",
         ("LS12",),
         DEVIATES,
-        message_in=_not_a_number_is_zero,
+        message_in=_not_a_number_is_nothing,
     ),
     Fault("takes points for other robots", ("LS13",), message_in=_any_full_point),
     Fault("jumps to a point without a duration", ("LS15",), controller=_Teleports),
@@ -776,6 +789,13 @@ LINK = (
     Fault("ends state links with motion links", ("KS07",), service=_StateNeedsMotion),
     Fault("answers sixty-four PINGs", ("KS08",), frame_out=_sixty_four_pings),
     Fault("carries on without its client", ("KS10", "KS11"), controller=_CarriesOn),
+    Fault(
+        "carries on without its client, as ABB's does",
+        ("KS10", "KS11"),
+        DEVIATES,
+        controller=_CarriesOn,
+        frame_out=_no_ping,
+    ),
     Fault("carries on when its client leaves politely", ("KS10",), service=_CarriesOnAfterClose),
     Fault("resumes when somebody connects", ("KS12",), service=_ResumesOnConnect),
     Fault("takes nothing after a lost link", ("KS13",), controller=_DeadAfterLoss),

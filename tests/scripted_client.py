@@ -7,7 +7,7 @@ sockets and no clock: `judged_client` joins it with the scripted controller.
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from client_fault import Fault, Form, Neglect
@@ -259,7 +259,7 @@ class Client:
             case MsgType.PING:
                 reply: Message = accepted(message)
             case MsgType.STATUS if isinstance(message, Status):
-                reply = accepted(message)
+                reply = replace(message, comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS)
             case _:
                 reply = refused(message)
         data = self.encode(self.fault.reply(reply) if self.fault.reply else reply)

@@ -23,6 +23,7 @@ from faulty_servers import (
 
 from openpendant.simplemsg import Malformed, Message, MsgType, Ping, Received, ReplyCode
 from openpendant.tools.packets.conformance.findings import Verdict
+from openpendant.tools.packets.conformance.server.checks import Profile
 
 DEVIATES = Verdict.DEVIATES
 
@@ -358,7 +359,13 @@ def _no_answer_to_full_points(link: FaultyLink, received: Received) -> Iterable[
 
 
 REPLIES = (
-    Fault("does not answer PING", ("RS01", "FS01"), frame_out=_silent_on(1)),
+    Fault("does not know PING", ("RS01",), DEVIATES, frame_out=_silent_on(1)),
+    Fault(
+        "does not know PING, though it must",
+        ("RS01",),
+        profile=Profile.MINIMUM,
+        frame_out=_silent_on(1),
+    ),
     Fault(
         "answers PING with failure",
         ("RS01",),

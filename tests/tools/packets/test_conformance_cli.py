@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
+import signal
 import socket
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -43,6 +46,9 @@ PAGE = Path(__file__).parents[3] / "docs" / "conformance.md"
         (["robot:1", "--robot", "ur5", "--joint", "7"], "accepted are 1 to 6"),
         (["robot:1", "--role", "both"], "invalid choice"),
         (["robot:1", "--pendant-port", "x"], "no TCP port"),
+        (["robot:1", "--dialect", "pendant"], "no controller speaks it"),
+        (["robot:1", "--junit", "/no/such/folder/report.xml"], "--junit /no/such/folder"),
+        (["robot:1", "--junit", "/"], "--junit /"),
     ],
 )
 def test_wrong_usage_is_a_sentence_and_exit_code_2(
@@ -96,9 +102,29 @@ def test_only_a_failed_check_is_exit_code_1(
     assert "FS01" in report.read_text(encoding="utf-8")
 
 
+def test_an_interrupted_run_prints_what_it_has_and_is_exit_code_130(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    async def judge(*_: object, on_start: Callable[..., None], **__: object) -> Judgement:
+        interrupted = asyncio.Event()
+        on_start(interrupted.set)
+        signal.raise_signal(signal.SIGTERM)
+        await asyncio.wait_for(interrupted.wait(), 5)
+        finding = not_applicable("interrupted")
+        return Judgement("server x", "server", (Result(server_checks()[0].info, finding),))
+
+    monkeypatch.setattr(cli, "judge", judge)
+    assert main(["robot:1", "--yes-it-may-move", "--json"]) == ExitCode.INTERRUPTED
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["counts"]["not applicable"] == 1
+    assert "STOP is sent" in captured.err
+
+
 def test_help_tells_the_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--help"]) == ExitCode.OK
-    assert "3 target not reachable" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "3 target not reachable" in told
+    assert "130 interrupted" in told
 
 
 def test_the_page_lists_the_checks_that_there_are() -> None:

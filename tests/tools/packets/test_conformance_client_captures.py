@@ -74,7 +74,7 @@ LOOKED: dict[str, set[str]] = {
     "stream_new_trajectory_while_streaming": {"RC01", "SC01", "SC02", "SC03"},
     "state_topics_and_requests": {"RC02", "RC05", "RC07", "RC08", "RC09", "RC10", "RC11"},
     "full_stack_action": {"QC06", "RC05", "SC05"},
-    "motoman_busy_then_ok": {"MC05", "MC06", "YC01", "YC03", "YC04"},
+    "motoman_busy_then_ok": {"LC09", "MC05", "MC06", "YC01", "YC03", "YC04"},
     "motoman_point_rejected": {"MC17", "YC05"},
     "motoman_not_ready": {"YC02", "YC13"},
     "motoman_disconnect_mid": {"KC02", "MC06", "YC01"},

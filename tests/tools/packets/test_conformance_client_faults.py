@@ -25,6 +25,7 @@ FOUND_AS_HABITS = {
     "resumes at a restarted controller",
     "stops by a point of type 11",
     "looks at the body only",
+    "ends in motion, Motoman",
 }
 """Faults that a known program has; they are named, and do not fail."""
 

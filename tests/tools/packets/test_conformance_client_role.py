@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import asyncio
 import json
 import re
 from pathlib import Path
@@ -118,6 +119,27 @@ def test_wrong_usage_is_one_line_and_exit_code_2(
     assert captured.out == ""
     assert "Traceback" not in captured.err
     assert captured.err.strip()
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_a_client_that_comes_and_goes_was_there() -> None:
+    core = ScriptedController(Setup(), now=LiveController.now())
+    live = LiveController(core, "127.0.0.1", {Purpose.MOTION: 0, Purpose.STATE: 0})
+
+    async def come_and_go(scenario: Scenario) -> None:
+        port = live.ports[Purpose.MOTION]
+        _, writer = await asyncio.open_connection("127.0.0.1", port)
+        writer.close()
+        await writer.wait_closed()
+
+    async with live.listening():
+        before = live.was_connected
+        found = await client_role.judge_live(
+            live, Setup(), [Scenario(Twist.NONE)], come_and_go, wait=3.0
+        )
+        assert (before, live.was_connected) == (False, True)
+    assert set(found) == {"none"}
 
 
 @pytest.mark.asyncio

@@ -6,11 +6,12 @@ import pytest
 from faulty_servers import Fault, checks_named, judged, words_of
 from motion_faults import MOTION_FAULTS, UNFOUND
 from scripted_motoman import MOTOMAN_FAULTS, judged_motoman
+from subtle_faults import SUBTLE_FAULTS
 from wire_faults import WIRE_FAULTS
 
 from openpendant.tools.packets.conformance.findings import Verdict
 
-FAULTS = (*WIRE_FAULTS, *MOTION_FAULTS)
+FAULTS = (*WIRE_FAULTS, *MOTION_FAULTS, *SUBTLE_FAULTS)
 
 pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
 

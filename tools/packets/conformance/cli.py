@@ -9,7 +9,9 @@ from __future__ import annotations
 import argparse
 import asyncio
 import re
+import signal
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,7 +34,8 @@ _ABOUT = """Judge a simple-message server (a robot controller) or a client, chec
 --role client listens and judges whatever client connects."""
 
 _EPILOG = (
-    """exit codes: 0 nothing failed; 1 something failed; 2 wrong usage; 3 target not reachable"""
+    "exit codes: 0 nothing failed; 1 something failed; 2 wrong usage; 3 target not reachable;\n"
+    "130 interrupted (Ctrl-C, SIGTERM): the robot was sent STOP, and the report is partial"
 )
 
 _MARKS = {
@@ -42,6 +45,7 @@ _MARKS = {
     Verdict.NOT_APPLICABLE: "n.a.",
 }
 _LARGEST_AMPLITUDE = 0.2
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _ADDRESS = re.compile(r"(?P<host>\[[^\]]+\]|[^:]+):(?P<motion>[^:]*)(:(?P<state>[^:]*))?")
 
 
@@ -110,16 +114,60 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.list:
         _list()
         return ExitCode.OK
+    if arguments.junit is not None:
+        _check_writable(arguments.junit)
+    interruption = _Interruption()
     if arguments.role == "client":
         from .client import role as client_role
 
         judgement = asyncio.run(client_role.judge_client(arguments, _quiet))
     else:
-        judgement = _judge_server(arguments)
+        judgement = _judge_server(arguments, interruption)
     if arguments.junit is not None:
         arguments.junit.write_text(as_junit(judgement), encoding="utf-8")
     print(as_json(judgement) if arguments.json else as_text(judgement, sys.stdout.isatty()))
+    if interruption.has_happened:
+        return ExitCode.INTERRUPTED
     return ExitCode.FINDINGS if judgement.count(Verdict.FAILED) else ExitCode.OK
+
+
+def _check_writable(file: Path) -> None:
+    """Find out before the run that its report could not be written after it.
+
+    Raises:
+        PacketToolError: it could not.
+    """
+    is_new = not file.exists()
+    try:
+        file.open("a").close()
+        if is_new:
+            file.unlink()
+    except OSError as error:
+        raise PacketToolError(f"--junit {file}: {error.strerror or error}") from None
+
+
+class _Interruption:
+    """Signals that end a run early, after the robot was sent STOP.
+
+    Attributes:
+        has_happened: one came.
+    """
+
+    def __init__(self) -> None:
+        self.has_happened = False
+
+    def listen(self, interrupt: Callable[[], None]) -> None:
+        """Take the signals from now on, on the running loop."""
+
+        def take() -> None:
+            if not self.has_happened:
+                complain("interrupted: STOP is sent")
+            self.has_happened = True
+            interrupt()
+
+        loop = asyncio.get_running_loop()
+        for number in _SIGNALS:
+            loop.add_signal_handler(number, take)
 
 
 def _list() -> None:
@@ -133,7 +181,7 @@ def _list() -> None:
     print(f"{len(infos)} checks")
 
 
-def _judge_server(arguments: argparse.Namespace) -> Judgement:
+def _judge_server(arguments: argparse.Namespace, interruption: _Interruption) -> Judgement:
     options = _options(arguments)
     only = [word.strip() for word in arguments.only.split(",") if word.strip()]
     _check_only(only)
@@ -144,7 +192,9 @@ def _judge_server(arguments: argparse.Namespace) -> Judgement:
         options = _ask_first(options)
     progress = _Progress(len(chosen)) if sys.stderr.isatty() else None
     try:
-        return asyncio.run(judge(options, only=only, progress=progress))
+        return asyncio.run(
+            judge(options, only=only, progress=progress, on_start=interruption.listen)
+        )
     except Unreachable as error:
         raise PeerError(str(error)) from None
 
@@ -165,7 +215,8 @@ def _ask_first(options: Options) -> Options:
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
         return options
     complain(
-        f"Some checks move one joint by {options.amplitude:g} rad (m) and back, slowly."
+        f"Some checks move one joint by {options.amplitude:g} rad (m) and back, slowly; LS09 asks"
+        " for it too fast, so that it may move as fast as the joint can."
         " Is the robot's space free, and somebody at its emergency stop?"
     )
     print("It may move [y/N]: ", end="", file=sys.stderr, flush=True)
@@ -177,6 +228,10 @@ def _options(arguments: argparse.Namespace) -> Options:
     if arguments.target is None:
         raise PacketToolError("--role server needs HOST:MOTION[:STATE]")
     host, motion, state = _address(arguments.target)
+    if arguments.dialect == "pendant":
+        raise PacketToolError(
+            "--dialect pendant: a pendant port is judged by --pendant-port, no controller speaks it"
+        )
     limits = _limits(arguments.robot)
     dialect = "motoman" if arguments.profile == Profile.MOTOMAN.value else arguments.dialect
     profile = Profile.MOTOMAN if dialect == "motoman" else Profile.GENERIC

@@ -1,7 +1,7 @@
 """A scripted robot controller: right in everything but the one thing that a scenario changes.
 
 Owns when something is answered or reported, and the trace of it all. Pure: bytes and times in,
-actions out; the shell (`client_live`) owns sockets and the clock, `client_messages` the contents.
+actions out; the shell (`live`) owns sockets and the clock, `messages` the contents.
 """
 
 from __future__ import annotations

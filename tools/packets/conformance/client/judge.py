@@ -34,6 +34,7 @@ from . import (
     replies,
     status,
     stop,
+    velocities,
 )
 from .check import ClientCheck, Observed
 from .reports import Reports
@@ -54,6 +55,7 @@ CHECKS: tuple[ClientCheck, ...] = tuple(
             points.CHECKS,
             stop.CHECKS,
             limits.CHECKS,
+            velocities.CHECKS,
             status.CHECKS,
             link.CHECKS,
             motoman.CHECKS,

@@ -1,4 +1,7 @@
-"""Checks of the numbers of a trajectory: finite, within the limits, and without jumps."""
+"""Checks of the numbers of a trajectory: finite, within the limits, and without jumps.
+
+Whether its velocities make sense is judged in `velocities`.
+"""
 
 from __future__ import annotations
 
@@ -6,11 +9,11 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 
 from openpendant.motion.limits import JointLimits
-from openpendant.simplemsg import MOTOMAN, JointTraj, MsgType, ValidField
+from openpendant.simplemsg import MOTOMAN, JointTraj, ValidField
 
 from ..findings import Finding, not_applicable
 from .check import ClientCheck, Habit, Observed, Problem, Tally, client_check, each
-from .trajectories import Part, Step, Trajectory
+from .trajectories import Part, Step
 
 NO_LIMITS = "the robot was not told"
 NO_TRAJECTORY = "the client sent no trajectory"
@@ -210,32 +213,6 @@ def _start(
 
 
 @client_check(
-    "LC07",
-    "the first point of a full trajectory is at rest",
-    "observed: motoman_driver's controller starts at once with the velocity of the first point",
-)
-def starts_at_rest(seen: Observed) -> Finding:
-    """Look at the velocities of each first point."""
-    is_motoman = seen.trace.setup.dialect is MOTOMAN
-
-    def rule(trajectory: Trajectory) -> Problem | None:
-        for part in trajectory.steps[0].parts:
-            fastest = max(map(abs, part.velocities), default=0.0)
-            if part.valid & ValidField.VELOCITY and not fastest <= ROUNDING:
-                text = f"it begins with a velocity of {fastest:g}"
-                name = "motoman_driver: the velocity of the first point is passed on as it is"
-                return Habit(name, text) if is_motoman else text
-        return None
-
-    full = [
-        item
-        for item in seen.motions.trajectories
-        if item.steps[0].frame.msg_type != MsgType.JOINT_TRAJ_PT
-    ]
-    return each(full, rule, "the client sent no point of type 14 or 2016")
-
-
-@client_check(
     "LC08",
     "no whole trajectory is sent in one message",
     "REP-I0006: JOINT_TRAJ is deprecated; no vendor's server takes it",
@@ -263,6 +240,5 @@ CHECKS: tuple[ClientCheck, ...] = (
     accelerations,
     speed_between_points,
     starts_where_it_stands,
-    starts_at_rest,
     no_joint_traj,
 )

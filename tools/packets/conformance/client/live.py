@@ -1,7 +1,7 @@
 """A scripted controller on TCP that judges whoever connects to it.
 
 Owns the sockets, the clock, and how long a scenario is watched. What the controller says and does
-is `client_controller`'s, what the client's behaviour is worth is `client_judge`'s.
+is `controller`'s, what the client's behaviour is worth is `judge`'s.
 """
 
 from __future__ import annotations
@@ -104,9 +104,9 @@ class LiveController:
         return round(asyncio.get_running_loop().time() * 1e9)
 
     @property
-    def is_connected(self) -> bool:
-        """Whether anybody is connected."""
-        return bool(self._links)
+    def was_connected(self) -> bool:
+        """Whether anybody was ever connected."""
+        return bool(self._numbers)
 
     @asynccontextmanager
     async def listening(self) -> AsyncIterator[dict[Purpose, int]]:

@@ -1,6 +1,6 @@
 """What the scripted controller says: replies, reports, and what a scenario makes of them.
 
-Owns the contents of its messages, in both dialects. When they are sent is `client_controller`'s.
+Owns the contents of its messages, in both dialects. When they are sent is `controller`'s.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Iterator
+from operator import sub
 
 from openpendant.simplemsg import JOINT_SLOTS, MsgType, ValidField
 
@@ -25,6 +26,15 @@ MULTI_GROUP = 2016
 
 PLACEHOLDER = 10.0
 """Duration of the stock client where time does not increase [s]."""
+
+LONGEST_SEGMENT = 3_600.0
+"""No program has two points further apart [s]."""
+
+STANDS_THERE = 0.01
+"""A robot this close to a point stands there [rad or m]."""
+
+LONGEST_START = 10.0
+"""A robot that stands at the first point has nothing to wait for, for so long [s]."""
 
 
 @client_check(
@@ -51,15 +61,16 @@ def unused_slots(seen: Observed) -> Finding:
 
 @client_check(
     "MC08",
-    "the speed ratio lies in 0 to 1",
-    "REP-I0006, JOINT_TRAJ_PT: a fraction of the largest joint speed",
+    "the speed ratio is above 0, up to 1",
+    "REP-I0006, JOINT_TRAJ_PT: a fraction of the largest joint speed; observed:"
+    " staubli_val3_driver drops a point of ratio 0, industrial_core never sends one",
 )
 def ratio_in_range(seen: Observed) -> Finding:
     """Look at the speed ratio of each type-11 point."""
 
     def rule(step: Step) -> Problem | None:
         ratio = step.parts[0].ratio
-        return None if ratio is not None and 0.0 <= ratio <= 1.0 else f"speed ratio {ratio}"
+        return None if ratio is not None and 0.0 < ratio <= 1.0 else f"speed ratio {ratio}"
 
     return each(_ratio_steps(seen), rule, NO_RATIO_POINT)
 
@@ -88,7 +99,7 @@ def ratio_means_something(seen: Observed) -> Finding:
 
 @client_check(
     "MC10",
-    "durations are positive, but for a first point where the robot stands",
+    "durations are positive and short, but 0 for a first point where the robot stands",
     "REP-I0006, JOINT_TRAJ_PT: the time allotted to the segment",
 )
 def duration_positive(seen: Observed) -> Finding:
@@ -98,6 +109,8 @@ def duration_positive(seen: Observed) -> Finding:
         duration = step.parts[0].duration
         if duration is None or not math.isfinite(duration) or duration < 0:
             return f"duration {duration}"
+        if duration > LONGEST_SEGMENT:
+            return f"duration {duration:g} s, more than {LONGEST_SEGMENT:g}"
         if duration == 0 and step.index > 0:
             return f"duration 0 at sequence {step.sequence}"
         if duration == PLACEHOLDER and step.sequence in BEGINNINGS:
@@ -110,7 +123,7 @@ def duration_positive(seen: Observed) -> Finding:
 
 @client_check(
     "MC11",
-    "the time of full points increases",
+    "the time of full points increases, and begins where the motion begins",
     "REP-I0006, JOINT_TRAJ_PT_FULL: time from the start; observed: motoman's controller silently"
     " skips a point that is not later",
 )
@@ -126,11 +139,25 @@ def time_increases(seen: Observed) -> Finding:
             problem: Problem | None = None
             if not (math.isfinite(time) and time >= 0):
                 problem = f"time {time} s"
-            elif last is not None and not time > last:
+            elif last is None:
+                problem = _late_start(seen, step, time)
+            elif not time > last:
                 problem = f"time {time:g} s after {last:g} s"
             tally.look(step, problem)
             last = time
     return tally.finding(NO_FULL_POINT)
+
+
+def _late_start(seen: Observed, first: Step, time: float) -> Problem | None:
+    """Tell whether a robot that stands at the first point would wait there for long."""
+    if first.index > 0 or time <= LONGEST_START:
+        return None
+    for part in first.parts:
+        places = seen.reports.places(first.frame.time, part.group)
+        gaps = [max(map(abs, map(sub, place, part.positions))) for place in places]
+        if not gaps or not min(gaps) <= STANDS_THERE:
+            return None
+    return f"the first point has time {time:g} s, and the robot stands there"
 
 
 @client_check(
@@ -208,16 +235,21 @@ def _fields(part: Part) -> Iterator[tuple[ValidField, tuple[float, ...], str]]:
 
 @client_check(
     "MC15",
-    "all points of a trajectory are for the same groups",
+    "all points of a trajectory are for the same groups, which the controller reports",
     "REP-I0006, JOINT_TRAJ_PT_FULL: robot_id names the robot; motoman_driver: groups 0 to 3",
 )
 def same_groups(seen: Observed) -> Finding:
-    """Compare the groups of each full point with those of the first."""
+    """Compare the groups of each full point with those of the first, and with the reports."""
+    known = {report.group for report in seen.reports.joints}
 
     def rule(trajectory: Trajectory) -> Problem | None:
         groups = [tuple(part.group for part in step.parts) for step in trajectory.steps]
         if any(group < 0 for group in groups[0]):
             return f"group {min(groups[0])}"
+        strange = set(groups[0]) - known
+        # Several groups at once are told by 2017, which not every Motoman controller sends.
+        if known and strange and trajectory.steps[0].frame.msg_type != MULTI_GROUP:
+            return f"group {min(strange)}, and the controller reports {sorted(known)}"
         others = [other for other in groups if other != groups[0]]
         return f"groups {groups[0]}, then {others[0]}" if others else None
 

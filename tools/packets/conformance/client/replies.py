@@ -151,18 +151,27 @@ def no_unasked_reply(seen: Observed) -> Finding:
 
 @client_check(
     "RC07",
-    "a reply has the type of its request",
-    "REP-I0006: the reply repeats the message type; industrial_core message_manager.cpp",
+    "a reply has the type of its request, and where it succeeds its body",
+    "REP-I0006: the reply repeats the message type, and a successful one has the body;"
+    " industrial_core message_manager.cpp, simple_message.cpp toReply",
 )
 def same_type(seen: Observed) -> Finding:
-    """Compare each reply of the client with its request."""
+    """Compare each reply of the client with its request.
+
+    Only a STATUS has a body that anybody asks a client for; other types that clients know have
+    none to give.
+    """
     trace = seen.trace
 
     def rule(request: Frame) -> Problem | None:
         reply = trace.replies[request.number]
-        if reply.msg_type == request.msg_type:
-            return None
-        return f"a request of type {request.msg_type} was answered with type {reply.msg_type}"
+        if reply.msg_type != request.msg_type:
+            return f"a request of type {request.msg_type} was answered with type {reply.msg_type}"
+        is_bare = reply.reply_code == ReplyCode.SUCCESS and len(reply.data) < len(request.data)
+        if request.msg_type == MsgType.STATUS and is_bare:
+            size = len(reply.data) - HEADER
+            return f"a STATUS request succeeded with {size} bytes of body"
+        return None
 
     return each(_answered(trace), rule, NOTHING_ASKED)
 

@@ -1,6 +1,6 @@
 """Judging a client: from a recording, or by letting it connect to a scripted controller.
 
-Owns the arguments of the client role. The verdicts are `client_judge`'s.
+Owns the arguments of the client role. The verdicts are `judge`'s.
 """
 
 from __future__ import annotations
@@ -177,12 +177,10 @@ async def judge_live(
     ports = {port: purpose for purpose, port in live.ports.items()}
     known = Setup(setup.dialect, setup.order, setup.real_size, setup.dof, setup.limits, ports)
     findings: dict[str, Mapping[str, Finding]] = {}
-    was_there = False
     for scenario in scenarios:
         trace = await live.play(scenario, trigger, wait)
-        was_there = was_there or live.is_connected
         findings[scenario.name] = judge_scenario(trace, known)
-    if not was_there:
+    if not live.was_connected:
         raise PeerError(f"no client connected; {wait:g} s were waited in each scenario")
     return findings
 

@@ -1,6 +1,6 @@
 """What the scripted controller does to a client: one change from right behaviour a scenario.
 
-Owns the list of scenarios. How a change is carried out is `client_controller`'s business.
+Owns the list of scenarios. How a change is carried out is `controller`'s business.
 """
 
 from __future__ import annotations

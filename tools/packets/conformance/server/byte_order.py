@@ -7,8 +7,8 @@ import math
 from openpendant.simplemsg import JOINT_SLOTS, MsgType, Ping
 
 from ..findings import PASSED, Finding, Section
+from .answers import STOP, ping
 from .checks import ANY, FULL, check
-from .moving import STOP
 from .recordings import Sample, sample
 from .target import Target
 from .wire import CannotJudge, RuleBroken, Wire
@@ -21,7 +21,7 @@ _PLAUSIBLE = 1e3
 async def _restore_order(target: Target) -> None:
     """Let a server that remembers the order of an address forget the other one again."""
     wire = await target.motion()
-    await wire.ask(Ping(), "a PING in the usual order, after another client's other order")
+    await ping(wire, "a PING in the usual order, after another client's other order")
 
 
 async def _in_other_order(target: Target) -> Wire | None:
@@ -44,11 +44,14 @@ async def _in_other_order(target: Target) -> Wire | None:
     raise RuleBroken("a client of the other order was neither answered nor cut off in 5 s")
 
 
-@check("BS01", "a reply has the byte order of its request", _ADAPTS, Section.BYTE_ORDER)
+@check(
+    "BS01", "a reply has the byte order of its request", _ADAPTS, Section.BYTE_ORDER, is_plain=True
+)
 async def _reply_order(target: Target) -> Finding:
     wire = await target.motion()
-    for message, what in ((Ping(), "a PING"), (STOP, "STOP"), (Ping(), "a second PING")):
-        await wire.ask(message, what)
+    await target.knock.ask(wire)
+    await wire.ask(STOP, "STOP")
+    await target.knock.ask(wire, "after STOP")
     return PASSED
 
 
@@ -58,6 +61,7 @@ async def _reply_order(target: Target) -> Finding:
     _ADAPTS,
     Section.BYTE_ORDER,
     profiles=ANY,
+    is_plain=True,
 )
 async def _state_order(target: Target) -> Finding:
     taken: Sample = await target.once("the state at rest", sample)
@@ -76,10 +80,11 @@ async def _state_order(target: Target) -> Finding:
     "motion port and state port speak the same byte order",
     "industrial_robot_client: one build serves all ports of a controller",
     Section.BYTE_ORDER,
+    is_plain=True,
 )
 async def _both_ports(target: Target) -> Finding:
     wire = await target.motion()
-    await wire.ask(Ping(), f"a PING in the state port's order ({target.order.name.lower()})")
+    await target.knock.ask(wire, f"in the state port's order ({target.order.name.lower()})")
     watch = await target.state()
     if not await watch.until(lambda: bool(watch.frames) or bool(watch.wire.stray), 2.5):
         raise CannotJudge("the state port says nothing")
@@ -94,6 +99,7 @@ async def _both_ports(target: Target) -> Finding:
     "industrial_core shared_types.h: reals of 4 bytes, of 8 in the FLOAT64 build",
     Section.BYTE_ORDER,
     profiles=ANY,
+    is_plain=True,
 )
 async def _reals(target: Target) -> Finding:
     taken: Sample = await target.once("the state at rest", sample)
@@ -131,12 +137,12 @@ async def _other_client(target: Target) -> Finding:
 )
 async def _side_by_side(target: Target) -> Finding:
     first = await target.motion()
-    await first.ask(Ping(), "a PING")
+    await ping(first)
     try:
         second = await _in_other_order(target)
         if second is None:
             raise CannotJudge("the target speaks one byte order only")
-        await first.ask(Ping(), "a PING in the first client's order, after the second's")
+        await ping(first, "a PING in the first client's order, after the second's")
         await second.ask(STOP, "STOP in the second client's order")
         await first.ask(STOP, "STOP in the first client's order")
     finally:
@@ -153,7 +159,7 @@ async def _side_by_side(target: Target) -> Finding:
 )
 async def _changing_order(target: Target) -> Finding:
     wire = await target.motion()
-    await wire.ask(Ping(), "a PING")
+    await ping(wire)
     wire.send(target.codec(target.other_order).encode(STOP))
     reply = await wire.poll(0.5)
     if reply is None and not wire.stray and not await wire.is_closed_within(4.5):

@@ -5,10 +5,10 @@ Owns what a check is and how a module adds one. Knows no bytes, no sockets and n
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..findings import CheckInfo, Finding, Section
 
@@ -41,7 +41,7 @@ FULL = frozenset({Profile.GENERIC})
 DIALECT = frozenset({Profile.MOTOMAN})
 """Controllers that speak the Motoman dialect."""
 
-Body = Callable[["Target"], Awaitable[Finding]]
+Body = Callable[["Target"], Coroutine[Any, Any, Finding]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +52,8 @@ class ServerCheck:
         info: its identity.
         profiles: where it is run.
         body: looks and judges.
+        is_plain: it sends nothing, or nothing but whole points of standard form, STOP among them;
+            only such a check is run on a target that does not tell frames apart by their header.
         deadline: it must be done by then [s]; what it leaves behind is put in order afterwards.
     """
 
@@ -59,6 +61,7 @@ class ServerCheck:
     profiles: frozenset[Profile]
     body: Body
     deadline: float
+    is_plain: bool = False
 
 
 _REGISTER: dict[str, ServerCheck] = {}
@@ -72,6 +75,7 @@ def check(
     *,
     moves: bool = False,
     profiles: frozenset[Profile] = STANDARD,
+    is_plain: bool = False,
     deadline: float = 30.0,
 ) -> Callable[[Body], Body]:
     """Register a check.
@@ -83,6 +87,7 @@ def check(
         section: what it is about.
         moves: it can only be judged by moving the robot.
         profiles: where it is run.
+        is_plain: it sends nothing but whole points of standard form; see `ServerCheck`.
         deadline: it must be done by then [s].
 
     Raises:
@@ -93,7 +98,7 @@ def check(
 
     def register(body: Body) -> Body:
         info = CheckInfo(number, title, clause, section, moves)
-        _REGISTER[number] = ServerCheck(info, profiles, body, deadline)
+        _REGISTER[number] = ServerCheck(info, profiles, body, deadline, is_plain)
         return body
 
     return register

@@ -7,76 +7,78 @@ the laboratory and fails in the factory.
 from __future__ import annotations
 
 import asyncio
+import struct
 
 from openpendant.simplemsg import CommType, JointTrajPt, MsgType, Ping, ReplyCode
 
 from ..findings import PASSED, Finding, Section, deviates
+from .answers import STOP, must_be_ping
 from .checks import ANY, FULL, check
-from .moving import STOP
 from .target import Target
-from .wire import HEADER, PREFIX, RuleBroken, Wire, raw_frame
+from .wire import HEADER, PREFIX, RuleBroken, raw_frame
 
 _TCP = "RFC 9293 3.8: TCP is a stream without message boundaries"
 _PREFIX = "REP-I0006, prefix: the length says where a frame ends"
 _LOST = "industrial_core simple_socket.cpp: a length of 0 or less ends the connection"
 _CLOSE_WITHIN = 5.0
-_LARGE = 4096
-
-
-async def _pinged(wire: Wire, when: str) -> None:
-    reply = await wire.ask(Ping(), f"a PING {when}")
-    if reply.msg_type != MsgType.PING:
-        raise RuleBroken(f"a PING {when} was answered by {reply}")
+_LARGE = (1024, 2048, 3000, 4096)
 
 
 async def _served_anew(target: Target, after: str) -> None:
-    await _pinged(await target.motion(), f"on a new connection after {after}")
+    await target.knock.ask(await target.motion(), f"on a new connection after {after}")
 
 
-@check("FS01", "a frame in one piece is understood", _PREFIX, Section.FRAMING, profiles=ANY)
+@check(
+    "FS01",
+    "a frame in one piece is understood",
+    _PREFIX,
+    Section.FRAMING,
+    profiles=ANY,
+    is_plain=True,
+)
 async def _whole(target: Target) -> Finding:
-    await _pinged(await target.motion(), "in one piece")
+    await target.knock.ask(await target.motion(), "in one piece")
     return PASSED
 
 
-@check("FS02", "a frame cut in two at any byte is understood", _TCP, Section.FRAMING)
+@check("FS02", "a frame cut in two at any byte is understood", _TCP, Section.FRAMING, is_plain=True)
 async def _cut_anywhere(target: Target) -> Finding:
-    wire = await target.motion()
-    ping = wire.encode(Ping())
-    for cut in range(1, len(ping)):
-        await wire.send_in_pieces(ping[:cut], cut, 0.005)
-        wire.send(ping[cut:])
-        reply = await wire.expect(f"an answer to a PING cut after {cut} bytes")
-        if reply.msg_type != MsgType.PING:
-            raise RuleBroken(f"a PING cut after {cut} bytes was answered by {reply}")
+    wire, knock = await target.motion(), target.knock
+    data = wire.encode(knock.message)
+    for cut in range(1, len(data)):
+        await wire.send_in_pieces(data[:cut], cut, 0.005)
+        wire.send(data[cut:])
+        await knock.answered(wire, f"a {knock.name} cut after {cut} bytes")
     return PASSED
 
 
-@check("FS03", "a frame that comes byte by byte is understood", _TCP, Section.FRAMING)
+@check(
+    "FS03", "a frame that comes byte by byte is understood", _TCP, Section.FRAMING, is_plain=True
+)
 async def _byte_by_byte(target: Target) -> Finding:
     wire = await target.motion()
     await wire.send_in_pieces(wire.encode(STOP))
     await wire.expect("an answer to a STOP that came byte by byte")
-    await _pinged(wire, "after a STOP that came byte by byte")
+    await target.knock.ask(wire, "after a STOP that came byte by byte")
     return PASSED
 
 
-@check("FS04", "two frames in one piece are both answered", _TCP, Section.FRAMING)
+@check("FS04", "two frames in one piece are both answered", _TCP, Section.FRAMING, is_plain=True)
 async def _two_at_once(target: Target) -> Finding:
-    wire = await target.motion()
-    wire.send(Ping(), Ping())
+    wire, knock = await target.motion(), target.knock
+    wire.send(knock.message, knock.message)
     for which in ("first", "second"):
-        await wire.expect(f"the answer to the {which} of two PINGs in one piece")
+        await knock.answered(wire, f"the {which} of two {knock.name}s in one piece")
     return PASSED
 
 
-@check("FS05", "twenty frames in one piece are all answered", _TCP, Section.FRAMING)
+@check("FS05", "twenty frames in one piece are all answered", _TCP, Section.FRAMING, is_plain=True)
 async def _twenty_at_once(target: Target) -> Finding:
-    wire = await target.motion()
-    wire.send(*[Ping()] * 20)
+    wire, knock = await target.motion(), target.knock
+    wire.send(*[knock.message] * 20)
     for number in range(1, 21):
-        await wire.expect(f"answer {number} to twenty PINGs in one piece")
-    await wire.expect_silence(0.2, "twenty answers to twenty PINGs")
+        await knock.answered(wire, f"{knock.name} {number} of twenty in one piece")
+    await wire.expect_silence(0.2, f"twenty answers to twenty {knock.name}s")
     return PASSED
 
 
@@ -85,19 +87,27 @@ async def _twenty_at_once(target: Target) -> Finding:
     "a frame is answered although half of the next one came with it",
     _TCP,
     Section.FRAMING,
+    is_plain=True,
 )
 async def _one_and_a_half(target: Target) -> Finding:
-    wire = await target.motion()
-    ping = wire.encode(Ping())
-    wire.send(ping, ping[:7])
-    await wire.expect("the answer to a PING with half of the next behind it")
-    await wire.expect_silence(0.1, "the answer to a PING with half of the next behind it")
-    wire.send(ping[7:])
-    await wire.expect("the answer to the second PING, completed later")
+    wire, knock = await target.motion(), target.knock
+    data = wire.encode(knock.message)
+    wire.send(data, data[:7])
+    what = f"a {knock.name} with half of the next behind it"
+    await knock.answered(wire, what)
+    await wire.expect_silence(0.1, f"the answer to {what}")
+    wire.send(data[7:])
+    await knock.answered(wire, f"the second {knock.name}, completed later")
     return PASSED
 
 
-@check("FS07", "a body may come in another segment than its header", _TCP, Section.FRAMING)
+@check(
+    "FS07",
+    "a body may come in another segment than its header",
+    _TCP,
+    Section.FRAMING,
+    is_plain=True,
+)
 async def _body_later(target: Target) -> Finding:
     wire = await target.motion()
     stop = wire.encode(STOP)
@@ -161,18 +171,24 @@ async def _length_huge(target: Target) -> Finding:
 
 @check(
     "FS12",
-    "a point of 4,096 bytes is not taken",
-    "industrial_core simple_socket.h: no frame has 1,024 bytes or more",
+    "a point of 1,024 bytes or more is refused, or ends the link",
+    "industrial_core simple_socket.h: no frame has 1,024 bytes or more; a request is answered",
     Section.FRAMING,
 )
 async def _oversized(target: Target) -> Finding:
-    wire = await target.motion()
-    body = bytes(_LARGE - HEADER)
-    wire.send(raw_frame(wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=body))
-    reply = await wire.poll(1.0)
-    if reply is not None and reply.reply_code == ReplyCode.SUCCESS:
-        raise RuleBroken(f"a frame of {_LARGE} bytes was taken: {reply}")
-    await _served_anew(target, f"a frame of {_LARGE} bytes")
+    for size in _LARGE:
+        wire = await target.motion()
+        # Wherever a reader of another layout begins, it finds sequence -4: STOP.
+        body = struct.pack(f"{wire.codec.byte_order.value}i", STOP.sequence) * (
+            (size - HEADER) // 4
+        )
+        wire.send(raw_frame(wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=body))
+        reply = await wire.poll(1.0)
+        if reply is not None and reply.reply_code == ReplyCode.SUCCESS:
+            raise RuleBroken(f"a frame of {size} bytes was taken: {reply}")
+        if reply is None and not await wire.is_closed_within(_CLOSE_WITHIN - 1.0):
+            raise RuleBroken(f"a frame of {size} bytes was neither answered nor ended the link")
+    await _served_anew(target, "frames that are too large")
     return PASSED
 
 
@@ -206,7 +222,8 @@ async def _never_completed(target: Target) -> Finding:
     if await wire.is_closed_within(_CLOSE_WITHIN):
         return PASSED
     wire.send(ping[10:])
-    await wire.expect("the answer to a PING whose second half came 5 s later")
+    what = "a PING whose second half came 5 s later"
+    must_be_ping(await wire.expect(f"the answer to {what}"), what)
     return deviates(
         "industrial_core: receives without a timeout",
         f"half a frame was still waited for after {_CLOSE_WITHIN:g} s",
@@ -246,11 +263,18 @@ async def _reset_amid_frame(target: Target) -> Finding:
     return PASSED
 
 
-@check("FS17", "a frame that takes half a second to come is understood", _TCP, Section.FRAMING)
+@check(
+    "FS17",
+    "a frame that takes half a second to come is understood",
+    _TCP,
+    Section.FRAMING,
+    is_plain=True,
+)
 async def _slow_frame(target: Target) -> Finding:
-    wire = await target.motion()
-    await wire.send_in_pieces(wire.encode(Ping()), 1, 0.03)
-    await wire.expect("the answer to a PING that took half a second")
+    wire, knock = await target.motion(), target.knock
+    data = wire.encode(knock.message)
+    await wire.send_in_pieces(data, 1, 0.5 / len(data))
+    await knock.answered(wire, f"a {knock.name} that took half a second")
     return PASSED
 
 
@@ -259,8 +283,8 @@ async def _mixed_sizes(target: Target) -> Finding:
     wire = await target.motion()
     topic = JointTrajPt(-4, (0.0,) * 10, 0.0, 0.0, comm_type=CommType.TOPIC)
     wire.send(Ping(), STOP, topic, Ping())
-    kinds = [(await wire.expect(f"answer {n} of three")).msg_type for n in (1, 2, 3)]
-    if kinds[0] != MsgType.PING or kinds[2] != MsgType.PING:
-        raise RuleBroken(f"PING, STOP, STOP as a topic and PING were answered by types {kinds}")
+    replies = [await wire.expect(f"answer {n} of three") for n in (1, 2, 3)]
+    must_be_ping(replies[0], "a PING with STOP behind it")
+    must_be_ping(replies[2], "a PING behind STOP and STOP as a topic")
     await wire.expect_silence(0.1, "the answers to three requests and a topic in one piece")
     return PASSED

@@ -5,14 +5,17 @@ from __future__ import annotations
 from openpendant.simplemsg import CommType, MsgType, Ping, ReplyCode
 
 from ..findings import PASSED, Finding, Section, deviates
+from .answers import MOTION_REPLY, STOP, ping
 from .checks import ANY, FULL, check
-from .moving import STOP
 from .recordings import Sample, sample
 from .target import Target
 from .wire import HEADER, Frame, RuleBroken, Wire, raw_frame
 
 _HEADER = "REP-I0006, header"
 _VALID = "industrial_core simple_message.cpp, validateMessage: such a frame is dropped"
+_QUESTIONS = (MsgType.PING, MsgType.STATUS)
+"""What a controller may ask its client on the state port."""
+
 UNKNOWN = 9999
 """A message type that nobody has assigned."""
 
@@ -54,7 +57,7 @@ async def _type(target: Target) -> Finding:
         if reply.msg_type == asked:
             continue
         habit = habits.get((MsgType(asked), reply.msg_type)) if asked != UNKNOWN else None
-        if habit is None and reply.msg_type == 2002:
+        if habit is None and reply.msg_type == MOTION_REPLY:
             habit = "Motoman: everything is answered by type 2002"
         if habit is None:
             raise RuleBroken(f"{what} (type {asked}) was answered by {reply}")
@@ -72,9 +75,7 @@ async def _type(target: Target) -> Finding:
 async def _length(target: Target) -> Finding:
     wire = await target.motion()
     for _ in range(3):
-        reply = await wire.ask(Ping(), "a PING")
-        if reply.msg_type != MsgType.PING:
-            raise RuleBroken(f"a PING was answered by {reply}: the stream is out of step")
+        await ping(wire, "a PING, one of three")
     await wire.expect_silence(0.15, "three answers to three PINGs")
     if wire.is_amid_frame:
         raise RuleBroken("behind the third answer stand bytes that no frame owns")
@@ -82,14 +83,20 @@ async def _length(target: Target) -> Finding:
 
 
 @check(
-    "HS05", "what the state port says is marked as topics", _HEADER, Section.HEADER, profiles=ANY
+    "HS05",
+    "what the state port says is marked as topics",
+    _HEADER,
+    Section.HEADER,
+    profiles=ANY,
+    is_plain=True,
 )
 async def _topics(target: Target) -> Finding:
     taken: Sample = await target.once("the state at rest", sample)
     if taken.stray:
         raise RuleBroken(f"the state port sends bytes that are no frame: {taken.stray.hex()}")
     for frame in taken.frames:
-        if frame.comm_type not in (CommType.TOPIC, CommType.REQUEST) or frame.reply_code:
+        is_question = frame.comm_type == CommType.REQUEST and frame.msg_type in _QUESTIONS
+        if (frame.comm_type != CommType.TOPIC and not is_question) or frame.reply_code:
             raise RuleBroken(f"the state port sends {frame}; a topic has comm 1 and code 0")
     if not taken.frames:
         raise RuleBroken("the state port says nothing")
@@ -105,9 +112,7 @@ async def _not_obeyed(wire: Wire, frame: bytes, what: str, habit: str = "") -> F
             return deviates(habit, f"{what} was answered by {reply}")
         raise RuleBroken(f"{what} was answered by {reply}")
     if not wire.is_lost:
-        after = await wire.ask(Ping(), f"a PING after {what}")
-        if after.msg_type != MsgType.PING:
-            raise RuleBroken(f"a PING after {what} was answered by {after}")
+        await ping(wire, f"a PING after {what}")
     return PASSED
 
 
@@ -146,7 +151,7 @@ async def _unasked_reply(target: Target) -> Finding:
     frame = await wire.poll(0.2)
     if frame is not None:
         return deviates("industrial_core: answers a PING of any communication type", str(frame))
-    await wire.ask(Ping(), "a PING after replies that nobody asked for")
+    await ping(wire, "a PING after replies that nobody asked for")
     return PASSED
 
 

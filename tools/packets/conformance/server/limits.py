@@ -1,21 +1,24 @@
 """Section L: points that must not be moved: no numbers, out of range, too fast, without order.
 
-The only checks that name a target outside the amplitude; each is asked so slowly that a robot which
-obeys is stopped before it gets anywhere.
+The only checks that name a target outside the amplitude, or none at all; each is asked so slowly
+that a robot which obeys is stopped before it gets anywhere. On a robot that goes by its own speed,
+whatever the duration says, they are not run.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg import JointTrajPtFull, ValidField, joint_array
 
 from ..findings import PASSED, Finding, Section, Verdict, deviates
+from .answers import STOP, is_taken
 from .checks import FULL, check
-from .moving import LEAD_IN, SPEED, STOP, Mover, is_taken, ready, shifted
+from .moving import LEAD_IN, SPEED, VERY_SLOW, Mover, ready
+from .recordings import must_be_slow
 from .target import Target
 from .watch import distance, rate
 from .wire import CannotJudge, Frame, RuleBroken
@@ -25,7 +28,9 @@ _RANGE = "a controller's own soft limits; observed: Stäubli and Fanuc refuse, A
 _ORDER = "docs/emulator.md and docs/ros-i.md: times advance, durations are 0 or more"
 _UNCHECKED = "no vendor's server checks for numbers that are none"
 _BEYOND = 0.1
-_VERY_SLOW = 60.0
+_GENTLE = 0.2
+"""Part of the amplitude by which a robot may jump, if it does [1]."""
+
 _NAN, _INF = math.nan, math.inf
 
 
@@ -43,6 +48,10 @@ async def _refused_or_still(mover: Mover, reply: Frame | None, what: str, habit:
     except RuleBroken:
         mover.wire.send(STOP)
         raise
+    if taken:
+        mover.wire.send(STOP)  # it may be on its way, too slowly to be seen
+    if taken and mover.watch.says_motion():
+        raise RuleBroken(f"{what} was taken, and STATUS says that the robot moves")
     if not all(map(math.isfinite, mover.watch.position)):
         raise RuleBroken(f"after {what} the robot reports positions that are no numbers")
     if taken and not habit:
@@ -58,7 +67,7 @@ async def _point(
     mover: Mover, joints: Sequence[float], what: str, habit: str = "", **how: float
 ) -> Finding:
     """Send a first point that must not be moved."""
-    duration, velocity = how.get("duration", 1.0), how.get("velocity", SPEED)
+    duration, velocity = how.get("duration", VERY_SLOW), how.get("velocity", SPEED)
     try:
         reply: Frame | None = await mover.point(0, joints, duration, velocity=velocity, within=1.0)
     except RuleBroken:
@@ -70,8 +79,16 @@ def _with(mover: Mover, value: float) -> tuple[float, ...]:
     return tuple(value if slot == mover.joint else at for slot, at in enumerate(mover.start))
 
 
-@check("LS01", "a position that is no number is not moved to", _FINITE, Section.LIMITS, moves=True)
+@check(
+    "LS01",
+    "a position that is no number is not moved to",
+    _FINITE,
+    Section.LIMITS,
+    moves=True,
+    is_plain=True,
+)
 async def _nan(target: Target) -> Finding:
+    await must_be_slow(target)
     mover = await ready(target)
     return await _point(mover, _with(mover, _NAN), "a position that is no number", _UNCHECKED)
 
@@ -83,8 +100,10 @@ async def _nan(target: Target) -> Finding:
     Section.LIMITS,
     moves=True,
     profiles=FULL,
+    is_plain=True,
 )
 async def _infinite(target: Target) -> Finding:
+    await must_be_slow(target)
     mover = await ready(target)
     return await _point(mover, _with(mover, _INF), "an infinite position", _UNCHECKED)
 
@@ -96,6 +115,7 @@ async def _infinite(target: Target) -> Finding:
     Section.LIMITS,
     moves=True,
     profiles=FULL,
+    is_plain=True,
 )
 async def _nan_velocity(target: Target) -> Finding:
     mover = await ready(target)
@@ -110,6 +130,7 @@ async def _nan_velocity(target: Target) -> Finding:
     Section.LIMITS,
     moves=True,
     profiles=FULL,
+    is_plain=True,
 )
 async def _nan_duration(target: Target) -> Finding:
     mover = await ready(target)
@@ -117,7 +138,15 @@ async def _nan_duration(target: Target) -> Finding:
     return await _point(mover, mover.start, what, _UNCHECKED, duration=_NAN)
 
 
-@check("LS05", "a negative duration is refused", _ORDER, Section.LIMITS, moves=True, profiles=FULL)
+@check(
+    "LS05",
+    "a negative duration is refused",
+    _ORDER,
+    Section.LIMITS,
+    moves=True,
+    profiles=FULL,
+    is_plain=True,
+)
 async def _negative_duration(target: Target) -> Finding:
     mover = await ready(target)
     habit = "Fanuc, Stäubli: the duration is not used"
@@ -131,6 +160,7 @@ async def _negative_duration(target: Target) -> Finding:
     Section.LIMITS,
     moves=True,
     profiles=FULL,
+    is_plain=True,
 )
 async def _velocity_above_one(target: Target) -> Finding:
     mover = await ready(target)
@@ -140,19 +170,41 @@ async def _velocity_above_one(target: Target) -> Finding:
 
 async def _out_of_range(target: Target, *, upper: bool) -> Finding:
     limits = await _limits(target)
+    await must_be_slow(target)
     mover = await ready(target)
     joint = mover.joint
     bound = limits.upper[joint] + _BEYOND if upper else limits.lower[joint] - _BEYOND
     what = f"a position of {bound:.4g}, {_BEYOND:g} beyond the range of joint {joint + 1},"
-    return await _point(mover, _with(mover, bound), what, duration=_VERY_SLOW)
+    # Only one who does not know PING is taken for ABB; elsewhere it is a fault like any other.
+    habit = "" if target.knows_ping else "ABB: the range is not checked"
+    try:
+        return await _point(mover, _with(mover, bound), what, habit)
+    except RuleBroken as error:
+        if not habit:
+            raise
+        return deviates(habit, str(error))
 
 
-@check("LS07", "a position above the range is refused", _RANGE, Section.LIMITS, moves=True)
+@check(
+    "LS07",
+    "a position above the range is refused",
+    _RANGE,
+    Section.LIMITS,
+    moves=True,
+    is_plain=True,
+)
 async def _above(target: Target) -> Finding:
     return await _out_of_range(target, upper=True)
 
 
-@check("LS08", "a position below the range is refused", _RANGE, Section.LIMITS, moves=True)
+@check(
+    "LS08",
+    "a position below the range is refused",
+    _RANGE,
+    Section.LIMITS,
+    moves=True,
+    is_plain=True,
+)
 async def _below(target: Target) -> Finding:
     return await _out_of_range(target, upper=False)
 
@@ -164,6 +216,7 @@ async def _below(target: Target) -> Finding:
     Section.LIMITS,
     moves=True,
     profiles=FULL,
+    is_plain=True,
 )
 async def _too_fast(target: Target) -> Finding:
     limits = await _limits(target)
@@ -194,13 +247,16 @@ async def _too_fast(target: Target) -> Finding:
     Section.LIMITS,
     moves=True,
     profiles=FULL,
+    is_plain=True,
 )
 async def _rest_refused(target: Target) -> Finding:
+    await must_be_slow(target)
     mover = await ready(target)
     await mover.accepted(0, mover.start, LEAD_IN)
-    refused = await mover.point(1, _with(mover, _NAN), 1.0)
+    refused = await mover.point(1, _with(mover, _NAN), VERY_SLOW)
     if is_taken(refused):
-        raise CannotJudge("no point was refused; LS01 says so")
+        mover.wire.send(STOP)
+        raise RuleBroken("a position that is no number was taken at sequence 1")
     reply = await mover.point(2, mover.goal, 1.0)
     return await _refused_or_still(mover, reply, "a point behind a refused one", "")
 
@@ -232,17 +288,27 @@ async def _no_position(target: Target) -> Finding:
 
 @check(
     "LS12",
-    "a full point whose velocity is no number is refused",
+    "a full point with any value that is no number is refused",
     _FINITE,
     Section.LIMITS,
     moves=True,
     profiles=FULL,
 )
 async def _full_nan(target: Target) -> Finding:
-    bad = shifted(joint_array(()), 0, _NAN)
-    bad = (_NAN, *bad[1:])
-    what = "a full point whose velocity is no number"
-    return await _full(target, what, _UNCHECKED, velocities=bad)
+    await must_be_slow(target)
+    bad = (_NAN, *joint_array(())[1:])
+    findings = []
+    for name in ("time", "positions", "velocities", "accelerations"):
+        what = f"a full point whose {name} is no number"
+        values: dict[str, object] = {name: _NAN if name == "time" else bad}
+        findings.append(
+            await _full(target, what, _UNCHECKED, valid_fields=int(ValidField.ALL), **values)
+        )
+        await target.close()
+    worst = [finding for finding in findings if finding.verdict is not Verdict.PASSED]
+    if worst and len(worst) < len(findings):
+        raise RuleBroken(f"some fields are checked, not all: {worst[0].detail}")
+    return worst[0] if worst else PASSED
 
 
 @check(
@@ -285,18 +351,79 @@ async def _time_stands(target: Target) -> Finding:
     Section.LIMITS,
     moves=True,
     profiles=FULL,
+    is_plain=True,
 )
 async def _no_jump(target: Target) -> Finding:
     mover = await ready(target)
-    reply = await mover.point(0, mover.goal, 0.0)
+    near = mover.between(_GENTLE)
+    way = _GENTLE * mover.amplitude
+    reply = await mover.point(0, near, 0.0)
     before = [at.values for at in mover.watch.joints][-1]
     await mover.watch.until(lambda: mover.has_left, 1.5)
     await mover.rests_within(6.0)
     reports = [at.values for at in mover.watch.joints]
     steps = [distance(a, b) for a, b in itertools.pairwise(reports)]
-    if max(steps, default=0.0) > 0.5 * mover.amplitude:
+    if rate([at.time for at in mover.watch.joints]) < 40:
+        raise CannotJudge("the state port is too slow to tell a jump from a motion")
+    if max(steps, default=0.0) > 0.5 * way:
         raise RuleBroken("the robot was at the point from one report to the next")
-    moved = distance(mover.watch.position, before) > 0.001
+    moved = distance(mover.watch.position, before) > 0.1 * way
     if not is_taken(reply) and moved:
         raise RuleBroken("the point was refused and moved to all the same")
     return Finding(Verdict.PASSED, "moved to" if moved else "not moved to")
+
+
+async def _all_refused(target: Target, value_of: Callable[[int], float], what: str) -> Finding:
+    """Try a value for every joint, as a first point and as a second one; all must be refused.
+
+    Raises:
+        RuleBroken: one was taken.
+        CannotJudge: the first was, which is another check's business.
+    """
+    await must_be_slow(target)
+    mover = await ready(target)
+    joints = [mover.joint, *(joint for joint in range(target.dof) if joint != mover.joint)]
+    for joint in joints:
+        for sequence in (0, 1):
+            wrong = tuple(
+                value_of(joint) if slot == joint else at for slot, at in enumerate(mover.start)
+            )
+            if sequence:
+                await mover.accepted(0, mover.start, LEAD_IN)
+            reply = await mover.point(sequence, wrong, VERY_SLOW)
+            if is_taken(reply):
+                mover.wire.send(STOP)
+                if (joint, sequence) == (mover.joint, 0):
+                    raise CannotJudge(f"{what} was taken at once; LS01, LS07 and LS08 say so")
+                raise RuleBroken(f"{what} was taken for joint {joint + 1} at sequence {sequence}")
+            if not await mover.watch.standstill(2.0):
+                raise RuleBroken(f"{what} for joint {joint + 1} was refused, and the robot moves")
+    await mover.stays(0.2, what, mover.start)
+    return Finding(Verdict.PASSED, f"{len(joints)} joints, first and second points")
+
+
+@check(
+    "LS16",
+    "no joint of no point may be no number",
+    _FINITE,
+    Section.LIMITS,
+    moves=True,
+    is_plain=True,
+)
+async def _nan_anywhere(target: Target) -> Finding:
+    return await _all_refused(target, lambda _: _NAN, "a position that is no number")
+
+
+@check(
+    "LS17",
+    "the range is checked for every joint of every point",
+    _RANGE,
+    Section.LIMITS,
+    moves=True,
+    is_plain=True,
+)
+async def _range_anywhere(target: Target) -> Finding:
+    limits = await _limits(target)
+    what = "a position a turn above the range"
+    # A controller's own range may be wider than the robot's file says, but not by a turn.
+    return await _all_refused(target, lambda joint: limits.upper[joint] + _BEYOND + math.tau, what)

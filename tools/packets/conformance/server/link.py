@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import asyncio
 
-from openpendant.simplemsg import MsgType, Ping
+from openpendant.simplemsg import Ping
 
 from ..findings import PASSED, Finding, Section, Verdict, deviates
+from .answers import is_taken, must_be_ping, ping
 from .checks import ANY, FULL, check
-from .moving import ARRIVED, LEAD_IN, SPEED, STOP_WITHIN, is_taken, ready
+from .moving import LEAD_IN, SPEED, STOP_WITHIN, ready
 from .recordings import LOSS_SEEN, SLOW, Motion, lost, lost_by_reset
 from .target import Target
+from .vigil import old_enough
 from .watch import STEADY, distance
 from .wire import CannotJudge, RuleBroken, Unreachable, Wire
 
@@ -20,32 +22,34 @@ _ONE_CLIENT = "industrial_core tcp_server.cpp: one client a port"
 _LOSS = "a robot nobody commands must stand: ISO 10218-1 5.4; ABB does not stop"
 
 
-@check("KS01", "an idle link stays open", _SILENCE, Section.LINK, profiles=ANY)
+@check("KS01", "an idle link stays open", _SILENCE, Section.LINK, profiles=ANY, is_plain=True)
 async def _idle(target: Target) -> Finding:
     wire = await target.motion()
-    await wire.ask(Ping(), "a PING")
+    await target.knock.ask(wire)
     await wire.expect_silence(1.2, "a second of silence")
-    await wire.ask(Ping(), "a PING after a second of silence")
+    await target.knock.ask(wire, "after a second of silence")
     return PASSED
 
 
-@check("KS02", "a client may leave and come again", _AGAIN, Section.LINK, profiles=ANY)
+@check(
+    "KS02", "a client may leave and come again", _AGAIN, Section.LINK, profiles=ANY, is_plain=True
+)
 async def _come_again(target: Target) -> Finding:
     for attempt in range(1, 9):
         wire = await target.motion()
-        await wire.ask(Ping(), f"a PING on connection {attempt}")
+        await target.knock.ask(wire, f"on connection {attempt}")
         await target.close()
     return PASSED
 
 
-@check("KS03", "a client may leave by a reset", _AGAIN, Section.LINK, profiles=ANY)
+@check("KS03", "a client may leave by a reset", _AGAIN, Section.LINK, profiles=ANY, is_plain=True)
 async def _leave_by_reset(target: Target) -> Finding:
     for attempt in range(1, 4):
         wire = await target.motion()
-        await wire.ask(Ping(), f"a PING on connection {attempt}")
+        await target.knock.ask(wire, f"on connection {attempt}")
         wire.reset()
         await asyncio.sleep(0.03)
-    await (await target.motion()).ask(Ping(), "a PING after three resets")
+    await target.knock.ask(await target.motion(), "after three resets")
     return PASSED
 
 
@@ -64,14 +68,8 @@ async def _many(target: Target) -> Finding:
             break
     await target.close()
     await asyncio.sleep(0.2)
-    await (await target.motion()).ask(Ping(), "a PING after twenty clients came and went")
+    await target.knock.ask(await target.motion(), "after twenty clients came and went")
     return PASSED
-
-
-async def _first_is_served(first: Wire) -> None:
-    reply = await first.ask(Ping(), "a PING of the first of two clients")
-    if reply.msg_type != MsgType.PING:
-        raise RuleBroken(f"the first of two clients was answered by {reply}")
 
 
 @check(
@@ -79,24 +77,25 @@ async def _first_is_served(first: Wire) -> None:
     "a second client does not disturb the first",
     _ONE_CLIENT + "; a second waits, is refused or served",
     Section.LINK,
+    is_plain=True,
 )
 async def _second_client(target: Target) -> Finding:
     first = await target.motion()
-    await _first_is_served(first)
+    await target.knock.ask(first, "of the first of two clients")
     try:
         second: Wire | None = await target.motion()
     except Unreachable:
         second = None
     if second is not None:
-        second.send(Ping())
+        second.send(target.knock.message)
         await second.poll(0.3)
     if first.is_lost:
         return deviates("Motoman: a new client replaces the old one", "the first was closed")
-    await _first_is_served(first)
+    await target.knock.ask(first, "of the first of two clients")
     if second is not None:
         second.close()
         await asyncio.sleep(0.03)
-    await _first_is_served(first)
+    await target.knock.ask(first, "of the first of two clients")
     return PASSED
 
 
@@ -106,21 +105,29 @@ async def _second_client(target: Target) -> Finding:
     "industrial_robot_client: three processes connect independently, in no fixed order",
     Section.LINK,
     profiles=ANY,
+    is_plain=True,
 )
 async def _no_listener(target: Target) -> Finding:
     wire = await target.motion()
-    await wire.ask(Ping(), "a PING without a state connection")
+    await target.knock.ask(wire, "without a state connection")
     await target.state()
-    await wire.ask(Ping(), "a PING with a state connection")
+    await target.knock.ask(wire, "with a state connection")
     return PASSED
 
 
-@check("KS07", "a lost motion link leaves the state link alone", _AGAIN, Section.LINK, profiles=ANY)
+@check(
+    "KS07",
+    "a lost motion link leaves the state link alone",
+    _AGAIN,
+    Section.LINK,
+    profiles=ANY,
+    is_plain=True,
+)
 async def _state_goes_on(target: Target) -> Finding:
     watch = await target.state()
     await watch.begin()
     wire = await target.motion()
-    await wire.ask(Ping(), "a PING")
+    await target.knock.ask(wire)
     wire.close()
     count = len(watch.frames)
     await asyncio.sleep(0.7)
@@ -140,9 +147,8 @@ async def _flood(target: Target) -> Finding:
     wire = await target.motion()
     wire.send(*[Ping()] * 500)
     for number in range(1, 501):
-        reply = await wire.expect(f"answer {number} of five hundred", 3.0)
-        if reply.msg_type != MsgType.PING:
-            raise RuleBroken(f"answer {number} of five hundred is {reply}")
+        what = f"answer {number} of five hundred"
+        must_be_ping(await wire.expect(what, 3.0), f"PING {number} of five hundred")
     return PASSED
 
 
@@ -165,11 +171,11 @@ async def _deaf_client(target: Target) -> Finding:
         return PASSED
     deaf.reset()
     await asyncio.sleep(0.1)
-    await (await target.motion()).ask(Ping(), "a PING after a client that read nothing")
+    await ping(await target.motion(), "a PING after a client that read nothing")
     return deviates("industrial_core: one client a port", "the second was served after the first")
 
 
-async def _judge_loss(motion: Motion, how: str) -> Finding:
+async def _judge_loss(target: Target, motion: Motion, how: str) -> Finding:
     final = motion.at(motion.event + LOSS_SEEN)
     late = [
         report.time - motion.event
@@ -180,20 +186,32 @@ async def _judge_loss(motion: Motion, how: str) -> Finding:
     way = motion.goal[motion.joint] - motion.start[motion.joint]
     part = (final[motion.joint] - motion.start[motion.joint]) / way
     if end > STOP_WITHIN + 0.2 or part > 0.95:
-        raise RuleBroken(f"{end:.2f} s after {how} the robot still moved ({100 * part:.0f} %)")
+        seen = f"{end:.2f} s after {how} the robot still moved ({100 * part:.0f} %)"
+        if target.knows_ping:
+            raise RuleBroken(seen)
+        return deviates("ABB: a motion goes on without its client", seen)
     return Finding(Verdict.PASSED, f"stood {max(end, 0.0):.3f} s after {how}")
 
 
-@check("KS10", "the robot stops when its client leaves", _LOSS, Section.LINK, moves=True)
+@check(
+    "KS10", "the robot stops when its client leaves", _LOSS, Section.LINK, moves=True, is_plain=True
+)
 async def _stops_on_close(target: Target) -> Finding:
     motion: Motion = await target.once("a lost link", lost)
-    return await _judge_loss(motion, "the end of the link")
+    return await _judge_loss(target, motion, "the end of the link")
 
 
-@check("KS11", "the robot stops when its client disappears", _LOSS, Section.LINK, moves=True)
+@check(
+    "KS11",
+    "the robot stops when its client disappears",
+    _LOSS,
+    Section.LINK,
+    moves=True,
+    is_plain=True,
+)
 async def _stops_on_reset(target: Target) -> Finding:
     motion: Motion = await target.once("a reset link", lost_by_reset)
-    return await _judge_loss(motion, "the reset of the link")
+    return await _judge_loss(target, motion, "the reset of the link")
 
 
 @check(
@@ -202,6 +220,7 @@ async def _stops_on_reset(target: Target) -> Finding:
     "docs/architecture.md: reconnecting restores neither control nor motion",
     Section.LINK,
     moves=True,
+    is_plain=True,
 )
 async def _does_not_resume(target: Target) -> Finding:
     motion: Motion = await target.once("a lost link", lost)
@@ -214,7 +233,14 @@ async def _does_not_resume(target: Target) -> Finding:
     return PASSED
 
 
-@check("KS13", "after a lost link a new trajectory is moved", _AGAIN, Section.LINK, moves=True)
+@check(
+    "KS13",
+    "after a lost link a new trajectory is moved",
+    _AGAIN,
+    Section.LINK,
+    moves=True,
+    is_plain=True,
+)
 async def _works_again(target: Target) -> Finding:
     mover = await ready(target)
     await mover.set_off(SLOW)
@@ -224,12 +250,13 @@ async def _works_again(target: Target) -> Finding:
     here = mover.watch.position
     mover.wire = await target.motion()
     for sequence, joints in ((0, here), (1, mover.start)):
-        reply = await mover.point(sequence, joints, sequence * mover.amplitude / SPEED + LEAD_IN)
+        seconds = sequence * mover.amplitude / SPEED + LEAD_IN
+        reply = await mover.point(sequence, joints, seconds)
         if not is_taken(reply):
             raise RuleBroken(f"after a lost link a new trajectory was refused: {reply}")
     await mover.watch.until(lambda: distance(mover.watch.position, here) > 0.001, 3.0)
     at = await mover.rests_within(5.0)
-    if distance(at, mover.start) > ARRIVED:
+    if distance(at, mover.start) > mover.arrival:
         raise RuleBroken(f"it ended {distance(at, mover.start):.4g} rad or m off")
     return PASSED
 
@@ -241,14 +268,16 @@ async def _works_again(target: Target) -> Finding:
     Section.LINK,
     moves=True,
     profiles=FULL,
+    is_plain=True,
 )
 async def _repeated(target: Target) -> Finding:
     mover = await ready(target)
-    await mover.go(1.0)
+    asked = mover.seconds(1.0)
+    await mover.go(asked)
     mover.wire.reset()
     await asyncio.sleep(0.03)
     mover.wire = await target.motion()
-    reply = await mover.point(1, mover.goal, 1.0)
+    reply = await mover.point(1, mover.goal, asked)
     more = await mover.wire.poll(0.3)
     if more is not None:
         raise RuleBroken(f"a repeated point was answered twice, the second time by {more}")
@@ -266,10 +295,11 @@ async def _repeated(target: Target) -> Finding:
     Section.LINK,
     moves=True,
     profiles=FULL,
+    is_plain=True,
 )
 async def _two_commanders(target: Target) -> Finding:
     mover = await ready(target)
-    await mover.set_off(SLOW / 2)
+    await mover.set_off(mover.seconds(SLOW / 2))
     first, mover.wire = mover.wire, await target.motion()
     try:
         reply = await mover.point(2, mover.start, 0.5, within=1.0)
@@ -281,9 +311,71 @@ async def _two_commanders(target: Target) -> Finding:
     at = await mover.rests_within(6.0)
     if first.is_lost:
         return deviates("Motoman: a new client replaces the old one", "the first was closed")
-    if taken or distance(at, mover.goal) > ARRIVED:
+    if taken or distance(at, mover.goal) > mover.arrival:
         raise RuleBroken(
             f"the first client's motion ended {distance(at, mover.goal):.3g} off its goal;"
             f" the second's point: {detail}"
         )
     return PASSED
+
+
+@check(
+    "KS16",
+    "a link that is lost before the motion began prevents it",
+    _LOSS,
+    Section.LINK,
+    moves=True,
+    is_plain=True,
+)
+async def _lost_before_motion(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.go(SLOW)
+    mover.wire.close()
+    await asyncio.sleep(STOP_WITHIN + 0.2)
+    if mover.watch.says_motion() or not mover.watch.is_steady(mover.watch.began):
+        seen = "the link was closed before the motion began, and the robot moves"
+        if target.knows_ping:
+            raise RuleBroken(seen)
+        return deviates("ABB: a motion goes on without its client", seen)
+    await mover.stays(0.3, "a link that was lost before the motion", mover.watch.position)
+    return PASSED
+
+
+@check(
+    "KS17",
+    "a link that is idle all the run stays open and is answered at its end",
+    _SILENCE,
+    Section.LINK,
+    profiles=ANY,
+    is_plain=True,
+)
+async def _idle_all_the_run(target: Target) -> Finding:
+    wire = target.idle_link
+    if wire is None:
+        raise CannotJudge("the target serves one client, which an idle one would keep out")
+    await old_enough(wire)
+    if wire.is_lost:
+        raise RuleBroken("an idle link was closed during the run")
+    await target.knock.ask(wire, f"after {wire.age:.0f} s of silence")
+    return Finding(Verdict.PASSED, f"after {wire.age:.0f} s")
+
+
+@check(
+    "KS18",
+    "a listener is told joint values all the run long",
+    _SILENCE,
+    Section.LINK,
+    profiles=ANY,
+    is_plain=True,
+)
+async def _told_all_the_run(target: Target) -> Finding:
+    watch = target.long_watch
+    if watch is None:
+        raise CannotJudge("the target serves one listener, or has no state port")
+    await old_enough(watch)
+    if watch.wire.is_lost:
+        raise RuleBroken("a state link was closed during the run")
+    asked = asyncio.get_running_loop().time()
+    if not await watch.until(lambda: bool(watch.joints) and watch.joints[-1].time > asked, 1.0):
+        raise RuleBroken(f"a state link has fallen silent within {watch.wire.age:.0f} s")
+    return Finding(Verdict.PASSED, f"for {watch.wire.age:.0f} s")

@@ -9,22 +9,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
-from openpendant.simplemsg import (
-    CommType,
-    JointTrajPt,
-    ReplyCode,
-    SpecialSequence,
-    TriState,
-    joint_array,
-)
+from openpendant.simplemsg import JointTrajPt, TriState
 
-from .target import Target
+from .answers import STOP, is_taken
+from .target import FENCE_TOLERANCE, Target
 from .watch import Watch, distance
 from .wire import CannotJudge, Frame, RuleBroken, Wire
 
 ARRIVED = 0.005
 """So close to a goal the ROS-I action server counts a joint as arrived [rad or m]."""
+
+ARRIVED_EXACTLY = 0.001
+"""So close must a minimum controller come: docs/minimum-controller.md [rad or m]."""
 
 LEAD_IN = 0.1
 """Duration of a first point, which is where the robot stands [s]."""
@@ -35,14 +33,26 @@ SPEED = 0.1
 STOP_WITHIN = 0.5
 """A robot that is told to stop stands so long after at the latest [s]; these motions are slow."""
 
+VERY_SLOW = 60.0
+"""Duration asked for where a robot is not to obey: one that does is seen and stopped first [s]."""
+
 START_WITHIN = 3.0
 """A motion begins so long after its last point at the latest [s]."""
 
 _READY_WITHIN = 12.0
 _POINT_WITHIN = 4.0
 
-POINT = JointTrajPt(0, joint_array(()), 0.0, 0.0)
-STOP = JointTrajPt(SpecialSequence.STOP, joint_array(()), 0.0, 0.0)
+
+class Restored(NamedTuple):
+    """How a robot was brought back to its start.
+
+    Attributes:
+        reason: why it was not; empty where it was.
+        away: how far from its start it was found standing [rad or m].
+    """
+
+    reason: str
+    away: float
 
 
 class Mover:
@@ -54,10 +64,20 @@ class Mover:
         start: all slots where the robot stands [rad or m].
         goal: all slots with the joint moved by the amplitude [rad or m].
         joint: index of the joint that is moved.
+        arrival: so close to a goal counts as arrived [rad or m].
     """
 
-    def __init__(self, wire: Wire, watch: Watch, start: tuple[float, ...], joint: int, way: float):
+    def __init__(
+        self,
+        wire: Wire,
+        watch: Watch,
+        start: tuple[float, ...],
+        joint: int,
+        way: float,
+        arrival: float,
+    ) -> None:
         """Take connections to a robot that stands at `start`."""
+        self.arrival = arrival
         self.wire = wire
         self.watch = watch
         self.start = start
@@ -69,6 +89,10 @@ class Mover:
     def amplitude(self) -> float:
         """How far the goal is [rad or m]."""
         return abs(self._way)
+
+    def seconds(self, at_least: float) -> float:
+        """Return a duration for the whole way that is not faster than the tester may move [s]."""
+        return max(at_least, self.amplitude / SPEED)
 
     def between(self, part: float) -> tuple[float, ...]:
         """Return the position at a part of the way, 0 to 1."""
@@ -157,13 +181,6 @@ def shifted(position: Sequence[float], joint: int, way: float) -> tuple[float, .
     return tuple(value + way * (slot == joint) for slot, value in enumerate(position))
 
 
-def is_taken(reply: Frame) -> bool:
-    """Tell whether a reply says that a point was taken; Motoman says it in the body."""
-    if reply.msg_type == 2002:
-        return reply.integers(5)[3] == 0
-    return reply.comm_type == CommType.REPLY and reply.reply_code == ReplyCode.SUCCESS
-
-
 async def ready(target: Target) -> Mover:
     """Connect to a robot that stands at its first position; bring it back there if need be.
 
@@ -183,7 +200,8 @@ async def ready(target: Target) -> Mover:
     if joint is None:
         joint = target.moved_joint = _joint_to_move(target, target.home)
     way = _direction(target, target.home[joint], joint) * target.options.amplitude
-    return Mover(wire, watch, watch.position, joint, way)
+    arrival = ARRIVED_EXACTLY if target.is_minimum else ARRIVED
+    return Mover(wire, watch, watch.position, joint, way, arrival)
 
 
 async def _go_home(target: Target, wire: Wire, watch: Watch) -> None:
@@ -216,7 +234,7 @@ async def _bring_home(target: Target, wire: Wire, watch: Watch) -> None:
     there = watch.position
     for sequence, joints, seconds in (
         (0, there, LEAD_IN / 2),
-        (1, target.home, max(0.25, away / SPEED / 2)),
+        (1, target.home, max(0.25, away / SPEED)),
     ):
         message = JointTrajPt(sequence, joints, SPEED, seconds)
         reply = await wire.ask(message, "a point of the way back", _POINT_WITHIN)
@@ -246,14 +264,12 @@ def _direction(target: Target, value: float, joint: int) -> float:
     return math.copysign(1.0, middle - value)
 
 
-async def restore(target: Target) -> str:
-    """Stop the robot, wait until it stands and bring it back to its start.
-
-    Returns:
-        Why that failed, empty where it did not.
-    """
+async def restore(target: Target) -> Restored:
+    """Stop the robot, wait until it stands and bring it back to its start."""
     if target.home is None:
-        return ""  # nobody could see it move, so nothing was moved on these ports
+        return Restored("", 0.0)  # nobody could see it move, so nothing was moved on these ports
+    away = 0.0
+    target.guard.fence = None
     try:
         watch = await target.state()
         wire = await target.motion()
@@ -261,10 +277,15 @@ async def restore(target: Target) -> str:
         if not await watch.standstill(0.5):
             wire.send(STOP)
             await wire.poll(1.0)
+        if not await watch.standstill(_READY_WITHIN):
+            wire.send(STOP)
+        away = distance(watch.position, target.home)
+        # From wherever it stands the way leads home, and not farther off.
+        target.guard.put_up(target.home, max(target.reach, away + FENCE_TOLERANCE))
         await _go_home(target, wire, watch)
         target.may_have_moved = False
     except (CannotJudge, RuleBroken) as error:
-        return str(error)
+        return Restored(str(error), away)
     finally:
         await target.close()
-    return ""
+    return Restored("", away)

@@ -14,10 +14,12 @@ from openpendant.simplemsg import ByteOrder, CommType, MsgType, Ping, ReplyCode
 from openpendant.simplemsg.pendant import (
     MAX_PENDANT_FRAME,
     PROTOCOL_VERSION,
+    Activity,
     Hello,
     JointMove,
     Management,
     State,
+    StateField,
     Subscribe,
     Verdict,
 )
@@ -28,8 +30,8 @@ from ..findings import Verdict as Judged
 from .checks import Profile, check
 from .pendant_talk import Talker, stranger, welcomed
 from .target import Target
-from .watch import rate
-from .wire import HEADER, RuleBroken, raw_frame
+from .watch import distance, rate
+from .wire import HEADER, CannotJudge, RuleBroken, raw_frame
 
 OURS = frozenset({Profile.GENERIC, Profile.PENDANT})
 
@@ -40,6 +42,8 @@ _STATE = "docs/architecture.md: listeners choose their rate; state carries seque
 _SKIP = "docs/architecture.md: unknown messages are skipped by length, unknown requests refused"
 _UNKNOWN = 65_099
 _RATE = 20.0
+_SAME = 1e-3
+_RESTING = 0.01
 
 
 def _move(talker: Talker, count: int = 6) -> JointMove:
@@ -252,12 +256,17 @@ async def _nonsense(target: Target) -> Finding:
 
 @check("PS16", "state comes at the rate that was asked for", _STATE, Section.PENDANT, profiles=OURS)
 async def _state_rate(target: Target) -> Finding:
-    talker = await welcomed(target, rate=_RATE)
-    await asyncio.sleep(2.0)
-    times = [time for time, message in talker.news if isinstance(message, State)]
-    if not 0.8 * _RATE <= rate(times) <= 1.2 * _RATE:
-        raise RuleBroken(f"asked for {_RATE:g} Hz, got {rate(times):.3g}")
-    return Finding(Judged.PASSED, f"{rate(times):.3g} Hz")
+    hello = (await welcomed(target)).hello
+    assert hello is not None
+    found = []
+    for asked in (min(_RATE, hello.max_state_rate), hello.max_state_rate):
+        talker = await welcomed(target, rate=asked)
+        await asyncio.sleep(2.0)
+        got = rate([time for time, message in talker.news if isinstance(message, State)])
+        if not 0.8 * asked <= got <= 1.2 * asked:
+            raise RuleBroken(f"asked for {asked:g} Hz, got {got:.3g}")
+        found.append(f"{got:.3g} Hz")
+    return Finding(Judged.PASSED, ", ".join(found))
 
 
 @check(
@@ -280,6 +289,49 @@ async def _state_order(target: Target) -> Finding:
             raise RuleBroken("the server's time does not advance")
     if not all(-1 <= state.age < 10 and math.isfinite(state.age) for state in states):
         raise RuleBroken(f"age {states[-1].age}")
+    if not any(state.age for state in states):
+        raise RuleBroken("the age is always 0 s: no report comes in the moment of its state")
+    return PASSED
+
+
+@check(
+    "PS22",
+    "state shows the joints as the ROS-Industrial port does",
+    "docs/architecture.md: one cell behind both faces",
+    Section.PENDANT,
+    profiles=OURS,
+)
+async def _same_joints(target: Target) -> Finding:
+    watch = await target.state()
+    await watch.begin()
+    talker = await welcomed(target, rate=50.0)
+    state = await talker.state()
+    gap = distance(state.positions, watch.position)
+    if gap > _SAME:
+        raise RuleBroken(f"the pendant port and the state port differ by {gap:.4g} rad or m")
+    return PASSED
+
+
+@check(
+    "PS23",
+    "the state of a robot at rest shows rest",
+    _STATE,
+    Section.PENDANT,
+    profiles=OURS,
+)
+async def _at_rest(target: Target) -> Finding:
+    talker = await welcomed(target, rate=50.0)
+    await talker.until(lambda: len(talker.all(State)) >= 10, 2.0)
+    first, *_, last = [await talker.state(), *talker.all(State)]
+    if last.activity != Activity.IDLE or distance(first.positions, last.positions) > _SAME:
+        raise CannotJudge("the robot moves")
+    if last.request_id or last.holder:
+        raise RuleBroken(f"request {last.request_id}, holder {last.holder}, where there are none")
+    if not last.valid_fields & StateField.VELOCITY:
+        return PASSED
+    fastest = max(map(abs, last.velocities))
+    if not fastest <= _RESTING:
+        raise RuleBroken(f"the joints stand, and are said to move with {fastest:g} rad/s or m/s")
     return PASSED
 
 
@@ -335,10 +387,40 @@ async def _management(target: Target) -> Finding:
     return PASSED
 
 
-def _parsed(body: bytes) -> None:
+@check(
+    "PS24",
+    "a snapshot is given, and is the cell that hello named",
+    "server/management.py: snapshot, everything a pendant needs to know once",
+    Section.PENDANT,
+    profiles=OURS,
+)
+async def _snapshot(target: Target) -> Finding:
+    talker = await welcomed(target)
+    hello = talker.hello
+    assert hello is not None
+    request = Management(talker.next_id(), b'{"op": "snapshot"}')
+    frame = await talker.ask(request, "a snapshot")
+    reply = frame.message()
+    if not isinstance(reply, Management) or reply.request_id != request.request_id:
+        raise RuleBroken(f"a snapshot was answered by {reply}")
+    if frame.reply_code != ReplyCode.SUCCESS:
+        raise RuleBroken(f"a snapshot was answered with reply code {frame.reply_code}")
+    shown = _parsed(frame.data[HEADER + 4 :])
+    joints = shown.get("joints")
+    count = len(joints) if isinstance(joints, list) else 0
+    if (shown.get("cell"), count) != (hello.cell, hello.dof):
+        raise RuleBroken(
+            f"the snapshot shows cell {shown.get('cell')!r} with {count} joints, hello"
+            f" {hello.cell!r} with {hello.dof}"
+        )
+    return PASSED
+
+
+def _parsed(body: bytes) -> dict[str, object]:
     try:
         value = json.loads(body)
     except ValueError:
         raise RuleBroken(f"the answer is no JSON: {body[:60]!r}") from None
     if not isinstance(value, dict):
         raise RuleBroken(f"the answer is no JSON object: {body[:60]!r}")
+    return value

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from typing import TypeVar
 
 from openpendant.simplemsg import ByteOrder, CommType, Message
@@ -15,6 +16,7 @@ from openpendant.simplemsg.pendant import (
     PROTOCOL_VERSION,
     Authority,
     AuthorityAction,
+    AuthorityBeat,
     Hello,
     HelloReply,
     State,
@@ -27,7 +29,11 @@ from .wire import CannotJudge, Frame, RuleBroken, Wire
 ANSWER_WITHIN = 2.0
 """A verdict that takes longer is missing; a motion is planned before it comes [s]."""
 
-_NEWS_KEPT = 2048
+_NEWS_KEPT = 2_048
+_MOST_BYTES = 4 * 1024 * 1024
+"""Bytes of news, and of answers, that are kept; a server that floods is not waited for."""
+
+_BEAT_PERIOD = 0.5
 
 _News = TypeVar("_News", bound=Message)
 
@@ -39,6 +45,7 @@ class Talker:
         wire: the connection.
         hello: the server's welcome; None before it.
         news: topics that came, newest last, with their times.
+        fault: what is wrong with the stream itself, empty while nothing is.
     """
 
     def __init__(self, wire: Wire) -> None:
@@ -46,17 +53,43 @@ class Talker:
         self.wire = wire
         self.hello: HelloReply | None = None
         self.news: deque[tuple[float, Message]] = deque(maxlen=_NEWS_KEPT)
+        self.fault = ""
+        self._news_sizes: deque[int] = deque()
+        self._news_bytes = 0
         self._answers: deque[Frame] = deque()
+        self._answer_bytes = 0
         self._changed = asyncio.Event()
         self._last_request = 100
         wire.listener = self._take
 
     def _take(self, frame: Frame) -> None:
+        if self.fault:
+            return
         if frame.comm_type == CommType.REPLY:
             self._answers.append(frame)
+            self._answer_bytes += len(frame.data)
+            if self._answer_bytes > _MOST_BYTES:
+                self._end(f"more than {_MOST_BYTES} bytes of answers to nothing")
         else:
-            self.news.append((frame.time, frame.message()))
+            try:
+                self._keep(frame.time, frame.message(), len(frame.data))
+            except RuleBroken as broken:
+                self._end(str(broken))
         self._changed.set()
+
+    def _keep(self, time: float, message: Message, size: int) -> None:
+        self.news.append((time, message))
+        self._news_sizes.append(size)
+        self._news_bytes += size
+        while len(self._news_sizes) > len(self.news) or self._news_bytes > _MOST_BYTES:
+            if len(self._news_sizes) == len(self.news):
+                self.news.popleft()
+            self._news_bytes -= self._news_sizes.popleft()
+
+    def _end(self, fault: str) -> None:
+        """Go on with nothing that comes after this."""
+        self.fault = fault
+        self.wire.reset()
 
     @property
     def has_answer(self) -> bool:
@@ -69,10 +102,16 @@ class Talker:
         return self._last_request
 
     async def until(self, condition: Callable[[], bool], within: float) -> bool:
-        """Wait until a condition on what came holds; tell whether it does."""
+        """Wait until a condition on what came holds; tell whether it does.
+
+        Raises:
+            RuleBroken: the stream itself is faulty.
+        """
         try:
             async with asyncio.timeout(within):
                 while not condition():
+                    if self.fault:
+                        raise RuleBroken(self.fault)
                     self._changed.clear()
                     await self._changed.wait()
         except TimeoutError:
@@ -89,7 +128,9 @@ class Talker:
         if not self._answers:
             end = "the link was closed" if self.wire.is_lost else f"none came within {within:g} s"
             raise RuleBroken(f"an answer to {what}: {end}")
-        return self._answers.popleft()
+        frame = self._answers.popleft()
+        self._answer_bytes -= len(frame.data)
+        return frame
 
     async def ask(
         self, message: Message | bytes, what: str, within: float = ANSWER_WITHIN
@@ -144,6 +185,22 @@ class Talker:
         found = await self.verdict(request, "the request for the authority")
         if found.code:
             raise CannotJudge(f"the motion authority is not to be had: {found.text}")
+
+    @asynccontextmanager
+    async def beating(self) -> AsyncIterator[None]:
+        """Keep the motion authority, by a beat every half second, while the context lasts."""
+
+        async def beat() -> None:
+            while not self.wire.is_lost:
+                self.wire.send(AuthorityBeat())
+                await asyncio.sleep(_BEAT_PERIOD)
+
+        beats = asyncio.create_task(beat())
+        try:
+            yield
+        finally:
+            beats.cancel()
+            await asyncio.gather(beats, return_exceptions=True)
 
     def all(self, kind: type[_News]) -> list[_News]:
         """Return the news of one kind, oldest first."""

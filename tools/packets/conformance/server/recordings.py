@@ -10,12 +10,13 @@ import asyncio
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from openpendant.simplemsg import JointFeedback, Ping
+from openpendant.simplemsg import CommType, JointFeedback, MsgType, Ping
 
-from .moving import LEAD_IN, SPEED, START_WITHIN, STOP, Mover, ready
+from .answers import STOP
+from .moving import LEAD_IN, SPEED, START_WITHIN, Mover, ready
 from .target import Target
-from .watch import Joints, Told, distance
-from .wire import CannotJudge, Frame
+from .watch import STEADY, Heard, Joints, Told, distance
+from .wire import CannotJudge, Frame, raw_frame
 
 SAMPLE = 2.2
 """How long the state port is listened to at rest [s]."""
@@ -23,10 +24,14 @@ SAMPLE = 2.2
 SLOW = 2.0
 """Duration of a motion that is to be interrupted [s]."""
 
+UNDISTURBED = 1.5
+"""Duration of a motion that is not, at least: long enough to tell its pace [s]."""
+
 LOSS_SEEN = 0.8
 """So long after the loss of a link the robot is judged, before a new link is made [s]."""
 
 _SETTLING = 0.3
+_SPEED_OVER = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +40,7 @@ class Sample:
 
     Attributes:
         opened: when the connection was made [s].
-        frames: every frame.
+        frames: the header of every frame.
         joints: joint values.
         feedback: type 15 with its times of arrival.
         statuses: STATUS.
@@ -43,7 +48,7 @@ class Sample:
     """
 
     opened: float
-    frames: tuple[Frame, ...]
+    frames: tuple[Heard, ...]
     joints: tuple[Joints, ...]
     feedback: tuple[tuple[float, JointFeedback], ...]
     statuses: tuple[Told, ...]
@@ -90,16 +95,35 @@ class Motion:
         """Where the robot was last."""
         return self.joints[-1].values
 
-    def moving(self) -> tuple[Joints, ...]:
-        """Return the reports between leaving the start and being where the robot ended."""
-        away = [n for n, at in enumerate(self.joints) if self._is_away(at.values, self.start)]
-        left = [n for n, at in enumerate(self.joints) if self._is_away(at.values, self.end)]
+    def moving(self, by: float | None = None) -> tuple[Joints, ...]:
+        """Return the reports between leaving the start and being where the robot ended.
+
+        Args:
+            by: what counts as away from either [rad or m]; `tolerance` by default.
+        """
+        by = self.tolerance if by is None else by
+        away = [n for n, at in enumerate(self.joints) if distance(at.values, self.start) > by]
+        left = [n for n, at in enumerate(self.joints) if distance(at.values, self.end) > by]
         if not away or not left:
             return ()
         return self.joints[away[0] : left[-1] + 1]
 
-    def _is_away(self, values: Sequence[float], place: Sequence[float]) -> bool:
-        return distance(values, place) > self.tolerance
+    def visibly_moving(self) -> tuple[Joints, ...]:
+        """Return the reports from the first visible motion to the last.
+
+        Raises:
+            CannotJudge: nothing moved.
+        """
+        self.must_have_moved()
+        return self.moving(2 * STEADY)
+
+    def speed_before(self, time: float) -> float:
+        """Return how fast the joint was in the quarter of a second before a time [rad/s or m/s]."""
+        before = [at for at in self.joints if time - 0.25 <= at.time <= time]
+        if len(before) < 2:
+            raise CannotJudge("the state port is too slow to see the speed before")
+        way = abs(before[-1].values[self.joint] - before[0].values[self.joint])
+        return way / (before[-1].time - before[0].time)
 
     def must_have_moved(self) -> tuple[Joints, ...]:
         """Return `moving`.
@@ -111,6 +135,17 @@ class Motion:
         if len(moving) < 2:
             raise CannotJudge("no motion was reported; MS02 says so")
         return moving
+
+    def fastest(self, since: float) -> float:
+        """Return the largest speed of the joint since a time, over 50 ms each [rad/s or m/s]."""
+        reports = [at for at in self.joints if at.time >= since]
+        fastest = 0.0
+        for report in reports:
+            earlier = [at for at in reports if at.time <= report.time - _SPEED_OVER]
+            if earlier:
+                way = abs(report.values[self.joint] - earlier[-1].values[self.joint])
+                fastest = max(fastest, way / (report.time - earlier[-1].time))
+        return fastest
 
     def at(self, time: float) -> tuple[float, ...]:
         """Return the joint values of the last report up to a time."""
@@ -135,7 +170,7 @@ async def sample(target: Target) -> Sample:
 async def reference(target: Target) -> Motion:
     """Move to the goal by two points, undisturbed."""
     mover = await ready(target)
-    watch, duration = mover.watch, mover.amplitude / SPEED + 0.1
+    watch, duration = mover.watch, max(UNDISTURBED, mover.amplitude / SPEED)
     replies = [await mover.point(0, mover.start, LEAD_IN)]
     sent = _now()
     replies.append(await mover.point(1, mover.goal, duration))
@@ -144,6 +179,20 @@ async def reference(target: Target) -> Motion:
     await watch.standstill(duration + 4)
     await asyncio.sleep(_SETTLING)
     return _motion(mover, duration, sent, answered, replies, None)
+
+
+async def must_be_slow(target: Target) -> None:
+    """Make sure that the robot moves as slowly as it is asked to.
+
+    Raises:
+        CannotJudge: it does not, or did not move when it was asked to.
+    """
+    motion: Motion = await target.once("a motion", reference)
+    moving = motion.must_have_moved()
+    if moving[-1].time - moving[0].time < 0.4 * motion.duration:
+        raise CannotJudge(
+            "the robot does not keep to durations, so no way out of its range is slow"
+        )
 
 
 async def stopped(target: Target) -> Motion:
@@ -159,6 +208,37 @@ async def stopped(target: Target) -> Motion:
     return _motion(mover, SLOW, sent, sent, [], reply)
 
 
+@dataclass(frozen=True, slots=True)
+class Questions:
+    """What a moving robot's controller answered.
+
+    Attributes:
+        ping: the answer to a PING; None where there was none within half a second.
+        status: the answer to a request for STATUS, if one was sent; None where there was none.
+        was_moving: the robot moved before and after both.
+    """
+
+    ping: Frame | None
+    status: Frame | None
+    was_moving: bool
+
+
+async def questioned(target: Target) -> Questions:
+    """Ask in the middle of a slow motion."""
+    mover = await ready(target)
+    await mover.set_off(SLOW)
+    before = mover.watch.position
+    mover.wire.send(Ping())
+    ping = await mover.wire.poll(0.5)
+    status = None
+    if not target.is_minimum:
+        mover.wire.send(raw_frame(mover.wire.codec, MsgType.STATUS, CommType.REQUEST))
+        status = await mover.wire.poll(0.5)
+    await asyncio.sleep(0.2)
+    was_moving = distance(mover.watch.position, before) > 2 * STEADY
+    return Questions(ping, status, was_moving)
+
+
 async def lost(target: Target) -> Motion:
     """Close the motion connection in the middle of a slow motion, and connect again later."""
     mover = await ready(target)
@@ -167,7 +247,7 @@ async def lost(target: Target) -> Motion:
     mover.wire.close()
     await _wait_until(event + LOSS_SEEN)
     wire = await target.motion()
-    wire.send(Ping())
+    wire.send(target.knock.message)
     reply = await wire.poll(1.0)
     await _wait_until(event + LOSS_SEEN + 0.6)
     return _motion(mover, SLOW, event, event, [], reply)

@@ -15,15 +15,23 @@ from openpendant.simplemsg import (
     ReplyCode,
     SpecialSequence,
     Status,
+    TriState,
     joint_array,
 )
 
 from ..findings import PASSED, Finding, Section, Verdict, deviates
+from .answers import (
+    MOTION_REPLY,
+    STOP,
+    judge_point_reply,
+    must_be_ping,
+    ping,
+)
 from .checks import ANY, FULL, check
 from .headers import UNKNOWN
-from .moving import STOP
+from .recordings import Questions, questioned
 from .target import Target
-from .wire import HEADER, Frame, RuleBroken, Wire, raw_frame
+from .wire import HEADER, REPLY_WITHIN, CannotJudge, RuleBroken, Wire, raw_frame
 
 _PING = "REP-I0006, PING; industrial_core ping_handler.cpp"
 _UNSUPPORTED = "REP-I0006: same type, communication type 3, reply code 2, no useful body"
@@ -31,20 +39,25 @@ _NO_TOPIC = "REP-I0006: topics are never answered; the real client's STOP would 
 _ONE_REPLY = "observed, industrial_robot_client: any frame is taken for the reply it waits for"
 _PROMPT = 0.25
 _UNKNOWN_TYPES = (20, 21, 1399, 64_999, 0x7FFF_FFFF)
-_POINT_BODY = 52
-_MOTOMAN_REPLY = 2002
 
 
 def _topic(msg_type: int, wire: Wire) -> bytes:
     return raw_frame(wire.codec, msg_type, CommType.TOPIC)
 
 
-@check("RS01", "a PING is answered with success", _PING, Section.REPLIES, profiles=ANY)
+@check(
+    "RS01", "a PING is answered with success", _PING, Section.REPLIES, profiles=ANY, is_plain=True
+)
 async def _ping(target: Target) -> Finding:
-    reply = await (await target.motion()).ask(Ping(), "a PING")
-    if (reply.msg_type, reply.reply_code) != (MsgType.PING, ReplyCode.SUCCESS):
-        raise RuleBroken(f"a PING was answered by {reply}")
-    return PASSED
+    wire = await target.motion()
+    wire.send(Ping())
+    reply = await wire.poll(REPLY_WITHIN)
+    if reply is not None:
+        must_be_ping(reply, "a PING")
+        return PASSED
+    if target.is_minimum or target.knows_ping:
+        raise RuleBroken("a PING was not answered within 1 s")
+    return deviates("ABB, Fanuc, Stäubli: PING is not known", "a PING was not answered")
 
 
 @check(
@@ -57,10 +70,9 @@ async def _ping_with_body(target: Target) -> Finding:
     wire = await target.motion()
     wire.send(raw_frame(wire.codec, MsgType.PING, CommType.REQUEST, body=bytes(40)))
     reply = await wire.expect("an answer to a PING with a body")
-    if (reply.msg_type, reply.reply_code) != (MsgType.PING, ReplyCode.SUCCESS):
-        raise RuleBroken(f"a PING with a body was answered by {reply}")
+    must_be_ping(reply, "a PING with a body")
     more = await wire.poll(0.2)
-    if more is not None and more.msg_type == _MOTOMAN_REPLY:
+    if more is not None and more.msg_type == MOTION_REPLY:
         return deviates("MotoROS: a PING has exactly 16 bytes", f"the body was answered by {more}")
     if more is not None or wire.is_lost:
         raise RuleBroken(f"after the answer to a PING with a body came {more or 'the end'}")
@@ -77,7 +89,7 @@ async def _ping_with_body(target: Target) -> Finding:
 async def _prompt(target: Target) -> Finding:
     wire = await target.motion()
     for number in range(1, 6):
-        await wire.ask(Ping(), f"PING {number} of five", _PROMPT)
+        await ping(wire, f"PING {number} of five", _PROMPT)
     return PASSED
 
 
@@ -87,7 +99,7 @@ async def _ping_topic(target: Target) -> Finding:
     wire.send(_topic(MsgType.PING, wire))
     reply = await wire.poll(0.2)
     if reply is None:
-        await wire.ask(Ping(), "a PING after a PING as a topic")
+        await ping(wire, "a PING after a PING as a topic")
         return PASSED
     if reply.msg_type == MsgType.PING:
         return deviates("industrial_core: answers a PING of any communication type", str(reply))
@@ -97,10 +109,12 @@ async def _ping_topic(target: Target) -> Finding:
 async def _refusal_of(wire: Wire, msg_type: int) -> Finding:
     what = f"an unknown request of type {msg_type}"
     reply = await wire.ask(raw_frame(wire.codec, msg_type, CommType.REQUEST), what)
-    if reply.msg_type == _MOTOMAN_REPLY and msg_type != _MOTOMAN_REPLY:
+    if reply.msg_type == MOTION_REPLY and msg_type != MOTION_REPLY:
         return deviates("Motoman: unknown types are answered by type 2002, result 3", str(reply))
     if (reply.msg_type, reply.reply_code) != (msg_type, ReplyCode.FAILURE):
         raise RuleBroken(f"{what} was answered by {reply}")
+    if any(reply.body):
+        raise RuleBroken(f"the refusal of {what} carries {len(reply.body)} bytes that say nothing")
     return PASSED
 
 
@@ -141,7 +155,7 @@ async def _link_survives(target: Target) -> Finding:
     body = struct.pack("<3i", 1, 2, 3)
     wire.send(raw_frame(wire.codec, UNKNOWN, CommType.REQUEST, body=body))
     await wire.expect("an answer to an unknown request with a body")
-    await wire.ask(Ping(), "a PING after an unknown request")
+    await ping(wire, "a PING after an unknown request")
     return PASSED
 
 
@@ -155,7 +169,7 @@ async def _unknown_topic(target: Target) -> Finding:
     wire = await target.motion()
     wire.send(raw_frame(wire.codec, UNKNOWN, CommType.TOPIC, body=bytes(24)))
     await wire.expect_silence(0.2, "an unknown topic")
-    await wire.ask(Ping(), "a PING after an unknown topic")
+    await ping(wire, "a PING after an unknown topic")
     return PASSED
 
 
@@ -230,43 +244,26 @@ async def _state_ping(target: Target) -> Finding:
     "STOP at rest is answered with success",
     "observed, industrial_robot_client: STOP is sent at every end, and its reply waited for",
     Section.REPLIES,
+    is_plain=True,
 )
 async def _stop_at_rest(target: Target) -> Finding:
     reply = await (await target.motion()).ask(STOP, "STOP")
     return judge_point_reply(reply)
 
 
-def judge_point_reply(reply: Frame) -> Finding:
-    """Judge the form of a reply that takes a point; vendors answer with bodies of their own.
-
-    Raises:
-        RuleBroken: it is none.
-    """
-    if reply.comm_type != CommType.REPLY or reply.reply_code != ReplyCode.SUCCESS:
-        raise RuleBroken(f"the point was answered by {reply}")
-    body = len(reply.body)
-    match reply.msg_type:
-        case MsgType.JOINT_TRAJ_PT if body == 0 or reply.body == bytes(40):
-            return PASSED
-        case MsgType.JOINT_TRAJ_PT if body == _POINT_BODY:
-            return deviates("Stäubli: a point is answered by a whole point", str(reply))
-        case MsgType.JOINT_POSITION if body == 44:
-            return deviates("Fanuc: points are answered by type 10, before the motion", str(reply))
-        case 2002:
-            return deviates("Motoman: points are answered by type 2002", str(reply))
-    raise RuleBroken(f"the point was answered by {reply}")
-
-
-@check("RS13", "STOP as a topic is not answered", _NO_TOPIC, Section.REPLIES)
+@check("RS13", "STOP as a topic is not answered", _NO_TOPIC, Section.REPLIES, is_plain=True)
 async def _stop_topic(target: Target) -> Finding:
     wire = await target.motion()
     zeros = joint_array(())
     wire.send(JointTrajPt(SpecialSequence.STOP, zeros, 0.0, 0.0, comm_type=CommType.TOPIC))
     reply = await wire.poll(0.2)
     if reply is None:
-        await wire.ask(Ping(), "a PING after STOP as a topic")
+        await target.knock.ask(wire, "after STOP as a topic")
         return PASSED
-    habits = {10: "Fanuc: topics are answered too", 2002: "Motoman: topics are answered too"}
+    habits = {
+        int(MsgType.JOINT_POSITION): "Fanuc: topics are answered too",
+        MOTION_REPLY: "Motoman: topics are answered too",
+    }
     if reply.msg_type in habits:
         return deviates(habits[reply.msg_type], str(reply))
     raise RuleBroken(f"STOP as a topic was answered by {reply}")
@@ -286,10 +283,18 @@ async def _once(target: Target) -> Finding:
 async def _order(target: Target) -> Finding:
     wire = await target.motion()
     wire.send(Ping(), raw_frame(wire.codec, UNKNOWN, CommType.REQUEST), STOP, Ping())
-    types = [(await wire.expect(f"answer {n} of four")).msg_type for n in range(1, 5)]
+    replies = [await wire.expect(f"answer {n} of four") for n in range(1, 5)]
+    types = [reply.msg_type for reply in replies]
     if types[0] != MsgType.PING or types[3] != MsgType.PING or types[1] != UNKNOWN:
         raise RuleBroken(f"PING, type {UNKNOWN}, STOP and PING were answered by types {types}")
+    must_be_ping(replies[0], "the first PING")
+    must_be_ping(replies[3], "the second PING")
     return PASSED
+
+
+def _all_stop(wire: Wire, words: int) -> bytes:
+    """Return a body that says STOP to whoever reads its sequence, wherever he begins."""
+    return struct.pack(f"{wire.codec.byte_order.value}i", SpecialSequence.STOP) * words
 
 
 async def _not_taken(wire: Wire, frame: bytes | Message, what: str) -> Finding:
@@ -299,7 +304,7 @@ async def _not_taken(wire: Wire, frame: bytes | Message, what: str) -> Finding:
     if reply is not None and reply.reply_code == ReplyCode.SUCCESS:
         raise RuleBroken(f"{what} was answered by {reply}")
     if reply is not None:
-        await wire.ask(Ping(), f"a PING after {what}")
+        await ping(wire, f"a PING after {what}")
         return PASSED
     if wire.is_lost:
         return PASSED
@@ -317,7 +322,7 @@ async def _not_taken(wire: Wire, frame: bytes | Message, what: str) -> Finding:
 )
 async def _short_body(target: Target) -> Finding:
     wire = await target.motion()
-    body = wire.encode(STOP)[HEADER:-4]
+    body = _all_stop(wire, 12)
     frame = raw_frame(wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=body)
     return await _not_taken(wire, frame, "a point of 48 bytes")
 
@@ -354,7 +359,7 @@ async def _full_point(target: Target) -> Finding:
     zeros = joint_array(())
     stop = JointTrajPtFull(0, SpecialSequence.STOP, 0, 0.0, zeros, zeros, zeros)
     reply = await (await target.motion()).ask(stop, "STOP in a full point")
-    if reply.msg_type == _MOTOMAN_REPLY:
+    if reply.msg_type == MOTION_REPLY:
         return deviates("Motoman: full points are answered by type 2002", str(reply))
     if reply.msg_type != MsgType.JOINT_TRAJ_PT_FULL or reply.comm_type != CommType.REPLY:
         raise RuleBroken(f"a full point was answered by {reply}")
@@ -382,10 +387,53 @@ async def _wrong_count(target: Target) -> Finding:
     _ONE_REPLY,
     Section.REPLIES,
     profiles=ANY,
+    is_plain=True,
 )
 async def _unasked(target: Target) -> Finding:
     wire = await target.motion()
     await wire.expect_silence(0.2, "connecting to the motion port")
-    await wire.ask(Ping(), "a PING")
-    await wire.expect_silence(0.2, "the answer to a PING")
+    await target.knock.ask(wire)
+    await wire.expect_silence(0.2, f"the answer to a {target.knock.name}")
+    return PASSED
+
+
+async def _questions(target: Target) -> Questions:
+    asked: Questions = await target.once("answers in motion", questioned)
+    if not asked.was_moving:
+        raise CannotJudge("the robot did not move meanwhile")
+    return asked
+
+
+@check(
+    "RS21",
+    "a PING is answered while the robot moves",
+    _PING + "; docs/minimum-controller.md: each request is answered",
+    Section.REPLIES,
+    moves=True,
+)
+async def _ping_in_motion(target: Target) -> Finding:
+    reply = (await _questions(target)).ping
+    if reply is None:
+        raise RuleBroken("a PING in motion was not answered within 0.5 s")
+    must_be_ping(reply, "a PING in motion")
+    return PASSED
+
+
+@check(
+    "RS22",
+    "STATUS that is asked for in motion says that the robot moves",
+    "REP-I0006, STATUS: may be sent as a request, and is true then too",
+    Section.REPLIES,
+    moves=True,
+    profiles=FULL,
+)
+async def _status_in_motion(target: Target) -> Finding:
+    reply = (await _questions(target)).status
+    if reply is None:
+        raise RuleBroken("a request for STATUS in motion was not answered within 0.5 s")
+    if reply.reply_code == ReplyCode.FAILURE:
+        raise CannotJudge("the target refuses the question, as it may; RS10 says so")
+    message = reply.message()
+    if not isinstance(message, Status) or message.in_motion == TriState.FALSE:
+        raise RuleBroken(f"a moving robot answered with {message}")
     return PASSED

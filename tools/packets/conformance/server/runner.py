@@ -1,7 +1,7 @@
 """Runs checks on a server one after the other; whatever happens, each ends in a finding.
 
-Owns which checks apply, what an exception means, the deadline of a check, and that a target which
-died is told from one that is gone. Knows no bytes.
+Owns which checks apply, what an exception means, the deadline of a check, that a target which died
+is told from one that is gone, and how a run ends early. Knows no bytes.
 """
 
 from __future__ import annotations
@@ -11,18 +11,25 @@ from collections.abc import Callable, Iterable, Sequence
 
 from ..findings import Finding, Judgement, Result, Section, Verdict, failed, not_applicable
 from .checks import Profile, ServerCheck, server_checks
-from .moving import restore
+from .guard import INTERRUPTED, BrokenOff
+from .moving import Restored, restore
 from .target import Options, Target
+from .vigil import Vigil
 from .wire import CannotJudge, RuleBroken, Unreachable
 
 REVIVALS = 3
 """So often a target that takes no connections is tried again before it is given up."""
 
 _REVIVAL_PAUSE = 0.7
-_RESTORE_WITHIN = 40.0
+_RESTORE_WITHIN = 60.0
+_HALT_WITHIN = 5.0
+_MOST_BREACHES = 3
 _LOG_LINES = 6
 _NOT_ALLOWED = "it would move the robot; not run without --yes-it-may-move"
 _UNREACHABLE = "target unreachable"
+_FIXED_LAYOUT = (
+    "a lone PING is not answered; a controller that reads every frame as a point might move"
+)
 
 Progress = Callable[[Result], None]
 
@@ -59,28 +66,38 @@ async def judge(
     only: Sequence[str] = (),
     checks: Iterable[ServerCheck] | None = None,
     progress: Progress | None = None,
+    on_start: Callable[[Callable[[], None]], None] | None = None,
 ) -> Judgement:
     """Judge a server.
+
+    Whatever ends it early, a robot that may move is sent STOP first.
 
     Args:
         options: where it is and what may be done.
         only: numbers or names of sections; empty for all.
         checks: the checks to run; those of the profile by default.
         progress: told each result as it is found.
+        on_start: given what ends the run early: the robot is stopped, and the checks that are left
+            are not applicable.
 
     Raises:
         Unreachable: nobody is there at the first look.
     """
     target = Target(options)
-    await target.survey()
+    if on_start is not None:
+        on_start(target.guard.interrupt)
     chosen = applicable(options, only) if checks is None else tuple(checks)
-    run = _Run(target)
+    run = _Run(target, chosen)
     results = []
-    for entry in chosen:
-        result = await run.one(entry)
-        results.append(result)
-        if progress is not None:
-            progress(result)
+    try:
+        await run.begin()
+        for entry in chosen:
+            result = await run.one(entry)
+            results.append(result)
+            if progress is not None:
+                progress(result)
+    finally:
+        await run.end()
     ports = [options.motion_port, options.state_port, options.pendant_port]
     subject = ":".join(str(part) for part in (options.host, *ports) if part is not None)
     return Judgement(f"server {subject}", "server", tuple(results))
@@ -89,10 +106,30 @@ async def judge(
 class _Run:
     """One run: the target, and what is left of its credit."""
 
-    def __init__(self, target: Target) -> None:
+    def __init__(self, target: Target, chosen: Sequence[ServerCheck]) -> None:
         self._target = target
+        self._vigil = Vigil(chosen)
         self._revivals = REVIVALS
         self._is_alive = True
+
+    async def begin(self) -> None:
+        """Have the first look.
+
+        Raises:
+            Unreachable: nobody is there.
+        """
+        target = self._target
+        try:
+            await target.guard.over(target.survey())
+        except BrokenOff:
+            await target.close()
+
+    async def end(self) -> None:
+        """Leave nothing open, and no robot in motion."""
+        if self._target.may_have_moved:
+            await self._halt()
+        await self._vigil.end()
+        await self._target.close()
 
     async def one(self, entry: ServerCheck) -> Result:
         """Run one check and put in order what it leaves behind."""
@@ -102,22 +139,72 @@ class _Run:
         return Result(entry.info, finding, seconds)
 
     async def _finding(self, entry: ServerCheck) -> Finding:
-        if entry.info.moves and not self._target.options.may_move:
-            return not_applicable(_NOT_ALLOWED)
+        reason = self._why_not(entry)
+        if reason:
+            return not_applicable(reason)
         if not self._is_alive and not await self._is_reachable():
             return not_applicable(_UNREACHABLE)
-        finding = await _outcome(entry, self._target)
+        finding = await _outcome(entry, self._target, self._vigil)
         log = await self._target.close()
         if finding.verdict is Verdict.FAILED and log:
             last = "; ".join(log[-_LOG_LINES:])
             finding = Finding(finding.verdict, f"{finding.detail} [{last}]", finding.habit)
+        if self._target.guard.is_interrupted:
+            await self._halt()
+            return finding
         if self._target.may_have_moved:
-            self._target.grounded = await _put_back(self._target)
+            finding = await self._put_back(finding)
         self._is_alive = await self._target.is_alive() or await self._is_reachable()
         if not self._is_alive:
             detail = f"{finding.detail}; " if finding.detail else ""
             return failed(f"{detail}after this check the target takes no connection any more")
         return finding
+
+    def _why_not(self, entry: ServerCheck) -> str:
+        """Return why a check is not run; empty where it is."""
+        target = self._target
+        if target.guard.is_interrupted:
+            return INTERRUPTED
+        if entry.info.moves and not target.options.may_move:
+            return _NOT_ALLOWED
+        is_safe = entry.is_plain or entry.info.section is Section.PENDANT
+        return "" if is_safe or target.knows_ping else _FIXED_LAYOUT
+
+    async def _put_back(self, finding: Finding) -> Finding:
+        """Bring the robot back to its start; a check that left it far from there has failed."""
+        target = self._target
+        try:
+            async with asyncio.timeout(_RESTORE_WITHIN):
+                restored = await target.guard.over(restore(target))
+        except (TimeoutError, Unreachable, BrokenOff) as error:
+            reason = str(error) or f"it did not come back within {_RESTORE_WITHIN:g} s"
+            restored = Restored(reason, target.reach)
+        target.grounded = restored.reason
+        if target.guard.is_interrupted:
+            await self._halt()
+        if target.guard.breaches >= _MOST_BREACHES and not target.grounded:
+            target.grounded = f"it went too far {target.guard.breaches} times"
+        if restored.away > target.reach:
+            detail = f"{finding.detail}; " if finding.detail else ""
+            return failed(f"{detail}it left the robot {restored.away:.4g} rad or m from its start")
+        return finding
+
+    async def _halt(self) -> None:
+        """Send STOP on a new connection and wait for the robot to stand, where it can be seen."""
+        target = self._target
+        if target.home is None or not target.may_have_moved:
+            return
+        try:
+            async with asyncio.timeout(_HALT_WITHIN):
+                await target.motion()
+                target.send_stop()
+                watch = await target.state()
+                if await watch.standstill(_HALT_WITHIN):
+                    target.may_have_moved = False
+        except (TimeoutError, Unreachable):
+            return  # nothing more can be done from here
+        finally:
+            await target.close()
 
     async def _is_reachable(self) -> bool:
         """Tell whether the target takes connections, with a few more attempts in the whole run."""
@@ -129,10 +216,15 @@ class _Run:
         return True
 
 
-async def _outcome(entry: ServerCheck, target: Target) -> Finding:
+async def _outcome(entry: ServerCheck, target: Target, vigil: Vigil) -> Finding:
+    if target.options.may_move and target.home is not None:
+        target.guard.put_up(target.home, target.reach)
     try:
+        await target.guard.over(vigil.before(entry, target))
         async with asyncio.timeout(entry.deadline):
-            return await entry.body(target)
+            return await target.guard.over(entry.body(target))
+    except BrokenOff as error:
+        return not_applicable(INTERRUPTED) if target.guard.is_interrupted else failed(str(error))
     except RuleBroken as error:
         return failed(str(error))
     except CannotJudge as error:
@@ -144,11 +236,3 @@ async def _outcome(entry: ServerCheck, target: Target) -> Finding:
     except Exception as error:
         # A fault of the tester's. One check must not end a run of an hour, nor count as passed.
         return failed(f"the tester itself failed: {type(error).__name__}: {error}")
-
-
-async def _put_back(target: Target) -> str:
-    try:
-        async with asyncio.timeout(_RESTORE_WITHIN):
-            return await restore(target)
-    except (TimeoutError, Unreachable) as error:
-        return str(error) or f"it did not come back within {_RESTORE_WITHIN:g} s"

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+import asyncio
 import itertools
 
-from openpendant.simplemsg import PENDANT, ReplyCode, Status, TriState
+from openpendant.simplemsg import (
+    PENDANT,
+    CommType,
+    ControllerMode,
+    MsgType,
+    ReplyCode,
+    Status,
+    TriState,
+)
 from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
 
 from ..findings import PASSED, Finding, Section, Verdict, deviates
+from .answers import STOP, is_taken
 from .checks import ANY, FULL, check
-from .moving import LEAD_IN, STOP, is_taken, ready
-from .recordings import Motion, Sample, reference, sample, stopped
+from .moving import LEAD_IN, STOP_WITHIN, VERY_SLOW, ready
+from .recordings import SLOW, Motion, Sample, must_be_slow, reference, sample, stopped
 from .target import Target
-from .wire import CannotJudge, RuleBroken, raw_frame
+from .wire import HEADER, CannotJudge, RuleBroken, raw_frame
 
 _TRI_STATES = ("drives_powered", "e_stopped", "in_error", "in_motion", "motion_possible")
 _LAYOUT = "REP-I0006, STATUS: each is -1 unknown, 0 or 1"
@@ -23,23 +33,23 @@ _DELAY = 0.5
 _TRAINING = "docs/emulator.md: OPERATOR_EVENT (type 65100) plays the operator of an emulator"
 
 
-async def _at_rest(target: Target) -> list[Status]:
+async def _statuses(target: Target) -> list[Status]:
     taken: Sample = await target.once("the state at rest", sample)
     if not taken.statuses:
         raise RuleBroken("no STATUS was reported")
     return [told.status for told in taken.statuses]
 
 
-async def _moved(target: Target) -> Motion:
+async def _told_in_motion(target: Target) -> Motion:
     motion: Motion = await target.once("a motion", reference)
     if not motion.statuses:
         raise CannotJudge("no STATUS was reported")
     return motion
 
 
-@check("QS01", "tri-states are -1, 0 or 1", _LAYOUT, Section.STATUS, profiles=ANY)
+@check("QS01", "tri-states are -1, 0 or 1", _LAYOUT, Section.STATUS, profiles=ANY, is_plain=True)
 async def _tri_states(target: Target) -> Finding:
-    for status in await _at_rest(target):
+    for status in await _statuses(target):
         for name in _TRI_STATES:
             if getattr(status, name) not in (-1, 0, 1):
                 raise RuleBroken(f"{name} is {getattr(status, name)}")
@@ -52,17 +62,25 @@ async def _tri_states(target: Target) -> Finding:
     "industrial_msgs RobotMode; REP-I0006, STATUS",
     Section.STATUS,
     profiles=ANY,
+    is_plain=True,
 )
 async def _modes(target: Target) -> Finding:
-    for status in await _at_rest(target):
+    for status in await _statuses(target):
         if status.mode not in (-1, 1, 2):
             raise RuleBroken(f"mode is {status.mode}")
     return PASSED
 
 
-@check("QS03", "an error has a number, and a number an error", _ERROR, Section.STATUS, profiles=ANY)
+@check(
+    "QS03",
+    "an error has a number, and a number an error",
+    _ERROR,
+    Section.STATUS,
+    profiles=ANY,
+    is_plain=True,
+)
 async def _error_code(target: Target) -> Finding:
-    for status in await _at_rest(target):
+    for status in await _statuses(target):
         if status.in_error == TriState.TRUE and status.error_code == 0:
             raise RuleBroken("in_error is 1, error_code 0")
         if status.in_error == TriState.FALSE and status.error_code != 0:
@@ -71,9 +89,11 @@ async def _error_code(target: Target) -> Finding:
     return PASSED
 
 
-@check("QS04", "a resting robot is not in motion", _ACTION, Section.STATUS, profiles=ANY)
+@check(
+    "QS04", "a resting robot is not in motion", _ACTION, Section.STATUS, profiles=ANY, is_plain=True
+)
 async def _at_rest_not_in_motion(target: Target) -> Finding:
-    last = (await _at_rest(target))[-1]
+    last = (await _statuses(target))[-1]
     if last.in_motion == TriState.TRUE:
         raise RuleBroken("in_motion is 1 although the joint values stand still")
     if last.in_motion == TriState.UNKNOWN:
@@ -87,9 +107,10 @@ async def _at_rest_not_in_motion(target: Target) -> Finding:
     _POSSIBLE,
     Section.STATUS,
     profiles=ANY,
+    is_plain=True,
 )
 async def _possible(target: Target) -> Finding:
-    for status in await _at_rest(target):
+    for status in await _statuses(target):
         is_dead = status.e_stopped == TriState.TRUE or status.drives_powered == TriState.FALSE
         if is_dead and status.motion_possible == TriState.TRUE:
             raise RuleBroken(
@@ -99,9 +120,9 @@ async def _possible(target: Target) -> Finding:
     return PASSED
 
 
-@check("QS06", "STATUS knows what it reports", _LAYOUT, Section.STATUS, profiles=ANY)
+@check("QS06", "STATUS knows what it reports", _LAYOUT, Section.STATUS, profiles=ANY, is_plain=True)
 async def _known(target: Target) -> Finding:
-    last = (await _at_rest(target))[-1]
+    last = (await _statuses(target))[-1]
     unknown = [name for name in (*_TRI_STATES, "mode") if getattr(last, name) == -1]
     if unknown:
         return deviates(
@@ -110,9 +131,11 @@ async def _known(target: Target) -> Finding:
     return PASSED
 
 
-@check("QS07", "STATUS at rest does not flicker", _LAYOUT, Section.STATUS, profiles=ANY)
+@check(
+    "QS07", "STATUS at rest does not flicker", _LAYOUT, Section.STATUS, profiles=ANY, is_plain=True
+)
 async def _steady(target: Target) -> Finding:
-    states = await _at_rest(target)
+    states = await _statuses(target)
     for name in (*_TRI_STATES, "mode", "error_code"):
         values = [getattr(status, name) for status in states]
         changes = sum(a != b for a, b in itertools.pairwise(values))
@@ -121,9 +144,9 @@ async def _steady(target: Target) -> Finding:
     return PASSED
 
 
-@check("QS08", "a moving robot is in motion", _ACTION, Section.STATUS, moves=True)
+@check("QS08", "a moving robot is in motion", _ACTION, Section.STATUS, moves=True, is_plain=True)
 async def _says_motion(target: Target) -> Finding:
-    motion = await _moved(target)
+    motion = await _told_in_motion(target)
     left = motion.must_have_moved()[0].time
     said = [told.time for told in motion.statuses if told.status.in_motion == TriState.TRUE]
     if not said:
@@ -141,20 +164,33 @@ async def _says_motion(target: Target) -> Finding:
     "industrial_robot_simulator says 0 in the last segment, which ends goals too early",
     Section.STATUS,
     moves=True,
+    is_plain=True,
 )
 async def _until_it_stands(target: Target) -> Finding:
-    motion = await _moved(target)
-    moving = motion.must_have_moved()
-    began, ended = moving[0].time + _DELAY / 2, moving[-1].time - 0.02
+    motion = await _told_in_motion(target)
+    moving = motion.visibly_moving()
+    began, ended = moving[0].time, moving[-1].time - 0.02
+    has_said = False
     for told in motion.statuses:
-        if began < told.time < ended and told.status.in_motion == TriState.FALSE:
+        if not began < told.time < ended:
+            continue
+        has_said = has_said or told.status.in_motion == TriState.TRUE
+        is_late = has_said or told.time > began + _DELAY
+        if is_late and told.status.in_motion == TriState.FALSE:
             raise RuleBroken(f"in_motion was 0 {ended - told.time:.3f} s before the robot stood")
     return PASSED
 
 
-@check("QS10", "in_motion is 0 soon after the robot stands", _ACTION, Section.STATUS, moves=True)
+@check(
+    "QS10",
+    "in_motion is 0 soon after the robot stands",
+    _ACTION,
+    Section.STATUS,
+    moves=True,
+    is_plain=True,
+)
 async def _says_rest(target: Target) -> Finding:
-    motion = await _moved(target)
+    motion = await _told_in_motion(target)
     stood = motion.must_have_moved()[-1].time
     rest = [
         told.time
@@ -166,9 +202,16 @@ async def _says_rest(target: Target) -> Finding:
     return Finding(Verdict.PASSED, f"{rest[0] - stood:+.3f} s")
 
 
-@check("QS11", "a robot that moves had said that it can", _POSSIBLE, Section.STATUS, moves=True)
+@check(
+    "QS11",
+    "a robot that moves had said that it can",
+    _POSSIBLE,
+    Section.STATUS,
+    moves=True,
+    is_plain=True,
+)
 async def _had_said_possible(target: Target) -> Finding:
-    motion = await _moved(target)
+    motion = await _told_in_motion(target)
     motion.must_have_moved()
     before = [told.status for told in motion.statuses if told.time <= motion.sent]
     if not before:
@@ -190,6 +233,7 @@ async def _had_said_possible(target: Target) -> Finding:
     "docs/ros-i.md: a stop that was asked for",
     Section.STATUS,
     moves=True,
+    is_plain=True,
 )
 async def _stop_is_no_error(target: Target) -> Finding:
     motion: Motion = await target.once("a stopped motion", stopped)
@@ -210,12 +254,18 @@ async def _stop_is_no_error(target: Target) -> Finding:
     profiles=FULL,
 )
 async def _error_is_over(target: Target) -> Finding:
+    await must_be_slow(target)
     mover = await ready(target)
     nan = tuple(float("nan") if slot == mover.joint else v for slot, v in enumerate(mover.start))
-    mover.wire.send(raw_frame(mover.wire.codec, 11, 2, body=b"\0" * 8))
+    short = mover.wire.encode(STOP)[HEADER : HEADER + 4] * 2
+    mover.wire.send(
+        raw_frame(mover.wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=short)
+    )
     await mover.wire.poll(0.5)
     if not mover.wire.is_lost:
-        await mover.point(0, nan, LEAD_IN)
+        if is_taken(await mover.point(0, nan, VERY_SLOW)):
+            mover.wire.send(STOP)
+            raise CannotJudge("what is no number was taken; LS01 says so")
     await target.close()
     again = await ready(target)
     if not is_taken(await again.point(0, again.start, LEAD_IN)):
@@ -226,6 +276,10 @@ async def _error_is_over(target: Target) -> Finding:
         code = again.watch.status.error_code if again.watch.status else 0
         raise RuleBroken(f"error {code} stays after a good trajectory")
     return PASSED
+
+
+def _is_off(status: Status | None) -> bool:
+    return status is not None and status.drives_powered != TriState.TRUE
 
 
 def _no_error(status: Status | None) -> bool:
@@ -260,6 +314,8 @@ async def _emergency_stop(target: Target) -> Finding:
             raise RuleBroken("STATUS does not show the emergency stop")
         if watch.status is not None and watch.status.motion_possible == TriState.TRUE:
             raise RuleBroken("motion_possible is 1 in emergency stop")
+        if not await watch.until(lambda: _is_off(watch.status), _DELAY):
+            raise RuleBroken("drives_powered is 1 in emergency stop")
         reply = await mover.point(0, mover.start, LEAD_IN)
         if is_taken(reply):
             raise RuleBroken("a point was taken in emergency stop")
@@ -272,3 +328,54 @@ async def _emergency_stop(target: Target) -> Finding:
     ):
         raise RuleBroken("STATUS still shows the emergency stop after its reset")
     return PASSED
+
+
+@check(
+    "QS15",
+    "an emergency stop ends a motion, and its reset does not resume it",
+    _TRAINING + "; docs/minimum-controller.md: nothing ever resumes",
+    Section.STATUS,
+    moves=True,
+    profiles=FULL,
+)
+async def _emergency_stop_in_motion(target: Target) -> Finding:
+    mover = await ready(target)
+    await mover.set_off(SLOW)
+    if not await _operate(target, OperatorAction.EMERGENCY_STOP):
+        raise CannotJudge("the target takes no OPERATOR_EVENT")
+    try:
+        await asyncio.sleep(STOP_WITHIN)
+        stood = mover.watch.position
+        await mover.stays(0.4, "an emergency stop", stood)
+    finally:
+        await _operate(target, OperatorAction.RESET)
+    await mover.stays(0.8, "the reset of an emergency stop", stood)
+    return PASSED
+
+
+@check(
+    "QS16",
+    "a motion without incident shows power, automatic mode, no error and no emergency stop",
+    _LAYOUT + "; docs/minimum-controller.md: each of them aborts a motion",
+    Section.STATUS,
+    moves=True,
+    is_plain=True,
+)
+async def _healthy(target: Target) -> Finding:
+    motion = await _told_in_motion(target)
+    moving = motion.visibly_moving()
+    for told in motion.statuses:
+        if moving[0].time <= told.time <= moving[-1].time:
+            _must_be_healthy(told.status)
+    return PASSED
+
+
+def _must_be_healthy(status: Status) -> None:
+    if status.in_error == TriState.TRUE:
+        raise RuleBroken(f"in_error is 1, error {status.error_code}, while the robot moves")
+    if status.e_stopped == TriState.TRUE:
+        raise RuleBroken("e_stopped is 1 while the robot moves")
+    if status.drives_powered == TriState.FALSE:
+        raise RuleBroken("drives_powered is 0 while the robot moves")
+    if status.mode == ControllerMode.MANUAL:
+        raise RuleBroken("mode is 1, manual, while the robot moves by remote command")

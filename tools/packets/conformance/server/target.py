@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg import (
@@ -20,11 +20,14 @@ from openpendant.simplemsg import (
     ByteOrder,
     Codec,
     Dialect,
+    MsgType,
     Ping,
     codec_for,
 )
 
+from .answers import STOP, Knock
 from .checks import Profile
+from .guard import Guard
 from .watch import Watch
 from .wire import CannotJudge, RuleBroken, Unreachable, Wire, open_wire
 
@@ -33,7 +36,13 @@ _Kept = TypeVar("_Kept")
 CLOSING_PAUSE = 0.02
 """So long the target gets to notice that a check's connections are closed [s]."""
 
+FENCE_TOLERANCE = 0.01
+"""A joint may be so far beyond the amplitude before it is stopped [rad or m]."""
+
 _FIRST_WORD = 2.5
+_MOST_TOPICS = 20
+_ORDERS: tuple[Literal["little", "big"], ...] = ("little", "big")
+_MOTION = "motion"
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +88,10 @@ class Target:
         moved_joint: index of the joint that is moved; None before it was chosen.
         grounded: why the robot could not be brought back to its start, empty where it was.
         may_have_moved: the robot may not be where it was at the first look.
+        knows_ping: it answers a lone PING, so it tells frames apart by their header.
+        guard: breaks off what is done when the robot goes too far.
+        idle_link: a motion link that stays open all the run; None where others would be kept out.
+        long_watch: the same for the state port.
     """
 
     def __init__(self, options: Options) -> None:
@@ -89,6 +102,10 @@ class Target:
         self.moved_joint: int | None = None
         self.may_have_moved = False
         self.grounded = ""
+        self.knows_ping = True
+        self.guard = Guard(self.send_stop)
+        self.idle_link: Wire | None = None
+        self.long_watch: Watch | None = None
         self._wires: list[Wire] = []
         self._kept: dict[str, Any] = {}
 
@@ -111,7 +128,13 @@ class Target:
 
     async def motion(self, order: ByteOrder | None = None) -> Wire:
         """Connect to the motion port."""
-        return await self._open("motion", self.options.motion_port, self.codec(order))
+        return await self._open(_MOTION, self.options.motion_port, self.codec(order))
+
+    def send_stop(self) -> None:
+        """Send STOP on every open connection to the motion port; wait for nothing."""
+        for wire in self._wires:
+            if wire.name == _MOTION:
+                wire.send(self.codec().encode(STOP))
 
     async def state_wire(self) -> Wire:
         """Connect to the state port.
@@ -125,7 +148,7 @@ class Target:
 
     async def state(self) -> Watch:
         """Connect to the state port and watch it."""
-        return Watch(await self.state_wire())
+        return Watch(await self.state_wire(), self.guard.look)
 
     async def pendant(self, order: ByteOrder = ByteOrder.LITTLE) -> Wire:
         """Connect to the pendant port.
@@ -136,6 +159,11 @@ class Target:
         if self.options.pendant_port is None:
             raise CannotJudge("no pendant port was given")
         return await self._open("pendant", self.options.pendant_port, codec_for(PENDANT, order, 4))
+
+    def keep(self, wire: Wire) -> Wire:
+        """Leave a connection open when the others are closed; who keeps it closes it."""
+        self._wires.remove(wire)
+        return wire
 
     async def close(self) -> list[str]:
         """Close what is open, let the target notice, and return what travelled last."""
@@ -154,7 +182,7 @@ class Target:
         if options.profile is Profile.PENDANT and options.pendant_port is not None:
             port = options.pendant_port
         try:
-            wire = await open_wire("motion", options.host, port, self.codec())
+            wire = await open_wire(_MOTION, options.host, port, self.codec())
         except Unreachable:
             return False
         # One that closes at once has stopped listening in all but name, or has no room left.
@@ -165,7 +193,7 @@ class Target:
     # What is known of it.
 
     async def survey(self) -> None:
-        """Have the first look: byte order, and where the robot stands.
+        """Have the first look: byte order, whether PING is known, and where the robot stands.
 
         Raises:
             Unreachable: a port takes no connection.
@@ -176,7 +204,7 @@ class Target:
             return
         if self.options.order is None:
             await self._find_order()
-        await self.motion()
+        self.knows_ping = await self._answers_ping()
         if self.options.state_port is not None:
             watch = await self.state()
             await watch.begin(_FIRST_WORD)
@@ -202,6 +230,39 @@ class Target:
             if self.options.state_port is not None and not is_wrong:
                 break  # silent in any order
         self.order = ByteOrder.LITTLE
+
+    async def _answers_ping(self) -> bool:
+        """Send one PING, on a connection of its own, and look for the type of whatever comes.
+
+        Its sixteen bytes are too few for a point. A reader of fixed layout waits for more, and
+        would take PINGs in a row for a point near zero.
+        """
+        wire = await self.motion()
+        wire.send(Ping())
+        came: list[bytes] = []
+        while (frame := await wire.poll(1.0)) is not None and len(came) < _MOST_TOPICS:
+            came.append(frame.data)
+            if frame.msg_type == MsgType.PING:
+                break
+        came.append(wire.unread)
+        await self.close()
+        types = {int.from_bytes(data[4:8], order) for data in came for order in _ORDERS}
+        return int(MsgType.PING) in types
+
+    @property
+    def knock(self) -> Knock:
+        """The question whether anybody is there that this target knows."""
+        return Knock(knows_ping=self.knows_ping)
+
+    @property
+    def is_minimum(self) -> bool:
+        """It is judged by docs/minimum-controller.md, which is stricter than the protocol."""
+        return self.options.profile is Profile.MINIMUM
+
+    @property
+    def reach(self) -> float:
+        """So far from its first position may the robot be at any time [rad or m]."""
+        return self.options.amplitude + FENCE_TOLERANCE
 
     @property
     def dof(self) -> int:

@@ -33,16 +33,42 @@ STEADY_FOR = 0.1
 _HISTORY = 8192
 
 
+class Heard(NamedTuple):
+    """What is kept of a frame; a peer that sends large ones must not fill the memory.
+
+    Attributes:
+        time: when its last byte came [s].
+        msg_type: message type.
+        comm_type: communication type.
+        reply_code: reply code.
+        size: its length, prefix included [bytes].
+    """
+
+    time: float
+    msg_type: int
+    comm_type: int
+    reply_code: int
+    size: int
+
+    def __str__(self) -> str:
+        return (
+            f"type {self.msg_type}, comm {self.comm_type}, code {self.reply_code},"
+            f" {self.size} bytes"
+        )
+
+
 class Joints(NamedTuple):
     """One report of joint values.
 
     Attributes:
         time: when it came [s].
         values: all ten slots [rad or m].
+        sequence: what stands in front of them; 0 where nothing does.
     """
 
     time: float
     values: tuple[float, ...]
+    sequence: int = 0
 
 
 class Told(NamedTuple):
@@ -62,17 +88,23 @@ class Watch:
 
     Attributes:
         wire: the connection.
-        frames: every frame, in order.
+        frames: the header of every frame, in order.
         positions: joint values of type 10.
         feedback: joint values with velocity, of type 15; the times are those of arrival.
         statuses: STATUS, type 13.
     """
 
-    def __init__(self, wire: Wire) -> None:
-        """Watch a connection from now on."""
+    def __init__(self, wire: Wire, look: Callable[[Sequence[float]], None] | None = None) -> None:
+        """Watch a connection from now on.
+
+        Args:
+            wire: the connection.
+            look: told every reported position [rad or m].
+        """
         self.wire = wire
+        self._look = look
         self.began = asyncio.get_running_loop().time()
-        self.frames: deque[Frame] = deque(maxlen=_HISTORY)
+        self.frames: deque[Heard] = deque(maxlen=_HISTORY)
         self.positions: deque[Joints] = deque(maxlen=_HISTORY)
         self.feedback: deque[tuple[float, JointFeedback]] = deque(maxlen=_HISTORY)
         self.statuses: deque[Told] = deque(maxlen=_HISTORY)
@@ -80,7 +112,8 @@ class Watch:
         wire.listener = self._take
 
     def _take(self, frame: Frame) -> None:
-        self.frames.append(frame)
+        header = (frame.msg_type, frame.comm_type, frame.reply_code)
+        self.frames.append(Heard(frame.time, *header, len(frame.data)))
         try:
             message = frame.codec.decode(frame.data)
         except MessageFault:
@@ -88,12 +121,19 @@ class Watch:
             return  # checks on framing look at `frames`
         match message:
             case JointPosition():
-                self.positions.append(Joints(frame.time, message.joints))
+                self.positions.append(Joints(frame.time, message.joints, message.sequence))
+                self._show(message.joints)
             case JointFeedback():
                 self.feedback.append((frame.time, message))
+                if message.valid_fields & ValidField.POSITION:
+                    self._show(message.positions)
             case Status() if message.comm_type == 1:
                 self.statuses.append(Told(frame.time, message))
         self._changed.set()
+
+    def _show(self, position: Sequence[float]) -> None:
+        if self._look is not None:
+            self._look(position)
 
     @property
     def joints(self) -> Sequence[Joints]:
@@ -174,8 +214,9 @@ def _distance(one: Sequence[float], other: Sequence[float]) -> float:
 
 def distance(one: Sequence[float], other: Sequence[float]) -> float:
     """Return the largest difference of two joint positions [rad or m]; inf where one is none."""
-    worst = _distance(one, other)
-    return worst if math.isfinite(worst) else math.inf
+    if not all(map(math.isfinite, (*one, *other))):
+        return math.inf  # a comparison with what is no number is false either way
+    return _distance(one, other)
 
 
 def rate(times: Sequence[float]) -> float:

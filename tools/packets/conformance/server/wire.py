@@ -29,6 +29,7 @@ CONNECT_WITHIN = 3.0
 """A connection that takes longer is refused [s]."""
 
 _MOST_WAITING = 4096
+_MOST_WAITING_BYTES = 1 << 20
 _LOG_LENGTH = 12
 
 
@@ -154,6 +155,7 @@ class Wire(asyncio.Protocol):
         self._loop = asyncio.get_running_loop()
         self._opened = self._loop.time()
         self._waiting: deque[Frame] = deque()
+        self._waiting_bytes = 0
         self._pending = bytearray()
         self._prefix = struct.Struct(f"{codec.byte_order.value}i")
         self._changed = asyncio.Event()
@@ -203,7 +205,9 @@ class Wire(asyncio.Protocol):
             return
         self._note(f"← {frame}")
         self._waiting.append(frame)
-        if len(self._waiting) >= _MOST_WAITING and self._transport and not self._is_held:
+        self._waiting_bytes += len(frame.data)
+        is_full = len(self._waiting) >= _MOST_WAITING or self._waiting_bytes >= _MOST_WAITING_BYTES
+        if is_full and self._transport and not self._is_held:
             # An endless stream is left to the kernel until somebody asks for it.
             self._is_held = True
             self._transport.pause_reading()
@@ -217,6 +221,16 @@ class Wire(asyncio.Protocol):
     def is_lost(self) -> bool:
         """The connection is over, from either end."""
         return self._is_lost
+
+    @property
+    def age(self) -> float:
+        """How long it has been open [s]."""
+        return self._loop.time() - self._opened
+
+    @property
+    def unread(self) -> bytes:
+        """What came and is no whole frame, the beginning of one or none at all."""
+        return self.stray or bytes(self._pending)
 
     @property
     def is_amid_frame(self) -> bool:
@@ -245,10 +259,14 @@ class Wire(asyncio.Protocol):
         await self._until(lambda: bool(self._waiting) or self._is_lost or bool(self.stray), within)
         if not self._waiting:
             return None
-        if self._is_held and self._transport and len(self._waiting) < _MOST_WAITING // 2:
-            self._is_held = False
-            self._transport.resume_reading()
-        return self._waiting.popleft()
+        frame = self._waiting.popleft()
+        self._waiting_bytes -= len(frame.data)
+        is_low = len(self._waiting) < _MOST_WAITING // 2
+        if self._is_held and self._transport and is_low:
+            self._is_held = self._waiting_bytes >= _MOST_WAITING_BYTES
+            if not self._is_held:
+                self._transport.resume_reading()
+        return frame
 
     async def expect(self, what: str, within: float = REPLY_WITHIN) -> Frame:
         """Return the next frame.

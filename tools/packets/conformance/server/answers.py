@@ -1,0 +1,123 @@
+"""What a correct answer is: to a PING, to a point, and to the question whether anybody is there.
+
+Vendors answer points with bodies of their own, and some know no PING; this is the one place that
+tells their habits from faults.
+"""
+
+from __future__ import annotations
+
+from openpendant.simplemsg import (
+    CommType,
+    JointTrajPt,
+    MsgType,
+    Ping,
+    ReplyCode,
+    SpecialSequence,
+    joint_array,
+)
+from openpendant.simplemsg.motoman import MotomanMotionReply
+
+from ..findings import PASSED, Finding, deviates
+from .wire import REPLY_WITHIN, Frame, RuleBroken, Wire
+
+STOP = JointTrajPt(SpecialSequence.STOP, joint_array(()), 0.0, 0.0)
+
+MOTION_REPLY: int = MotomanMotionReply.PLACE.msg_type
+"""Type 2002, with which Motoman answers everything."""
+
+_POINT_BODY = 52
+
+
+def must_be_ping(reply: Frame, what: str) -> None:
+    """Make sure that a frame is a whole answer to a PING: its type, a reply, success.
+
+    Raises:
+        RuleBroken: it is not.
+    """
+    if (reply.msg_type, reply.comm_type, reply.reply_code) != (
+        MsgType.PING,
+        CommType.REPLY,
+        ReplyCode.SUCCESS,
+    ):
+        raise RuleBroken(f"{what} was answered by {reply}")
+
+
+async def ping(wire: Wire, what: str = "a PING", within: float = REPLY_WITHIN) -> Frame:
+    """Send a PING that must be answered; return the answer.
+
+    Raises:
+        RuleBroken: it was not, or by something else.
+    """
+    reply = await wire.ask(Ping(), what, within)
+    must_be_ping(reply, what)
+    return reply
+
+
+def judge_point_reply(reply: Frame) -> Finding:
+    """Judge the form of a reply that takes a point; vendors answer with bodies of their own.
+
+    Raises:
+        RuleBroken: it is none.
+    """
+    if reply.comm_type != CommType.REPLY or reply.reply_code != ReplyCode.SUCCESS:
+        raise RuleBroken(f"the point was answered by {reply}")
+    body = len(reply.body)
+    match reply.msg_type:
+        case MsgType.JOINT_TRAJ_PT if body == 0 or reply.body == bytes(40):
+            return PASSED
+        case MsgType.JOINT_TRAJ_PT if body == _POINT_BODY:
+            return deviates("Stäubli: a point is answered by a whole point", str(reply))
+        case MsgType.JOINT_POSITION if body == 44:
+            return deviates("Fanuc: points are answered by type 10, before the motion", str(reply))
+        case _ if reply.msg_type == MOTION_REPLY:
+            return deviates("Motoman: points are answered by type 2002", str(reply))
+    raise RuleBroken(f"the point was answered by {reply}")
+
+
+def is_taken(reply: Frame) -> bool:
+    """Tell whether a reply says that a point was taken; Motoman says it in the body."""
+    if reply.msg_type == MOTION_REPLY:
+        return reply.integers(5)[3] == 0
+    return reply.comm_type == CommType.REPLY and reply.reply_code == ReplyCode.SUCCESS
+
+
+class Knock:
+    """The question whether anybody is there: a PING, or STOP where PING is not known.
+
+    Attributes:
+        message: the question.
+        name: its name in reports.
+    """
+
+    def __init__(self, *, knows_ping: bool) -> None:
+        """Choose the question that the target knows."""
+        self.message = Ping() if knows_ping else STOP
+        self.name = "PING" if knows_ping else "STOP"
+
+    def judge(self, reply: Frame, what: str) -> None:
+        """Make sure that a frame answers it.
+
+        Raises:
+            RuleBroken: it does not.
+        """
+        if self.name == "PING":
+            must_be_ping(reply, what)
+        else:
+            judge_point_reply(reply)
+
+    async def answered(self, wire: Wire, what: str) -> None:
+        """Wait for an answer to a question that was sent.
+
+        Raises:
+            RuleBroken: none came, or something else.
+        """
+        self.judge(await wire.expect(f"an answer to {what}"), what)
+
+    async def ask(self, wire: Wire, when: str = "") -> None:
+        """Ask, and wait for the answer.
+
+        Raises:
+            RuleBroken: none came, or something else.
+        """
+        wire.send(self.message)
+        await self.answered(wire, f"a {self.name} {when}".rstrip())
