@@ -1,7 +1,7 @@
 """`openpendant packets conformance`: arguments, the question before anything moves, the report.
 
 Owns the command line and its exit codes. What is judged, and how, is the runner's business for
-servers and `client_role`'s for clients.
+servers and `client.role`'s for clients.
 """
 
 from __future__ import annotations
