@@ -37,11 +37,27 @@ class Outcome:
     exit_code: int
 
 
-def fuzz(target: str, seconds: int, keep: Path) -> Outcome:
-    """Fuzz one target in a process of its own; what breaks it is kept in a folder."""
+def fuzz(target: str, seconds: int, keep: Path, seed: int = 0) -> Outcome:
+    """Fuzz one target in a process of its own; what breaks it is kept in a folder.
+
+    Args:
+        target: its name.
+        seconds: for how long.
+        keep: the folder.
+        seed: 0 tries other inputs each time, another number the same ones.
+    """
     before = set(keep.glob("*"))
     with tempfile.TemporaryDirectory() as corpus:
-        command = [sys.executable, __file__, "--child", target, corpus, str(seconds), str(keep)]
+        command = [
+            sys.executable,
+            __file__,
+            "--child",
+            target,
+            corpus,
+            str(seconds),
+            str(keep),
+            str(seed),
+        ]
         path = os.pathsep.join([str(FOLDER.parent), os.environ.get("PYTHONPATH", "")])
         done = subprocess.run(
             command,
@@ -57,19 +73,24 @@ def fuzz(target: str, seconds: int, keep: Path) -> Outcome:
     return Outcome(target, int(runs[1]) if runs else 0, found, done.stdout, done.returncode)
 
 
-def _child(target: str, corpus: str, seconds: str, keep: str) -> None:
+def _child(target: str, corpus: str, seconds: str, keep: str, seed: str) -> None:
     """Run one target until its time is over or it breaks; does not return."""
     # Looked up by name, because it is optional and has no types.
     atheris = importlib.import_module("atheris")
 
     with atheris.instrument_imports(include=["openpendant"]):
         module = importlib.import_module(f"fuzz.{target}")
-    for seed in module.seeds():
-        (Path(corpus) / hashlib.sha1(seed).hexdigest()).write_bytes(seed)
+    for first in module.seeds():
+        (Path(corpus) / hashlib.sha1(first).hexdigest()).write_bytes(first)
     Path(keep).mkdir(parents=True, exist_ok=True)
     options = [
         *(f"-max_total_time={seconds}", f"-max_len={_LONGEST_INPUT}", "-timeout=10"),
-        *("-rss_limit_mb=1024", "-print_final_stats=1", f"-artifact_prefix={keep}/"),
+        *(
+            f"-seed={seed}",
+            "-rss_limit_mb=1024",
+            "-print_final_stats=1",
+            f"-artifact_prefix={keep}/",
+        ),
     ]
     atheris.Setup([target, *options, corpus], module.TestOneInput)
     atheris.Fuzz()
