@@ -33,8 +33,12 @@ from typing import NamedTuple, NoReturn
 import numpy as np
 
 from .errors import BadArgument, CertificateRefused, WrongJointCount
+from .further_checks import Extreme, PointSpeed, check_jerk, check_tool_speed
 from .limits import JointLimits
+from .tool_speed import ToolSpeedLimit
 from .trajectory import Array, Trajectory
+
+__all__ = ["Certificate", "Extreme", "PointSpeed", "certify"]
 
 VELOCITY_TOLERANCE = 1e-6
 ACCELERATION_TOLERANCE = 1e-3
@@ -71,14 +75,6 @@ _RULES = (
 )
 
 
-class Extreme(NamedTuple):
-    """The worst case of one quantity: `ratio` is to its limit, 1 being on the limit."""
-
-    ratio: float
-    joint: str
-    time: float
-
-
 @dataclass(frozen=True, slots=True)
 class Certificate:
     """What the check found; it exists only for a trajectory that passed.
@@ -113,6 +109,8 @@ class Certificate:
     consistency: Extreme
     drift: Extreme
     start_distance: float | None
+    tool_speed: tuple[PointSpeed, ...] = ()
+    jerk: Extreme | None = None
 
     @property
     def valid(self) -> bool:
@@ -122,14 +120,22 @@ class Certificate:
     def as_dict(self) -> dict[str, object]:
         """Return the certificate as plain data for JSON."""
         fields = {field: getattr(self, field) for field in self.__slots__}
-        return {"valid": self.valid} | {
+        data: dict[str, object] = {"valid": self.valid} | {
             name: value._asdict() if isinstance(value, Extreme) else value
             for name, value in fields.items()
         }
+        data["tool_speed"] = [point._asdict() for point in self.tool_speed]
+        return data
 
 
 def certify(
-    trajectory: Trajectory, limits: JointLimits, *, start: Sequence[float] | Array | None = None
+    trajectory: Trajectory,
+    limits: JointLimits,
+    *,
+    start: Sequence[float] | Array | None = None,
+    start_velocity: Sequence[float] | None = None,
+    tool_speed: Sequence[ToolSpeedLimit] = (),
+    jerk: Sequence[float] | None = None,
 ) -> Certificate:
     """Check every sample of a trajectory.
 
@@ -137,10 +143,13 @@ def certify(
         trajectory: what is to be sent.
         limits: the limits it must keep.
         start: (n,) where the robot stands; the first sample must be within 0.01 rad or m of it.
+        start_velocity: (n,) how fast it moves there [rad/s or m/s]; at rest if None.
+        tool_speed: speed limits of points of the arm.
+        jerk: (n,) greatest jerk [rad/s³ or m/s³]; not looked at if None.
 
     Raises:
         CertificateRefused: a rule is broken; with the joint, value, limit and time.
-        WrongJointCount: the trajectory or the start is of another robot.
+        WrongJointCount: the trajectory, or what it is checked against, is of another robot.
         BadArgument: the trajectory has fewer than two samples.
     """
     if trajectory.dof != limits.dof:
@@ -151,7 +160,7 @@ def certify(
     inspection.check_times()
     margin, nearest = inspection.check_range()
     extremes = inspection.check_motion()
-    inspection.check_rest()
+    inspection.check_ends([0.0] * limits.dof if start_velocity is None else start_velocity)
     distance = None if start is None else inspection.check_start(start)
     return Certificate(
         samples=len(trajectory.times),
@@ -160,6 +169,8 @@ def certify(
         position_margin=margin,
         position_joint=nearest,
         start_distance=distance,
+        tool_speed=check_tool_speed(trajectory, tool_speed),
+        jerk=None if jerk is None else check_jerk(trajectory, limits, jerk),
         **extremes,
     )
 
@@ -229,12 +240,14 @@ class _Inspection:
         extremes["drift"] = Extreme(ratios[joint], names[joint], self.times.item(-1))
         return extremes
 
-    def check_rest(self) -> None:
-        """Check that every joint stands still at both ends, exactly."""
-        for sample in (0, -1):
-            for joint, value in enumerate(self.velocity[:, sample].tolist()):
-                if value != 0.0:
-                    self._refuse("rest", joint, value, 0.0, sample, "/s")
+    def check_ends(self, start_velocity: Sequence[float]) -> None:
+        """Check that every joint sets off exactly as it should, and ends standing still."""
+        self.limits.check_finite(start_velocity, "the start velocity")
+        for sample, expected in ((0, start_velocity), (-1, [0.0] * self.limits.dof)):
+            velocities: list[float] = self.velocity[:, sample].tolist()
+            for joint, (value, wanted) in enumerate(zip(velocities, expected, strict=True)):
+                if value != wanted:
+                    self._refuse("rest", joint, value, wanted, sample, "/s")
 
     def check_start(self, start: Sequence[float] | Array) -> float:
         """Check that the motion starts where the robot stands; return how far off it is."""
@@ -261,12 +274,14 @@ class _Inspection:
         acceleration[:] = self.acceleration
         # Differences of infinities are refused below as what they are, not warned of here.
         with np.errstate(invalid="ignore", over="ignore"):
+            # Before the first sample the motion counts as even, which it is when at rest.
+            np.multiply(velocity[:, 0], self.period, out=step[:, 0])
             np.subtract(self.position[:, 1:], self.position[:, :-1], out=step[:, 1:])
             np.subtract(velocity[:, 1:], velocity[:, :-1], out=gain[:, 1:])
             np.subtract(step[:, 1:], step[:, :-1], out=bend[:, 1:])
             np.add(velocity[:, 1:], velocity[:, :-1], out=stray[:, 1:])
             stray *= -0.5 * self.period
-            stray += step
+            stray[:, 1:] += step[:, 1:]
             drift: list[float] = stray.sum(axis=1).tolist()
             swings = acceleration[:, 1:] - acceleration[:, :-1]
             variation: list[float] = np.abs(swings, out=swings).sum(axis=1).tolist()

@@ -1,4 +1,4 @@
-"""The command `openpendant robots`: list, show and check robots, and their kinematics by hand.
+"""The command `openpendant robots`: list, show, draw, check and import robots, and try kinematics.
 
 Owns arguments, output and exit codes, nothing else. Results go to standard output, one JSON line
 for `fk` and `ik`; an error is one line on standard error.
@@ -10,10 +10,12 @@ Exit codes: 0 done, 1 a checked robot is bad, 2 a bad argument, robot name or ro
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Sequence
 from enum import StrEnum
-from typing import Annotated, Any
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
@@ -25,10 +27,12 @@ from .errors import (
     OutOfRange,
     RobotFileError,
     UnknownRobot,
+    UnsupportedKind,
     WrongJointCount,
 )
 from .json_input import parse_joints, parse_pose
-from .robot import SerialRobot, load_robot, robot_names, serial_robot
+from .robot import ParallelRobot, SerialRobot, load_robot, robot_names, serial_robot
+from .robot_import.cli import import_robot
 
 EXIT_BAD_ROBOT = 1
 EXIT_USAGE = 2
@@ -77,7 +81,7 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    help="List, show and check robots; forward and inverse kinematics by hand.",
+    help="List, show, draw, check and import robots; forward and inverse kinematics by hand.",
     epilog="Exit codes: 0 done, 1 a checked robot is bad, 2 bad argument or file, 3 refused.",
 )
 
@@ -115,26 +119,67 @@ def list_robots(as_json: AsJson = False) -> None:
 
 
 @app.command()
-def show(robot: Robot, as_json: AsJson = False) -> None:
-    """Show a robot's specification, limits, DH table, home and coupling."""
+def show(
+    robot: Robot,
+    as_json: AsJson = False,
+    frames: Annotated[
+        bool, typer.Option("--frames", help="Also the DH table's frames at home.")
+    ] = False,
+    vrm: Annotated[
+        bool, typer.Option("--vrm", help="RoboAnalyzer's rows and angles of this robot.")
+    ] = False,
+) -> None:
+    """Show a robot's specification, limits, DH table, home, base frame and coupling."""
+    from .robot_report import VrmReport, dh_exactness, dh_frames_at_home, robot_data
+
     facts = load_robot(robot)
     if as_json:
-        shown: dict[str, Any] = {"facts": facts.model_dump(mode="json", by_alias=True)}
-        if isinstance(facts, SerialRobot):
-            limits = facts.limits
-            shown["limits"] = {
-                "names": limits.names,
-                "lower": limits.lower,
-                "upper": limits.upper,
-                "velocity": limits.velocity,
-                "acceleration": limits.acceleration,
-            }
-            shown["home_position"] = facts.home_position
-        _print_json(shown)
+        _print_json(robot_data(facts, frames=frames, vrm=vrm))
         return
-    from .robot_tables import print_robot
+    from .robot_tables import print_frames, print_robot, print_vrm
 
-    print_robot(facts)
+    if vrm:
+        report = VrmReport.of(_serial(facts))
+        print_vrm(report.robot, report.table, report.home_angles, report.in_words)
+        return
+    print_robot(facts, dh_exactness(facts))
+    if frames:
+        print_frames(_serial(facts), dh_frames_at_home(_serial(facts)))
+
+
+@app.command()
+def draw(
+    robot: Robot,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="FILE.svg or FILE.png; NAME.svg if none.")
+    ] = None,
+    joints: Annotated[
+        str | None, typer.Option(help="JSON list [rad or m]; the robot's home if not given.")
+    ] = None,
+    angles: OnSide = Angles.FILE,
+    azimuth: Annotated[
+        float, typer.Option(help="Where the camera stands, degrees from x.")
+    ] = -58.0,
+    elevation: Annotated[
+        float, typer.Option(min=-89.0, max=89.0, help="How high it stands, degrees.")
+    ] = 18.0,
+    orthographic: Annotated[
+        bool, typer.Option("--orthographic", help="All to scale; else perspective.")
+    ] = False,
+) -> None:
+    """Draw a robot, so that a person can see which arm it is and how it stands."""
+    from .drawing import View, draw
+    from .pictures import write_picture
+
+    facts = load_robot(robot)
+    position = None if joints is None else parse_joints(joints, "--joints")
+    if position is not None and isinstance(facts, SerialRobot):
+        position = tuple(_to_controller(facts, position, angles))
+        _note_out_of_range(facts, position)
+    view = View(math.radians(azimuth), math.radians(elevation), perspective=not orthographic)
+    target = output or Path(f"{facts.name}.svg")
+    write_picture(draw(facts, position, view), target, facts.name)
+    print(f"wrote {_one_line(str(target))}")
 
 
 @app.command()
@@ -157,6 +202,9 @@ def check(
     print(f"{len(reports) - bad} of {len(reports)} robots are good")
     if bad:
         raise typer.Exit(EXIT_BAD_ROBOT)
+
+
+app.command("import")(import_robot)
 
 
 @app.command()
@@ -241,6 +289,12 @@ def _note_out_of_range(robot: SerialRobot, position: Sequence[float]) -> None:
         robot.limits.check_position(position)
     except OutOfRange as error:
         print(f"note: {_one_line(str(error))}", file=sys.stderr)
+
+
+def _serial(robot: ParallelRobot | SerialRobot) -> SerialRobot:
+    if isinstance(robot, ParallelRobot):
+        raise UnsupportedKind(robot.name, robot.kind, "a DH table")
+    return robot
 
 
 def _frame(option: Frame | None, named: str | None) -> Frame:

@@ -2,7 +2,7 @@
 
 Owns the pinocchio model, and the one affine map from a controller-side joint vector (n driven
 joints) to the model's vector (every moving joint): coupling, dependent joints and file order are
-all in it. The only module of its folder that imports pinocchio; no pinocchio type leaves it.
+all in it. Only `collision` imports pinocchio besides; no pinocchio type goes to any other module.
 
 Frames: `base` is the controller's own base frame of the robot file, `root` the chain's root link.
 """
@@ -59,6 +59,11 @@ class Kinematics:
         self._data = self._model.createData()
         self._tool: int = self._model.getFrameId(robot.tool_link)
         self._motion_axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+
+    @property
+    def model(self) -> Any:
+        """The pinocchio model, its world being the base frame; for `collision` alone."""
+        return self._model
 
     def forward(
         self,

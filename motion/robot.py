@@ -13,10 +13,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from importlib.resources import as_file, files
 from pathlib import Path
-from typing import Any, Literal, Self, TypeAlias
+from typing import Any, Literal, Self, TypeAlias, TypeVar
 
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
+from .display_names import display_names
 from .errors import RobotFileError, UnknownRobot, UnsupportedKind, WrongJointCount
 from .limits import JointLimits
 from .robot_file import read_mapping
@@ -29,6 +30,7 @@ from .robot_schema import (
     BaseFrame,
     Coupling,
     DhTable,
+    Facts,
     Joint,
     Kind,
     Leg,
@@ -39,6 +41,8 @@ from .robot_schema import (
     Vrm,
     Workspace,
 )
+
+_Facts = TypeVar("_Facts", bound=Facts)
 
 _SUFFIX = ".yaml"
 _UNION_TAGS = frozenset({"fixed", "revolute", "prismatic", "capsule", "box", "sphere"})
@@ -77,6 +81,11 @@ class SerialRobot(RobotFacts):
     def driven(self) -> tuple[Joint, ...]:
         """The joints with a motor, base to tip: the order of every joint vector."""
         return tuple(joint for joint in self.moving if joint.dependent is None)
+
+    @cached_property
+    def display_names(self) -> tuple[str, ...]:
+        """What people call the driven joints, for screens."""
+        return display_names(self.driven)
 
     @cached_property
     def limits(self) -> JointLimits:
@@ -177,10 +186,10 @@ def load_robot(name_or_path: str | Path) -> Robot:
         known = robot_names()
         if name_or_path in known:
             with as_file(files(__package__) / "robots" / f"{name_or_path}{_SUFFIX}") as path:
-                return _robot(read_mapping(path), str(path))
+                return robot_from_content(read_mapping(path), str(path))
         raise UnknownRobot(name_or_path, known)
     path = Path(name_or_path)
-    return _robot(read_mapping(path), str(path))
+    return robot_from_content(read_mapping(path), str(path))
 
 
 def serial_robot(name_or_path: str | Path) -> SerialRobot:
@@ -206,7 +215,16 @@ def _is_path(text: str) -> bool:
         return False
 
 
-def _robot(content: dict[str, Any], file: str) -> Robot:
+def robot_from_content(content: Mapping[str, Any], file: str) -> Robot:
+    """Build a robot from the mapping a robot file holds.
+
+    Args:
+        content: field names and values of schema `robot-facts/1`.
+        file: the file's name, for messages.
+
+    Raises:
+        RobotFileError: the content is not a sound robot.
+    """
     if content.get("schema") != SCHEMA:
         raise RobotFileError(file, "schema", f"is not {SCHEMA!r}, the one schema accepted")
     kinds: dict[object, type[Robot]] = {
@@ -217,6 +235,15 @@ def _robot(content: dict[str, Any], file: str) -> Robot:
     model = kinds.get(kind) if isinstance(kind, str) else None
     if model is None:
         raise RobotFileError(file, "kind", f"accepted: {' or '.join(map(str, kinds))}")
+    return validated(model, content, file)
+
+
+def validated(model: type[_Facts], content: Mapping[str, Any], file: str) -> _Facts:
+    """Build facts of any kind from a mapping somebody wrote.
+
+    Raises:
+        RobotFileError: a field is missing, unknown or wrong; all that are wrong are in it.
+    """
     try:
         return model.model_validate(content, context={"file": file})
     except ValidationError as error:

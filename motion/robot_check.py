@@ -1,13 +1,18 @@
 """Checking a robot file in words, before anyone moves the robot.
 
 Owns what a file is compared with beyond its own rules: the chain's forward kinematics against its
-Denavit–Hartenberg table, and the room left at home. Returns findings as data; prints nothing.
+Denavit–Hartenberg table and that of RoboAnalyzer, the reach against the data sheet's, the dependent
+joints against their ranges, self-collision at home and at random positions, and the room left at
+home. Returns findings as data; prints nothing.
 """
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,8 +20,27 @@ from .dh import dh_forward
 from .errors import RobotFileError
 from .robot import ParallelRobot, Robot, SerialRobot, load_robot
 
+if TYPE_CHECKING:
+    from .kinematics import Array, Kinematics
+
 DH_TOLERANCE = 1e-9  # m and rad
+REACH_TOLERANCE = 0.2  # of the stated reach, which makers measure to different points
+VRM_TOLERANCE = 1e-6  # m and rad, beyond what the file says of the difference
 _DH_SAMPLES = 50
+_COLLISION_SAMPLES = 200
+_ROUNDING = 1e-9  # rad or m
+
+
+class DhResidual(NamedTuple):
+    """The most by which table and joints differ over random positions."""
+
+    position: float  # m
+    rotation: float  # rad
+
+
+class _Finding(NamedTuple):
+    text: str
+    bad: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,24 +72,29 @@ def check_robot(name_or_path: str | Path) -> CheckReport:
     if isinstance(robot, ParallelRobot):
         remarks.append("parallel robot: geometry is consistent, no kinematics to compare")
         return CheckReport(robot.name, (), tuple(remarks))
-    problems = _dh_problems(robot, remarks)
-    remarks.append(_room_at_home(robot))
+    # Imported here, since listing and showing robots must not wait for pinocchio.
+    from .kinematics import Kinematics
+
+    kinematics = Kinematics(robot)
+    findings = [
+        *_dh(robot),
+        *_vrm(robot),
+        *_limits(kinematics),
+        *_reach(kinematics),
+        *_self_collision(kinematics),
+        _Finding(_room_at_home(robot), bad=False),
+    ]
+    problems = tuple(finding.text for finding in findings if finding.bad)
+    remarks += [finding.text for finding in findings if not finding.bad]
     return CheckReport(robot.name, problems, tuple(remarks))
 
 
-def _name_remarks(robot: Robot, path: Path) -> list[str]:
-    if path.stem == robot.name:
-        return []
-    return [f"name: is {robot.name!r}, the file is called {path.name!r}"]
-
-
-def _dh_problems(robot: SerialRobot, remarks: list[str]) -> tuple[str, ...]:
-    if robot.dh is None:
-        remarks.append("dh: no table, so the chain has nothing to be compared with")
-        return ()
-    # Imported here, since listing and showing robots must not wait for pinocchio.
+def dh_residual(robot: SerialRobot) -> DhResidual | None:
+    """Compare a robot's table with its chain of joints; None if it has no table."""
     from .kinematics import Kinematics, model_map
 
+    if robot.dh is None:
+        return None
     kinematics = Kinematics(robot)
     gain, offset = model_map(robot)
     random = np.random.default_rng(0)
@@ -76,11 +105,123 @@ def _dh_problems(robot: SerialRobot, remarks: list[str]) -> tuple[str, ...]:
         by_table = dh_forward(robot.dh, (gain @ position + offset).tolist())
         worst_position = max(worst_position, by_chain.position_distance(by_table))
         worst_rotation = max(worst_rotation, by_chain.rotation_distance(by_table))
-    verdict = f"{worst_position:.1e} m and {worst_rotation:.1e} rad over {_DH_SAMPLES} positions"
-    if max(worst_position, worst_rotation) > DH_TOLERANCE:
-        return (f"dh: the table and the joints differ by {verdict}; accepted: {DH_TOLERANCE:.0e}",)
-    remarks.append(f"dh: the table and the joints agree to {verdict}")
-    return ()
+    return DhResidual(worst_position, worst_rotation)
+
+
+def _name_remarks(robot: Robot, path: Path) -> list[str]:
+    if path.stem == robot.name:
+        return []
+    return [f"name: is {robot.name!r}, the file is called {path.name!r}"]
+
+
+def _dh(robot: SerialRobot) -> Iterator[_Finding]:
+    residual = dh_residual(robot)
+    if residual is None:
+        yield _Finding("dh: no table, so the chain has nothing to be compared with", bad=False)
+        return
+    verdict = (
+        f"{residual.position:.1e} m and {residual.rotation:.1e} rad over {_DH_SAMPLES} positions"
+    )
+    if max(residual) > DH_TOLERANCE:
+        text = f"dh: the table and the joints differ by {verdict}; accepted: {DH_TOLERANCE:.0e}"
+        yield _Finding(text, bad=True)
+    else:
+        yield _Finding(f"dh: the table and the joints agree to {verdict}", bad=False)
+
+
+def _vrm(robot: SerialRobot) -> Iterator[_Finding]:
+    from .vrm import vrm_difference
+
+    if robot.vrm is None:
+        return
+    found, stated = vrm_difference(robot), robot.vrm.fk_difference
+    more = (
+        found.position > stated.position_m + VRM_TOLERANCE
+        or found.rotation > stated.rotation_rad + VRM_TOLERANCE
+    )
+    yield _Finding(
+        f"vrm: the table of {robot.vrm.name} differs from the joints by {found.position:.1e} m and"
+        f" {found.rotation:.1e} rad; the file says {stated.position_m:g} m and"
+        f" {stated.rotation_rad:g} rad",
+        bad=more,
+    )
+
+
+def _limits(kinematics: Kinematics) -> Iterator[_Finding]:
+    from .kinematics import model_map
+
+    robot = kinematics.robot
+    assumed = [joint.name for joint in robot.driven if joint.acceleration is None]
+    if assumed:
+        yield _Finding(
+            f"limits: accelerations of {len(assumed)} of {robot.dof} joints are not stated; speed"
+            f" over {robot.acceleration_ramp_s:g} s is used",
+            bad=False,
+        )
+    # A sum of terms is least and greatest at the bounds of its joints, so no sampling is needed.
+    gain, offset = model_map(robot)
+    low, high = (
+        np.minimum(gain * kinematics.lower, gain * kinematics.upper),
+        np.maximum(gain * kinematics.lower, gain * kinematics.upper),
+    )
+    for joint, least, greatest in zip(
+        robot.moving, low.sum(axis=1) + offset, high.sum(axis=1) + offset, strict=True
+    ):
+        if joint.dependent is None:
+            continue
+        inside = joint.lower - _ROUNDING <= least and greatest <= joint.upper + _ROUNDING
+        yield _Finding(
+            f"limits: {joint.name} follows from {least:.6g} to {greatest:.6g}; its own range is"
+            f" {joint.lower:.6g} to {joint.upper:.6g}"
+            + ("" if inside else ", which is not watched"),
+            bad=False,
+        )
+
+
+def _reach(kinematics: Kinematics) -> Iterator[_Finding]:
+    from .robot_reach import reach
+
+    measured = reach(kinematics)
+    wrist = "" if measured.wrist is None else f"{measured.wrist:.3f} m to the wrist, "
+    text = f"reach: {wrist}{measured.tool:.3f} m to the tool"
+    stated = kinematics.robot.specs.reach_m
+    if stated is None:
+        yield _Finding(f"{text}; the specification does not say", bad=False)
+        return
+    off = abs(measured.nearest_to(stated) - stated)
+    accepted = "" if off <= REACH_TOLERANCE * stated else f"; accepted: {REACH_TOLERANCE:.0%} off"
+    yield _Finding(f"{text}; the specification says {stated:g} m{accepted}", bad=bool(accepted))
+
+
+def _self_collision(kinematics: Kinematics) -> Iterator[_Finding]:
+    from .collision import CollisionModel
+
+    model = CollisionModel(kinematics)
+    if not model.pairs:
+        yield _Finding("self-collision: no shapes that could touch, so none is found", bad=False)
+        return
+
+    def touching(position: Array) -> set[tuple[str, str]]:
+        clearances = model.clearances(position).tolist()
+        return {pair for pair, free in zip(model.pairs, clearances, strict=True) if free <= 0.0}
+
+    at_home = touching(np.array(kinematics.robot.home_position))
+    for first, second in sorted(at_home):
+        text = f"self-collision: {first} and {second} touch at home; accepted: a home where nothing"
+        yield _Finding(f"{text} touches, or the pair in allowed_collisions", bad=True)
+    random = np.random.default_rng(0)
+    trials = random.uniform(
+        kinematics.lower, kinematics.upper, (_COLLISION_SAMPLES, kinematics.dof)
+    )
+    found = [touching(position) for position in trials]
+    counts = Counter(pair for pairs in found for pair in pairs)
+    worst = "".join(f", above all {a} and {b}" for (a, b), _ in counts.most_common(1))
+    share = sum(map(bool, found)) / len(found)
+    yield _Finding(
+        f"self-collision: {'none' if not at_home else 'some'} at home; in {share:.0%} of"
+        f" {len(found)} random positions{worst}",
+        bad=False,
+    )
 
 
 def _room_at_home(robot: SerialRobot) -> str:

@@ -1,4 +1,4 @@
-"""Reading one YAML mapping from a file that nobody vouches for.
+"""Reading one YAML mapping from a file that nobody vouches for, and writing one to be read back.
 
 Owns the bounds: file size, nesting, no aliases, no duplicate keys, safe tags only. Knows nothing
 of robots beyond the error it raises.
@@ -7,6 +7,7 @@ of robots beyond the error it raises.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,13 +22,31 @@ MAX_DEPTH = 32
 # The C one is ten times faster, but a PyYAML built without libyaml lacks it.
 _SafeLoader: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
-# A loader of its own, so that taking 1e-5 for a number, as YAML 1.2 and JSON do, stays in here.
+# Classes of their own, so that taking 1e-5 for a number, as YAML 1.2 and JSON do, stays in here;
+# the writer must know it too, to quote a name that looks like one.
 _Loader: Any = type("_Loader", (_SafeLoader,), {})
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float",
-    re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)[eE][-+]?[0-9]+$"),
-    list("-+.0123456789"),
-)
+_Dumper: Any = type("_Dumper", (yaml.SafeDumper,), {"ignore_aliases": lambda self, data: True})
+for _either in (_Loader, _Dumper):
+    _either.add_implicit_resolver(
+        "tag:yaml.org,2002:float",
+        re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)[eE][-+]?[0-9]+$"),
+        list("-+.0123456789"),
+    )
+
+_LINE_WIDTH = 110
+
+
+def to_yaml(content: Mapping[str, Any]) -> str:
+    """Return a mapping as the YAML that `read_mapping` reads back unchanged."""
+    text: str = yaml.dump(
+        dict(content),
+        Dumper=_Dumper,
+        sort_keys=False,
+        default_flow_style=None,
+        width=_LINE_WIDTH,
+        allow_unicode=True,
+    )
+    return text
 
 
 def read_mapping(path: Path) -> dict[str, Any]:

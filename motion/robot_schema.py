@@ -141,6 +141,7 @@ class Joint(Facts):
     acceleration: Rate | None = None
     effort: NotNegative | None = None
     dependent: Dependence | None = None
+    display_name: Name | None = None
 
     @property
     def prismatic(self) -> bool:

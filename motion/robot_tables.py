@@ -8,16 +8,18 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from .pose import Array, Pose
 from .robot import ParallelRobot, Robot, SerialRobot
-from .robot_schema import CouplingType, DhTable, Variable
+from .robot_schema import CouplingType, DhTable, Variable, Vrm
 
 _PIPED_WIDTH = 140
+_ALONG = 1e-9
 
 
 def print_list(robots: Iterable[Robot]) -> None:
@@ -38,8 +40,13 @@ def print_list(robots: Iterable[Robot]) -> None:
     _console().print(table)
 
 
-def print_robot(robot: Robot) -> None:
-    """Print a robot's specification, limits, DH table, home and coupling."""
+def print_robot(robot: Robot, dh_exactness: str = "") -> None:
+    """Print a robot's specification, limits, DH table, home and coupling.
+
+    Args:
+        robot: any robot.
+        dh_exactness: how far the DH table is from the joints, in words.
+    """
     console = _console()
     console.print(Text(f"{robot.name}: {robot.manufacturer} {robot.model}"), style="bold")
     console.print(_facts(robot))
@@ -49,8 +56,65 @@ def print_robot(robot: Robot) -> None:
         console.print(_limits(robot))
         if robot.dh is not None:
             console.print(_dh(robot.dh))
+            if dh_exactness:
+                console.print(Text(f"DH table and joints: {dh_exactness}"))
     for note in robot.notes:
         console.print(Text(f"note: {note}"))
+
+
+def print_frames(robot: SerialRobot, frames: Sequence[Pose]) -> None:
+    """Print where the DH table's frames are at home, in the root link's frame."""
+    table = _table("frame", "on joint", "x mm", "y mm", "z mm", "x axis", "y axis", "z axis")
+    table.title = f"DH frames at home, in {robot.root_link}"
+    joints = [*(joint.name for joint in robot.moving), "tool side"]
+    for index, (frame, joint) in enumerate(zip(frames, joints, strict=True)):
+        origin = (_rounded(1000.0 * value) for value in frame.position)
+        axes = (_direction(frame.rotation[:, axis]) for axis in range(3))
+        table.add_row(*_texts(str(index), joint, *origin, *axes))
+    _console().print(table)
+
+
+def print_vrm(robot: SerialRobot, vrm: Vrm, angles: Sequence[float], difference: str) -> None:
+    """Print RoboAnalyzer's rows and its angles at our home.
+
+    Args:
+        robot: the robot.
+        vrm: its table.
+        angles: the table's angles at our home [rad].
+        difference: how far its forward kinematics is from ours, in words.
+    """
+    table = _table("joint", "b mm", "theta", "a mm", "alpha", "least", "greatest", "theta at home")
+    table.title = f"{vrm.name} in RoboAnalyzer's Virtual Robot Module, its letters and angles"
+    for joint, row, sign, offset, angle in zip(
+        robot.moving, vrm.rows, vrm.map.sign, vrm.map.offset, angles, strict=True
+    ):
+        theta = f"{'-' if sign < 0 else ''}q + {math.degrees(offset):.4g}°"
+        degrees = (f"{math.degrees(value):.2f}°" for value in (row.lower, row.upper, angle))
+        table.add_row(
+            *_texts(
+                joint.name,
+                f"{1000.0 * row.b:.6g}",
+                theta,
+                f"{1000.0 * row.a:.6g}",
+                f"{math.degrees(row.alpha):.4g}°",
+                *degrees,
+            )
+        )
+    console = _console()
+    console.print(table)
+    console.print(Text(f"its tool pose and ours: {difference}"))
+
+
+def _direction(axis: Array) -> str:
+    """Return a (3,) unit vector, as a letter where it lies along an axis of the root link."""
+    for index, letter in enumerate("xyz"):
+        if abs(abs(float(axis[index])) - 1.0) < _ALONG:
+            return f"{'-' if axis[index] < 0.0 else '+'}{letter}"
+    return " ".join(_rounded(value) for value in axis)
+
+
+def _rounded(value: float) -> str:
+    return f"{round(float(value), 3) + 0.0:.3f}"  # adding zero turns -0.0 into 0.0
 
 
 def _facts(robot: Robot) -> Table:
@@ -86,13 +150,13 @@ def _coupling(robot: SerialRobot) -> str:
         return "none"
     second, third = robot.driven[1].name, robot.driven[2].name
     sign = "-" if robot.coupling.state_factor > 0 else "+"
-    return f"controller's {third} = the file's {third} {sign} {second}"
+    rule = f"controller's {third} = the file's {third} {sign} {second}"
+    return f"{rule}; rates and accelerations likewise"
 
 
 def _limits(robot: SerialRobot) -> Table:
-    table = _table(
-        "joint", "least", "greatest", "speed /s", "acceleration /s²", "home", "home, file"
-    )
+    columns = ("least", "greatest", "speed /s", "acceleration /s²", "home", "home, file")
+    table = _table("joint", "called", *columns)
     table.title = "Limits, controller's angles"
     limits = robot.limits
     for index, name in enumerate(limits.names):
@@ -105,7 +169,8 @@ def _limits(robot: SerialRobot) -> Table:
             robot.home_position[index],
             robot.home[index],
         )
-        table.add_row(*_texts(name, *(f"{value * scale:.2f}{unit}" for value in values)))
+        shown = (f"{value * scale:.2f}{unit}" for value in values)
+        table.add_row(*_texts(name, robot.display_names[index], *shown))
     return table
 
 

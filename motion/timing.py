@@ -1,4 +1,4 @@
-"""Timing a path: as fast as the joint limits allow, by TOPP-RA.
+"""Timing a path: as fast as joint limits and tool speed limits allow, by TOPP-RA.
 
 Owns the use of toppra, which it imports when first asked and which no other module touches: always
 its Interpolation scheme, on a grid that holds every knot, with numbers scaled to the order of one.
@@ -13,39 +13,29 @@ import math
 import os
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
 import numpy as np
 
-from .errors import BadArgument, NotTimeable
+from .errors import NotTimeable
 from .joint_curves import Path, check_extent
 from .limits import JointLimits
+from .segment_rules import SegmentRule, Stretch, folded
+from .tool_speed import ToolSpeedLimit, speed_ratios
 from .trajectory import MAX_DURATION, SAMPLE_PERIOD, Array, Trajectory, check_rates, join
-from .velocity_profile import VelocityProfile
+from .velocity_profile import VelocityProfile, measured_places
 
-_PER_SPAN = 8
-_LEAST_POINTS = 100
+__all__ = ["SegmentRule", "time_legs", "time_path"]
+
+_PER_SPAN = 16
+_LEAST_POINTS = 200
 _END_POINTS = 4
 _LEAST_STEP = 1e-6  # of the path's length; the solver fails on much smaller ones
-_MOST_DIVIDED = 800  # points, beyond one for each knot
-_TOLERATED = 1.01  # slowing down the whole motion by more for one place is worth a second solution
+_MOST_DIVIDED = 1600  # points, beyond one for each knot
+_TOLERATED = 1.003  # slowing down the whole motion by more for one place is worth a second solution
 _GREATEST_RATE = 99.0  # of the scaled problem; toppra's own bound is 100
 _ROUNDING = 1e-9  # a duration that is whole but for this many samples is not given one more
-
-
-@dataclass(frozen=True, slots=True)
-class SegmentRule:
-    """What is asked of the way from one waypoint to the next.
-
-    Attributes:
-        min_duration: the motion spends at least this long there [s].
-        speed_fraction: no joint exceeds this fraction of its velocity limit there, 0 to 1.
-    """
-
-    min_duration: float | None = None
-    speed_fraction: float | None = None
 
 
 def time_path(
@@ -54,6 +44,7 @@ def time_path(
     *,
     speed: float = 1.0,
     segments: Sequence[SegmentRule] | None = None,
+    tool_speed: Sequence[ToolSpeedLimit] = (),
     sample_period: float = SAMPLE_PERIOD,
 ) -> Trajectory:
     """Time a path from rest to rest, near the fastest that the limits and rules allow.
@@ -68,6 +59,7 @@ def time_path(
             limits always hold in full.
         segments: one rule for the way to each waypoint after the first. Where waypoints coincide,
             the time asked for is spent on the way to the next that does not.
+        tool_speed: speeds that points of the arm keep everywhere; no fraction lowers them.
         sample_period: time between samples [s].
 
     Raises:
@@ -78,7 +70,7 @@ def time_path(
     """
     check_rates(speed, sample_period)
     check_extent(path, limits)
-    problem = _Problem(path, limits, speed, _folded(path, segments))
+    problem = _Problem(path, limits, speed, folded(path, segments), tool_speed)
     profile = problem.solve()
     excess = problem.excess(profile)
     if _slowing(*excess) > _TOLERATED:
@@ -98,6 +90,7 @@ def time_legs(
     limits: JointLimits,
     *,
     speed: float = 1.0,
+    tool_speed: Sequence[ToolSpeedLimit] = (),
     sample_period: float = SAMPLE_PERIOD,
 ) -> Trajectory:
     """Time several paths that follow one another, with a stop between each two.
@@ -106,55 +99,24 @@ def time_legs(
         BadArgument: there are no legs, or one does not start where the one before ends.
         MotionError: a leg is refused, as of `time_path`.
     """
-    return join([time_path(leg, limits, speed=speed, sample_period=sample_period) for leg in legs])
-
-
-@dataclass(frozen=True, slots=True)
-class _Stretch:
-    """A rule on the way between two knots, given by their places."""
-
-    first: int
-    last: int
-    min_duration: float
-    speed_fraction: float
-
-
-def _folded(path: Path, segments: Sequence[SegmentRule] | None) -> list[_Stretch]:
-    """Return the rules by knots; those of ways without length fall to the next that has one."""
-    if segments is None:
-        return []
-    places = path.waypoint_knots.tolist()
-    if len(segments) != len(places) - 1:
-        raise BadArgument("segments", len(segments), f"{len(places) - 1} rules, one for each way")
-    folded: list[_Stretch] = []
-    waiting = 0.0
-    for rule, first, last in zip(segments, places, places[1:], strict=False):
-        duration, fraction = _checked(rule)
-        waiting += duration
-        if first < last:
-            folded.append(_Stretch(first, last, waiting, fraction))
-            waiting = 0.0
-    if waiting:
-        end = folded.pop()
-        folded.append(replace(end, min_duration=end.min_duration + waiting))
-    return folded
-
-
-def _checked(rule: SegmentRule) -> tuple[float, float]:
-    duration = 0.0 if rule.min_duration is None else rule.min_duration
-    fraction = 1.0 if rule.speed_fraction is None else rule.speed_fraction
-    if not 0.0 <= duration <= MAX_DURATION:
-        raise BadArgument("min_duration", duration, f"0 to {MAX_DURATION:g} s")
-    if not 0.0 < fraction <= 1.0:
-        raise BadArgument("speed_fraction", fraction, "more than 0 and at most 1")
-    return duration, fraction
+    return join(
+        [
+            time_path(leg, limits, speed=speed, tool_speed=tool_speed, sample_period=sample_period)
+            for leg in legs
+        ]
+    )
 
 
 class _Problem:
     """One path under its limits and rules, on the grid where it is solved."""
 
     def __init__(
-        self, path: Path, limits: JointLimits, speed: float, rules: Sequence[_Stretch]
+        self,
+        path: Path,
+        limits: JointLimits,
+        speed: float,
+        rules: Sequence[Stretch],
+        tool_speed: Sequence[ToolSpeedLimit],
     ) -> None:
         self.path = path
         self.limits = limits
@@ -165,6 +127,9 @@ class _Problem:
         self.at_knots = np.searchsorted(self.grid, path.knots)
         self.slope = path.evaluate(self.grid, 1)
         self.bend = path.evaluate(self.grid, 2)
+        self.tool = None
+        if tool_speed:
+            self.tool = speed_ratios(tool_speed, path, measured_places(path, self.grid))
         # What part of a limit the solver may use, at each grid point.
         self.speed_margin = np.ones(len(self.grid))
         self.gain_margin = np.ones(len(self.grid))
@@ -199,9 +164,9 @@ class _Problem:
         return VelocityProfile.through(self.grid, rate)
 
     def excess(self, profile: VelocityProfile) -> tuple[Array, Array]:
-        """Return the ratios of joint velocities and accelerations to their limits on each step."""
+        """Return the ratios of velocities and accelerations to their limits on each step."""
         allowed = self.velocity * self.fraction[:, np.newaxis]
-        return profile.excess(self.path, allowed, self.acceleration)
+        return profile.excess(self.path, allowed, self.acceleration, self.tool)
 
     def tighten(self, speeds: Array, gains: Array) -> None:
         """Lower the limits given to the solver at both ends of each way where they were broken."""
@@ -218,11 +183,15 @@ class _Problem:
         )
 
     def _greatest_rate(self) -> Array:
-        """Return the (g,) greatest path velocity that the joint velocities and rules allow."""
+        """Return the (g,) greatest path velocity that joints, points of the arm and rules allow."""
         with np.errstate(divide="ignore"):
             bound: Array = (self.velocity / np.abs(self.slope)).min(axis=1)
         # A grid point on a knot obeys the rules on both sides.
         bound *= np.minimum(np.append(self.fraction, 1.0), np.append(1.0, self.fraction))
+        if self.tool is not None:
+            rates = self.tool.max(axis=2)
+            with np.errstate(divide="ignore"):
+                bound = np.minimum(bound, 1.0 / np.append(rates[:, 0], rates[-1, -1]))
         bound *= self.speed_margin
         for rule in self.rules:
             if rule.min_duration:
@@ -240,7 +209,7 @@ def _slowing(speeds: Array, gains: Array) -> float:
 def _grid(knots: Array) -> Array:
     """Return where on the path the limits are imposed: at the knots and between them.
 
-    Eight points for each way and a hundred in all; of many knots each needs fewer, because the
+    Sixteen points for each way and two hundred in all; of many knots each needs fewer, because the
     curve bends less between them, and the cost goes with the number of points. The first and the
     last step are divided further, because the acceleration from and to rest is constant on a step.
     """

@@ -46,7 +46,7 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
-    """A motion from rest to rest; the arrays are read-only and hold m samples of n joints.
+    """A motion that ends at rest; the arrays are read-only and hold m samples of n joints.
 
     Every sample lies exactly on one continuous motion. An acceleration may jump at a sample: the
     value is the one that holds from the sample on, and 0 at the last, after which the robot stands.
@@ -54,7 +54,8 @@ class Trajectory:
     Attributes:
         times: (m,) from 0 [s], evenly spaced.
         position: (m, n) [rad or m].
-        velocity: (m, n) [rad/s or m/s]; 0 at the first and the last sample.
+        velocity: (m, n) [rad/s or m/s]; 0 at the last sample, and at the first unless it was
+            planned from a moving state.
         acceleration: (m, n) [rad/s² or m/s²].
         waypoint_times: (w,) when the motion passes each waypoint it was planned through [s].
     """

@@ -47,28 +47,36 @@ class VelocityProfile:
         """Time from start to end [s]."""
         return float(self.times[-1])
 
-    def excess(self, path: Path, velocity: Array, acceleration: Array) -> tuple[Array, Array]:
+    def excess(
+        self, path: Path, velocity: Array, acceleration: Array, tool: Array | None = None
+    ) -> tuple[Array, Array]:
         """Measure the run between the grid points.
 
         Args:
             path: what is run along.
             velocity: (g - 1, n) velocity limits on each step.
             acceleration: (n,) acceleration limits.
+            tool: (g - 1, places, k) at the `measured_places`, for each of k points of the arm the
+                ratio of its speed to its limit at path velocity 1.
 
         Returns:
-            For each step (g - 1,) the greatest ratio of a joint velocity, and of a joint
-            acceleration, to its limit.
+            For each step (g - 1,) the greatest ratio of a joint velocity or tool speed, and of a
+            joint acceleration, to its limit.
         """
-        steps = len(self.gain)
-        places = max(_MEASURED * len(path.knots) // steps, _LEAST_MEASURED)
-        ahead = np.diff(self.grid)[:, np.newaxis] * (np.arange(places + 1) / places)
+        s = measured_places(path, self.grid)
+        steps, places = s.shape
+        ahead = s - self.grid[:-1, np.newaxis]
         square = self.rate[:-1, np.newaxis] ** 2 + 2.0 * self.gain[:, np.newaxis] * ahead
         square = np.maximum(square, 0.0)[:, :, np.newaxis]
-        s = np.minimum(self.grid[:-1, np.newaxis] + ahead, path.length).ravel()
-        slope, bend = (path.evaluate(s, k).reshape(steps, places + 1, path.dof) for k in (1, 2))
+        slope, bend = (
+            path.evaluate(s.ravel(), order).reshape(steps, places, path.dof) for order in (1, 2)
+        )
         speeds = np.square(slope / velocity[:, np.newaxis]) * square
         gains = (slope * self.gain[:, np.newaxis, np.newaxis] + bend * square) / acceleration
-        return np.sqrt(_crests(speeds)), _crests(gains)
+        fastest = _crests(speeds)
+        if tool is not None:
+            fastest = np.maximum(fastest, _crests(np.square(tool) * square))
+        return np.sqrt(fastest), _crests(gains)
 
     def sampled(
         self, path: Path, limits: JointLimits, waypoints: Indices, samples: int, period: float
@@ -102,6 +110,15 @@ class VelocityProfile:
             acceleration=np.asfortranarray(slope * gain + bend * rate**2),
             waypoint_times=self.times[waypoints] * slower,
         )
+
+
+def measured_places(path: Path, grid: Array) -> Array:
+    """Return the (g - 1, places) path positions where a run is measured, ends of steps included."""
+    steps = len(grid) - 1
+    count = max(_MEASURED * len(path.knots) // steps, _LEAST_MEASURED)
+    ahead = np.diff(grid)[:, np.newaxis] * (np.arange(count + 1) / count)
+    places: Array = np.minimum(grid[:-1, np.newaxis] + ahead, grid[1:, np.newaxis])
+    return places
 
 
 def _crests(values: Array) -> Array:

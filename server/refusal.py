@@ -53,6 +53,28 @@ CODE_OF_ERROR: dict[type[errors.MotionError], VerdictCode] = {
     errors.RobotFileError: VerdictCode.BAD_ARGUMENT,
     errors.UnknownRobot: VerdictCode.BAD_ARGUMENT,
     errors.UnsupportedKind: VerdictCode.BAD_ARGUMENT,
+    errors.FrameExists: VerdictCode.FRAME_REFUSED,
+    errors.FrameCycle: VerdictCode.FRAME_REFUSED,
+    errors.FramePredefined: VerdictCode.FRAME_REFUSED,
+    errors.FrameInUse: VerdictCode.FRAME_REFUSED,
+    errors.NotInHistory: VerdictCode.NOT_IN_HISTORY,
+    errors.PoorGeometry: VerdictCode.POOR_GEOMETRY,
+    errors.FrameFileError: VerdictCode.BAD_FILE,
+    errors.SceneFileError: VerdictCode.BAD_FILE,
+    errors.MeshFileError: VerdictCode.BAD_FILE,
+    errors.PlatformLimit: VerdictCode.PLATFORM_LIMIT,
+    errors.NoAssembly: VerdictCode.NO_ASSEMBLY,
+    errors.LibraryMissing: VerdictCode.NOT_INSTALLED,
+    errors.PlannerUnavailable: VerdictCode.NOT_INSTALLED,
+    errors.UnknownObject: VerdictCode.UNKNOWN_OBJECT,
+    errors.DuplicateObject: VerdictCode.DUPLICATE_OBJECT,
+    errors.StartInCollision: VerdictCode.START_IN_COLLISION,
+    errors.GoalInCollision: VerdictCode.GOAL_IN_COLLISION,
+    errors.PathInCollision: VerdictCode.PATH_IN_COLLISION,
+    errors.NoPathFound: VerdictCode.NO_PATH_FOUND,
+    errors.BadCircle: VerdictCode.BAD_CIRCLE,
+    errors.ZoneTooLarge: VerdictCode.ZONE_TOO_LARGE,
+    errors.SegmentRefused: VerdictCode.BAD_ARGUMENT,
 }
 """One code for each kind of motion error; a test demands that none is missing."""
 
@@ -64,6 +86,11 @@ def refusal_of(error: errors.MotionError) -> Refusal:
         case errors.OutOfRange():
             limit = error.lower if error.value < error.lower else error.upper
             return Refusal(code, str(error), error.index, error.value, limit)
+        case errors.SegmentRefused():
+            inner = refusal_of(error.reason)
+            return Refusal(inner.code, str(error), inner.joint, inner.value, inner.limit)
+        case errors.PlatformLimit():
+            return Refusal(code, str(error), error.index, error.value, error.limit)
         case errors.TooFast() | errors.TooSharp():
             return Refusal(code, str(error), error.index, error.value, error.limit)
         case errors.WrongJointCount():

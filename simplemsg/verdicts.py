@@ -2,7 +2,7 @@
 
 A verdict's number travels in `Verdict` and `Outcome`; its cause and remedy are printed by the
 pendants and in the documentation. Numbers are never reused: 1-19 access, 20-39 state of the cell,
-40-59 the request itself, 60-79 the way to the controller.
+40-59 the request itself, 60-79 the way to the controller, 80-99 frames, scene and paths.
 """
 
 from __future__ import annotations
@@ -55,6 +55,21 @@ class VerdictCode(IntEnum):
     CONTROLLER_STOPPED = 64
     NOT_ARRIVED = 65
     NOT_FOLLOWING = 66
+    FRAME_REFUSED = 80
+    NOT_IN_HISTORY = 81
+    POOR_GEOMETRY = 82
+    BAD_FILE = 83
+    PLATFORM_LIMIT = 84
+    NO_ASSEMBLY = 85
+    NOT_INSTALLED = 86
+    UNKNOWN_OBJECT = 87
+    DUPLICATE_OBJECT = 88
+    START_IN_COLLISION = 89
+    GOAL_IN_COLLISION = 90
+    PATH_IN_COLLISION = 91
+    NO_PATH_FOUND = 92
+    BAD_CIRCLE = 93
+    ZONE_TOO_LARGE = 94
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,6 +223,60 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     VerdictCode.NOT_ARRIVED: _entry(
         "All points were sent, but the robot did not come to rest at the goal.",
         "Check the controller; compare its report with the goal.",
+    ),
+    VerdictCode.FRAME_REFUSED: _entry(
+        "The tree of frames does not allow this change.",
+        "Choose another name or parent, or remove what depends on the frame first.",
+    ),
+    VerdictCode.NOT_IN_HISTORY: _entry(
+        "The frame's past does not reach back so far.",
+        "Ask for a later time, or configure a longer history.",
+    ),
+    VerdictCode.POOR_GEOMETRY: _entry(
+        "The taught points or poses lie too badly to compute anything from.",
+        "Teach them further apart, with larger turns between them.",
+    ),
+    VerdictCode.BAD_FILE: _entry(
+        "A file of frames, of a scene or of a mesh cannot be used.",
+        "Read the text: it names the file, the place and what would be accepted.",
+    ),
+    VerdictCode.PLATFORM_LIMIT: _entry(
+        "A leg of the platform would leave its stroke or its cone, or the pose its workspace.",
+        "Move the target towards home.",
+    ),
+    VerdictCode.NO_ASSEMBLY: _entry(
+        "No pose of the platform has these leg lengths.", "Check the lengths and their order."
+    ),
+    VerdictCode.NOT_INSTALLED: _entry(
+        "This needs a library, or a planner, that is not installed.",
+        "Install the extra that the text names, or choose another planner.",
+    ),
+    VerdictCode.UNKNOWN_OBJECT: _entry(
+        "The scene has no object of this name.", "Use a name that the text lists."
+    ),
+    VerdictCode.DUPLICATE_OBJECT: _entry(
+        "The scene has an object of this name already.", "Choose another name."
+    ),
+    VerdictCode.START_IN_COLLISION: _entry(
+        "The robot touches something where it stands.",
+        "Move it apart, correct the scene, or allow the pair if they may touch.",
+    ),
+    VerdictCode.GOAL_IN_COLLISION: _entry(
+        "The robot would touch something at the goal.",
+        "Choose another goal, correct the scene, or allow the pair if they may touch.",
+    ),
+    VerdictCode.PATH_IN_COLLISION: _entry(
+        "The robot would touch something on the way.", "Go round it, or have the path planned."
+    ),
+    VerdictCode.NO_PATH_FOUND: _entry(
+        "The planner found no way round the obstacles in its time.",
+        "Allow more time, choose another planner, or make room.",
+    ),
+    VerdictCode.BAD_CIRCLE: _entry(
+        "No circle goes through these points.", "Teach points that differ and lie on no line."
+    ),
+    VerdictCode.ZONE_TOO_LARGE: _entry(
+        "The zone at a corner does not fit its legs.", "Use the largest zone that the text names."
     ),
 }
 """Cause and remedy of every code; a test demands that none is missing."""

@@ -16,7 +16,13 @@ UMBRELLA = "openpendant"
 # Each room: the rooms it may import, and the libraries beside the standard one.
 ROOMS: dict[str, tuple[set[str], set[str]]] = {
     "simplemsg": (set(), set()),
-    "motion": (set(), {"numpy", "pinocchio", "pydantic", "rich", "toppra", "typer", "yaml"}),
+    "motion": (
+        set(),
+        {
+            *("coal", "matplotlib", "numpy", "ompl", "pinocchio", "pydantic", "rich", "ruckig"),
+            *("toppra", "typer", "yaml"),
+        },
+    ),
     "controller_emulator": ({"motion", "simplemsg"}, {"pydantic"}),
     "server": ({"motion", "simplemsg"}, {"numpy", "pydantic", "rich", "typer"}),
     "tools": (
@@ -31,14 +37,16 @@ PLAIN_DATA = {f"{UMBRELLA}.motion.{module}" for module in ("errors", "limits", "
 
 # Heavy libraries: the only files that may import them.
 HOMES = {
-    "pinocchio": {"motion/kinematics.py"},
+    "pinocchio": {"motion/collision.py", "motion/kinematics.py"},
+    "coal": {"motion/collision.py"},
     "toppra": {"motion/timing.py"},
-    "ompl": set[str](),
-    "matplotlib": {"tools/demo_report.py"},
+    "ompl": {"motion/ompl_planner.py"},
+    "ruckig": {"motion/jerk_limited.py"},
+    "matplotlib": {"motion/plan_plot.py", "tools/demo_report.py"},
 }
 
 # These take longer to import than the whole program does without them.
-ONLY_INSIDE_FUNCTIONS = {"matplotlib", "ompl", "toppra"}
+ONLY_INSIDE_FUNCTIONS = {"matplotlib", "ompl", "ruckig", "toppra"}
 
 # Motion, server and emulator are pure cores, but for these files: no socket, thread or process.
 OUTSIDE_WORLD = {"asyncio", "multiprocessing", "select", "socket", "subprocess", "threading"}
@@ -56,6 +64,7 @@ SHELLS = {
 }
 CLOCK_READERS = {
     "motion/ik.py",  # the outer cap on a search
+    "motion/plan_cli.py",  # what a plan cost, and the planner's time limit
     "server/planning.py",  # what a plan cost, measured in the worker
 }
 

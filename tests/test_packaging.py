@@ -81,7 +81,8 @@ def test_the_wheel_carries_the_licence_the_command_and_the_extras(wheel: zipfile
     assert b"Apache License" in wheel.read(f"{info}/licenses/LICENSE")
     assert b"openpendant = openpendant.tools.cli:main" in wheel.read(f"{info}/entry_points.txt")
     metadata = email.message_from_bytes(wheel.read(f"{info}/METADATA"))
-    assert metadata.get_all("Provides-Extra") == ["dev", "fuzz", "plot", "server"]
+    extras = ["dev", "fuzz", "motion", "oracle", "plan", "plot", "server"]
+    assert metadata.get_all("Provides-Extra") == extras
 
 
 def test_the_source_archive_holds_only_what_is_listed(

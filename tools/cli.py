@@ -47,7 +47,8 @@ COMMANDS: Mapping[str, Command] = {
     "demo": Command("openpendant.tools.demo", "watch a pendant move an emulated robot"),
     "serve": Command("openpendant.server.cli", "run the pendant server of a cell"),
     "emulate": Command("openpendant.controller_emulator.cli", "run an emulated robot controller"),
-    "robots": Command("openpendant.motion.cli", "list, show and check robots; their kinematics"),
+    "robots": Command("openpendant.motion.cli", "list, show, check, draw and import robots"),
+    "plan": Command("openpendant.motion.plan_cli", "plan a motion offline; table, files and plot"),
     "packets": Command("openpendant.tools.packets.cli", "decode and encode simple message packets"),
 }
 
@@ -55,6 +56,8 @@ EXTRA_OF_LIBRARY: Mapping[str, str] = {
     "pinocchio": "server",
     "toppra": "server",
     "matplotlib": "plot",
+    "ompl": "plan",
+    "ruckig": "motion",
 }
 """The extra of the distribution that installs a library which not every sub-command needs."""
 

@@ -125,7 +125,7 @@ def test_a_line_that_would_need_another_turn_of_a_joint_is_refused_as_a_change_o
 
     assert refusal.value.joint == kinematics.limits.names[5]
     assert refusal.value.fraction == pytest.approx(0.25, abs=0.01)
-    assert refusal.value.step > 6.0
+    assert refusal.value.step > 2.0
 
 
 def test_a_line_to_where_the_tool_stands_is_no_motion() -> None:

@@ -5,10 +5,10 @@ import time
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
+import toppra_directly
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -61,37 +61,6 @@ def recorded(count: int, noise: float) -> Array:
     phase = np.linspace(0.0, 1.0, count)[:, np.newaxis] * random.uniform(3.0, 9.0, 6)
     sweep: Array = np.sin(phase + random.uniform(0.0, 6.0, 6)) + random.normal(0, noise, (count, 6))
     return sweep
-
-
-def solved_finely(path: JointSpline, limits: JointLimits) -> float:
-    """The duration by toppra itself, used plainly on 1,000 grid points."""
-    from toppra.algorithm import TOPPRA
-    from toppra.constraint import (
-        DiscretizationType,
-        JointAccelerationConstraint,
-        JointVelocityConstraint,
-    )
-
-    class Curve:
-        dof = limits.dof
-        path_interval = (0.0, path.length)
-
-        def __call__(self, s: Array, order: int = 0) -> Array:
-            return path.evaluate(np.asarray(s), order)
-
-    scheme = DiscretizationType.Interpolation
-    velocity, acceleration = (
-        np.array(bounds)[:, np.newaxis] * [-1.0, 1.0]
-        for bounds in (limits.velocity, limits.acceleration)
-    )
-    grid = np.unique(np.concatenate((np.linspace(0.0, path.length, 1000), path.knots)))
-    rules: list[Any] = [
-        JointVelocityConstraint(velocity),
-        JointAccelerationConstraint(acceleration, discretization_scheme=scheme),
-    ]
-    solver = TOPPRA(rules, Curve(), gridpoints=grid, solver_wrapper="seidel")
-    _, rate, _ = solver.compute_parameterization(0.0, 0.0)
-    return float((2.0 * np.diff(grid) / (rate[1:] + rate[:-1])).sum())
 
 
 @pytest.mark.parametrize("name", ROBOTS)
@@ -167,7 +136,7 @@ def test_a_move_below_ten_microradians_is_no_motion() -> None:
 def test_durations_are_within_five_percent_of_a_thousand_grid_points(count: int) -> None:
     path = JointSpline(np.random.default_rng(count).uniform(-2.0, 2.0, (count, 6)))
 
-    assert time_path(path, WIDE).duration <= 1.05 * solved_finely(path, WIDE) + 0.01
+    assert time_path(path, WIDE).duration <= 1.05 * toppra_directly.duration(path, WIDE) + 0.01
 
 
 def test_a_line_takes_as_long_as_the_closed_form_says() -> None:

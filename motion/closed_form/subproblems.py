@@ -1,0 +1,122 @@
+"""The small trigonometric problems a closed form is made of, in plain scalars.
+
+Owns the solutions of three problems: turning a point about an axis until it lies in a plane beside
+that axis, placing the end of two links in a plane, and taking a rotation apart into three angles.
+They are the subproblems of Paden and Kahan (see Murray, Li, Sastry: A Mathematical Introduction to
+Robotic Manipulation, 1994, section 3.3) in the coordinates of Brandstötter, Angerer and Hofbaur
+(An Analytical Solution of the Inverse Kinematics Problem of Industrial Serial Manipulators with an
+Ortho-parallel Basis and a Spherical Wrist, 2014). Knows no robot.
+
+A problem without a solution is answered by the nearest miss, and by how far it misses: the gap.
+Scalars, since numpy's fixed cost per call would be most of a solution's time.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+FREE = 1e-9
+"""Below this [m, or no unit for a sine], an angle is undetermined and its preferred value kept."""
+
+Matrix3: TypeAlias = tuple[
+    tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]
+]
+
+
+def turn_into_plane(
+    x: float, y: float, beside: float, preferred: float
+) -> tuple[float, tuple[tuple[float, float], tuple[float, float]]]:
+    """Find the turns about z after which a plane's points (s, beside) cover a point.
+
+    Solves Rz(angle) (s, beside) = (x, y) for the angle and s.
+
+    Args:
+        x: first coordinate of the point [m].
+        y: second coordinate of the point [m].
+        beside: distance of the plane from the axis [m], with its sign.
+        preferred: the angle taken where the point lies on the axis and any angle would do [rad].
+
+    Returns:
+        The gap [m], 0 unless the point is nearer to the axis than the plane; and the two
+        (angle [rad], s [m]), the one with s not negative first.
+    """
+    squared = x * x + y * y
+    rest = squared - beside * beside
+    if squared < FREE * FREE:
+        gap = abs(beside)
+        return gap, ((preferred, 0.0), (preferred + math.pi, 0.0))
+    bearing = math.atan2(y, x)
+    if rest <= 0.0:
+        side = math.atan2(beside, 0.0)
+        return abs(beside) - math.sqrt(squared), ((bearing - side, 0.0), (bearing - side, 0.0))
+    s = math.sqrt(rest)
+    return 0.0, (
+        (bearing - math.atan2(beside, s), s),
+        (bearing - math.atan2(beside, -s), -s),
+    )
+
+
+def two_links(
+    x: float, z: float, first: float, second: float
+) -> tuple[float, tuple[tuple[float, float], ...]]:
+    """Find the angles at which two links reach from the origin to a point of their plane.
+
+    Angles count from z towards x, as a turn about y does.
+
+    Args:
+        x: coordinate of the point [m].
+        z: coordinate of the point [m].
+        first: length of the first link [m].
+        second: length of the second link [m].
+
+    Returns:
+        The gap [m], 0 where the point is in reach; and (angle of the first link [rad], angle from
+        the first link to the second [rad]): two, the one with the positive bend first, or one where
+        the links are straight or folded.
+    """
+    squared = x * x + z * z
+    cosine = (squared - first * first - second * second) / (2.0 * first * second)
+    direction = math.atan2(x, z)
+    if cosine >= 1.0:
+        return math.sqrt(squared) - first - second, ((direction, 0.0),)
+    if cosine <= -1.0:
+        gap = abs(first - second) - math.sqrt(squared)
+        return gap, ((direction if first >= second else direction + math.pi, math.pi),)
+    # The sine by both factors: 1 - cosine² would lose half the digits where the arm is straight.
+    sine = math.sqrt((1.0 - cosine) * (1.0 + cosine))
+    bend = math.atan2(sine, cosine)
+    lead = math.atan2(second * sine, first + second * cosine)
+    return 0.0, ((direction - lead, bend), (direction + lead, -bend))
+
+
+def zyz_angles(
+    rotation: Matrix3, preferred: float
+) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Take a rotation apart as Rz(α) Ry(β) Rz(γ).
+
+    Where sin β vanishes only α ± γ is determined: α keeps its preferred value.
+
+    Args:
+        rotation: three rows.
+        preferred: the value α takes where any would do [rad].
+
+    Returns:
+        The two (α, β, γ) [rad], the one with β from 0 to π first.
+    """
+    (a, b, c), (d, e, f), (g, h, i) = rotation
+    sine = math.sqrt(c * c + f * f)
+    if sine > _WELL_CONDITIONED:
+        alpha = math.atan2(f, c)
+        beta = math.atan2(sine, i)
+        gamma = math.atan2(h, -g)
+    else:
+        # The sum α ± γ is well determined though each of them is not: γ is what α leaves.
+        alpha = preferred if sine < FREE else math.atan2(f, c)
+        cosine_alpha, sine_alpha = math.cos(alpha), math.sin(alpha)
+        beta = math.atan2(cosine_alpha * c + sine_alpha * f, i)
+        gamma = math.atan2(cosine_alpha * d - sine_alpha * a, cosine_alpha * e - sine_alpha * b)
+    return (alpha, beta, gamma), (alpha + math.pi, -beta, gamma + math.pi)
+
+
+_WELL_CONDITIONED = 1e-4  # sine above which the direct formulas keep twelve digits

@@ -1,0 +1,300 @@
+"""What a robot touches: itself, the scene around it, and with what it holds.
+
+Owns the collision model: the shapes of the robot file and of a scene as coal geometry on the
+pinocchio model, the pairs that are checked, and how far each pair can approach per unit of joint
+travel. Beside `kinematics` the only module that imports pinocchio or coal. Joint vectors are
+controller-side driven joints in file order; distances and points are in m, in the base frame.
+
+Checked are all pairs of bodies but these: links of one joint or of consecutive ones, pairs that the
+robot file or the scene allows, and objects that stand with links that stand, which no motion
+changes. A held object is checked against everything, the link that holds it too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any, NamedTuple
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from .errors import DuplicateObject, FrameUnknown, UnknownObject
+from .kinematics import Array, Kinematics, model_map
+from .mesh_file import read_mesh
+from .robot_schema import Box as LinkBox
+from .robot_schema import Capsule as LinkCapsule
+from .robot_schema import Shape as LinkShape
+from .scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Shape, Sphere
+
+TOUCHING = 1e-6
+"""Bodies nearer than this touch [m].
+
+Not 0: coal's check without contact points (3.0.3) ends where the distance falls below the tolerance
+of its GJK, 1e-6, and then calls bodies free that overlap by millimetres, unless what it is asked
+for is no nearer than that tolerance.
+"""
+
+
+class Proximity(NamedTuple):
+    """How near two bodies are, and the point (3,) of each that is nearest to the other.
+
+    Where they touch, `distance` [m] is negative by the overlap of solids; a mesh, having no inside,
+    may show 0.
+    """
+
+    distance: float
+    first: str
+    second: str
+    first_point: Array
+    second_point: Array
+
+    @property
+    def touching(self) -> bool:
+        """Whether they touch."""
+        return self.distance <= TOUCHING
+
+
+@dataclass(frozen=True, slots=True)
+class _Body:
+    """A shape on the model: the joint that carries it, 0 for none, and its bounding ball there."""
+
+    name: str
+    geometry: int
+    joint: int
+    reach: float
+    standing: bool
+
+
+class CollisionModel:
+    """A robot and a scene, for one thread: calls share scratch memory.
+
+    Attributes:
+        kinematics: the robot.
+        scene: what stands around it.
+        pairs: (p,) names of the two bodies of each pair that is checked; a body of several shapes
+            comes several times.
+        sweep: (p, j) how far the two bodies of a pair can move relative to each other per unit of
+            travel of each moving joint of the model [m/rad or m/m], an upper bound over all
+            positions.
+    """
+
+    def __init__(self, kinematics: Kinematics, scene: Scene | None = None) -> None:
+        """Build the model.
+
+        Raises:
+            DuplicateObject: an object bears the name of a link.
+            UnknownObject: an allowed pair or a held object names what is neither object nor link.
+            MeshFileError: a mesh cannot be read.
+        """
+        self.kinematics = kinematics
+        self.scene = Scene() if scene is None else scene
+        self._model = kinematics.model
+        self._data = self._model.createData()
+        self._gain, self._offset = model_map(kinematics.robot)
+        self._geometry = pin.GeometryModel()
+        _check_names(self.scene, kinematics.robot.links)
+        bodies = [*self._links(), *self._objects()]
+        checked = list(self._pairs(bodies))
+        for first, second in checked:
+            self._geometry.addCollisionPair(pin.CollisionPair(first.geometry, second.geometry))
+        self.pairs = tuple((first.name, second.name) for first, second in checked)
+        self.sweep: Array = np.array([self._sweep(*pair) for pair in checked])
+        self.sweep = self.sweep.reshape(len(checked), self._model.njoints - 1)
+        self._exact = pin.GeometryData(self._geometry)
+        self._padded: dict[float, Any] = {}
+
+    def with_scene(self, scene: Scene) -> CollisionModel:
+        """Return a model of the same robot in another scene."""
+        return CollisionModel(self.kinematics, scene)
+
+    def collides(self, joint_position: Sequence[float] | Array) -> bool:
+        """Return whether any checked pair touches.
+
+        Raises:
+            WrongJointCount: not one value per driven joint.
+            NotFinite: a value is infinite or not a number.
+        """
+        return self.any_collides(self._checked(joint_position)[np.newaxis])
+
+    def any_collides(self, joint_positions: Array, margin: float = TOUCHING) -> bool:
+        """Return whether any of (m, n) positions touches, stopping at the first that does.
+
+        Args:
+            joint_positions: (m, n) controller-side, finite float64; not checked, for speed.
+            margin: how near counts as touching [m].
+        """
+        data = self._with_margin(max(margin, TOUCHING))
+        return any(
+            pin.computeCollisions(self._model, self._data, self._geometry, data, position, True)
+            for position in self.model_positions(joint_positions)
+        )
+
+    def contacts(self, joint_position: Sequence[float] | Array) -> tuple[Proximity, ...]:
+        """Return every two bodies that touch, the deepest overlap first, each two bodies once.
+
+        Raises:
+            WrongJointCount: not one value per driven joint.
+            NotFinite: a value is infinite or not a number.
+        """
+        distances = self.clearances(self._checked(joint_position))
+        found: dict[tuple[str, str], Proximity] = {}
+        for pair in np.argsort(distances, kind="stable").tolist():
+            if distances[pair] > TOUCHING:
+                break
+            found.setdefault(self.pairs[pair], self._proximity(pair))
+        return tuple(found.values())
+
+    def distance(self, joint_position: Sequence[float] | Array) -> Proximity | None:
+        """Return the nearest two bodies; None where there is nothing to check.
+
+        Raises:
+            WrongJointCount: not one value per driven joint.
+            NotFinite: a value is infinite or not a number.
+        """
+        distances = self.clearances(self._checked(joint_position))
+        return self._proximity(int(np.argmin(distances))) if self.pairs else None
+
+    def clearances(self, joint_position: Array) -> Array:
+        """Return the (p,) distance of each pair [m], negative where they overlap; unchecked."""
+        pin.computeDistances(
+            self._model,
+            self._data,
+            self._geometry,
+            self._exact,
+            self.model_positions(joint_position),
+        )
+        return np.array([result.min_distance for result in self._exact.distanceResults])
+
+    def model_positions(self, joint_positions: Array) -> Array:
+        """Return the model's (…, j) moving joints of controller-side (…, n) positions."""
+        positions: Array = joint_positions @ self._gain.T + self._offset
+        return positions
+
+    def _checked(self, joint_position: Sequence[float] | Array) -> Array:
+        vector = np.asarray(joint_position, dtype=np.float64)
+        self.kinematics.limits.check_finite(vector.tolist(), "the joint position")
+        return vector
+
+    def _proximity(self, pair: int) -> Proximity:
+        """Return what the last call of `clearances` found of a pair."""
+        result = self._exact.distanceResults[pair]
+        first, second = result.getNearestPoint1(), result.getNearestPoint2()
+        return Proximity(
+            float(result.min_distance), *self.pairs[pair], np.array(first), np.array(second)
+        )
+
+    def _with_margin(self, margin: float) -> Any:
+        if margin not in self._padded:
+            data = pin.GeometryData(self._geometry)
+            for request in data.collisionRequests:
+                request.security_margin = margin
+            self._padded[margin] = data
+        return self._padded[margin]
+
+    def _links(self) -> Iterator[_Body]:
+        for link, shapes in self.kinematics.robot.collision.items():
+            for shape in shapes:
+                placement = pin.SE3(pin.rpy.rpyToMatrix(*shape.rpy), np.array(shape.xyz))
+                yield self._body(link, link, placement, _link_geometry(shape))
+
+    def _objects(self) -> Iterator[_Body]:
+        for each in self.scene.objects:
+            if each.link is not None and each.link not in self.kinematics.robot.links:
+                raise FrameUnknown(each.link, self.kinematics.robot.links)
+            yield self._body(each.name, each.link, self._placement(each), _geometry(each.shape))
+
+    def _placement(self, each: SceneObject) -> Any:
+        pose = each.pose
+        if each.link is None:
+            pose = self.kinematics.to_base(pose, each.frame)
+        return pin.SE3(pose.rotation, pose.position)
+
+    def _body(self, name: str, link: str | None, placement: Any, geometry: Any) -> _Body:
+        joint = 0
+        if link is not None:
+            frame = self._model.frames[self._model.getFrameId(link)]
+            joint, placement = frame.parentJoint, frame.placement * placement
+        added = self._geometry.addGeometryObject(
+            pin.GeometryObject(f"{name}/{self._geometry.ngeoms}", joint, placement, geometry)
+        )
+        geometry.computeLocalAABB()
+        reach = float(np.linalg.norm(placement.act(geometry.aabb_center))) + geometry.aabb_radius
+        held = link is not None and name != link
+        return _Body(name, added, joint, reach, standing=joint == 0 and not held)
+
+    def _pairs(self, bodies: Sequence[_Body]) -> Iterator[tuple[_Body, _Body]]:
+        links = frozenset(self.kinematics.robot.links)
+        pairs = self.kinematics.robot.allowed_collisions
+        allowed = {frozenset(pair[:2]) for pair in pairs} | set(map(frozenset, self.scene.allowed))
+        for first, second in combinations(bodies, 2):
+            if first.name == second.name or {first.name, second.name} in allowed:
+                continue
+            if first.standing and second.standing:
+                continue
+            of_links = first.name in links and second.name in links
+            if of_links and abs(first.joint - second.joint) <= 1:
+                continue
+            held_together = first.joint == second.joint and not {first.name, second.name} & links
+            if not held_together:
+                yield first, second
+
+    def _sweep(self, first: _Body, second: _Body) -> list[float]:
+        """Return the pair's row of `sweep`.
+
+        A point at p on the farther body is moved by a turning joint by at most its distance to the
+        axis. Links being rigid, that is at most the lengths of the links between and its own reach.
+        """
+        near, far = sorted((first, second), key=lambda body: body.joint)
+        row = [0.0] * (self._model.njoints - 1)
+        lever = far.reach
+        for joint in range(far.joint, near.joint, -1):
+            moving = self.kinematics.robot.moving[joint - 1]
+            row[joint - 1] = 1.0 if moving.prismatic else lever
+            lever += float(np.linalg.norm(self._model.jointPlacements[joint].translation))
+            if moving.prismatic:
+                lever += max(abs(moving.lower), abs(moving.upper))
+        return row
+
+
+def _check_names(scene: Scene, links: Sequence[str]) -> None:
+    known = frozenset((*scene.names, *links))
+    for name in scene.names:
+        if name in links:
+            raise DuplicateObject(name)
+    for name in sorted({name for pair in scene.allowed for name in pair} - known):
+        raise UnknownObject(name, (*scene.names, *links))
+
+
+def _link_geometry(shape: LinkShape) -> Any:
+    if isinstance(shape, LinkBox):
+        return coal.Box(*shape.size)
+    if isinstance(shape, LinkCapsule):
+        return coal.Capsule(shape.radius, shape.length)
+    return coal.Sphere(shape.radius)
+
+
+def _geometry(shape: Shape) -> Any:
+    match shape:
+        case Box(size):
+            return coal.Box(*size)
+        case Sphere(radius):
+            return coal.Sphere(radius)
+        case Cylinder(radius, length):
+            return coal.Cylinder(radius, length)
+        case Capsule(radius, length):
+            return coal.Capsule(radius, length)
+        case Mesh(file, scale):
+            return _surface(file, scale)
+
+
+def _surface(file: str, scale: Sequence[float]) -> Any:
+    vertices, corners = read_mesh(file)
+    surface = coal.BVHModelOBBRSS()
+    surface.beginModel(len(corners), len(vertices))
+    surface.addVertices(vertices * np.array(scale))
+    surface.addTriangles(corners)
+    surface.endModel()
+    return surface

@@ -1,0 +1,261 @@
+"""A robot's visuals as flat coloured polygons, seen by a camera.
+
+Owns the facets of each solid, their shading, and the projection: orthographic or perspective, after
+J. F. Hughes et al., "Computer Graphics: Principles and Practice", ch. 7 and 13. Knows no picture
+format: `pictures` writes what this returns.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from .errors import BadArgument, WrongJointCount
+from .kinematics import Kinematics
+from .pose import Array, Pose
+from .robot import ParallelRobot, Robot, SerialRobot
+from .visuals import Form, RobotVisuals, VisualShape, robot_visuals
+
+_ROUND = 28  # facets around a round solid
+_CAP = 5  # rings of a cap
+_CELL = 0.08  # the longest side of a flat facet, of the picture's size: see `Facet`
+_LIGHT = np.array([0.35, -0.55, 0.76])  # towards the light, in the root frame
+_AMBIENT = 0.55
+_TILE_COLOURS = ("#f4f6f8", "#e9edf1")
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """Where the camera stands: it looks at the middle of the robot, z up.
+
+    Attributes:
+        azimuth: from the root's x towards its y [rad].
+        elevation: above the horizon [rad], less than a quarter turn to either side.
+        perspective: things further away are smaller; else all are to scale.
+
+    Raises:
+        BadArgument: an angle is not finite, or the camera would look straight down or up.
+    """
+
+    azimuth: float = math.radians(-58.0)
+    elevation: float = math.radians(18.0)
+    perspective: bool = False
+
+    def __post_init__(self) -> None:
+        angles = (self.azimuth, self.elevation)
+        if not all(map(math.isfinite, angles)) or abs(self.elevation) >= math.pi / 2.0:
+            raise BadArgument(
+                "azimuth and elevation", angles, "finite, and less than a quarter turn"
+            )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Facet:
+    """A convex polygon of the picture.
+
+    Attributes:
+        points: (k, 2) x to the right and y up, the picture's shorter half being 1.
+        depths: (k,) how far each corner is behind the picture's middle, in the same unit.
+        colour: red, green, blue, 0 to 255.
+    """
+
+    points: Array
+    depths: Array
+    colour: tuple[int, int, int]
+
+
+def draw(
+    robot: Robot, joint_position: Sequence[float] | None = None, view: View | None = None
+) -> tuple[Facet, ...]:
+    """Return the polygons that show a robot on a tiled floor, the farthest first.
+
+    Args:
+        robot: any robot.
+        joint_position: controller-side joints [rad or m], or the pose variables of a parallel
+            robot about home; home if not given.
+        view: the camera.
+
+    Raises:
+        WrongJointCount: not one value per driven joint.
+        NotFinite: a value is infinite or not a number.
+    """
+    visuals = robot_visuals(robot)
+    places = link_poses(robot, joint_position)
+    polygons = list(_polygons(visuals, places))
+    corners = np.vstack([corner for corner, _ in polygons])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    size = float(np.linalg.norm(high - low)) / 2.0
+    camera = _Camera(view or View(), (low + high) / 2.0, size)
+    floor = [facet for tile in _floor(low, high) for facet in camera.facets(*tile, shaded=False)]
+    shown = [facet for each in polygons for facet in camera.facets(*each, shaded=True)]
+    shown.sort(key=lambda facet: -float(facet.depths.mean()))
+    return (*floor, *shown)
+
+
+def link_poses(robot: Robot, joint_position: Sequence[float] | None = None) -> dict[str, Pose]:
+    """Return the pose of every link in the root link's frame; arguments as of `draw`."""
+    if isinstance(robot, ParallelRobot):
+        variables = robot.home if joint_position is None else joint_position
+        if len(variables) != robot.dof:
+            raise WrongJointCount(len(variables), robot.dof)
+        x, y, z, roll, pitch, yaw = variables
+        platform = Pose.from_rpy((x, y, z + robot.home_height), (roll, pitch, yaw))
+        return {robot.root_link: Pose.identity(), robot.tool_link: platform}
+    return _chain_poses(robot, joint_position)
+
+
+def _chain_poses(robot: SerialRobot, joint_position: Sequence[float] | None) -> dict[str, Pose]:
+    kinematics = Kinematics(robot)
+    position = robot.home_position if joint_position is None else joint_position
+    return {link: kinematics.forward(position, "root", link) for link in robot.links}
+
+
+def shape_polygons(shape: VisualShape) -> Iterator[Array]:
+    """Yield a shape's outer polygons, (k, 3) in its link's frame, anticlockwise from outside."""
+    for polygon in _solid(shape.form, shape.size):
+        yield shape.pose.position + polygon @ shape.pose.rotation.T
+
+
+def _polygons(visuals: RobotVisuals, places: dict[str, Pose]) -> Iterator[tuple[Array, str]]:
+    for shape in visuals.shapes:
+        place = places[shape.link]
+        rotation = place.rotation
+        for polygon in shape_polygons(shape):
+            yield place.position + polygon @ rotation.T, shape.colour
+    for strut in visuals.struts:
+        first, second = (
+            places[link].compose(Pose.from_values(point, (0.0, 0.0, 0.0, 1.0))).position
+            for link, point in ((strut.first_link, strut.first), (strut.second_link, strut.second))
+        )
+        span = float(np.linalg.norm(second - first))
+        axes = _frame_along((second - first) / span)
+        for polygon in _solid(Form.CYLINDER, (strut.diameter, strut.diameter, span)):
+            yield (first + second) / 2.0 + polygon @ axes.T, strut.colour
+
+
+def _frame_along(direction: Array) -> Array:
+    """Return (3, 3) axes whose z is a (3,) unit direction."""
+    helper = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    x = np.cross(helper, direction)
+    x /= np.linalg.norm(x)
+    return np.column_stack((x, np.cross(direction, x), direction))
+
+
+def _solid(form: Form, size: tuple[float, float, float]) -> Iterator[Array]:
+    if form is Form.BOX:
+        yield from _box(np.array(size) / 2.0)
+        return
+    radius, half = size[0] / 2.0, size[2] / 2.0
+    if form is Form.CYLINDER:
+        profile = [(0.0, -half), (radius, -half), (radius, half), (0.0, half)]
+    else:
+        straight = max(0.0, half - radius)
+        angles = np.linspace(0.0, math.pi / 2.0, _CAP + 1)
+        cap = [(radius * math.cos(angle), radius * math.sin(angle)) for angle in angles]
+        upper = [(r, straight + z) for r, z in cap]
+        profile = [*((r, -z) for r, z in reversed(upper)), *upper]
+    yield from _turned(profile)
+
+
+def _box(half: Array) -> Iterator[Array]:
+    for axis in range(3):
+        first, second = (axis + 1) % 3, (axis + 2) % 3
+        for side in (-1.0, 1.0):
+            face = np.zeros((4, 3))
+            face[:, axis] = side * half[axis]
+            face[:, first] = half[first] * np.array([-1.0, 1.0, 1.0, -1.0]) * side
+            face[:, second] = half[second] * np.array([-1.0, -1.0, 1.0, 1.0])
+            yield face
+
+
+def _turned(profile: Sequence[tuple[float, float]]) -> Iterator[Array]:
+    """Yield the facets of a profile of (radius, z), lowest first, turned about z."""
+    angles = np.linspace(0.0, 2.0 * math.pi, _ROUND + 1)
+    circle = np.column_stack((np.cos(angles), np.sin(angles)))
+    for (below, low), (above, high) in pairwise(profile):
+        for start, end in pairwise(circle):
+            corners = [
+                (*(below * start), low),
+                (*(below * end), low),
+                (*(above * end), high),
+                (*(above * start), high),
+            ]
+            if below == 0.0:
+                corners = corners[1:]
+            elif above == 0.0:
+                corners = corners[:3]
+            yield np.array(corners)
+
+
+def _floor(low: Array, high: Array) -> Iterator[tuple[Array, str]]:
+    centre, reach = (low + high) / 2.0, 0.75 * float(max(high[:2] - low[:2]))
+    tile = reach / 4.0
+    for column in range(-4, 4):
+        for row in range(-4, 4):
+            x, y = centre[0] + column * tile, centre[1] + row * tile
+            colour = _TILE_COLOURS[(column + row) % 2]
+            corners = ((x, y), (x + tile, y), (x + tile, y + tile), (x, y + tile))
+            yield np.array([(*corner, low[2]) for corner in corners]), colour
+
+
+class _Camera:
+    """Projects polygons of the root frame into the picture."""
+
+    def __init__(self, view: View, centre: Array, size: float) -> None:
+        ca, sa = math.cos(view.azimuth), math.sin(view.azimuth)
+        ce, se = math.cos(view.elevation), math.sin(view.elevation)
+        towards = np.array([ce * ca, ce * sa, se])
+        right = np.array([-sa, ca, 0.0])
+        self._axes = np.vstack((right, np.cross(towards, right), towards))
+        self._towards, self._centre, self._size = towards, centre, size
+        self._distance = 3.5 if view.perspective else math.inf
+
+    def facets(self, polygon: Array, colour: str, shaded: bool) -> Iterator[Facet]:
+        """Yield what is seen of a (k, 3) polygon: nothing if it faces away."""
+        local = (polygon - self._centre) @ self._axes.T / self._size
+        normal = np.cross(local[1] - local[0], local[2] - local[1])
+        eye = np.array([0.0, 0.0, 1.0])
+        if math.isfinite(self._distance):
+            eye = np.array([0.0, 0.0, self._distance]) - local[0]
+        if float(normal @ eye) <= 0.0:
+            return
+        shade = _shade(polygon) if shaded else 1.0
+        tone = _tone(colour, shade)
+        pieces = _cells(local) if shaded and len(local) == 4 else [local]
+        for piece in pieces:
+            scale = 1.0 / (1.0 - piece[:, 2] / self._distance)
+            yield Facet(piece[:, :2] * scale[:, None], -piece[:, 2], tone)
+
+
+def _cells(quadrilateral: Array) -> Iterable[Array]:
+    # Facets are sorted by their middle, so large ones are cut where they could hide the wrong way.
+    a, b, c, d = quadrilateral
+    across = max(1, math.ceil(float(np.linalg.norm(b - a)) / _CELL))
+    along = max(1, math.ceil(float(np.linalg.norm(d - a)) / _CELL))
+    for i in range(across):
+        for j in range(along):
+            corners = ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1))
+            fractions = [(u / across, v / along) for u, v in corners]
+            yield np.array(
+                [
+                    (1 - u) * (1 - v) * a + u * (1 - v) * b + u * v * c + (1 - u) * v * d
+                    for u, v in fractions
+                ]
+            )
+
+
+def _shade(polygon: Array) -> float:
+    # Lambert's law, with the shadow side not black.
+    normal = np.cross(polygon[1] - polygon[0], polygon[2] - polygon[1])
+    length = float(np.linalg.norm(normal))
+    cosine = float(normal @ _LIGHT) / length if length > 0.0 else 0.0
+    return _AMBIENT + (1.0 - _AMBIENT) * max(0.0, cosine)
+
+
+def _tone(colour: str, shade: float) -> tuple[int, int, int]:
+    red, green, blue = (round(shade * int(colour[i : i + 2], 16)) for i in (1, 3, 5))
+    return red, green, blue

@@ -1,0 +1,296 @@
+"""One question of inverse kinematics: the order of the methods, and the choice among answers.
+
+Owns that order: a numeric search from the seed when the target is near it; a closed form where the
+arm has one, with every branch and turn; else a numeric search from the seed, then from random
+positions. Every answer is re-checked by forward kinematics and against the limits. Knows no clock:
+it is told whether the time is up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from .branch_choice import BranchChoice, Offer, Wish
+from .closed_form import ClosedForm, closed_form
+from .configuration import Configuration, flags
+from .errors import BadArgument, MotionError, Unreachable, WrongJointCount
+from .kinematics import Array, Kinematics
+from .levenberg_marquardt import Found, Search, rotation_angle
+from .pose import Pose
+from .reduced_task import KeptDirection, kept_direction
+from .turns import JointRanges
+
+_NEAR_DISTANCE = 0.02  # m: nearer targets are searched for from the seed first
+_NEAR_ANGLE = 0.1  # rad
+_GREATEST_NEAR_STEP = 0.5  # rad or m: a joint that moves more did not stay near
+_POLISHED = 1e-8  # m or rad: a formula's answer worse than this is improved numerically
+_MISSES_TRIED = 4
+_SAME = 1e-6  # rad or m: answers nearer than this are one
+
+
+class Budget(NamedTuple):
+    """How hard to search: restarts, iterations of each attempt, and the outer cap [s]."""
+
+    restarts: int
+    iterations: int
+    random_seed: int
+    time_cap: float | None
+
+    def check(self) -> None:
+        """Refuse numbers out of range.
+
+        Raises:
+            BadArgument: with the name of the number.
+        """
+        for name, least in (("restarts", 0), ("iterations", 1), ("random_seed", 0)):
+            number = getattr(self, name)
+            if number < least:
+                raise BadArgument(name, number, f"{least} or more")
+        if self.time_cap is not None and not self.time_cap >= 0.0:
+            raise BadArgument("time_cap", self.time_cap, "0 or more, or None")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Arm:
+    """What is worked out once for each robot."""
+
+    form: ClosedForm | None
+    choice: BranchChoice | None
+    ranges: JointRanges
+    kept: KeptDirection | None
+
+
+_arms: WeakKeyDictionary[Kinematics, _Arm] = WeakKeyDictionary()
+
+
+def _arm(kinematics: Kinematics) -> _Arm:
+    arm = _arms.get(kinematics)
+    if arm is None:
+        form, ranges = closed_form(kinematics), JointRanges(kinematics)
+        choice = None if form is None else BranchChoice(kinematics, form, ranges)
+        arm = _Arm(form, choice, ranges, kept_direction(kinematics))
+        _arms[kinematics] = arm
+    return arm
+
+
+class Question:
+    """One pose asked of one robot, and what was found out so far.
+
+    Attributes:
+        search: the numeric search, with the effort spent and the nearest position seen.
+    """
+
+    def __init__(
+        self,
+        kinematics: Kinematics,
+        target: Pose,
+        frame: str,
+        seed: Sequence[float] | Array,
+        configuration: Configuration | None,
+        tolerances: tuple[float, float],
+        budget: Budget,
+        expired: Callable[[], bool],
+    ) -> None:
+        """Check and ask; arguments and refusals as of `ik.solve`.
+
+        `tolerances` are the distance [m] and the angle [rad]; `expired` says whether the time is
+        up.
+        """
+        if not min(tolerances) > 0.0:
+            raise BadArgument("tolerance", tolerances, "more than 0")
+        budget.check()
+        limits = kinematics.limits
+        values = np.asarray(seed, dtype=np.float64).tolist()
+        limits.check_finite(values, "the seed")
+        self.kinematics, self.arm = kinematics, _arm(kinematics)
+        self.asked, self.frame, self.configuration = target, frame, configuration
+        if configuration is not None:
+            self._check_configuration(configuration)
+        self.tolerances, self.budget = tolerances, budget
+        self.expired = expired
+        self.seed = [
+            min(max(value, lower), upper)
+            for value, lower, upper in zip(values, limits.lower, limits.upper, strict=True)
+        ]
+        self.target = kinematics.to_base(target, frame).to_matrix()
+        self.search = self._new_search(self.target[:3, :3])
+
+    def best(self) -> Found:
+        """Return the answer nearest to the seed, by the first method that has one."""
+        if found := self._near() or self._by_formula() or self._by_search():
+            return found
+        raise self._unreachable()
+
+    def every(self) -> list[Found]:
+        """Return all answers, at least one, the nearest to the seed first."""
+        distance = self.arm.ranges.distance
+        choice = self.arm.choice
+        answers = self._every_by_formula(choice) if choice else self._every_by_search()
+        different: dict[tuple[int, ...], tuple[float, Found]] = {}
+        for found in answers:
+            values = found.joint_position.tolist()
+            place = tuple(round(value / _SAME) for value in values)
+            different.setdefault(place, (distance(values, self.seed), found))
+        if not different:
+            return [self.best()]
+        nearest_first = sorted(different.values(), key=lambda pair: pair[0])
+        return [found for _, found in nearest_first]
+
+    def _near(self) -> Found | None:
+        """Search from the seed where the target is near it: continuous, even at singularities."""
+        rotation, position = self.kinematics.place(np.array(self.seed))
+        if math.dist(position.tolist(), self.search.position.tolist()) > _NEAR_DISTANCE:
+            return None
+        if rotation_angle(self.search.rotation, rotation) > _NEAR_ANGLE:
+            return None
+        found = self.search.from_seed(near=True)
+        if found is None or not self._as_configured(found):
+            return None
+        step = float(np.abs(found.joint_position - self.seed).max())
+        return found if step <= _GREATEST_NEAR_STEP else None
+
+    def _by_formula(self) -> Found | None:
+        """Ask the closed form, if there is one; raise where it knows that there is no answer."""
+        form, choice = self.arm.form, self.arm.choice
+        if form is None or choice is None:
+            return None
+        refused: list[Offer] = []
+        for offer in choice.offers(self.target, self._wish()):
+            for position in offer.fitting:
+                if found := self._verified(position):
+                    return found
+            if offer.fitting or offer.borderline:
+                return None
+            refused.append(offer)
+        if form.free_joint is None:
+            raise self._refusal(refused[0])
+        return self._between(refused)
+
+    def _refusal(self, offer: Offer) -> MotionError:
+        """Say why the only offer of a closed form is none."""
+        if offer.outside is not None:
+            return offer.outside
+        miss = offer.miss and self.search.measured(self._inside(offer.miss))
+        return self._unreachable(miss or None)
+
+    def _between(self, refused: list[Offer]) -> Found | None:
+        """Search from the nearest misses: the spare joint may fit between the values tried."""
+        for offer in sorted(refused, key=lambda offer: offer.gap)[:_MISSES_TRIED]:
+            if offer.miss is not None:
+                found = self.search.polished(self._inside(offer.miss))
+                if found and self._as_configured(found):
+                    return found
+        return None
+
+    def _by_search(self) -> Found | None:
+        """Search numerically from the seed, then from random positions, within the budget."""
+        self._refuse_tilt()
+        found = self.search.from_seed(near=False)
+        if found and self._as_configured(found):
+            return found
+        for found in self._restarted():
+            if self._as_configured(found):
+                return found
+        # At a singularity the search closes in slowly: what came nearest is worth going on with.
+        nearest = self.search.best
+        found = nearest and self.search.polished(nearest.joint_position)
+        return found if found and self._as_configured(found) else None
+
+    def _restarted(self) -> Iterator[Found]:
+        random = np.random.default_rng(self.budget.random_seed)
+        while self.search.restarts < self.budget.restarts and not self.expired():
+            if found := self.search.from_random(random):
+                yield found
+
+    def _every_by_formula(self, choice: BranchChoice) -> Iterator[Found]:
+        for position in choice.every(self.target, self._wish()):
+            if found := self._verified(position):
+                yield found
+
+    def _every_by_search(self) -> Iterator[Found]:
+        self._refuse_tilt()
+        first = self.search.from_seed(near=False)
+        for found in (*((first,) if first else ()), *self._restarted()):
+            for position in self.arm.ranges.every(found.joint_position.tolist()):
+                if turned := self.search.accepted(np.array(position)):
+                    yield turned
+
+    def _verified(self, position: Sequence[float]) -> Found | None:
+        """Check a formula's answer by forward kinematics, and improve it where it is not exact."""
+        found = self.search.measured(np.array(position))
+        if max(found.position_error, found.rotation_error) <= _POLISHED:
+            return found
+        if polished := self.search.polished(position):
+            found = min(found, polished, key=self.search.score)
+        return found if self.search.suffices(found) else None
+
+    def _refuse_tilt(self) -> None:
+        """Refuse a pose that a SCARA or a palletiser would have to tilt its tool for."""
+        kept, rotation = self.arm.kept, self.target[:3, :3]
+        if kept is None:
+            return
+        tilt = kept.tilt(rotation)
+        if tilt <= self.tolerances[1]:
+            return
+        level = self._new_search(kept.levelled(rotation))
+        found, random = level.from_seed(near=False), np.random.default_rng(self.budget.random_seed)
+        while found is None and level.restarts < self.budget.restarts:
+            if self.expired():
+                break
+            found = level.from_random(random)
+        nearest = found or level.best
+        if nearest is not None:
+            self.search.measured(nearest.joint_position)
+        self.search.restarts = level.restarts
+        raise self._unreachable()
+
+    def _inside(self, position: Sequence[float]) -> Array:
+        return np.clip(position, self.kinematics.lower, self.kinematics.upper)
+
+    def _wish(self) -> Wish:
+        return Wish(self.seed, self.configuration, self.tolerances[0])
+
+    def _new_search(self, rotation: Array) -> Search:
+        return Search(
+            self.kinematics,
+            self.arm.ranges,
+            (rotation, self.target[:3, 3]),
+            self.seed,
+            self.budget.iterations,
+            self.tolerances,
+        )
+
+    def _check_configuration(self, configuration: Configuration) -> None:
+        if self.arm.form is None:
+            accepted = f"none: {self.kinematics.robot.name} has no closed form, so no flags"
+            raise BadArgument("configuration", configuration, accepted)
+        if configuration.turns is not None and len(configuration.turns) != self.kinematics.dof:
+            raise WrongJointCount(len(configuration.turns), self.kinematics.dof)
+
+    def _as_configured(self, found: Found) -> bool:
+        wanted, form = self.configuration, self.arm.form
+        if wanted is None or form is None:
+            return True
+        values = found.joint_position.tolist()
+        turns = wanted.turns
+        if turns is not None and self.arm.ranges.with_turns(values, turns) != values:
+            return False
+        return wanted.agrees_with(form.measures(self.kinematics.robot.to_model(values)))
+
+    def flags(self, found: Found) -> Configuration | None:
+        """Return the flags of an answer; None if the robot's family has none."""
+        if self.arm.form is None:
+            return None
+        return flags(self.arm.form, self.kinematics, found.joint_position.tolist())
+
+    def _unreachable(self, nearest: Found | None = None) -> Unreachable:
+        """Refuse the pose with how near a position comes: the given one, or the best seen."""
+        best = nearest or self.search.best
+        errors = (best.position_error, best.rotation_error) if best else (math.inf, math.inf)
+        return Unreachable(self.asked, self.frame, *errors, self.search.restarts)

@@ -1,0 +1,237 @@
+"""A numeric search for a joint position that puts the tool at a pose.
+
+Owns the Levenberg–Marquardt iteration, its damping scaled by the remaining error (Sugihara:
+Solvability-Unconcerned Inverse Kinematics by the Levenberg-Marquardt Method, 2011), and how a seed
+is used: freely, then along the limits, then on another turn. It works at singular positions too.
+Knows no pinocchio and no clock: it asks `Kinematics`, and is told how often to try.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from .kinematics import Array, Kinematics, rotation_vector
+from .turns import JointRanges
+
+# Errors are scaled by the arm's size, so these have no unit. The damping is that fraction of the
+# squared error: large steps far away, Newton's steps near the target.
+_DAMPING = 0.1
+_LEAST_DAMPING = 1e-12
+_POLISHED = 1e-20  # squared error
+_TRUST = 10.0  # the damping's factor from one polishing step to the next
+_NEAR_MISS = 1e-2  # in units of the arm's size: worth polishing
+_STALL_RATIO = 0.98  # of squared errors of successive iterations
+_STALL_ITERATIONS = 3
+_GREATEST_PULL = 1.0  # share of the way to the middle of the range, in one iteration
+_FREE_ITERATIONS = 5  # the first ones may rise without meaning anything
+
+
+class Found(NamedTuple):
+    """A joint position inside the limits, and how well it reaches the pose.
+
+    Attributes:
+        joint_position: (n,) controller-side [rad or m].
+        position_error: distance from the asked position [m], by forward kinematics.
+        rotation_error: angle from the asked orientation [rad], by forward kinematics.
+    """
+
+    joint_position: Array
+    position_error: float
+    rotation_error: float
+
+
+class Search:
+    """One question: the target, the tolerances, and what was tried so far.
+
+    Attributes:
+        restarts: random starts used.
+        spent: iterations of all attempts together.
+        best: the nearest position inside the limits that was seen; None before the first.
+    """
+
+    def __init__(
+        self,
+        kinematics: Kinematics,
+        ranges: JointRanges,
+        target: tuple[Array, Array],
+        seed: Sequence[float],
+        iterations: int,
+        tolerances: tuple[float, float],
+    ) -> None:
+        """Ask a question.
+
+        Args:
+            kinematics: the robot.
+            ranges: its limits and turns.
+            target: (3, 3) rotation and (3,) position [m] in the base frame.
+            seed: (n,) joint position inside the limits.
+            iterations: iterations of each attempt.
+            tolerances: greatest accepted distance [m] and angle [rad].
+        """
+        self.kinematics, self.ranges = kinematics, ranges
+        self.rotation, self.position = target
+        self.seed = seed
+        self.iterations = iterations
+        self.tolerances = tolerances
+        self.lower, self.upper = kinematics.lower, kinematics.upper
+        self.size = kinematics.size
+        self.middle, self.joint_unit = ranges.middle, ranges.unit
+        self.redundant = kinematics.dof > 6
+        self.centring = False
+        self.restarts = 0
+        self.spent = 0
+        self.best: Found | None = None
+
+    def from_seed(self, *, near: bool) -> Found | None:
+        """Search from the seed: freely, then along the limits, then on another turn.
+
+        Args:
+            near: whether the target is near, so that a spare joint moves no more than it must.
+        """
+        start = np.array(self.seed)
+        self.centring = self.redundant and not near
+        free = self._fitted(self._descend(start, bounded=False))
+        if free is not None and np.abs(free - start).max() <= math.pi:
+            if found := self.accepted(free):
+                return found
+            free = None
+        if found := self.accepted(self._descend(start, bounded=True)):
+            return found
+        return None if free is None else self.accepted(free)
+
+    def from_random(self, random: np.random.Generator) -> Found | None:
+        """Search from a random position inside the limits."""
+        self.restarts += 1
+        # Some answers are only to be had far from the middle, so every other pair does without.
+        self.centring = self.redundant and self.restarts % 4 < 2
+        start = random.uniform(self.lower, self.upper)
+        # A spare joint can move an answer back inside the limits, so it pays to search there.
+        bounded = self.redundant and self.restarts % 2 == 0
+        reached = self._descend(start, bounded=bounded)
+        fitted = self._fitted(reached)
+        if fitted is None:
+            fitted = np.clip(reached, self.lower, self.upper)
+        found = self.measured(fitted)
+        if self.suffices(found):
+            return found
+        return self.polished(fitted) if self.score(found) < _NEAR_MISS else None
+
+    def polished(self, start: Sequence[float] | Array) -> Found | None:
+        """Search along the limits from a position that all but reaches the pose.
+
+        Never steps to a greater error, as Marquardt (1963) has it: near a straight elbow the free
+        search jumps to and fro over the answer.
+        """
+        position = np.array(start)
+        error, jacobian = self._linearised(position)
+        squared = float(error @ error)
+        damping = _DAMPING * squared + _LEAST_DAMPING
+        for _ in range(self.iterations):
+            if squared < _POLISHED:
+                break
+            self.spent += 1
+            trial = self._stepped(position, error, jacobian, damping, bounded=True)
+            error_there, jacobian_there = self._linearised(trial)
+            squared_there = float(error_there @ error_there)
+            if squared_there < squared:
+                position, error, jacobian = trial, error_there, jacobian_there
+                squared, damping = squared_there, damping / _TRUST
+            else:
+                damping *= _TRUST
+        return self.accepted(position)
+
+    def measured(self, joint_position: Array) -> Found:
+        """Measure by forward kinematics how well a position inside the limits reaches the pose."""
+        rotation, translation = self.kinematics.place(joint_position)
+        found = Found(
+            joint_position,
+            math.dist(self.position.tolist(), translation.tolist()),
+            rotation_angle(self.rotation, rotation),
+        )
+        if self.best is None or self.score(found) < self.score(self.best):
+            self.best = found
+        return found
+
+    def accepted(self, joint_position: Array) -> Found | None:
+        """Return a position inside the limits as an answer, if it is one."""
+        found = self.measured(joint_position)
+        return found if self.suffices(found) else None
+
+    def suffices(self, found: Found) -> bool:
+        """Return whether a position is within the tolerances."""
+        return (
+            found.position_error <= self.tolerances[0]
+            and found.rotation_error <= self.tolerances[1]
+        )
+
+    def score(self, found: Found) -> float:
+        """Return the error of a position in units of the arm's size."""
+        return found.position_error / self.size + found.rotation_error
+
+    def _fitted(self, position: Array) -> Array | None:
+        nearest = self.ranges.nearest(position.tolist(), self.seed)
+        return None if nearest is None else np.array(nearest[1])
+
+    def _descend(self, start: Array, *, bounded: bool) -> Array:
+        position = start
+        previous, stalled = math.inf, 0
+        for iteration in range(self.iterations):
+            error, jacobian = self._linearised(position)
+            squared = float(error @ error)
+            if squared < _POLISHED:
+                break
+            stalled = stalled + 1 if squared > _STALL_RATIO * previous else 0
+            if stalled >= _STALL_ITERATIONS and iteration >= _FREE_ITERATIONS:
+                break
+            previous = min(previous, squared)
+            self.spent += 1
+            damping = _DAMPING * squared + _LEAST_DAMPING
+            pull = min(_GREATEST_PULL, math.sqrt(squared)) if self.centring else 0.0
+            position = self._stepped(position, error, jacobian, damping, pull, bounded=bounded)
+        return position
+
+    def _stepped(
+        self,
+        position: Array,
+        error: Array,
+        jacobian: Array,
+        damping: float,
+        pull: float = 0.0,
+        *,
+        bounded: bool,
+    ) -> Array:
+        """Return where one damped step leads: (JᵀJ + λI) Δ = Jᵀe + λ p (middle - position)."""
+        gradient = jacobian.T @ error
+        if bounded:
+            # A joint on its bound that wants to go farther is held, the others work round it.
+            held = ((position <= self.lower) & (gradient < 0.0)) | (
+                (position >= self.upper) & (gradient > 0.0)
+            )
+            jacobian = np.where(held, 0.0, jacobian)
+            gradient[held] = 0.0
+        normal = jacobian.T @ jacobian
+        normal.flat[:: len(position) + 1] += damping
+        if pull:
+            # As a prior at the middle of the range: what the task leaves free goes there, what it
+            # needs does not notice. It fades with the error, so Newton's steps stay exact.
+            gradient += damping * pull * (self.middle - position) / self.joint_unit
+        stepped: Array = position + np.linalg.solve(normal, gradient) * self.joint_unit
+        return np.clip(stepped, self.lower, self.upper) if bounded else stepped
+
+    def _linearised(self, position: Array) -> tuple[Array, Array]:
+        rotation, translation, jacobian = self.kinematics.linearise(position)
+        error = np.empty(6)
+        error[:3] = (self.position - translation) / self.size
+        error[3:] = rotation_vector(self.rotation @ rotation.T)
+        jacobian = jacobian * self.joint_unit
+        jacobian[:3] /= self.size
+        return error, jacobian
+
+
+def rotation_angle(first: Array, second: Array) -> float:
+    """Return the angle between two (3, 3) rotations [rad], 0 to π."""
+    return math.hypot(*rotation_vector(first @ second.T).tolist())

@@ -1,0 +1,174 @@
+"""What jogging, moving and showing need of a robot, whether its links are a chain or not.
+
+Owns the protocol and the choice of who fulfils it: a serial arm through `kinematics`, `ik` and
+`paths`, a Stewart platform through `stewart` and `stewart_path`. A joint vector is what the limits
+are of: angles and shifts of a chain, lengths of legs. The paths handed out are timed by
+`timing.time_path` and certified as any other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from .joint_curves import JointSpline, Path
+from .limits import JointLimits
+from .pose import Array, Pose
+from .robot import ParallelRobot, Robot, SerialRobot
+
+if TYPE_CHECKING:
+    from .ik import Solution
+
+
+class Mechanism(Protocol):
+    """A robot's kinematics and paths; poses are of the tool, `frame` is `base` or `root`."""
+
+    @property
+    def limits(self) -> JointLimits:
+        """Limits of the joint vector."""
+
+    @property
+    def home_position(self) -> tuple[float, ...]:
+        """(n,) the joint position at home [rad or m]."""
+
+    def forward(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Pose:
+        """Return where the tool is.
+
+        Raises:
+            MotionError: the joint position is malformed, or of no pose.
+        """
+
+    def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
+        """Return the (6, n) twist [v; ω] of the tool's origin per unit of joint velocity.
+
+        Raises:
+            MotionError: the joint position is malformed, or of no pose.
+        """
+
+    def solve(
+        self, target: Pose, seed: Sequence[float] | Array, *, frame: str = "base"
+    ) -> Solution:
+        """Return a joint position inside the limits that puts the tool at a pose.
+
+        Raises:
+            MotionError: there is none, with the numbers.
+        """
+
+    def line(self, start: Sequence[float] | Array, target: Pose, *, frame: str = "base") -> Path:
+        """Return the path that leads the tool along a straight line while it turns evenly.
+
+        Raises:
+            MotionError: a place of the line is refused; with its fraction of the way.
+        """
+
+    def curve(self, waypoints: Sequence[Sequence[float] | Array]) -> Path:
+        """Return the smooth path through joint positions; through two, the straight one.
+
+        Raises:
+            MotionError: a waypoint, or the way between two, is refused.
+        """
+
+
+class SerialMechanism:
+    """A serial arm."""
+
+    def __init__(self, robot: SerialRobot) -> None:
+        from .kinematics import Kinematics
+
+        self.kinematics = Kinematics(robot)
+        self.limits = robot.limits
+        self.home_position = robot.home_position
+
+    def forward(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Pose:
+        """Return where the tool is."""
+        return self.kinematics.forward(joint_position, frame)
+
+    def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
+        """Return the (6, n) Jacobian."""
+        return self.kinematics.jacobian(joint_position, frame)
+
+    def solve(
+        self, target: Pose, seed: Sequence[float] | Array, *, frame: str = "base"
+    ) -> Solution:
+        """Return a joint position that puts the tool at a pose, near the seed if it can be."""
+        from .ik import solve
+
+        return solve(self.kinematics, target, seed, frame=frame)
+
+    def line(self, start: Sequence[float] | Array, target: Pose, *, frame: str = "base") -> Path:
+        """Return the straight tool line."""
+        from .paths import linear_path
+
+        return linear_path(self.kinematics, start, target, frame=frame)
+
+    def curve(self, waypoints: Sequence[Sequence[float] | Array]) -> Path:
+        """Return the smooth path through joint positions."""
+        return JointSpline(waypoints, self.limits)
+
+
+class PlatformMechanism:
+    """A Stewart platform; its joint vector is six leg lengths [m]."""
+
+    def __init__(self, robot: ParallelRobot) -> None:
+        from .stewart import StewartKinematics
+
+        self.kinematics = StewartKinematics(robot)
+        self.limits = self.kinematics.limits
+        self.home_position = self.kinematics.home_position
+
+    def forward(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Pose:
+        """Return where the platform is."""
+        return self.kinematics.forward(joint_position, frame)
+
+    def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
+        """Return the (6, 6) Jacobian."""
+        return self.kinematics.jacobian(joint_position, frame)
+
+    def solve(
+        self, target: Pose, seed: Sequence[float] | Array, *, frame: str = "base"
+    ) -> Solution:
+        """Return the leg lengths of a pose; there is one answer, whatever the seed."""
+        return self.kinematics.solve(target, seed, frame=frame)
+
+    def line(self, start: Sequence[float] | Array, target: Pose, *, frame: str = "base") -> Path:
+        """Return the straight line of the platform."""
+        from .stewart_path import platform_line
+
+        return platform_line(self.kinematics, start, target, frame=frame)
+
+    def curve(self, waypoints: Sequence[Sequence[float] | Array]) -> Path:
+        """Return the smooth path through leg lengths."""
+        from .stewart_path import leg_curve
+
+        return leg_curve(self.kinematics, waypoints)
+
+
+def mechanism(robot: Robot) -> Mechanism:
+    """Return what a robot can do, whatever its kind."""
+    match robot:
+        case SerialRobot():
+            return SerialMechanism(robot)
+        case ParallelRobot():
+            return PlatformMechanism(robot)
+
+
+def straight_legs(
+    robot: Mechanism,
+    start: Sequence[float] | Array,
+    poses: Sequence[Pose],
+    *,
+    frame: str = "base",
+) -> list[Path]:
+    """Return one straight tool line after another; they meet at corners, so each ends at rest.
+
+    Raises:
+        MotionError: a line is refused, as of `Mechanism.line`.
+    """
+    legs: list[Path] = []
+    here: Sequence[float] | Array = start
+    for pose in poses:
+        legs.append(robot.line(here, pose, frame=frame))
+        here = legs[-1].evaluate(np.array([legs[-1].length]))[0]
+    return legs

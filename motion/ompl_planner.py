@@ -1,0 +1,188 @@
+"""Sampling planners of OMPL, by name.
+
+Owns the use of ompl, which it imports when first asked and which no other module touches. OMPL
+proposes polylines; whoever asked checks them. What it takes for a solution is passed on only where
+it is exact and leads from the start to the goal: some of its planners report others.
+
+Effort is counted in positions checked, so that the same seed gives the same path on any machine;
+time is only an outer cap. PRM and PRMstar are exceptions (see `_THREADED`). OMPL's seed is one
+number of the process: two searches may not run at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from .errors import PlannerUnavailable
+from .rrt_connect import Search
+from .trajectory import Array
+
+
+class OmplPlanner(StrEnum):
+    """The planners of the ompl wheel."""
+
+    RRT_CONNECT = "RRTConnect"
+    LBKPIECE1 = "LBKPIECE1"
+    BKPIECE1 = "BKPIECE1"
+    KPIECE1 = "KPIECE1"
+    PRM = "PRM"
+    RRT = "RRT"
+    FMT = "FMT"
+    BFMT = "BFMT"
+    PRM_STAR = "PRMstar"
+    RRT_STAR = "RRTstar"
+    INFORMED_RRT_STAR = "InformedRRTstar"
+    SORRT_STAR = "SORRTstar"
+    BIT_STAR = "BITstar"
+    AORRTC = "AORRTC"
+
+
+_OPTIMISING = frozenset(
+    {
+        OmplPlanner.PRM_STAR,
+        OmplPlanner.RRT_STAR,
+        OmplPlanner.INFORMED_RRT_STAR,
+        OmplPlanner.SORRT_STAR,
+        OmplPlanner.BIT_STAR,
+        OmplPlanner.AORRTC,
+    }
+)
+"""These go on improving until they are stopped."""
+
+_THREADED = frozenset({OmplPlanner.PRM, OmplPlanner.PRM_STAR})
+"""These ask from a thread of their own whether to stop; Python, which is in `solve`, cannot answer.
+
+They also share out their work by time, so the same seed may give another path.
+"""
+
+MOST_CHECKS = 1_000_000
+MOST_CHECKS_TO_IMPROVE = 20_000
+
+_THREADED_SECONDS = 1.0
+_PROCEED_EVERY = 64  # checks
+_SAME_END = 1e-9  # rad or m
+
+
+def ompl_is_installed() -> bool:
+    """Return whether the library is there, without importing it."""
+    return find_spec("ompl") is not None
+
+
+def search_with_ompl(
+    planner: OmplPlanner,
+    start: Array,
+    goal: Array,
+    lower: Array,
+    upper: Array,
+    position_free: Callable[[Array], bool],
+    *,
+    seed: int,
+    step: float,
+    resolution: float,
+    seconds: float,
+    proceed: Callable[[int], bool],
+) -> Search:
+    """Search a polyline from start to goal.
+
+    Args:
+        planner: which.
+        start: (n,) free.
+        goal: (n,) free.
+        lower: (n,) least position of the box that is searched.
+        upper: (n,) greatest position.
+        position_free: whether a position is free.
+        seed: same number, same path; not negative.
+        step: greatest length of an edge, for planners that have one.
+        resolution: greatest distance of the checked positions on an edge.
+        seconds: time for those planners that cannot ask `proceed`; one second is enough for them.
+        proceed: called with the number of positions checked; the search ends where it is False.
+
+    Returns:
+        The waypoints, and the number of positions checked as iterations.
+
+    Raises:
+        PlannerUnavailable: ompl is not installed.
+    """
+    try:
+        from ompl import base, geometric, util
+    except ImportError:
+        raise PlannerUnavailable(planner, ()) from None
+    util.setLogLevel(util.LogLevel.LOG_NONE)
+    util.RNG.setSeed(seed + 1)  # 0 would mean another number each time
+    effort = _Effort(position_free, planner in _OPTIMISING, proceed, len(start))
+    space = base.RealVectorStateSpace(len(start))
+    bounds = base.RealVectorBounds(len(start))
+    for joint, (low, high) in enumerate(zip(lower.tolist(), upper.tolist(), strict=True)):
+        bounds.setLow(joint, low)
+        bounds.setHigh(joint, high)
+    space.setBounds(bounds)
+    setup = geometric.SimpleSetup(space)
+    information = setup.getSpaceInformation()
+    information.setStateValidityCheckingResolution(resolution / space.getMaximumExtent())
+    setup.setStateValidityChecker(effort.state_free)
+    setup.setStartAndGoalStates(_state(space, start), _state(space, goal))
+    chosen = getattr(geometric, planner)(information)
+    if hasattr(chosen, "setRange"):
+        chosen.setRange(step)
+    setup.setPlanner(chosen)
+    if planner in _THREADED:
+        setup.solve(min(seconds, _THREADED_SECONDS))
+    else:
+        setup.solve(base.PlannerTerminationCondition(effort.is_spent))
+    waypoints = None
+    if setup.haveExactSolutionPath():
+        states = setup.getSolutionPath().getStates()
+        waypoints = np.array([[state[joint] for joint in range(len(start))] for state in states])
+    return Search(_from_end_to_end(waypoints, start, goal), effort.checks)
+
+
+class _Effort:
+    """Counts the checks; holds nothing of ompl, whose objects would otherwise outlive the search.
+
+    (ompl reports objects as leaked that are alive when the interpreter ends.)
+    """
+
+    def __init__(
+        self,
+        position_free: Callable[[Array], bool],
+        improving: bool,
+        proceed: Callable[[int], bool],
+        dof: int,
+    ) -> None:
+        self.checks = 0
+        self._position_free = position_free
+        self._most = MOST_CHECKS_TO_IMPROVE if improving else MOST_CHECKS
+        self._proceed = proceed
+        self._stopped = False
+        self._joints = range(dof)
+
+    def state_free(self, state: Any) -> bool:
+        self.checks += 1
+        if self.checks % _PROCEED_EVERY == 0 and not self._proceed(self.checks):
+            self._stopped = True
+        return self._position_free(np.array([state[joint] for joint in self._joints]))
+
+    def is_spent(self) -> bool:
+        return self._stopped or self.checks >= self._most
+
+
+def _state(space: Any, position: Array) -> Any:
+    state = space.allocState()
+    for joint, value in enumerate(position.tolist()):
+        state[joint] = value
+    return state
+
+
+def _from_end_to_end(waypoints: Array | None, start: Array, goal: Array) -> Array | None:
+    if waypoints is None or len(waypoints) < 2:
+        return None
+    ends = np.abs(np.array([waypoints[0] - start, waypoints[-1] - goal])).max()
+    if ends > _SAME_END:
+        return None
+    waypoints[0], waypoints[-1] = start, goal
+    return waypoints

@@ -1,0 +1,302 @@
+"""The command `openpendant plan`: a motion around obstacles, planned offline.
+
+Owns arguments, the progress bar, files and exit codes, nothing else. The table goes to standard
+output, or one JSON line with `--json -`; progress and errors go to standard error, an error being
+one line.
+
+Exit codes: 0 done, 2 a bad argument, name or file, 3 refused: no such motion exists, or none was
+found in time, 74 a file cannot be written, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from .cli import EXIT_INTERRUPTED, EXIT_REFUSED, EXIT_USAGE, Angles
+from .errors import (
+    BadArgument,
+    DuplicateObject,
+    FrameUnknown,
+    MeshFileError,
+    MotionError,
+    NotFinite,
+    PlannerUnavailable,
+    RobotFileError,
+    SceneFileError,
+    UnknownObject,
+    UnknownRobot,
+    WrongJointCount,
+)
+from .json_input import parse_joints, parse_pose
+from .robot import SerialRobot, serial_robot
+
+if TYPE_CHECKING:
+    from .collision import CollisionModel
+    from .kinematics import Array
+    from .plan_output import PlannedMotion
+    from .planner import Progress
+
+EXIT_OUTPUT = 74
+BAR_AFTER = 1.0
+"""A progress bar is shown for what takes longer than this [s]."""
+
+MAX_GOALS = 1000
+
+_USAGE_ERRORS = (
+    BadArgument,
+    DuplicateObject,
+    FrameUnknown,
+    MeshFileError,
+    NotFinite,
+    PlannerUnavailable,
+    RobotFileError,
+    SceneFileError,
+    UnknownObject,
+    UnknownRobot,
+    WrongJointCount,
+)
+_TyperUsageError: type[Exception] = typer.BadParameter.mro()[2]
+
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `openpendant plan` and return its exit code.
+
+    Args:
+        argv: the arguments after `plan`.
+    """
+    try:
+        result = app(args=list(argv), prog_name="openpendant plan", standalone_mode=False)
+    except _TyperUsageError as error:
+        describe = getattr(error, "format_message", error.__str__)
+        return _fail(describe(), EXIT_USAGE)
+    except (typer.Abort, KeyboardInterrupt):
+        return _fail("interrupted", EXIT_INTERRUPTED)
+    except MotionError as error:
+        usage = isinstance(error, _USAGE_ERRORS)
+        return _fail(str(error), EXIT_USAGE if usage else EXIT_REFUSED)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        return _fail(f"{error.filename or 'output'}: {error.strerror or error}", EXIT_OUTPUT)
+    return result if isinstance(result, int) else 0
+
+
+@app.command()
+def plan(
+    robot: Annotated[str, typer.Option(metavar="NAME|FILE", help="A robot's name or file.")],
+    start: Annotated[
+        str | None, typer.Option(help="JSON list of joint values; home if not given.")
+    ] = None,
+    goal: Annotated[str | None, typer.Option(help="JSON list of joint values.")] = None,
+    pose: Annotated[
+        str | None, typer.Option(help='JSON {"xyz": [m], "quat": [x, y, z, w]}.')
+    ] = None,
+    program: Annotated[
+        Path | None, typer.Option(help="JSON file: a list of goals, joint lists or poses.")
+    ] = None,
+    scene: Annotated[Path | None, typer.Option(help="Scene file of what stands around.")] = None,
+    planner: Annotated[str, typer.Option(help="Planner's name.")] = "RRTConnect",
+    seed: Annotated[int, typer.Option(help="Same number, same plan.")] = 0,
+    time_limit: Annotated[float, typer.Option(help="Seconds for each goal.")] = 5.0,
+    speed: Annotated[float, typer.Option(help="Fraction of the velocity limits.")] = 1.0,
+    angles: Annotated[
+        Angles, typer.Option(help="Joint values given are as in the robot file, or controller's.")
+    ] = Angles.FILE,
+    rows: Annotated[int, typer.Option(min=2, max=100_000, help="Rows of the table.")] = 16,
+    csv: Annotated[Path | None, typer.Option(help="Write every sample as CSV.")] = None,
+    as_json: Annotated[
+        str | None, typer.Option("--json", metavar="FILE|-", help="Write JSON; - prints it.")
+    ] = None,
+    ros: Annotated[Path | None, typer.Option(help="Write a ROS JointTrajectory, YAML.")] = None,
+    plot: Annotated[Path | None, typer.Option(help="Write a PNG plot.")] = None,
+) -> None:
+    """Plan a motion that touches nothing, time it under the limits and check it."""
+    from .plan_output import json_text, print_plan
+    from .trajectory_files import to_csv, to_ros_yaml
+
+    facts = serial_robot(robot)
+    goals = _goals(goal, pose, program)
+    at = facts.home_position
+    if start is not None:
+        at = _controller_side(facts, parse_joints(start, "--start"), angles)
+    work = _Work(facts, scene, planner, seed, time_limit, speed, angles)
+    with _Bar() as bar:
+        planned = work.run(at, goals, bar.show)
+    if as_json == "-":
+        sys.stdout.write(json_text(planned))
+    else:
+        print_plan(planned, rows)
+        if as_json is not None:
+            Path(as_json).write_text(json_text(planned), "utf-8")
+    if csv is not None:
+        csv.write_text(to_csv(planned.trajectory, planned.limits), "utf-8")
+    if ros is not None:
+        ros.write_text(to_ros_yaml(planned.trajectory, planned.limits), "utf-8")
+    if plot is not None:
+        from .plan_plot import plot_trajectory
+
+        title = f"{planned.robot}, {planned.planner}, {planned.trajectory.duration:.2f} s"
+        plot_trajectory(planned.trajectory, planned.limits, title, plot)
+
+
+class _Work:
+    """One run: what the options mean, in order."""
+
+    def __init__(
+        self,
+        facts: SerialRobot,
+        scene: Path | None,
+        planner: str,
+        seed: int,
+        time_limit: float,
+        speed: float,
+        angles: Angles,
+    ) -> None:
+        from .collision import CollisionModel
+        from .kinematics import Kinematics
+        from .scene import Scene
+        from .scene_file import load_scene
+
+        self._facts = facts
+        around = Scene() if scene is None else load_scene(scene)
+        self._collision = CollisionModel(Kinematics(facts), around)
+        self._planner, self._seed, self._time_limit = planner, seed, time_limit
+        self._speed, self._angles = speed, angles
+
+    def run(
+        self,
+        start: Sequence[float],
+        goals: Sequence[str],
+        show: Callable[[int, int, Progress], None],
+    ) -> PlannedMotion:
+        """Plan through all goals, stopping at each."""
+        from .certificate import certify
+        from .plan_output import PlannedMotion
+        from .planner import plan_free_path
+        from .timing import time_legs
+
+        began = time.perf_counter()
+        kinematics = self._collision.kinematics
+        legs, reached = [], []
+        at: Sequence[float] | Array = start
+        for number, text in enumerate(goals):
+            goal = self._joint_position(text, at, self._collision)
+            legs.append(
+                plan_free_path(
+                    kinematics,
+                    self._collision,
+                    at,
+                    goal,
+                    planner=self._planner,
+                    seed=self._seed,
+                    time_limit=self._time_limit,
+                    on_progress=partial(show, number, len(goals)),
+                    clock=time.perf_counter,
+                )
+            )
+            reached.append(tuple(float(value) for value in goal))
+            at = legs[-1].goal
+        trajectory = time_legs(legs, kinematics.limits, speed=self._speed)
+        return PlannedMotion(
+            robot=self._facts.name,
+            planner=self._planner,
+            seed=self._seed,
+            plan_seconds=time.perf_counter() - began,
+            goals=tuple(reached),
+            trajectory=trajectory,
+            certificate=certify(trajectory, kinematics.limits, start=start),
+            limits=kinematics.limits,
+        )
+
+    def _joint_position(
+        self, text: str, near: Sequence[float] | Array, collision: CollisionModel
+    ) -> Sequence[float] | Array:
+        if text.lstrip().startswith("["):
+            return _controller_side(self._facts, parse_joints(text, "goal"), self._angles)
+        from .free_goal import free_joint_position
+        from .pose import Pose
+
+        xyz, quaternion, frame = parse_pose(text, "pose")
+        return free_joint_position(
+            collision,
+            Pose.from_values(xyz, quaternion),
+            near,
+            frame=frame or "base",
+            random_seed=self._seed,
+        )
+
+
+class _Bar:
+    """A progress bar on standard error, once the work has taken `BAR_AFTER`."""
+
+    def __init__(self) -> None:
+        self._began = time.perf_counter()
+        self._bar: Any = None
+        self._task: Any = None
+
+    def __enter__(self) -> _Bar:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def show(self, goal: int, goals: int, progress: Progress) -> None:
+        """Tell how far the plan is; the bar fills by goals, and within one by its time limit."""
+        if self._bar is None:
+            if time.perf_counter() - self._began < BAR_AFTER:
+                return
+            from rich.console import Console
+            from rich.progress import Progress as RichProgress
+
+            self._bar = RichProgress(console=Console(stderr=True), transient=True)
+            self._task = self._bar.add_task("planning", total=float(goals))
+            self._bar.start()
+        share = min((progress.seconds or 0.0) / progress.time_limit, 1.0)
+        text = f"goal {goal + 1} of {goals}: {progress.stage}, {progress.iterations} iterations"
+        self._bar.update(self._task, completed=goal + share, description=text)
+
+
+def _goals(goal: str | None, pose: str | None, program: Path | None) -> list[str]:
+    """Return the goals as JSON texts."""
+    given = [each for each in (goal, pose, program) if each is not None]
+    if len(given) != 1:
+        raise BadArgument("goals", len(given), "one of --goal, --pose and --program")
+    if program is None:
+        return [str(given[0])]
+    accepted = f"a JSON file with a list of 1 to {MAX_GOALS} goals"
+    try:
+        content = json.loads(program.read_text("utf-8"), parse_int=float)
+    except OSError as error:
+        raise BadArgument("--program", f"{program}: {error.strerror}", accepted) from None
+    except (ValueError, RecursionError) as error:
+        raise BadArgument("--program", f"{program}: {error}", accepted) from None
+    if not isinstance(content, list) or not 1 <= len(content) <= MAX_GOALS:
+        raise BadArgument("--program", str(program), accepted)
+    return [json.dumps(each) for each in content]
+
+
+def _controller_side(
+    facts: SerialRobot, values: tuple[float, ...], angles: Angles
+) -> tuple[float, ...]:
+    return facts.to_controller(values) if angles is Angles.FILE else values
+
+
+def _fail(message: str, code: int) -> int:
+    line = "".join(char if char.isprintable() else " " for char in message)
+    sys.stderr.write(f"error: {line}\n")
+    return code

@@ -1,0 +1,65 @@
+"""The CSV form of a Denavit–Hartenberg table, as the mapping that its YAML form holds.
+
+Owns that form only: declarations stand in comments (`# convention: standard`), then one line names
+the columns, then there is a line per joint. What the cells mean is `dh_file`'s.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ..errors import RobotFileError
+from ..robot_file import MAX_FILE_BYTES
+from .xml_reader import read_bounded
+
+_NUMBER_COLUMNS = frozenset(
+    {"theta", "d", "a", "alpha", "lower", "upper", "velocity", "acceleration"}
+)
+
+
+def read_dh_csv(path: Path) -> dict[str, Any]:
+    """Read what a table's YAML form would hold: declarations, and `joints` as a list of rows.
+
+    Raises:
+        RobotFileError: the file cannot be read or is no table of cells.
+    """
+    file = str(path)
+    try:
+        text = read_bounded(path, MAX_FILE_BYTES).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise RobotFileError(file, "", f"is not UTF-8 text (byte {error.start})") from error
+    lines = text.splitlines()
+    content: dict[str, Any] = {}
+    for line in lines:
+        key, colon, value = line.strip().removeprefix("#").partition(":")
+        if line.strip().startswith("#") and colon:
+            content[key.strip()] = value.strip()
+    rows = [line for line in lines if line.strip() and not line.strip().startswith("#")]
+    try:
+        reader = csv.DictReader(rows, strict=True, skipinitialspace=True)
+        content["joints"] = [
+            _csv_row(row, number, file) for number, row in enumerate(reader, start=1)
+        ]
+    except csv.Error as error:
+        raise RobotFileError(file, "", f"is not valid CSV: {error}") from error
+    return content
+
+
+def _csv_row(row: Mapping[str | None, Any], number: int, file: str) -> dict[str, Any]:
+    where = f"row {number}"
+    if None in row or None in row.values():
+        raise RobotFileError(file, where, "has not one cell per column")
+    found: dict[str, Any] = {}
+    for column, cell in row.items():
+        name, text = str(column).strip(), str(cell).strip()
+        if not text:
+            continue
+        try:
+            found[name] = float(text) if name in _NUMBER_COLUMNS else text
+        except ValueError:
+            problem = f"is {text[:40]!r}; accepted: a number"
+            raise RobotFileError(file, f"{where}.{name}", problem) from None
+    return found

@@ -1,0 +1,235 @@
+"""Step 2 of a new robot's configuration: limits, home, and what its collision checks leave out.
+
+Owns what planning needs to know beyond the model, and how each of it is filled in where the
+description is silent. Values are chain-side unless said; screens see degrees and millimetres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ..errors import BadArgument, RobotFileError, WrongJointCount
+from ..robot import SerialRobot
+from ..robot_schema import AllowedReason
+from .assumptions import (
+    RAMP,
+    assumed_limits,
+    on_screen,
+    typed_range,
+    typed_rate,
+    typed_values,
+)
+from .collision_pairs import Pairs, free_home, neighbours, overlapping, touching
+from .decisions import Decisions, Question, Step
+from .imported_chain import ImportedChain, ImportedJoint
+
+Limits = Mapping[str, float | None]
+
+_STEP = Step.PLANNING
+
+
+def limits(chain: ImportedChain, decisions: Decisions) -> dict[str, Any]:
+    """Return the fields `joints` and `acceleration_ramp_s` of a robot file."""
+    driven = {joint.name: _driven_joint(joint, decisions) for joint in chain.driven}
+    ramp = RAMP
+    if any(joint.acceleration is None for joint in chain.driven):
+        ramp = decisions.decide(
+            Question(
+                _STEP,
+                "acceleration_ramp_s",
+                "seconds from rest to full speed",
+                "acceleration = speed / ramp where it is not stated",
+            ),
+            RAMP,
+            lambda seconds: f"{seconds:g} s",
+            _seconds,
+        )
+    joints = [
+        _joint(joint, driven[joint.name] if joint.driven else _followed(joint, driven))
+        for joint in chain.joints
+    ]
+    return {"joints": joints, "acceleration_ramp_s": ramp}
+
+
+def home(
+    chain: ImportedChain,
+    wished: tuple[float, ...] | None,
+    coupling: int,
+    content: Mapping[str, Any],
+    decisions: Decisions,
+) -> dict[str, Any]:
+    """Return the field `home` of a robot file.
+
+    Args:
+        chain: the chain; its own home counts where none is wished.
+        wished: chain-side joint values [rad or m].
+        coupling: factor of joint 2 in joint 3.
+        content: the robot file so far, with its joints.
+        decisions: decides it where nobody said.
+
+    Raises:
+        RobotFileError: a stated home has not one value per driven joint.
+    """
+    stated = chain.home if wished is None else wished
+    if stated is not None:
+        if len(stated) != len(chain.driven):
+            problem = str(WrongJointCount(len(stated), len(chain.driven)))
+            raise RobotFileError(chain.file, "home", problem)
+        decisions.done(_STEP, "home", _in_words(stated, chain))
+        return {"home": list(stated)}
+    bounds = {joint["name"]: joint for joint in content["joints"]}
+    controller = [
+        0.0 if joint["lower"] < 0.0 < joint["upper"] else (joint["lower"] + joint["upper"]) / 2.0
+        for joint in (bounds[each.name] for each in chain.driven)
+    ]
+    if coupling:
+        controller[2] += coupling * controller[1]
+    values = decisions.decide(
+        Question(
+            _STEP,
+            "home",
+            f"{len(chain.driven)} joint values in degrees or mm",
+            "zero, or the middle of a range without zero inside",
+        ),
+        tuple(controller),
+        lambda values: _in_words(values, chain),
+        lambda text: typed_values(text, tuple(joint.unit for joint in chain.driven)),
+    )
+    return {"home": list(values)}
+
+
+def allowed_pairs(robot: SerialRobot, home_is_stated: bool, decisions: Decisions) -> dict[str, Any]:
+    """Return the fields `allowed_collisions` and `home`, such that nothing touches at home."""
+    if not robot.collision:
+        decisions.done(_STEP, "self-collision", "no shapes, so nothing is checked")
+        return {}
+    pairs: Pairs = neighbours(robot.links, tuple(robot.collision))
+    overlaps = overlapping(_allowing(robot, pairs))
+    if overlaps:
+        decisions.assumed(
+            _STEP, "self-collision", f"never checked, they nearly always overlap: {_list(overlaps)}"
+        )
+    pairs = (*pairs, *overlaps)
+    values = robot.home
+    robot = _allowing(robot, pairs)
+    if contacts := touching(robot, robot.home_position):
+        names = ", ".join(" and ".join(pair) for pair in contacts)
+        free = None if home_is_stated else free_home(robot)
+        if free is None:
+            pairs = (*pairs, *((*pair, AllowedReason.HOME) for pair in contacts))
+            decisions.assumed(
+                _STEP, "self-collision", f"never checked, they touch at home: {names}"
+            )
+        else:
+            values = robot.to_model(free.tolist())
+            nearest = f"the nearest position found where nothing does is {list(values)}"
+            decisions.assumed(_STEP, "home", f"{names} touch there; {nearest}")
+    decisions.done(
+        _STEP,
+        "self-collision",
+        f"all pairs of links are checked but {len(pairs)}, neighbours above all",
+    )
+    return {
+        "home": list(values),
+        "allowed_collisions": [[first, second, reason.value] for first, second, reason in pairs],
+    }
+
+
+def _allowing(robot: SerialRobot, pairs: Pairs) -> SerialRobot:
+    return robot.model_copy(update={"allowed_collisions": pairs})
+
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
+    if not 1e-3 <= seconds <= 1e3:
+        raise BadArgument("ramp", text, "0.001 to 1000 seconds")
+    return seconds
+
+
+def _driven_joint(joint: ImportedJoint, decisions: Decisions) -> Limits:
+    assumed, unit = assumed_limits(joint), joint.unit
+    where = f"joint {joint.name!r}"
+    screen = "mm" if unit == "m" else "degrees"
+    if joint.lower is not None and joint.upper is not None:
+        lower, upper = joint.lower, joint.upper
+        decisions.done(
+            _STEP, f"{where} limits", f"{on_screen(lower, unit)} to {on_screen(upper, unit)}"
+        )
+    else:
+        lower, upper = decisions.decide(
+            Question(
+                _STEP,
+                f"{where} limits",
+                f"least and greatest position in {screen}",
+                assumed.rule,
+            ),
+            (assumed.lower, assumed.upper),
+            lambda pair: f"{on_screen(pair[0], unit)} to {on_screen(pair[1], unit)}",
+            lambda text: typed_range(text, unit),
+        )
+    velocity = joint.velocity
+    if velocity is None:
+        velocity = decisions.decide(
+            Question(_STEP, f"{where} speed", f"greatest speed in {screen}/s", "a cautious one"),
+            assumed.velocity,
+            lambda speed: f"{on_screen(speed, unit)}/s",
+            lambda text: typed_rate(text, unit),
+        )
+    return {
+        "lower": lower,
+        "upper": upper,
+        "velocity": velocity,
+        "acceleration": joint.acceleration,
+        "effort": joint.effort,
+    }
+
+
+def _followed(
+    joint: ImportedJoint, driven: Mapping[str, Mapping[str, float | None]]
+) -> dict[str, float | None]:
+    # Where nothing is stated, a joint that follows goes where its leaders take it.
+    if joint.dependent is None:
+        return {}
+    lower = upper = joint.dependent.offset
+    velocity = 0.0
+    for term in joint.dependent.terms:
+        leader = driven[term.joint]
+        bounds = sorted(term.gain * (leader[field] or 0.0) for field in ("lower", "upper"))
+        lower, upper = lower + bounds[0], upper + bounds[1]
+        velocity += abs(term.gain) * (leader["velocity"] or 0.0)
+    stated = joint.lower is not None and joint.upper is not None
+    return {
+        "lower": joint.lower if stated else lower,
+        "upper": joint.upper if stated else upper,
+        "velocity": joint.velocity or velocity,
+    }
+
+
+def _joint(joint: ImportedJoint, limits: Mapping[str, float | None]) -> dict[str, Any]:
+    described: dict[str, Any] = {
+        "name": joint.name,
+        "type": joint.type.value,
+        "parent": joint.parent,
+        "child": joint.child,
+        "origin": joint.origin.model_dump(mode="json"),
+    }
+    if joint.axis is not None:
+        described["axis"] = list(joint.axis)
+    described |= limits
+    if joint.dependent is not None:
+        described["dependent"] = joint.dependent.model_dump(mode="json")
+    return described
+
+
+def _in_words(values: tuple[float, ...], chain: ImportedChain) -> str:
+    return ", ".join(
+        on_screen(value, joint.unit) for value, joint in zip(values, chain.driven, strict=True)
+    )
+
+
+def _list(pairs: Pairs) -> str:
+    return ", ".join(f"{first} and {second}" for first, second, _ in pairs)

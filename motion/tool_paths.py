@@ -1,0 +1,215 @@
+"""From a curve of the tool to a joint path that leads it there.
+
+Owns how densely a tool curve is sampled, its solution by inverse kinematics from one sample to the
+next, the measure of how far the tool strays between samples, and the refusal where the arm would
+have to change its branch. Knows no shape of a curve and no timing. The server's event loop imports
+this module, so inverse kinematics is imported only by the function that searches.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import BranchChange, OutOfRange, Unreachable
+from .joint_curves import JointSpline, settle_start
+from .pose import Pose
+from .tool_curves import Places, ToolCurve
+from .trajectory import Array
+
+if TYPE_CHECKING:
+    from .kinematics import Kinematics
+
+POSITION_STEP = 0.002
+"""Distance of the samples of a tool curve [m]."""
+ROTATION_STEP = math.radians(1.0)
+"""Turn between the samples of a tool curve [rad]."""
+POSITION_DEVIATION = 5e-5
+"""How far the planned tool may stray from its curve; the other half of 0.1 mm is left to whoever
+runs the samples of the motion [m]."""
+ROTATION_DEVIATION = math.radians(0.025)
+"""How far it may tilt out of its turn, half of 0.05° [rad]."""
+
+_LEAST_STEPS = 8  # on each piece of a curve
+_MOST_STEPS = 2000
+_MOST_HALVINGS = 6
+_DENSER = 10
+_GREATEST_JOINT_STEP = {False: 0.1, True: 0.02}  # rad; m for a prismatic joint
+_ARM = POSITION_DEVIATION / ROTATION_DEVIATION  # m; weighs turns against shifts
+_PROJECTIONS = 2
+
+
+def follow_tool_curve(
+    kinematics: Kinematics, start: Sequence[float] | Array, curve: ToolCurve
+) -> JointSpline:
+    """Return the joint path that leads the tool along a curve.
+
+    The curve is sampled every 2 mm or 1° (at most 2,000 samples a piece), each solved from the one
+    before. Between samples the joints follow a smooth curve; where the tool, measured at ten times
+    the density, strays by more than 0.05 mm or 0.025°, samples are added.
+
+    Args:
+        kinematics: the robot.
+        start: (n,) where the robot stands; see `settle_start`.
+        curve: from where the tool is then, in the base frame.
+
+    Returns:
+        A path whose waypoints are those of the curve.
+
+    Raises:
+        Unreachable: a pose of the curve; with its fraction of the way.
+        BranchChange: a joint would have to jump; with the fraction, the joint and the jump.
+        OutOfRange: a pose of the curve is reached only outside a joint's range, with its fraction;
+            or the start is, or the path between samples.
+        NoMotion: no joint moves.
+        WrongJointCount: the start does not have one value per joint.
+        NotFinite: the start holds an infinity or a NaN.
+    """
+    settled = np.array(settle_start(start, kinematics.limits))
+    follower = _Follower(kinematics, curve)
+    s = _samples(curve)
+    joints = follower.solve(s, settled)
+    for _ in range(_MOST_HALVINGS):
+        rough = follower.jumps(joints) > 1.0
+        if not rough.any():
+            rough = follower.strays(s, joints)
+        if not rough.any():
+            taught = np.searchsorted(s, curve.waypoints - curve.length * 1e-9)
+            return JointSpline(joints, kinematics.limits, taught=taught.tolist())
+        s, joints = follower.halve(s, joints, rough)
+    raise follower.refusal(s, joints)
+
+
+class _Follower:
+    """A robot that is to lead its tool along a curve."""
+
+    def __init__(self, kinematics: Kinematics, curve: ToolCurve) -> None:
+        self.kinematics = kinematics
+        self.curve = curve
+        self.greatest_step = np.array(
+            [_GREATEST_JOINT_STEP[prismatic] for prismatic in kinematics.limits.prismatic]
+        )
+
+    def solve(self, s: Array, start: Array) -> Array:
+        """Return the (m, n) joint positions at s: (m,), the first being the start."""
+        joints = [start]
+        for place, pose in zip(s[1:].tolist(), self._poses(s[1:]), strict=True):
+            joints.append(self._solve(place, pose, joints[-1]))
+        return np.array(joints)
+
+    def jumps(self, joints: Array) -> Array:
+        """Return for each span the greatest joint step, relative to what is accepted."""
+        steps: Array = (np.abs(np.diff(joints, axis=0)) / self.greatest_step).max(axis=1)
+        return steps
+
+    def strays(self, s: Array, joints: Array) -> NDArray[np.bool_]:
+        """Return for each span whether the path through the samples leaves the curve in it."""
+        path = JointSpline(joints)
+        inside = np.arange(1, _DENSER) / _DENSER
+        knots = path.knots[:-1, np.newaxis] + np.diff(path.knots)[:, np.newaxis] * inside
+        # Coinciding samples share a knot; the last of them is where its span begins.
+        begins = np.searchsorted(path.waypoint_knots, np.arange(len(knots)), side="right") - 1
+        guesses = s[begins, np.newaxis] + np.diff(s)[begins, np.newaxis] * inside
+        ratios = self._deviations(path.evaluate(knots.ravel()), guesses.ravel())
+        spans = np.zeros(len(joints) - 1, dtype=np.bool_)
+        spans[begins] = (ratios.reshape(knots.shape) > 1.0).any(axis=1)
+        return spans
+
+    def halve(self, s: Array, joints: Array, rough: NDArray[np.bool_]) -> tuple[Array, Array]:
+        """Return samples and joints with one added in the middle of each rough span."""
+        spans = np.flatnonzero(rough)
+        middles = (s[spans] + s[spans + 1]) / 2.0
+        added = [
+            self._solve(middle, pose, joints[span])
+            for middle, pose, span in zip(
+                middles.tolist(), self._poses(middles), spans.tolist(), strict=True
+            )
+        ]
+        return np.insert(s, spans + 1, middles), np.insert(joints, spans + 1, added, axis=0)
+
+    def refusal(self, s: Array, joints: Array) -> BranchChange:
+        """Return the refusal for the greatest jump."""
+        worst = int(np.argmax(self.jumps(joints)))
+        change = np.abs(joints[worst + 1] - joints[worst])
+        joint = int(np.argmax(change / self.greatest_step))
+        limits = self.kinematics.limits
+        fraction = float(s[worst]) / self.curve.length
+        return BranchChange(fraction, limits.names[joint], float(change[joint]), limits.unit(joint))
+
+    def _poses(self, s: Array) -> list[Pose]:
+        return [Pose.from_matrix(*place) for place in zip(*self.curve.place(s), strict=True)]
+
+    def _solve(self, s: float, pose: Pose, seed: Array) -> Array:
+        from .ik import solve
+
+        try:
+            return solve(self.kinematics, pose, seed, restarts=0, time_cap=None).joint_position
+        except (OutOfRange, Unreachable) as error:
+            error.fraction = s / self.curve.length
+            raise
+
+    def _deviations(self, joint_positions: Array, guesses: Array) -> Array:
+        """Return how far the tool is off the curve at each (m, n), relative to what is accepted.
+
+        Args:
+            joint_positions: (m, n).
+            guesses: (m,) about where on the curve they should be.
+        """
+        rotation = np.empty((len(joint_positions), 3, 3))
+        position = np.empty((len(joint_positions), 3))
+        for row, joint_position in enumerate(joint_positions):
+            rotation[row], position[row] = self.kinematics.place(joint_position)
+        offset, tilt = deviation(self.curve, Places(rotation, position), guesses)
+        ratios: Array = np.maximum(offset / POSITION_DEVIATION, tilt / ROTATION_DEVIATION)
+        return ratios
+
+
+def deviation(curve: ToolCurve, places: Places, guesses: Array) -> tuple[Array, Array]:
+    """Measure how far tool places are off a curve, each from the nearest place of the curve.
+
+    Nearest means in position and orientation together, found by Gauss-Newton steps along the curve.
+    That is the path accuracy of ISO 9283: a tool that is merely early or late is not off.
+
+    Args:
+        curve: where the tool should be.
+        places: where it is, m places.
+        guesses: (m,) about where on the curve each should be.
+
+    Returns:
+        (m,) distances [m] and (m,) angles [rad].
+    """
+    s = guesses
+    for _ in range(_PROJECTIONS):
+        error, motion = _errors(curve, places, s), curve.motion(s)
+        motion[:, 3:] *= _ARM
+        error[:, 3:] *= _ARM
+        along = np.einsum("ij,ij->i", error, motion) / np.einsum("ij,ij->i", motion, motion)
+        s = np.clip(s + along, 0.0, curve.length)
+    error = _errors(curve, places, s)
+    return np.linalg.norm(error[:, :3], axis=1), np.linalg.norm(error[:, 3:], axis=1)
+
+
+def _errors(curve: ToolCurve, places: Places, s: Array) -> Array:
+    """Return the (m, 6) shift [m] and small turn [rad] from the curve at s to the places."""
+    wanted = curve.place(s)
+    turn = places.rotation @ wanted.rotation.transpose(0, 2, 1)
+    skew = turn - turn.transpose(0, 2, 1)
+    vector = np.stack((skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]), axis=1) / 2.0
+    return np.hstack((places.position - wanted.position, vector))
+
+
+def _samples(curve: ToolCurve) -> Array:
+    """Return the places of a curve where the joints are solved, with every join among them."""
+    samples = [np.zeros(1)]
+    for begin, end in zip(curve.joins[:-1], curve.joins[1:], strict=True):
+        rate = np.abs(curve.motion(np.linspace(begin, end, _LEAST_STEPS + 1)))
+        shift = float(np.linalg.norm(rate[:, :3], axis=1).max())
+        turn = float(np.linalg.norm(rate[:, 3:], axis=1).max())
+        wanted = (end - begin) * max(shift / POSITION_STEP, turn / ROTATION_STEP)
+        steps = min(max(math.ceil(wanted), _LEAST_STEPS), _MOST_STEPS)
+        samples.append(np.linspace(begin, end, steps + 1)[1:])
+    return np.concatenate(samples)

@@ -1,0 +1,88 @@
+"""The robots of RoboAnalyzer's Virtual Robot Module (VRM), in its own rows, letters and angles.
+
+Owns the way from our joint positions to its: theta_vrm = sign · q + offset, joint by joint, and its
+forward kinematics ∏ Rz(theta) Tz(b) Tx(a) Rx(alpha) · tool, in the root link's frame. Source: the
+`robot.xml` files of RoboAnalyzer 7.1, which writes b for the usual d.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .dh import dh_matrix
+from .errors import BadArgument, WrongJointCount
+from .kinematics import Kinematics, model_map
+from .pose import Pose
+from .robot import SerialRobot
+from .robot_schema import Vrm
+
+_SAMPLES = 50
+
+
+@dataclass(frozen=True, slots=True)
+class TableDifference:
+    """The most by which two forward kinematics differ over random positions inside the limits."""
+
+    position: float  # m
+    rotation: float  # rad
+    samples: int
+
+
+def vrm_of(robot: SerialRobot) -> Vrm:
+    """Return a robot's VRM table.
+
+    Raises:
+        BadArgument: the robot is not one of the module's.
+    """
+    if robot.vrm is None:
+        raise BadArgument("robot", robot.name, "a robot of RoboAnalyzer's Virtual Robot Module")
+    return robot.vrm
+
+
+def vrm_angles(vrm: Vrm, moving: Sequence[float]) -> tuple[float, ...]:
+    """Return the module's joint angles [rad].
+
+    Args:
+        vrm: the robot's table.
+        moving: chain-side position of each joint that moves [rad], dependent ones included.
+
+    Raises:
+        WrongJointCount: not one value per row.
+    """
+    if len(moving) != len(vrm.rows):
+        raise WrongJointCount(len(moving), len(vrm.rows))
+    signs, offsets = vrm.map.sign, vrm.map.offset
+    return tuple(
+        sign * value + offset for sign, value, offset in zip(signs, moving, offsets, strict=True)
+    )
+
+
+def vrm_forward(vrm: Vrm, moving: Sequence[float]) -> Pose:
+    """Return the tool's pose in the root link's frame, by the module's rows; see `vrm_angles`."""
+    placement = np.eye(4)
+    for row, theta in zip(vrm.rows, vrm_angles(vrm, moving), strict=True):
+        placement = placement @ dh_matrix(theta, row.b, row.a, row.alpha)
+    tool = Pose.from_rpy(vrm.tool.xyz, vrm.tool.rpy)
+    return Pose.from_matrix(placement[:3, :3], placement[:3, 3]).compose(tool)
+
+
+def vrm_difference(robot: SerialRobot, samples: int = _SAMPLES) -> TableDifference:
+    """Compare the module's forward kinematics with the chain's.
+
+    Raises:
+        BadArgument: the robot is not one of the module's.
+    """
+    vrm = vrm_of(robot)
+    kinematics = Kinematics(robot)
+    gain, offset = model_map(robot)
+    random = np.random.default_rng(0)
+    position = rotation = 0.0
+    for joints in random.uniform(kinematics.lower, kinematics.upper, (samples, robot.dof)):
+        by_chain = kinematics.forward(joints, "root")
+        by_module = vrm_forward(vrm, (gain @ joints + offset).tolist())
+        position = max(position, by_chain.position_distance(by_module))
+        rotation = max(rotation, by_chain.rotation_distance(by_module))
+    return TableDifference(position, rotation, samples)

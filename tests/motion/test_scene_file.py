@@ -1,0 +1,73 @@
+from pathlib import Path
+
+import pytest
+from planning_scenes import pillar_scene
+
+from openpendant.motion.errors import SceneFileError
+from openpendant.motion.scene import Capsule, Cylinder, Mesh, Scene, SceneObject, Sphere
+from openpendant.motion.scene_file import load_scene, save_scene
+
+HEAD = "schema: openpendant-scene/1\n"
+BOX = "{name: box, shape: {type: box, size: [1, 2]}}"
+BALL = "{name: ball, shape: {type: sphere, radius: 0.1}"
+
+
+def full_scene(folder: Path) -> Scene:
+    more = (
+        SceneObject("ball", Sphere(0.1), (0.1, 0.2, 0.3), (0.6, 0.0, 0.0, 0.8), "root"),
+        SceneObject("can", Cylinder(0.05, 0.2), link="tool0"),
+        SceneObject("pill", Capsule(0.05, 0.2)),
+        SceneObject("jig", Mesh(str(folder / "jig.stl"), (0.001, 0.001, 0.001))),
+    )
+    return Scene((*pillar_scene().objects, *more), frozenset({("can", "wrist_3_link")}), 7)
+
+
+@pytest.mark.parametrize("name", ["a.yaml", "a.json"])
+def test_a_scene_comes_back_as_it_was_saved(tmp_path: Path, name: str) -> None:
+    scene = full_scene(tmp_path)
+    save_scene(scene, tmp_path / name)
+    assert load_scene(tmp_path / name) == scene
+
+
+def test_a_mesh_is_found_beside_its_scene_file(tmp_path: Path) -> None:
+    text = HEAD + "objects: [{name: jig, shape: {type: mesh, file: parts/jig.stl}}]"
+    (tmp_path / "a.yaml").write_text(text)
+    (jig,) = load_scene(tmp_path / "a.yaml").objects
+    assert jig.shape == Mesh(str(tmp_path / "parts/jig.stl"))
+
+
+@pytest.mark.parametrize(
+    ("text", "field"),
+    [
+        ("objects: []", "schema"),
+        ("schema: openpendant-scene/2", "schema"),
+        (HEAD + "bodies: []", "bodies"),
+        (HEAD + f"objects: [{BALL}, position: [0, 0]}}]", "objects[0].position[2]"),
+        (HEAD + f"objects: [{BALL}, frame: tool}}]", "objects[0].frame"),
+        (HEAD + f"objects: [{BALL}, position: [0, 0, .nan]}}]", "objects[0].position[2]"),
+        (HEAD + f"objects: [{BALL}, quaternion: [0, 0, 0, 2]}}]", "objects[0] (ball)"),
+        (HEAD + "objects: [{name: a, shape: {type: cone}}]", "objects[0].shape"),
+        (
+            HEAD + "objects: [{name: a, shape: {type: box, size: [1, 2]}}]",
+            "objects[0].shape.size[2]",
+        ),
+        (HEAD + "objects: [{name: a, shape: {type: sphere, radius: 0}}]", "objects[0] (a)"),
+        (HEAD + f"objects: [{BALL}}}, {BALL}}}]", ""),
+        (HEAD + f"objects: [{BALL}}}]\nallowed: [[one, two]]", ""),
+        ("[1, 2]", ""),
+        ("a: [", ""),
+    ],
+)
+def test_a_bad_scene_file_is_refused_by_field(tmp_path: Path, text: str, field: str) -> None:
+    file = tmp_path / "a.yaml"
+    file.write_text(text)
+    with pytest.raises(SceneFileError) as refused:
+        load_scene(file)
+    assert refused.value.field == field
+    assert str(refused.value).startswith(str(file))
+    assert "\n" not in str(refused.value)
+
+
+def test_a_missing_scene_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SceneFileError, match="No such file"):
+        load_scene(tmp_path / "a.yaml")
