@@ -33,7 +33,7 @@ TEN_TIMES = 1e-3  # of the nominal 0.01 rad
 
 # Each needs ompl; a plan with the built-in search is tested everywhere.
 ompl_planners = [name for name in planners() if name != BUILT_IN]
-ROBOTS = ["ur5", "kawasaki_ra10n", "fanuc_m10ia", "rail_kr5_arc"]
+ROBOTS = ["ur5", "kawasaki_ra10n", "rail_kr5_arc"]
 QUICK = [name for name in ("RRTConnect", "LBKPIECE1", "KPIECE1", BUILT_IN) if name in planners()]
 
 
