@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .closed_form import Branch, ClosedForm
+from .closed_form import Branches, ClosedForm, Position
 from .configuration import Configuration
 from .errors import OutOfRange
 from .kinematics import Array, Kinematics
@@ -69,9 +69,13 @@ class BranchChoice:
     def __init__(self, kinematics: Kinematics, form: ClosedForm, ranges: JointRanges) -> None:
         robot = kinematics.robot
         self._robot, self._form, self._ranges = robot, form, ranges
-        # The robot's own map of unit vectors, as a matrix: all branches go through it at once.
-        rows = np.array([robot.to_controller(row) for row in np.eye(robot.dof).tolist()])
-        self._to_controller = None if np.array_equal(rows, np.eye(robot.dof)) else rows
+        # What the robot's own map adds to each joint, read off its unit vectors.
+        identity = np.eye(robot.dof)
+        added = np.array([robot.to_controller(row) for row in identity.tolist()]) - identity
+        self._terms = tuple(
+            (int(joint), int(other), float(added[other, joint]))
+            for other, joint in np.argwhere(added)
+        )
 
     def offers(self, target: Array, wish: Wish) -> Iterator[Offer]:
         """Yield what the closed form offers: once, or for one value after another of a spare joint.
@@ -94,8 +98,8 @@ class BranchChoice:
         """
         for preferred in self._preferences(wish.seed):
             any_fits = False
-            agreeing = _agreeing(self._form, self._form.branches(target, preferred), wish)
-            reached = [branch for branch in agreeing if branch.gap <= wish.gap]
+            branches = self._form.branches(target, preferred)
+            reached = self._agreeing(branches, wish.configuration).within(wish.gap)
             for position in self._controller_side(reached):
                 for turned in self._in_every_turn(position, wish):
                     any_fits = True
@@ -109,7 +113,7 @@ class BranchChoice:
         A spare joint takes values from the middle of its range outwards, so that what is taken
         first is far from its limits.
         """
-        preferred = list(self._robot.to_model(seed) if self._to_controller is not None else seed)
+        preferred = list(self._robot.to_model(seed) if self._terms else seed)
         yield preferred
         free = self._form.free_joint
         if free is None:
@@ -127,19 +131,21 @@ class BranchChoice:
         elif fitted := self._ranges.in_turns(position, wish.turns, wish.seed):
             yield fitted[1]
 
-    def _offer(self, branches: list[Branch], wish: Wish) -> Offer:
-        agreeing = _agreeing(self._form, branches, wish)
-        reached = [branch for branch in agreeing if branch.gap <= wish.gap]
+    def _offer(self, branches: Branches, wish: Wish) -> Offer:
+        agreeing = self._agreeing(branches, wish.configuration)
+        reached = agreeing.within(wish.gap)
         if not reached:
-            miss = min(agreeing or branches, key=lambda branch: branch.gap)
-            return Offer([], miss=self._controller_side([miss])[0], gap=miss.gap)
+            positions, gaps = agreeing if agreeing.gaps else branches
+            gap = min(gaps)
+            return Offer([], miss=self._controller_side([positions[gaps.index(gap)]])[0], gap=gap)
         reaching = self._controller_side(reached)
         ranges, turns, seed = self._ranges, wish.turns, wish.seed
+        nearest = ranges.around(seed).of
         fitting: list[list[float]] = []
         within = math.inf
         for position in reaching:
             if turns is None:
-                fit = ranges.nearest(position, seed, within)
+                fit = nearest(position, within)
             else:
                 fit = ranges.in_turns(position, turns, seed)
             if fit is not None and fit[0] <= within:
@@ -149,27 +155,35 @@ class BranchChoice:
             return Offer(fitting)
         blamed = (ranges.blame(position, turns) for position in reaching)
         outside = _least(blame for blame in blamed if blame is not None)
-        borderline = any(_borderline(self._form, branch) for branch in reached)
+        borderline = any(self._borderline(position) for position in reached)
         return Offer([], outside, borderline=borderline)
 
-    def _controller_side(self, branches: list[Branch]) -> Sequence[Sequence[float]]:
-        positions = [branch.position for branch in branches]
-        if self._to_controller is None or not positions:
+    def _agreeing(self, branches: Branches, wanted: Configuration | None) -> Branches:
+        """Return the branches that have the flags wanted."""
+        if wanted is None:
+            return branches
+        pairs = [
+            (position, gap)
+            for position, gap in zip(*branches, strict=True)
+            if wanted.agrees_with(self._form.measures(position))
+        ]
+        return Branches([position for position, _ in pairs], [gap for _, gap in pairs])
+
+    def _borderline(self, position: Position) -> bool:
+        shoulder, _, wrist = self._form.measures(position)
+        return abs(shoulder) < _BORDERLINE or abs(math.sin(wrist)) < _BORDERLINE
+
+    def _controller_side(self, positions: list[Position]) -> Sequence[Sequence[float]]:
+        """Return chain-side positions as the controller counts them: q + terms · q."""
+        if not self._terms:
             return positions
-        rows: list[list[float]] = (np.array(positions) @ self._to_controller).tolist()
+        rows = []
+        for position in positions:
+            row = list(position)
+            for target, source, gain in self._terms:
+                row[target] += gain * position[source]
+            rows.append(row)
         return rows
-
-
-def _agreeing(form: ClosedForm, branches: list[Branch], wish: Wish) -> list[Branch]:
-    wanted = wish.configuration
-    if wanted is None:
-        return branches
-    return [branch for branch in branches if wanted.agrees_with(form.measures(branch.position))]
-
-
-def _borderline(form: ClosedForm, branch: Branch) -> bool:
-    shoulder, _, wrist = form.measures(branch.position)
-    return abs(shoulder) < _BORDERLINE or abs(math.sin(wrist)) < _BORDERLINE
 
 
 def _least(blamed: Iterable[tuple[float, OutOfRange]]) -> OutOfRange:

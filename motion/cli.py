@@ -9,11 +9,9 @@ Exit codes: 0 done, 1 a checked robot is bad, 2 a bad argument, robot name or ro
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 from collections.abc import Sequence
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -24,7 +22,6 @@ from .errors import (
     FrameUnknown,
     MotionError,
     NotFinite,
-    OutOfRange,
     RobotFileError,
     UnknownRobot,
     UnsupportedKind,
@@ -32,6 +29,18 @@ from .errors import (
 )
 from .json_input import parse_joints, parse_pose
 from .robot import ParallelRobot, SerialRobot, load_robot, robot_names, serial_robot
+from .robot_arguments import (
+    Angles,
+    AsJson,
+    Frame,
+    InFrame,
+    OnSide,
+    Robot,
+    note_out_of_range,
+    one_line,
+    print_json,
+    to_controller,
+)
 from .robot_import.cli import import_robot
 
 EXIT_BAD_ROBOT = 1
@@ -50,32 +59,6 @@ _USAGE_ERRORS = (
 # Newer typers carry their own click, older ones import it; this names its error in both.
 _TyperUsageError: type[Exception] = typer.BadParameter.mro()[2]
 
-
-class Angles(StrEnum):
-    """Which side of a coupled joint the numbers are on."""
-
-    FILE = "file"
-    CONTROLLER = "controller"
-
-
-class Frame(StrEnum):
-    """The frame a tool pose is expressed in."""
-
-    BASE = "base"
-    ROOT = "root"
-
-
-Robot = Annotated[
-    str, typer.Argument(metavar="NAME|FILE", help="A robot's name, or any robot file.")
-]
-AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON line.")]
-InFrame = Annotated[
-    Frame, typer.Option(help="base: the controller's own; root: the root link, as the DH table.")
-]
-OnSide = Annotated[
-    Angles,
-    typer.Option(help="file: joint angles as in the robot file; controller: coupling applied."),
-]
 
 app = typer.Typer(
     add_completion=False,
@@ -111,7 +94,7 @@ def list_robots(as_json: AsJson = False) -> None:
     robots = [load_robot(name) for name in robot_names()]
     if as_json:
         fields = {"name", "kind", "manufacturer", "model", "dof", "specs", "named_in"}
-        _print_json([robot.model_dump(mode="json", include=fields) for robot in robots])
+        print_json([robot.model_dump(mode="json", include=fields) for robot in robots])
         return
     from .robot_tables import print_list
 
@@ -134,7 +117,7 @@ def show(
 
     facts = load_robot(robot)
     if as_json:
-        _print_json(robot_data(facts, frames=frames, vrm=vrm))
+        print_json(robot_data(facts, frames=frames, vrm=vrm))
         return
     from .robot_tables import print_frames, print_robot, print_vrm
 
@@ -174,12 +157,12 @@ def draw(
     facts = load_robot(robot)
     position = None if joints is None else parse_joints(joints, "--joints")
     if position is not None and isinstance(facts, SerialRobot):
-        position = tuple(_to_controller(facts, position, angles))
-        _note_out_of_range(facts, position)
+        position = tuple(to_controller(facts, position, angles))
+        note_out_of_range(facts, position)
     view = View(math.radians(azimuth), math.radians(elevation), perspective=not orthographic)
     target = output or Path(f"{facts.name}.svg")
     write_picture(draw(facts, position, view), target, facts.name)
-    print(f"wrote {_one_line(str(target))}")
+    print(f"wrote {one_line(str(target))}")
 
 
 @app.command()
@@ -195,9 +178,9 @@ def check(
         raise BadArgument("NAME|FILE", "missing", "one or more robots, or --all")
     reports = [check_robot(name) for name in names]
     for report in reports:
-        print(_one_line(f"{'ok ' if report.sound else 'BAD'} {report.name}"))
+        print(one_line(f"{'ok ' if report.sound else 'BAD'} {report.name}"))
         for line in (*report.problems, *report.remarks):
-            print(f"      {_one_line(line)}")
+            print(f"      {one_line(line)}")
     bad = sum(not report.sound for report in reports)
     print(f"{len(reports) - bad} of {len(reports)} robots are good")
     if bad:
@@ -216,12 +199,12 @@ def fk(
 ) -> None:
     """Print the tool's pose for joint values: position [m] and quaternion x, y, z, w."""
     facts = serial_robot(robot)
-    position = _to_controller(facts, parse_joints(joints, "--joints"), angles)
-    _note_out_of_range(facts, position)
+    position = to_controller(facts, parse_joints(joints, "--joints"), angles)
+    note_out_of_range(facts, position)
     from .kinematics import Kinematics
 
     pose = Kinematics(facts).forward(position, frame)
-    _print_json(
+    print_json(
         {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist(), "frame": frame.value}
     )
 
@@ -249,7 +232,7 @@ def ik(
     start = (
         facts.home_position
         if seed is None
-        else _to_controller(facts, parse_joints(seed, "--seed"), angles)
+        else to_controller(facts, parse_joints(seed, "--seed"), angles)
     )
     from .ik import solve
     from .kinematics import Kinematics
@@ -265,7 +248,7 @@ def ik(
         random_seed=random_seed,
     )
     found = tuple(solution.joint_position.tolist())
-    _print_json(
+    print_json(
         {
             "joints": facts.to_model(found) if angles is Angles.FILE else found,
             "angles": angles.value,
@@ -276,19 +259,6 @@ def ik(
             "iterations": solution.iterations,
         }
     )
-
-
-def _to_controller(
-    robot: SerialRobot, values: tuple[float, ...], angles: Angles
-) -> Sequence[float]:
-    return robot.to_controller(values) if angles is Angles.FILE else values
-
-
-def _note_out_of_range(robot: SerialRobot, position: Sequence[float]) -> None:
-    try:
-        robot.limits.check_position(position)
-    except OutOfRange as error:
-        print(f"note: {_one_line(str(error))}", file=sys.stderr)
 
 
 def _serial(robot: ParallelRobot | SerialRobot) -> SerialRobot:
@@ -307,15 +277,6 @@ def _frame(option: Frame | None, named: str | None) -> Frame:
     return Frame(named)
 
 
-def _print_json(value: object) -> None:
-    print(json.dumps(value, separators=(",", ":"), allow_nan=False))
-
-
 def _fail(message: str, code: int) -> int:
-    print(f"error: {_one_line(message)}", file=sys.stderr)
+    print(f"error: {one_line(message)}", file=sys.stderr)
     return code
-
-
-def _one_line(text: str) -> str:
-    # Names come from files and arguments: no line break or terminal control may pass.
-    return "".join(char if char.isprintable() else " " for char in text)

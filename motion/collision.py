@@ -111,7 +111,7 @@ class CollisionModel:
         return CollisionModel(self.kinematics, scene)
 
     def collides(self, joint_position: Sequence[float] | Array) -> bool:
-        """Return whether any checked pair touches.
+        """Return whether any checked pair touches at a (n,) controller-side position [rad or m].
 
         Raises:
             WrongJointCount: not one value per driven joint.
@@ -133,7 +133,7 @@ class CollisionModel:
         )
 
     def contacts(self, joint_position: Sequence[float] | Array) -> tuple[Proximity, ...]:
-        """Return every two bodies that touch, the deepest overlap first, each two bodies once.
+        """Return every two bodies that touch at a (n,) position, deepest overlap first, each once.
 
         Raises:
             WrongJointCount: not one value per driven joint.
@@ -148,7 +148,7 @@ class CollisionModel:
         return tuple(found.values())
 
     def distance(self, joint_position: Sequence[float] | Array) -> Proximity | None:
-        """Return the nearest two bodies; None where there is nothing to check.
+        """Return the nearest two bodies at a (n,) position; None where there is nothing to check.
 
         Raises:
             WrongJointCount: not one value per driven joint.

@@ -1,6 +1,8 @@
 """Forward kinematics from a robot file's Denavit–Hartenberg table.
 
-Owns the standard convention: tool = base · ∏ Rz(theta) Tz(d) Tx(a) Rx(alpha) · tool. It shares
+Owns the standard convention: tool = base · ∏ Rz(theta) Tz(d) Tx(a) Rx(alpha) · tool (J. Denavit and
+R. S. Hartenberg, *A Kinematic Notation for Lower-Pair Mechanisms*, 1955, in the form of R. P. Paul,
+*Robot Manipulators*, 1981). It shares
 nothing with the chain's kinematics, so that each can be checked against the other. numpy only.
 """
 
@@ -21,7 +23,7 @@ def dh_forward(table: DhTable, moving: Sequence[float]) -> Pose:
 
     Args:
         table: the rows, one per joint that is not fixed.
-        moving: chain-side position of each of these joints [rad or m], dependent ones included.
+        moving: (r,) chain-side position of each of these [rad or m], dependent ones included.
 
     Raises:
         WrongJointCount: not one value per row.
@@ -36,7 +38,7 @@ def dh_frames(table: DhTable, moving: Sequence[float]) -> tuple[Pose, ...]:
 
     Args:
         table: the rows, one per joint that is not fixed.
-        moving: chain-side position of each of these joints [rad or m], dependent ones included.
+        moving: (r,) chain-side position of each of these [rad or m], dependent ones included.
 
     Returns:
         Frame 0, whose z is joint 1's axis, and the frame at the end of each row.

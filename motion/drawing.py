@@ -75,7 +75,7 @@ def draw(
 
     Args:
         robot: any robot.
-        joint_position: controller-side joints [rad or m], or the pose variables of a parallel
+        joint_position: (n,) controller-side joints [rad or m], or the pose variables of a parallel
             robot about home; home if not given.
         view: the camera.
 
@@ -97,7 +97,12 @@ def draw(
 
 
 def link_poses(robot: Robot, joint_position: Sequence[float] | None = None) -> dict[str, Pose]:
-    """Return the pose of every link in the root link's frame; arguments as of `draw`."""
+    """Return the pose of every link in the root link's frame [m]; arguments as of `draw`.
+
+    Raises:
+        WrongJointCount: not one value per driven joint.
+        NotFinite: a value is infinite or not a number.
+    """
     if isinstance(robot, ParallelRobot):
         variables = robot.home if joint_position is None else joint_position
         if len(variables) != robot.dof:

@@ -24,11 +24,11 @@ class EdgeChecker:
         self._margin = margin
 
     def position_free(self, position: Array) -> bool:
-        """Return whether nothing touches at a position."""
+        """Return whether nothing touches at a (n,) controller-side position [rad or m]."""
         return not self._collision.any_collides(position[np.newaxis], self._margin)
 
     def free(self, start: Array, end: Array) -> bool:
-        """Return whether nothing touches on a line, the start of which is known to be free."""
+        """Return whether nothing touches on a line between (n,) positions, the start being free."""
         gap = end - start
         count = max(1, math.ceil(float(np.abs(gap).max()) / self.resolution))
         return not self._collision.any_collides(start + _fractions(count) * gap, self._margin)

@@ -14,14 +14,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from .errors import FrameFileError, MotionError
-from .frames import LONGEST_NAME, MOST_FRAMES, Frame, FrameTree
+from .field_problems import field_problems
+from .frame import LONGEST_NAME, Frame
+from .frames import MOST_FRAMES, FrameTree
 from .pose import Pose
 
 SCHEMA = "openpendant-frames/1"
@@ -166,19 +167,7 @@ def _document(content: Any, file: str) -> _Document:
     try:
         return _Document.model_validate(content)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        raise FrameFileError(file, _field(first["loc"]), _expected(first["msg"])) from None
-
-
-def _field(location: Iterable[int | str]) -> str:
-    path = ""
-    for part in location:
-        path += f"[{part}]" if isinstance(part, int) else f".{part}" if path else part
-    return path
-
-
-def _expected(message: str) -> str:
-    return message[:1].lower() + message[1:]
+        raise FrameFileError(file, *field_problems(error)[0]) from None
 
 
 def _pose(placed: _Placed, file: str, where: str) -> Pose:

@@ -28,48 +28,15 @@ from .errors import (
     FramePredefined,
     FrameUnknown,
 )
+from .frame import BASE, FLANGE, ROOT, TOOL, Frame, check_name, predefined_frames
 from .pose import Pose
 
-BASE, ROOT, FLANGE, TOOL = "base", "root", "flange", "tool"
+__all__ = ["BASE", "FLANGE", "MOST_FRAMES", "ROOT", "TOOL", "Frame", "FrameTree", "Places"]
 
 MOST_FRAMES = 1000
-LONGEST_NAME = 64
 
 Places: TypeAlias = Mapping[str, Pose]
 """Where each moving frame is, in its parent."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Frame:
-    """A frame of the tree.
-
-    Attributes:
-        name: unique in the tree.
-        parent: the frame that it hangs from; None for the base alone.
-        pose: where it is in its parent; None if it moves.
-        predefined: whether it belongs to the robot, and so cannot be changed.
-    """
-
-    name: str
-    parent: str | None
-    pose: Pose | None
-    predefined: bool = False
-
-    @property
-    def moving(self) -> bool:
-        """Whether only a time tells where it is."""
-        return self.pose is None
-
-
-def _predefined() -> Mapping[str, Frame]:
-    return MappingProxyType(
-        {
-            BASE: Frame(BASE, None, Pose.identity(), True),
-            ROOT: Frame(ROOT, BASE, Pose.identity(), True),
-            FLANGE: Frame(FLANGE, BASE, None, True),
-            TOOL: Frame(TOOL, FLANGE, Pose.identity(), True),
-        }
-    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,7 +48,7 @@ class FrameTree:
         selected_tool: the tool that the frame `tool` stands for; None for the bare flange.
     """
 
-    frames: Mapping[str, Frame] = field(default_factory=_predefined)
+    frames: Mapping[str, Frame] = field(default_factory=predefined_frames)
     selected_tool: str | None = None
 
     @classmethod
@@ -312,15 +279,3 @@ class FrameTree:
 
 def _restore(frames: dict[str, Frame], selected_tool: str | None) -> FrameTree:
     return FrameTree(MappingProxyType(frames), selected_tool)
-
-
-def check_name(name: str) -> None:
-    """Check that a frame may have a name.
-
-    Raises:
-        BadArgument: it is empty, longer than 64 characters, begins or ends with a space, or holds
-            a character that cannot be printed.
-    """
-    if not (0 < len(name) <= LONGEST_NAME and name.isprintable() and name == name.strip()):
-        accepted = f"1 to {LONGEST_NAME} printable characters, no space at the ends"
-        raise BadArgument("name", name, accepted)

@@ -1,4 +1,4 @@
-"""Checks of a trajectory beyond the joint limits: speeds of points of the arm, and jerk.
+"""Checks of a trajectory beyond the joint limits: speeds of the arm's points and turn, and jerk.
 
 Independent of the planning: only samples are used, and forward kinematics at them. What is checked,
 and why that refuses no sound trajectory, with h the sample period:
@@ -39,7 +39,7 @@ class Extreme(NamedTuple):
 
 
 class PointSpeed(NamedTuple):
-    """The fastest moment of a point: `ratio` is to its limit [m/s], 1 being on the limit."""
+    """The fastest moment of a point: `ratio` is to its limit, 1 being on the limit."""
 
     point: str
     limit: float
@@ -102,7 +102,7 @@ def _point_speed(trajectory: Trajectory, point: ToolSpeedLimit) -> PointSpeed:
     speed, time = float(speeds[sample]), float(trajectory.times[sample])
     if not speed <= point.limit * (1.0 + SPEED_TOLERANCE):
         check = "tool speed" if math.isfinite(speed) else "finite"
-        raise CertificateRefused(check, f"the {point.name}", speed, point.limit, time, "m/s")
+        raise CertificateRefused(check, f"the {point.name}", speed, point.limit, time, point.unit)
     return PointSpeed(point.name, point.limit, speed / point.limit, time)
 
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from .configuration import Configuration
+from .configuration import Configuration, configuration_of
 from .ik_question import Budget, Question
 from .kinematics import Array, Kinematics
 from .levenberg_marquardt import Found
@@ -31,7 +31,7 @@ class Solution:
         iterations: iterations of all numeric attempts together.
         position_error: distance to the asked position [m], by forward kinematics.
         rotation_error: angle to the asked orientation [rad], by forward kinematics.
-        configuration: flags and turns; None if the robot's family has none.
+        kinematics: the robot that was asked; None for a platform, which has no flags.
     """
 
     joint_position: Array
@@ -39,7 +39,14 @@ class Solution:
     iterations: int
     position_error: float
     rotation_error: float
-    configuration: Configuration | None = None
+    kinematics: Kinematics | None = field(default=None, repr=False)
+
+    @property
+    def configuration(self) -> Configuration | None:
+        """Flags and turns, worked out when asked for; None if the robot's family has none."""
+        if self.kinematics is None:
+            return None
+        return configuration_of(self.kinematics, self.joint_position)
 
 
 def solve(
@@ -132,11 +139,12 @@ def _clock(time_cap: float | None) -> Callable[[], bool]:
 
 def _solution(question: Question, found: Found) -> Solution:
     found.joint_position.flags.writeable = False
+    restarts, iterations = question.effort
     return Solution(
         found.joint_position,
-        question.search.restarts,
-        question.search.spent,
+        restarts,
+        iterations,
         found.position_error,
         found.rotation_error,
-        question.flags(found),
+        question.kinematics,
     )

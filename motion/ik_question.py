@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -18,7 +19,7 @@ import numpy as np
 
 from .branch_choice import BranchChoice, Offer, Wish
 from .closed_form import ClosedForm, closed_form
-from .configuration import Configuration, flags
+from .configuration import Configuration
 from .errors import BadArgument, MotionError, Unreachable, WrongJointCount
 from .kinematics import Array, Kinematics
 from .levenberg_marquardt import Found, Search, rotation_angle
@@ -31,6 +32,7 @@ _NEAR_ANGLE = 0.1  # rad
 _GREATEST_NEAR_STEP = 0.5  # rad or m: a joint that moves more did not stay near
 _POLISHED = 1e-8  # m or rad: a formula's answer worse than this is improved numerically
 _MISSES_TRIED = 4
+_GREATEST_CHORD = math.sqrt(8.0)  # Frobenius distance of rotations half a turn apart
 _SAME = 1e-6  # rad or m: answers nearer than this are one
 
 
@@ -83,7 +85,9 @@ class Question:
     """One pose asked of one robot, and what was found out so far.
 
     Attributes:
-        search: the numeric search, with the effort spent and the nearest position seen.
+        target: (4, 4) wanted tool placement in the base frame.
+        position: its three coordinates [m].
+        seed: (n,) where to be near to, inside the limits.
     """
 
     def __init__(
@@ -114,12 +118,20 @@ class Question:
             self._check_configuration(configuration)
         self.tolerances, self.budget = tolerances, budget
         self.expired = expired
-        self.seed = [
-            min(max(value, lower), upper)
-            for value, lower, upper in zip(values, limits.lower, limits.upper, strict=True)
-        ]
-        self.target = kinematics.to_base(target, frame).to_matrix()
-        self.search = self._new_search(self.target[:3, :3])
+        self.seed = self.arm.ranges.clamped(values)
+        pose = kinematics.to_base(target, frame)
+        self.target, self.position = pose.to_matrix(), pose.position.tolist()
+
+    @cached_property
+    def search(self) -> Search:
+        """The numeric search, made when it is first needed."""
+        return self._new_search(self.target[:3, :3])
+
+    @property
+    def effort(self) -> tuple[int, int]:
+        """Random restarts and iterations used so far."""
+        search = self.__dict__.get("search")
+        return (search.restarts, search.spent) if search else (0, 0)
 
     def best(self) -> Found:
         """Return the answer nearest to the seed, by the first method that has one."""
@@ -145,7 +157,7 @@ class Question:
     def _near(self) -> Found | None:
         """Search from the seed where the target is near it: continuous, even at singularities."""
         rotation, position = self.kinematics.place(np.array(self.seed))
-        if math.dist(position.tolist(), self.search.position.tolist()) > _NEAR_DISTANCE:
+        if math.dist(position.tolist(), self.position) > _NEAR_DISTANCE:
             return None
         if rotation_angle(self.search.rotation, rotation) > _NEAR_ANGLE:
             return None
@@ -223,12 +235,25 @@ class Question:
 
     def _verified(self, position: Sequence[float]) -> Found | None:
         """Check a formula's answer by forward kinematics, and improve it where it is not exact."""
-        found = self.search.measured(np.array(position))
-        if max(found.position_error, found.rotation_error) <= _POLISHED:
+        found = self._placed(np.array(position))
+        if found.position_error <= _POLISHED and found.rotation_error <= _POLISHED:
             return found
+        found = self.search.measured(found.joint_position)
         if polished := self.search.polished(position):
             found = min(found, polished, key=self.search.score)
         return found if self.search.suffices(found) else None
+
+    def _placed(self, joint_position: Array) -> Found:
+        """Measure where forward kinematics puts the tool, for a formula's answer.
+
+        Rotations an angle θ apart differ by √8 |sin θ/2| in the Frobenius norm, which gives small
+        angles without a logarithm.
+        """
+        rotation, position = self.kinematics.place(joint_position)
+        rows = zip(rotation.tolist(), self.target.tolist(), strict=False)
+        chord = math.hypot(*[math.dist(found, wanted[:3]) for found, wanted in rows])
+        angle = 2.0 * math.asin(min(chord / _GREATEST_CHORD, 1.0))
+        return Found(joint_position, math.dist(position.tolist(), self.position), angle)
 
     def _refuse_tilt(self) -> None:
         """Refuse a pose that a SCARA or a palletiser would have to tilt its tool for."""
@@ -282,12 +307,6 @@ class Question:
         if turns is not None and self.arm.ranges.with_turns(values, turns) != values:
             return False
         return wanted.agrees_with(form.measures(self.kinematics.robot.to_model(values)))
-
-    def flags(self, found: Found) -> Configuration | None:
-        """Return the flags of an answer; None if the robot's family has none."""
-        if self.arm.form is None:
-            return None
-        return flags(self.arm.form, self.kinematics, found.joint_position.tolist())
 
     def _unreachable(self, nearest: Found | None = None) -> Unreachable:
         """Refuse the pose with how near a position comes: the given one, or the best seen."""

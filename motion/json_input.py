@@ -34,6 +34,9 @@ def parse_joints(text: str, option: str) -> tuple[float, ...]:
 def parse_pose(text: str, option: str) -> tuple[tuple[float, ...], tuple[float, ...], str | None]:
     """Read `{"xyz": […], "quat": […]}`, with the frame's name if it has a `frame`.
 
+    Returns:
+        The (3,) position [m], the (4,) quaternion x, y, z, w, and the frame.
+
     Raises:
         BadArgument: the text is not such an object.
         NotFinite: a number is infinite or not a number.

@@ -22,6 +22,7 @@ from .limits import JointLimits
 from .pose import Pose
 from .robot import SerialRobot
 from .robot_schema import Joint, Placement
+from .tool_curves import Places
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -141,6 +142,24 @@ class Kinematics:
         pin.forwardKinematics(self._model, self._data, self._expanded(joint_position))
         placement = pin.updateFramePlacement(self._model, self._data, self._tool)
         return placement.rotation, placement.translation
+
+    def places(self, joint_positions: Array, link: str | None = None) -> Places:
+        """Compute where a link is at many joint positions, in the base frame, without checks.
+
+        Args:
+            joint_positions: (m, n) controller-side [rad or m], finite float64.
+            link: a link of the chain; the tool link if None.
+
+        Raises:
+            FrameUnknown: there is no such link.
+        """
+        frame_id = self._tool if link is None else self._link(link)
+        places = Places(np.empty((len(joint_positions), 3, 3)), np.empty((len(joint_positions), 3)))
+        for row, joint_position in enumerate(joint_positions):
+            pin.forwardKinematics(self._model, self._data, self._expanded(joint_position))
+            placement = pin.updateFramePlacement(self._model, self._data, frame_id)
+            places.rotation[row], places.position[row] = placement.rotation, placement.translation
+        return places
 
     def to_base(self, pose: Pose, frame: str) -> Pose:
         """Express a pose given in `base` or `root` in the base frame.

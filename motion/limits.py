@@ -64,7 +64,11 @@ class JointLimits:
         return "m" if self.prismatic[index] else "rad"
 
     def check_finite(self, values: Sequence[float], what: str) -> None:
-        """Check that there is one finite value per joint.
+        """Check that there is one finite value per joint, in any unit.
+
+        Args:
+            values: (n,) one per joint.
+            what: what they are, for the error.
 
         Raises:
             WrongJointCount: the number of values differs from the number of joints.
@@ -95,7 +99,7 @@ class JointLimits:
                 raise OutOfRange(name, float(value), lower, upper, unit, index)
 
     def check_velocity(self, velocity: Sequence[float]) -> None:
-        """Check joint velocities [rad/s or m/s] exactly, either sign.
+        """Check (n,) joint velocities [rad/s or m/s] exactly, either sign.
 
         Raises:
             WrongJointCount: the number of values differs from the number of joints.
@@ -109,7 +113,7 @@ class JointLimits:
                 raise TooFast(self.names[index], float(value), limit, self.unit(index), index)
 
     def check_acceleration(self, acceleration: Sequence[float]) -> None:
-        """Check joint accelerations [rad/s² or m/s²] exactly, either sign.
+        """Check (n,) joint accelerations [rad/s² or m/s²] exactly, either sign.
 
         Raises:
             WrongJointCount: the number of values differs from the number of joints.

@@ -32,12 +32,19 @@ class LinkBox:
         return corners
 
     def distance(self, point: Array) -> float:
-        """Return how far a (3,) point is outside; 0 inside."""
+        """Return how far a (3,) point [m] is outside [m]; 0 inside."""
         local = np.abs(self.rotation.T @ (point - self.centre)) - np.array(self.size) / 2.0
         return float(np.linalg.norm(np.maximum(local, 0.0)))
 
     def width_across(self, direction: Array) -> float:
-        """Return the lesser of its extents along the two axes that are most across a direction."""
+        """Return the lesser of its extents along its two axes that are most across a direction.
+
+        Args:
+            direction: (3,) of any length, in the frame that the box is in.
+
+        Returns:
+            The extent [m].
+        """
         along = np.abs(self.rotation.T @ direction)
         return min(self.size[axis] for axis in np.argsort(along)[:2])
 

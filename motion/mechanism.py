@@ -17,6 +17,7 @@ from .joint_curves import JointSpline, Path
 from .limits import JointLimits
 from .pose import Array, Pose
 from .robot import ParallelRobot, Robot, SerialRobot
+from .segments import Segment
 
 if TYPE_CHECKING:
     from .ik import Solution
@@ -70,6 +71,13 @@ class Mechanism(Protocol):
             MotionError: a waypoint, or the way between two, is refused.
         """
 
+    def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
+        """Return the paths that run PTP, LIN, CIRC and spline in turn; see `plan_path`.
+
+        Raises:
+            MotionError: a segment is refused, with its number and its fraction of the way.
+        """
+
 
 class SerialMechanism:
     """A serial arm."""
@@ -107,6 +115,12 @@ class SerialMechanism:
         """Return the smooth path through joint positions."""
         return JointSpline(waypoints, self.limits)
 
+    def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
+        """Return the paths that run segments in turn."""
+        from .segment_planning import plan_path
+
+        return plan_path(self.kinematics, start, segments)
+
 
 class PlatformMechanism:
     """A Stewart platform; its joint vector is six leg lengths [m]."""
@@ -143,6 +157,12 @@ class PlatformMechanism:
         from .stewart_path import leg_curve
 
         return leg_curve(self.kinematics, waypoints)
+
+    def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
+        """Return the paths that run segments in turn."""
+        from .segment_planning import plan_path
+
+        return plan_path(self.kinematics, start, segments)
 
 
 def mechanism(robot: Robot) -> Mechanism:

@@ -5,8 +5,9 @@ proposes polylines; whoever asked checks them. What it takes for a solution is p
 it is exact and leads from the start to the goal: some of its planners report others.
 
 Effort is counted in positions checked, so that the same seed gives the same path on any machine;
-time is only an outer cap. PRM and PRMstar are exceptions (see `_THREADED`). OMPL's seed is one
-number of the process: two searches may not run at once.
+time is only an outer cap. OMPL's seed is one number of the process: two searches may not run at
+once. PRM and PRMstar are not offered: they share out their work by time, and ask from a thread of
+their own whether to stop, so the same seed may give another path.
 """
 
 from __future__ import annotations
@@ -30,11 +31,9 @@ class OmplPlanner(StrEnum):
     LBKPIECE1 = "LBKPIECE1"
     BKPIECE1 = "BKPIECE1"
     KPIECE1 = "KPIECE1"
-    PRM = "PRM"
     RRT = "RRT"
     FMT = "FMT"
     BFMT = "BFMT"
-    PRM_STAR = "PRMstar"
     RRT_STAR = "RRTstar"
     INFORMED_RRT_STAR = "InformedRRTstar"
     SORRT_STAR = "SORRTstar"
@@ -44,7 +43,6 @@ class OmplPlanner(StrEnum):
 
 _OPTIMISING = frozenset(
     {
-        OmplPlanner.PRM_STAR,
         OmplPlanner.RRT_STAR,
         OmplPlanner.INFORMED_RRT_STAR,
         OmplPlanner.SORRT_STAR,
@@ -54,16 +52,9 @@ _OPTIMISING = frozenset(
 )
 """These go on improving until they are stopped."""
 
-_THREADED = frozenset({OmplPlanner.PRM, OmplPlanner.PRM_STAR})
-"""These ask from a thread of their own whether to stop; Python, which is in `solve`, cannot answer.
-
-They also share out their work by time, so the same seed may give another path.
-"""
-
 MOST_CHECKS = 1_000_000
 MOST_CHECKS_TO_IMPROVE = 20_000
 
-_THREADED_SECONDS = 1.0
 _PROCEED_EVERY = 64  # checks
 _SAME_END = 1e-9  # rad or m
 
@@ -84,7 +75,6 @@ def search_with_ompl(
     seed: int,
     step: float,
     resolution: float,
-    seconds: float,
     proceed: Callable[[int], bool],
 ) -> Search:
     """Search a polyline from start to goal.
@@ -99,7 +89,6 @@ def search_with_ompl(
         seed: same number, same path; not negative.
         step: greatest length of an edge, for planners that have one.
         resolution: greatest distance of the checked positions on an edge.
-        seconds: time for those planners that cannot ask `proceed`; one second is enough for them.
         proceed: called with the number of positions checked; the search ends where it is False.
 
     Returns:
@@ -130,10 +119,7 @@ def search_with_ompl(
     if hasattr(chosen, "setRange"):
         chosen.setRange(step)
     setup.setPlanner(chosen)
-    if planner in _THREADED:
-        setup.solve(min(seconds, _THREADED_SECONDS))
-    else:
-        setup.solve(base.PlannerTerminationCondition(effort.is_spent))
+    setup.solve(base.PlannerTerminationCondition(effort.is_spent))
     waypoints = None
     if setup.haveExactSolutionPath():
         states = setup.getSolutionPath().getStates()

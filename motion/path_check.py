@@ -95,6 +95,10 @@ def check_path(
 ) -> None:
     """Refuse a path on which two bodies touch.
 
+    Args:
+        collision: robot and scene.
+        path: a path, or (w, n) waypoints joined by straight lines in joint space [rad or m].
+
     Raises:
         PathInCollision: with the bodies and the fraction of the way.
         MotionError: the path itself, as of `first_contact`.

@@ -9,11 +9,10 @@ loop imports this module, so inverse kinematics is imported only by the function
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .errors import BadArgument, NoMotion, OutOfRange, Unreachable
+from .errors import BadArgument, NoMotion, OutOfRange, PlatformLimit, Unreachable
 from .joint_curves import (
     COINCIDENT,
     JointLine,
@@ -23,15 +22,14 @@ from .joint_curves import (
     settle_start,
 )
 from .pose import Pose
-from .segment_planning import circle_curve, plan_path
+from .segment_curves import circle_curve
+from .segment_planning import plan_path
 from .segments import Circ, Lin, Ptp, Segment, Spline
 from .tool_curves import ToolLine, ToolSpline
+from .tool_kinematics import ToolKinematics, joints_at
 from .tool_paths import follow_tool_curve
 from .trajectory import Array
 from .zones import JointPolyline
-
-if TYPE_CHECKING:
-    from .kinematics import Kinematics
 
 __all__ = [
     "COINCIDENT",
@@ -56,7 +54,7 @@ __all__ = [
 
 
 def linear_path(
-    kinematics: Kinematics,
+    kinematics: ToolKinematics,
     start: Sequence[float] | Array,
     target: Pose,
     *,
@@ -91,7 +89,7 @@ def linear_path(
 
 
 def circular_path(
-    kinematics: Kinematics,
+    kinematics: ToolKinematics,
     start: Sequence[float] | Array,
     circ: Circ,
 ) -> JointSpline:
@@ -116,7 +114,7 @@ def circular_path(
 
 
 def tool_spline_path(
-    kinematics: Kinematics,
+    kinematics: ToolKinematics,
     start: Sequence[float] | Array,
     poses: Sequence[Pose],
     *,
@@ -137,7 +135,7 @@ def tool_spline_path(
 
 
 def linear_legs(
-    kinematics: Kinematics,
+    kinematics: ToolKinematics,
     start: Sequence[float] | Array,
     poses: Sequence[Pose],
     *,
@@ -169,7 +167,7 @@ def linear_legs(
 
 
 def joint_path_through_poses(
-    kinematics: Kinematics,
+    kinematics: ToolKinematics,
     start: Sequence[float] | Array,
     poses: Sequence[Pose],
     *,
@@ -194,14 +192,11 @@ def joint_path_through_poses(
         NotFinite: the start holds an infinity or a NaN.
         FrameUnknown: there is no such frame.
     """
-    from .ik import solve
-
     waypoints = [np.array(settle_start(start, kinematics.limits))]
     for number, pose in enumerate(poses, start=1):
         try:
-            solution = solve(kinematics, pose, waypoints[-1], frame=frame)
-        except (OutOfRange, Unreachable) as error:
+            waypoints.append(joints_at(kinematics, pose, waypoints[-1], frame))
+        except (OutOfRange, PlatformLimit, Unreachable) as error:
             error.fraction = number / len(poses)
             raise
-        waypoints.append(solution.joint_position)
     return waypoints

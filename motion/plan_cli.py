@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .cli import EXIT_INTERRUPTED, EXIT_REFUSED, EXIT_USAGE, Angles
+from .cli import EXIT_INTERRUPTED, EXIT_REFUSED, EXIT_USAGE
 from .errors import (
     BadArgument,
     DuplicateObject,
@@ -37,6 +37,7 @@ from .errors import (
 )
 from .json_input import parse_joints, parse_pose
 from .robot import SerialRobot, serial_robot
+from .robot_arguments import Angles, to_controller
 
 if TYPE_CHECKING:
     from .collision import CollisionModel
@@ -132,7 +133,7 @@ def plan(
     goals = _goals(goal, pose, program)
     at = facts.home_position
     if start is not None:
-        at = _controller_side(facts, parse_joints(start, "--start"), angles)
+        at = to_controller(facts, parse_joints(start, "--start"), angles)
     work = _Work(facts, scene, planner, seed, time_limit, speed, angles)
     with _Bar() as bar:
         planned = work.run(at, goals, bar.show)
@@ -226,7 +227,7 @@ class _Work:
         self, text: str, near: Sequence[float] | Array, collision: CollisionModel
     ) -> Sequence[float] | Array:
         if text.lstrip().startswith("["):
-            return _controller_side(self._facts, parse_joints(text, "goal"), self._angles)
+            return to_controller(self._facts, parse_joints(text, "goal"), self._angles)
         from .free_goal import free_joint_position
         from .pose import Pose
 
@@ -288,12 +289,6 @@ def _goals(goal: str | None, pose: str | None, program: Path | None) -> list[str
     if not isinstance(content, list) or not 1 <= len(content) <= MAX_GOALS:
         raise BadArgument("--program", str(program), accepted)
     return [json.dumps(each) for each in content]
-
-
-def _controller_side(
-    facts: SerialRobot, values: tuple[float, ...], angles: Angles
-) -> tuple[float, ...]:
-    return facts.to_controller(values) if angles is Angles.FILE else values
 
 
 def _fail(message: str, code: int) -> int:

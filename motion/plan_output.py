@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from .certificate import Certificate
 from .limits import JointLimits
@@ -75,10 +76,11 @@ def print_plan(plan: PlannedMotion, rows: int, console: Console | None = None) -
     console = console or Console()
     limits, motion = plan.limits, plan.trajectory
     table = Table(title=f"{plan.robot}: position (velocity), controller-side")
-    table.add_column("time [s]", justify="right")
+    # As text, because rich would take `[s]` or `[mm]` for its own markup and leave it out.
+    table.add_column(Text("time [s]"), justify="right")
     for index, name in enumerate(limits.names):
         unit = "mm" if limits.prismatic[index] else "°"
-        table.add_column(f"{name} [{unit}]", justify="right")
+        table.add_column(Text(f"{name} [{unit}]"), justify="right")
     scale = [1e3 if prismatic else math.degrees(1.0) for prismatic in limits.prismatic]
     for sample in np.unique(np.linspace(0, len(motion) - 1, rows).round().astype(int)).tolist():
         row = motion.row(sample)

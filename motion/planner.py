@@ -244,7 +244,6 @@ def _search(
         seed=int(random.integers(1 << 31)),
         step=STEP,
         resolution=edges.resolution,
-        seconds=max(report.left(), 0.0),
         proceed=report.proceed,
     )
 

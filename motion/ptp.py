@@ -155,7 +155,18 @@ def plan_joint_move(
     speed: float = 1.0,
     sample_period: float = SAMPLE_PERIOD,
 ) -> Trajectory:
-    """Return all samples of a `straight_move`; same arguments, same errors."""
+    """Return all samples of a `straight_move`, with its arguments.
+
+    Args:
+        start: (n,) controller-side [rad or m].
+        goal: (n,) likewise.
+        limits: the robot's.
+        speed: fraction of the velocity limits, more than 0 and at most 1.
+        sample_period: time between samples [s].
+
+    Raises:
+        MotionError: as of `straight_move`.
+    """
     move = straight_move(start, goal, limits, speed=speed, sample_period=sample_period)
     return move.trajectory()
 

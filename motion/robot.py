@@ -19,9 +19,10 @@ from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from .display_names import display_names
 from .errors import RobotFileError, UnknownRobot, UnsupportedKind, WrongJointCount
+from .field_problems import Problem, field_problems
 from .limits import JointLimits
 from .robot_file import read_mapping
-from .robot_rules import Problem, parallel_problems, serial_problems
+from .robot_rules import parallel_problems, serial_problems
 from .robot_schema import (
     SCHEMA,
     AllowedReason,
@@ -45,8 +46,10 @@ from .robot_schema import (
 _Facts = TypeVar("_Facts", bound=Facts)
 
 _SUFFIX = ".yaml"
-_UNION_TAGS = frozenset({"fixed", "revolute", "prismatic", "capsule", "box", "sphere"})
-_UNION_FIELDS = frozenset({"joints", "collision"})
+_KINDS = {
+    "joints": frozenset({"fixed", "revolute", "prismatic"}),
+    "collision": frozenset({"capsule", "box", "sphere"}),
+}
 
 
 class SerialRobot(RobotFacts):
@@ -111,7 +114,7 @@ class SerialRobot(RobotFacts):
         return self.to_controller(self.home)
 
     def to_controller(self, model: Sequence[float]) -> tuple[float, ...]:
-        """Convert chain-side driven joint values to the controller's: c3 = j3 - f·j2.
+        """Convert (n,) chain-side driven joint values to the controller's: c3 = j3 - f·j2.
 
         The rule is linear, so it holds for positions, rates and accelerations alike.
 
@@ -121,7 +124,7 @@ class SerialRobot(RobotFacts):
         return self._shear(model, -self.coupling.state_factor)
 
     def to_model(self, controller: Sequence[float]) -> tuple[float, ...]:
-        """Convert controller-side driven joint values to the chain's: j3 = c3 + f·c2.
+        """Convert (n,) controller-side driven joint values to the chain's: j3 = c3 + f·c2.
 
         Raises:
             WrongJointCount: not one value per driven joint.
@@ -247,8 +250,7 @@ def validated(model: type[_Facts], content: Mapping[str, Any], file: str) -> _Fa
     try:
         return model.model_validate(content, context={"file": file})
     except ValidationError as error:
-        found = (_problem(each["loc"], each["msg"]) for each in error.errors(include_url=False))
-        raise _file_error(file, found) from None
+        raise _file_error(file, field_problems(error, _KINDS)) from None
 
 
 def _raise_problems(problems: Iterator[Problem], info: ValidationInfo) -> None:
@@ -261,12 +263,3 @@ def _raise_problems(problems: Iterator[Problem], info: ValidationInfo) -> None:
 def _file_error(file: str, problems: Iterable[Problem]) -> RobotFileError:
     (field, problem), *more = problems
     return RobotFileError(file, field, problem, tuple(more))
-
-
-def _problem(location: tuple[int | str, ...], message: str) -> Problem:
-    path = ""
-    for part in location:
-        if part in _UNION_TAGS and path.partition("[")[0].partition(".")[0] in _UNION_FIELDS:
-            continue
-        path += f"[{part}]" if isinstance(part, int) else f".{part}" if path else part
-    return path, message[:1].lower() + message[1:]

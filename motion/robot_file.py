@@ -68,7 +68,8 @@ def read_mapping(path: Path) -> dict[str, Any]:
         # Reading a scalar such as 2020-13-45 as a date fails outside YAML's own errors.
         raise RobotFileError(str(path), "", f"holds an unreadable value: {error}") from error
     if not isinstance(loaded, dict) or not all(isinstance(key, str) for key in loaded):
-        raise RobotFileError(str(path), "", "is not a mapping of field names to values")
+        problem = "is not a mapping; accepted: a mapping of field names to values"
+        raise RobotFileError(str(path), "", problem)
     return loaded
 
 

@@ -9,14 +9,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
+from .field_problems import Problem
 from .robot_schema import CouplingType, FixedJoint, Joint, Placement, Variable
 
 if TYPE_CHECKING:
     from .robot import ParallelRobot, SerialRobot
-
-Problem: TypeAlias = tuple[str, str]
 
 MAX_DOF = 10  # a simple-message joint vector holds ten values
 

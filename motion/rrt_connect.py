@@ -89,7 +89,7 @@ class _Tree:
         self.parents = [0]
 
     def nearest(self, target: Array) -> int:
-        """Return the place of the node nearest to a position."""
+        """Return the place of the node nearest to a (n,) position [rad or m]."""
         gaps = self.positions[: len(self.parents)] - target
         return int(np.einsum("ij,ij->i", gaps, gaps).argmin())
 

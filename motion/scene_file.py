@@ -22,6 +22,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from .errors import MotionError, RobotFileError, SceneFileError
+from .field_problems import field_problems
 from .robot_file import read_mapping
 from .robot_schema import Name, Real
 from .scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Shape, Sphere
@@ -31,7 +32,7 @@ SCENE_SCHEMA = "openpendant-scene/1"
 MAX_OBJECTS = 1000
 
 _Vector: TypeAlias = tuple[Real, Real, Real]
-_TAGS = frozenset({"box", "sphere", "cylinder", "capsule", "mesh"})
+_KINDS = frozenset({"box", "sphere", "cylinder", "capsule", "mesh"})
 
 
 class _Entry(BaseModel):
@@ -147,8 +148,7 @@ def scene_from_data(content: dict[str, Any], source: str) -> Scene:
     try:
         read = _File.model_validate(content)
     except ValidationError as error:
-        found = [_problem(each["loc"], each["msg"]) for each in error.errors(include_url=False)]
-        (field, problem), *more = found
+        (field, problem), *more = field_problems(error, {"objects": _KINDS})
         raise SceneFileError(source, field, problem, tuple(more)) from None
     objects: list[SceneObject] = []
     for index, entry in enumerate(read.objects):
@@ -210,12 +210,3 @@ def _with_mesh_in(folder: Path, each: SceneObject) -> SceneObject:
     if not isinstance(each.shape, Mesh):
         return each
     return replace(each, shape=replace(each.shape, file=str(folder / each.shape.file)))
-
-
-def _problem(location: tuple[int | str, ...], message: str) -> tuple[str, str]:
-    path = ""
-    for part in location:
-        if part in _TAGS:
-            continue
-        path += f"[{part}]" if isinstance(part, int) else f".{part}" if path else str(part)
-    return path, message[:1].lower() + message[1:]

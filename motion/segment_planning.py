@@ -1,25 +1,20 @@
 """From a list of segments to the paths that run them.
 
-Owns which segments are run without a stop (those joined by zones are one path, any other ends one),
-and which curve each is. Knows no timing. The server's event loop imports this module, so inverse
-kinematics is imported only by the function that searches.
+Owns which segments are run without a stop: those joined by zones are one path, any other ends one.
+Where lines in joint space meet curves of the tool, the zone is one in joint space. Knows no timing.
+The server's event loop imports this module, so inverse kinematics is imported only by the functions
+that search.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NoReturn
+from itertools import groupby, pairwise
+from typing import TypeAlias
 
 import numpy as np
 
-from .circles import (
-    ToolArc,
-    arc_about,
-    arc_through,
-    circle_about,
-    circle_through,
-)
 from .errors import (
     BadArgument,
     BranchChange,
@@ -27,41 +22,32 @@ from .errors import (
     NoMotion,
     NotFinite,
     OutOfRange,
+    PlatformLimit,
     SegmentRefused,
     Unreachable,
     ZoneTooLarge,
 )
+from .joint_chain import JointChain
 from .joint_curves import JointLine, JointSpline, Path, settle_start
+from .mixed_zones import largest_joint_zone, tool_zone
 from .pose import Pose
-from .segments import (
-    AboutCentre,
-    Circ,
-    FullAboutCentre,
-    FullThroughPoints,
-    Lin,
-    Point,
-    Ptp,
-    Segment,
-    Spline,
-    SplineSpace,
-    Target,
-    ThroughPoint,
-)
+from .segment_curves import leg_curve, numbers, spline_curve
+from .segments import Circ, Lin, Ptp, Segment, Spline, SplineSpace, Target
 from .tool_chain import ToolChain
-from .tool_curves import ToolCurve, ToolLine, ToolSpline, check_point
+from .tool_curves import ToolCurve
+from .tool_kinematics import ToolKinematics, check_way, joints_at, leg_of
 from .tool_paths import follow_tool_curve
 from .trajectory import Array
 from .zones import LEAST_ZONE, JointPolyline
 
-if TYPE_CHECKING:
-    from .kinematics import Kinematics
-
 MOST_SEGMENTS = 10_000
 """Longest list that is planned at once."""
 
+_Space: TypeAlias = type[Ptp | Lin | Spline]
+
 
 def plan_path(
-    kinematics: Kinematics, start: Sequence[float] | Array, segments: Sequence[Segment]
+    kinematics: ToolKinematics, start: Sequence[float] | Array, segments: Sequence[Segment]
 ) -> list[Path]:
     """Return the joint paths that run segments in turn, with a stop between each two paths.
 
@@ -88,69 +74,24 @@ def plan_path(
         raise BadArgument("segments", len(segments), f"1 to {MOST_SEGMENTS}")
     here = np.array(settle_start(start, kinematics.limits))
     paths: list[Path] = []
-    for first, run in _runs(segments, "rad or m" if any(kinematics.limits.prismatic) else "rad"):
+    for first, run in _runs(segments, joint_unit(kinematics)):
         try:
-            path = _RunPlanner(kinematics, here, first).plan(run)
+            path = _plan_run(kinematics, here, first, run)
         except NoMotion:
             continue
         paths.append(path)
-        here = path.evaluate(np.array([path.length]))[0]
+        here = _end(path)
     if not paths:
         raise NoMotion
     return paths
 
 
-def circle_curve(kinematics: Kinematics, start: Pose, circ: Circ) -> ToolArc:
-    """Return the tool's way along a circle, in the base frame.
-
-    Args:
-        kinematics: the robot.
-        start: where the tool is, in the base frame.
-        circ: the circle; its zone is not used.
-
-    Raises:
-        BadCircle: its points determine no circle.
-        BadArgument: an arc without a target, or a full circle with one.
-        NotFinite: a coordinate is infinite or not a number.
-        FrameUnknown: there is no such frame.
-    """
-    frame = kinematics.to_base(Pose.identity(), circ.frame)
-
-    def in_base(point: Point, what: str) -> Array:
-        moved: Array = frame.position + frame.rotation @ check_point(point, what)
-        return moved
-
-    if isinstance(circ.way, FullThroughPoints | FullAboutCentre):
-        if circ.target is not None:
-            raise BadArgument("target", circ.target, "none: a full circle ends where it began")
-        target = start
-    elif circ.target is None:
-        raise BadArgument("target", None, "where the arc ends")
-    else:
-        target = _pose_of(kinematics, circ.target, circ.frame)
-    match circ.way:
-        case ThroughPoint(via):
-            circle = arc_through(start.position, in_base(via, "the via point"), target.position)
-        case FullThroughPoints(via, second_via):
-            circle = circle_through(
-                start.position,
-                in_base(via, "the via point"),
-                in_base(second_via, "the second via point"),
-            )
-        case AboutCentre(centre, normal, more_than_half):
-            circle = arc_about(
-                start.position,
-                in_base(centre, "the centre"),
-                target.position,
-                normal=None
-                if normal is None
-                else frame.rotation @ check_point(normal, "the normal"),
-                more_than_half=more_than_half,
-            )
-        case FullAboutCentre(centre, normal):
-            axis = frame.rotation @ check_point(normal, "the normal")
-            circle = circle_about(start.position, in_base(centre, "the centre"), axis)
-    return ToolArc(circle, start, target, circ.turn)
+def joint_unit(kinematics: ToolKinematics) -> str:
+    """Return the unit of distances in joint space."""
+    prismatic = kinematics.limits.prismatic
+    if all(prismatic):
+        return "m"
+    return "rad or m" if any(prismatic) else "rad"
 
 
 def _runs(segments: Sequence[Segment], joint_unit: str) -> list[tuple[int, list[Segment]]]:
@@ -170,8 +111,8 @@ def _runs(segments: Sequence[Segment], joint_unit: str) -> list[tuple[int, list[
         if number + 1 == len(segments):
             reason = "it is the end of the motion"
             raise ZoneTooLarge(number, segment.zone, 0.0, unit, reason)
-        if _space(segment) is not _space(segments[number + 1]):
-            reason = "a zone joins PTP with PTP, or LIN and CIRC with LIN and CIRC"
+        if isinstance(segments[number + 1], Spline):
+            reason = "a spline begins at rest; a zone joins PTP, LIN and CIRC"
             raise ZoneTooLarge(number, segment.zone, 0.0, unit, reason)
     return runs
 
@@ -184,7 +125,7 @@ def _check_zone(number: int, zone: float) -> None:
         raise SegmentRefused(number, BadArgument("zone", zone, accepted))
 
 
-def _space(segment: Segment) -> type[Ptp | Lin | Spline]:
+def _space(segment: Segment) -> _Space:
     match segment:
         case Ptp():
             return Ptp
@@ -194,28 +135,103 @@ def _space(segment: Segment) -> type[Ptp | Lin | Spline]:
             return Spline
 
 
-class _RunPlanner:
-    """The path of one run, from where the robot stands."""
+def _end(path: Path) -> Array:
+    end: Array = path.evaluate(np.array([path.length]))[0]
+    return end
 
-    def __init__(self, kinematics: Kinematics, here: Array, first: int) -> None:
+
+def _plan_run(kinematics: ToolKinematics, here: Array, first: int, run: Sequence[Segment]) -> Path:
+    """Return the path of one run: one part for each stretch of segments of one space."""
+    parts: list[Path] = []
+    place = 0
+    for _, group in groupby(run, _space):
+        part = list(group)
+        rounded = (place > 0, place + len(part) < len(run))
+        planner = _PartPlanner(kinematics, here, first + place, rounded)
+        try:
+            parts.append(planner.plan(part))
+        except NoMotion:
+            if len(part) == len(run):
+                raise
+            corner = max(place - 1, 0)
+            unit = joint_unit(kinematics) if isinstance(run[corner], Ptp) else "m"
+            reason = "a leg there has no length"
+            raise ZoneTooLarge(first + corner, run[corner].zone, 0.0, unit, reason) from None
+        here = _end(parts[-1])
+        place += len(part)
+    if len(parts) == 1:
+        return parts[0]
+    return _joined(kinematics, first, run, parts)
+
+
+def _joined(
+    kinematics: ToolKinematics, first: int, run: Sequence[Segment], parts: Sequence[Path]
+) -> Path:
+    """Return parts of different spaces as one path, with zones in joint space between them."""
+    zones: list[float] = []
+    corner = -1
+    for number, (before, after) in enumerate(pairwise(parts)):
+        corner += len(before.waypoint_knots) - 1
+        more = len(after.waypoint_knots) > 2 or number + 2 < len(parts)
+        largest = largest_joint_zone(before, after, rounded=(corner > 0, more))
+        zone = run[corner].zone
+        if isinstance(run[corner], Ptp):
+            if zone > largest:
+                reason = "it does not fit on the legs there"
+                unit = joint_unit(kinematics)
+                raise ZoneTooLarge(first + corner, zone, largest, unit, reason)
+            zones.append(zone)
+        else:
+            zones.append(tool_zone(kinematics, before, zone, largest, first + corner))
+    try:
+        chain = JointChain(parts, zones, kinematics.limits)
+    except OutOfRange as error:
+        raise SegmentRefused(first, error) from error
+    _check_way(kinematics, first, chain)
+    return chain
+
+
+def _check_way(kinematics: ToolKinematics, first: int, path: Path) -> None:
+    """Refuse what `check_way` does, as the segment where it lies; `first` is the path's first."""
+    try:
+        check_way(kinematics, path)
+    except PlatformLimit as error:
+        place, error.fraction = leg_of(path, error.fraction or 0.0)
+        raise SegmentRefused(first + place, error) from error
+
+
+class _PartPlanner:
+    """The path of segments of one space, from where the robot stands.
+
+    Attributes:
+        first: number of the first segment.
+        rounded: whether a zone to another space is at the start, and at the end.
+    """
+
+    def __init__(
+        self, kinematics: ToolKinematics, here: Array, first: int, rounded: tuple[bool, bool]
+    ) -> None:
         self.kinematics = kinematics
         self.here = here
         self.first = first
+        self.rounded = rounded
 
-    def plan(self, run: Sequence[Segment]) -> Path:
+    def plan(self, part: Sequence[Segment]) -> Path:
         """Return the path; all segments are of one space."""
-        zones = [segment.zone for segment in run[:-1]]
-        match run[0]:
+        zones = [segment.zone for segment in part[:-1]]
+        match part[0]:
             case Spline() as spline:
                 return self._spline(spline)
             case Ptp():
-                return self._joint_lines(run, zones)
-        return self._tool_legs(run, zones)
+                path = self._joint_lines(part, zones)
+                _check_way(self.kinematics, self.first, path)
+                return path
+        return self._tool_legs(part, zones)
 
-    def _joint_lines(self, run: Sequence[Segment], zones: Sequence[float]) -> Path:
+    def _joint_lines(self, part: Sequence[Segment], zones: Sequence[float]) -> Path:
         limits = self.kinematics.limits
         waypoints = [self.here]
-        for number, segment in enumerate(run, start=self.first):
+        for number, segment in enumerate(part, start=self.first):
             if isinstance(segment, Ptp):
                 try:
                     waypoints.append(self._joints(segment.target, segment.frame, waypoints[-1]))
@@ -223,14 +239,18 @@ class _RunPlanner:
                     raise SegmentRefused(number, error) from error
         if not zones:
             return JointLine(waypoints[0], waypoints[1], limits)
-        return JointPolyline(waypoints, zones, limits, first_waypoint=self.first)
+        return JointPolyline(
+            waypoints, zones, limits, first_waypoint=self.first, rounded=self.rounded
+        )
 
-    def _tool_legs(self, run: Sequence[Segment], zones: Sequence[float]) -> Path:
+    def _tool_legs(self, part: Sequence[Segment], zones: Sequence[float]) -> Path:
         pose = self.kinematics.forward(self.here)
         legs: list[ToolCurve] = []
-        for place, segment in enumerate(run):
+        for place, segment in enumerate(part):
             try:
-                leg = self._leg(segment, pose)
+                if not isinstance(segment, Lin | Circ):
+                    raise BadArgument("segment", segment, "Lin or Circ")
+                leg = leg_curve(self.kinematics, pose, segment)
             except NoMotion:
                 if not zones:
                     raise
@@ -243,62 +263,37 @@ class _RunPlanner:
             legs.append(leg)
             rotation, position = leg.place(np.array([leg.length]))
             pose = Pose.from_matrix(rotation[0], position[0])
-        return self._followed(ToolChain(legs, zones, first_waypoint=self.first))
-
-    def _leg(self, segment: Segment, start: Pose) -> ToolCurve:
-        match segment:
-            case Circ():
-                return circle_curve(self.kinematics, start, segment)
-            case Lin():
-                return ToolLine(start, _pose_of(self.kinematics, segment.target, segment.frame))
-        raise BadArgument("segment", segment, "Lin or Circ")
-
-    def _followed(self, chain: ToolChain) -> Path:
+        chain = ToolChain(legs, zones, first_waypoint=self.first, rounded=self.rounded)
         try:
             return follow_tool_curve(self.kinematics, self.here, chain)
-        except (OutOfRange, Unreachable, BranchChange) as error:
-            leg = 0
+        except (OutOfRange, Unreachable, BranchChange, PlatformLimit) as error:
+            leg_number = 0
             if error.fraction is not None:
-                leg, error.fraction = chain.where(error.fraction * chain.length)
-            self._refuse(leg, error)
+                leg_number, error.fraction = chain.where(error.fraction * chain.length)
+            raise SegmentRefused(self.first + leg_number, error) from error
 
     def _spline(self, spline: Spline) -> Path:
         try:
             if not spline.targets:
                 raise BadArgument("targets", 0, "at least one")
             if spline.space is SplineSpace.TOOL:
-                poses = [self.kinematics.forward(self.here)]
-                poses += [_pose_of(self.kinematics, each, spline.frame) for each in spline.targets]
-                return follow_tool_curve(self.kinematics, self.here, ToolSpline(poses))
+                pose = self.kinematics.forward(self.here)
+                curve = spline_curve(self.kinematics, pose, spline)
+                return follow_tool_curve(self.kinematics, self.here, curve)
             waypoints = [self.here]
             for target in spline.targets:
                 waypoints.append(self._joints(target, spline.frame, waypoints[-1]))
-            return JointSpline(waypoints, self.kinematics.limits)
+            path = JointSpline(waypoints, self.kinematics.limits)
+            check_way(self.kinematics, path)
         except NoMotion:
             raise
         except MotionError as error:
-            self._refuse(0, error)
+            raise SegmentRefused(self.first, error) from error
+        return path
 
     def _joints(self, target: Target, frame: str, seed: Array) -> Array:
         """Return the joint position of a target, near the seed where it is a pose."""
         if isinstance(target, Pose):
-            from .ik import solve
-
-            return solve(self.kinematics, target, seed, frame=frame).joint_position
-        self.kinematics.limits.check_position(_numbers(target))
-        return np.array(_numbers(target))
-
-    def _refuse(self, place: int, error: MotionError) -> NoReturn:
-        raise SegmentRefused(self.first + place, error) from error
-
-
-def _pose_of(kinematics: Kinematics, target: Target, frame: str) -> Pose:
-    """Return a target's pose in the base frame."""
-    if isinstance(target, Pose):
-        return kinematics.to_base(target, frame)
-    kinematics.limits.check_position(_numbers(target))
-    return kinematics.forward(target)
-
-
-def _numbers(target: Sequence[float] | Array) -> list[float]:
-    return [float(value) for value in target]
+            return joints_at(self.kinematics, target, seed, frame)
+        self.kinematics.limits.check_position(numbers(target))
+        return np.array(numbers(target))

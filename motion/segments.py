@@ -25,6 +25,9 @@ Point: TypeAlias = Sequence[float] | Array
 class Ptp:
     """All joints straight to the target.
 
+    Where a PTP meets a LIN or CIRC in a zone, either way round, the corner is rounded in joint
+    space: the tool is on its line or circle outside the zone only.
+
     Attributes:
         target: where to.
         frame: `base` or `root`, the frame of a target that is a pose.

@@ -21,6 +21,7 @@ from .robot import ParallelRobot
 from .stewart_assembly import Assembly, assemble
 from .stewart_legs import LegMotion, Legs
 from .stewart_workspace import PlatformWorkspace
+from .tool_curves import Places
 
 if TYPE_CHECKING:
     from .ik import Solution
@@ -183,6 +184,21 @@ class StewartKinematics:
         """
         found = self._assembly(joint_position)
         return found.rotation, found.position
+
+    def places(self, joint_positions: Array) -> Places:
+        """Compute where the platform is at many (m, 6) leg lengths on one way, in the base.
+
+        Raises:
+            NoAssembly: no pose of the workspace has these leg lengths.
+        """
+        rotation, position = np.empty((len(joint_positions), 3, 3)), []
+        seed: Pose | None = None
+        for row, lengths in enumerate(joint_positions):
+            found = self._assembly(lengths, seed)
+            seed = Pose.from_matrix(found.rotation, found.position)
+            rotation[row] = found.rotation
+            position.append(found.position)
+        return Places(rotation, np.array(position))
 
     def to_base(self, pose: Pose, frame: str) -> Pose:
         """Express a pose given in `base` or `root` in the base frame: they are one.

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .curve_extent import sampled_extent
 from .errors import BadArgument, NoAssembly, NoMotion
 from .joint_curves import (
     COINCIDENT,
@@ -24,6 +25,7 @@ from .joint_curves import (
 from .orientation import vector_of_quaternion
 from .pose import Array, Pose
 from .stewart import StewartKinematics
+from .stewart_assembly import assemble
 from .stewart_legs import LegMotion, leg_motion
 
 CHECK_STEP = 5e-4
@@ -32,8 +34,6 @@ CHECK_STEP = 5e-4
 _LEAST_CHECKS, _MOST_CHECKS = 32, 2000
 _SPAN = 5e-3  # m of path between knots, which timing takes for the smooth pieces
 _LEAST_SPANS, _MOST_SPANS = 4, 64
-_EXTENT_SAMPLES = 256
-_BISECTIONS = 50
 
 
 class PlatformLine:
@@ -95,24 +95,8 @@ class PlatformLine:
         return values
 
     def extent(self) -> tuple[Array, Array]:
-        """Return the least and the greatest length of each leg on the path, each (6,).
-
-        Turning points are bisected between 256 samples. Two of one leg within a 256th of the line
-        would be missed, and between them the length hardly changes.
-        """
-        s = np.linspace(0.0, self.length, _EXTENT_SAMPLES + 1)
-        lengths, slopes = self.evaluate(s), self.evaluate(s, 1)
-        rows, legs = np.nonzero(slopes[:-1] * slopes[1:] < 0.0)
-        turns = np.empty((0, self.dof))
-        if len(rows):
-            low, high, sign = s[rows], s[rows + 1], np.sign(slopes[rows, legs])
-            for _ in range(_BISECTIONS):
-                middle = (low + high) / 2.0
-                before = self.evaluate(middle, 1)[np.arange(len(legs)), legs] * sign > 0.0
-                low, high = np.where(before, middle, low), np.where(before, high, middle)
-            turns = self.evaluate(low)
-        every = np.concatenate((lengths, turns))
-        return every.min(axis=0), every.max(axis=0)
+        """Return the least and the greatest length of each leg on the path, each (6,)."""
+        return sampled_extent(self, 0.0, self.length)
 
     def _motion(self, s: Array) -> LegMotion:
         """Return lengths and derivatives by s, each (m, 6)."""
@@ -205,11 +189,13 @@ def check_path(kinematics: StewartKinematics, path: Path) -> None:
     places = path.evaluate(fractions * path.length)
     pose = kinematics.forward(places[0])
     for fraction, lengths in zip(fractions[1:].tolist(), places[1:], strict=True):
+        # From the pose half a millimetre before, so that the pose found is the one it leads to.
         try:
-            pose = kinematics.forward(lengths, seed=pose)
+            found = assemble(kinematics.legs, lengths, pose)
         except NoAssembly as error:
             error.reason = f"{error.reason}, at {fraction:.1%} of the path"
             raise
+        pose = Pose.from_matrix(found.rotation, found.position)
         kinematics.workspace.check_posture(pose, fraction)
 
 

@@ -129,7 +129,11 @@ class PlatformWorkspace:
         return inside
 
     def check_posture(self, pose: Pose, fraction: float | None = None) -> None:
-        """Check a pose against what no leg's length tells: cones and workspace.
+        """Check a pose against what no leg's length tells: cones [rad] and workspace [1].
+
+        Args:
+            pose: of the platform in `base` [m].
+            fraction: where on a path this is, 0 to 1, for the error.
 
         Raises:
             PlatformLimit: a leg swings too far, or the workspace is left.
@@ -144,6 +148,11 @@ class PlatformWorkspace:
 
     def check_usage(self, pose: Pose, slack: float, fraction: float | None = None) -> None:
         """Check the workspace rule alone, with some slack.
+
+        Args:
+            pose: of the platform in `base` [m].
+            slack: how much the sum of |coordinate| / bound may exceed 1.
+            fraction: where on a path this is, 0 to 1, for the error.
 
         Raises:
             PlatformLimit: the sum is greater than 1 and the slack.

@@ -21,6 +21,7 @@ import numpy as np
 from .errors import NotTimeable
 from .joint_curves import Path, check_extent
 from .limits import JointLimits
+from .path_rates import rate_from_rest, steady_rate, timing_grid
 from .segment_rules import SegmentRule, Stretch, folded
 from .tool_speed import ToolSpeedLimit, speed_ratios
 from .trajectory import MAX_DURATION, SAMPLE_PERIOD, Array, Trajectory, check_rates, join
@@ -28,11 +29,6 @@ from .velocity_profile import VelocityProfile, measured_places
 
 __all__ = ["SegmentRule", "time_legs", "time_path"]
 
-_PER_SPAN = 16
-_LEAST_POINTS = 200
-_END_POINTS = 4
-_LEAST_STEP = 1e-6  # of the path's length; the solver fails on much smaller ones
-_MOST_DIVIDED = 1600  # points, beyond one for each knot
 _TOLERATED = 1.003  # slowing down the whole motion by more for one place is worth a second solution
 _GREATEST_RATE = 99.0  # of the scaled problem; toppra's own bound is 100
 _ROUNDING = 1e-9  # a duration that is whole but for this many samples is not given one more
@@ -65,7 +61,7 @@ def time_path(
     Raises:
         OutOfRange: the path leaves a joint's range.
         WrongJointCount: the path is of another robot.
-        NotTimeable: the solver found no motion, or it would last longer than an hour.
+        NotTimeable: it would last longer than an hour.
         BadArgument: speed, sample period, or a rule.
     """
     check_rates(speed, sample_period)
@@ -123,7 +119,7 @@ class _Problem:
         self.rules = rules
         self.velocity = speed * np.array(limits.velocity)
         self.acceleration = np.array(limits.acceleration)
-        self.grid = _grid(path.knots)
+        self.grid = timing_grid(path.knots)
         self.at_knots = np.searchsorted(self.grid, path.knots)
         self.slope = path.evaluate(self.grid, 1)
         self.bend = path.evaluate(self.grid, 2)
@@ -142,25 +138,21 @@ class _Problem:
     def solve(self) -> VelocityProfile:
         """Return the fastest profile that keeps the limits at the grid points.
 
-        Raises:
-            NotTimeable: the solver found none.
+        Where the solver fails for rounding it is a slower one, which is always there.
         """
         # In units of the path's length and of the time that the acceleration limits alone would
         # take, so that the solver's absolute tolerances fit.
         length = self.path.length
         time = math.sqrt(length * float((np.abs(self.slope) / self.acceleration).max()))
         usable = self.acceleration * self.gain_margin[:, np.newaxis] * time**2
-        rate = _fastest(
-            self.grid / length,
-            self.slope * length / usable,
-            self.bend * length**2 / usable,
-            np.minimum(self._greatest_rate() * (time / length), _GREATEST_RATE),
-        )
-        if isinstance(rate, str):
-            raise NotTimeable(length, rate)
+        grid, slope, bend = self.grid / length, self.slope * length / usable, self.bend / usable
+        bend *= length**2
+        allowed = self._greatest_rate() * (time / length)
+        bound = np.minimum(allowed, rate_from_rest(grid, slope))
+        rate = _fastest(grid, slope, bend, np.minimum(bound, _GREATEST_RATE))
+        if rate is None:
+            rate = steady_rate(grid, slope, bend, allowed)
         rate = np.concatenate(([0.0], rate[1:-1] * (length / time), [0.0]))
-        if not (rate[1:] + rate[:-1] > 0.0).all():
-            raise NotTimeable(length, "the motion stops on the way")
         return VelocityProfile.through(self.grid, rate)
 
     def excess(self, profile: VelocityProfile) -> tuple[Array, Array]:
@@ -206,27 +198,7 @@ def _slowing(speeds: Array, gains: Array) -> float:
     return max(float(speeds.max()), math.sqrt(float(gains.max())))
 
 
-def _grid(knots: Array) -> Array:
-    """Return where on the path the limits are imposed: at the knots and between them.
-
-    Sixteen points for each way and two hundred in all; of many knots each needs fewer, because the
-    curve bends less between them, and the cost goes with the number of points. The first and the
-    last step are divided further, because the acceleration from and to rest is constant on a step.
-    """
-    spans = len(knots) - 1
-    count = max(min(_PER_SPAN, math.ceil(_MOST_DIVIDED / spans)), math.ceil(_LEAST_POINTS / spans))
-    inner = np.arange(count) / count
-    steady = (knots[:-1, np.newaxis] + np.diff(knots)[:, np.newaxis] * inner).ravel()
-    end = knots[-1]
-    ends = 0.25 ** np.arange(_END_POINTS, 0, -1)
-    first, last = ends * steady[1], ends * (end - steady[-1])
-    least = end * _LEAST_STEP
-    return np.concatenate(
-        ([0.0], first[first > least], steady[1:], end - last[last > least][::-1], [end])
-    )
-
-
-def _fastest(grid: Array, slope: Array, bend: Array, greatest_rate: Array) -> Array | str:
+def _fastest(grid: Array, slope: Array, bend: Array, greatest_rate: Array) -> Array | None:
     """Solve max x' along the path under |slope x'' + bend x'²| <= 1 and x' <= greatest_rate.
 
     Args:
@@ -236,14 +208,15 @@ def _fastest(grid: Array, slope: Array, bend: Array, greatest_rate: Array) -> Ar
         greatest_rate: (g,).
 
     Returns:
-        The (g,) rates from rest to rest, or the solver's word for why there are none.
+        The (g,) rates from rest to rest, above 0 on the way; None where the solver fails.
     """
     algorithm, linear = _toppra()
     constraint = _Constraint(linear, slope, bend, greatest_rate)
     solver = algorithm([constraint], _Domain, gridpoints=grid, solver_wrapper="seidel")
     _, rate, _ = solver.compute_parameterization(0.0, 0.0)
-    if rate is None or not np.isfinite(rate).all():
-        return str(solver.problem_data.return_code.value)
+    # NaN is not above 0 either.
+    if rate is None or not (rate[1:-1] > 0.0).all():
+        return None
     found: Array = rate
     return found
 

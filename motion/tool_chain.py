@@ -44,7 +44,12 @@ class ToolChain:
     """
 
     def __init__(
-        self, legs: Sequence[ToolCurve], zones: Sequence[float], *, first_waypoint: int = 1
+        self,
+        legs: Sequence[ToolCurve],
+        zones: Sequence[float],
+        *,
+        first_waypoint: int = 1,
+        rounded: tuple[bool, bool] = (False, False),
     ) -> None:
         """Join the legs.
 
@@ -52,6 +57,7 @@ class ToolChain:
             legs: at least one.
             zones: (legs - 1,) at the corners between them [m].
             first_waypoint: number of the first corner, for refusals.
+            rounded: see `zones.check_zones`.
 
         Raises:
             ZoneTooLarge: a zone does not fit on its legs, or a leg is a turn on the spot.
@@ -66,7 +72,7 @@ class ToolChain:
             if any(_on_the_spot(leg) for leg in legs[index : index + 2]):
                 reason = "a leg there is a turn on the spot"
                 raise ZoneTooLarge(first_waypoint + index, zone, 0.0, "m", reason)
-        check_zones(lengths, zones, "m", first_waypoint)
+        check_zones(lengths, zones, "m", first_waypoint, rounded=rounded)
         # Along the chain a zone r takes 2r, which is what it takes of both legs.
         self._zones = np.concatenate(([0.0], zones, [0.0]))
         self.waypoints: Array = np.concatenate(([0.0], np.cumsum(lengths)))

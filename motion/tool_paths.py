@@ -10,19 +10,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import BranchChange, OutOfRange, Unreachable
-from .joint_curves import JointSpline, settle_start
+from .errors import BranchChange, OutOfRange, PlatformLimit, Unreachable
+from .joint_curves import ROUNDING, JointSpline, settle_start
 from .pose import Pose
 from .tool_curves import Places, ToolCurve
+from .tool_kinematics import ToolKinematics, check_way, next_joints, singularity_near
 from .trajectory import Array
-
-if TYPE_CHECKING:
-    from .kinematics import Kinematics
 
 POSITION_STEP = 0.002
 """Distance of the samples of a tool curve [m]."""
@@ -44,13 +41,14 @@ _PROJECTIONS = 2
 
 
 def follow_tool_curve(
-    kinematics: Kinematics, start: Sequence[float] | Array, curve: ToolCurve
+    kinematics: ToolKinematics, start: Sequence[float] | Array, curve: ToolCurve
 ) -> JointSpline:
     """Return the joint path that leads the tool along a curve.
 
     The curve is sampled every 2 mm or 1° (at most 2,000 samples a piece), each solved from the one
     before. Between samples the joints follow a smooth curve; where the tool, measured at ten times
-    the density, strays by more than 0.05 mm or 0.025°, samples are added.
+    the density, strays by more than 0.05 mm or 0.025°, or a joint swings out of its range, samples
+    are added: the samples themselves are inside.
 
     Args:
         kinematics: the robot.
@@ -62,6 +60,7 @@ def follow_tool_curve(
 
     Raises:
         Unreachable: a pose of the curve; with its fraction of the way.
+        PlatformLimit: a pose of the curve breaks a limit of a platform, with its fraction.
         BranchChange: a joint would have to jump; with the fraction, the joint and the jump.
         OutOfRange: a pose of the curve is reached only outside a joint's range, with its fraction;
             or the start is, or the path between samples.
@@ -79,7 +78,9 @@ def follow_tool_curve(
             rough = follower.strays(s, joints)
         if not rough.any():
             taught = np.searchsorted(s, curve.waypoints - curve.length * 1e-9)
-            return JointSpline(joints, kinematics.limits, taught=taught.tolist())
+            path = JointSpline(joints, kinematics.limits, taught=taught.tolist())
+            check_way(kinematics, path)
+            return path
         s, joints = follower.halve(s, joints, rough)
     raise follower.refusal(s, joints)
 
@@ -87,7 +88,7 @@ def follow_tool_curve(
 class _Follower:
     """A robot that is to lead its tool along a curve."""
 
-    def __init__(self, kinematics: Kinematics, curve: ToolCurve) -> None:
+    def __init__(self, kinematics: ToolKinematics, curve: ToolCurve) -> None:
         self.kinematics = kinematics
         self.curve = curve
         self.greatest_step = np.array(
@@ -107,16 +108,19 @@ class _Follower:
         return steps
 
     def strays(self, s: Array, joints: Array) -> NDArray[np.bool_]:
-        """Return for each span whether the path through the samples leaves the curve in it."""
+        """Return for each span whether the path leaves the curve in it, or a joint its range."""
         path = JointSpline(joints)
         inside = np.arange(1, _DENSER) / _DENSER
         knots = path.knots[:-1, np.newaxis] + np.diff(path.knots)[:, np.newaxis] * inside
         # Coinciding samples share a knot; the last of them is where its span begins.
         begins = np.searchsorted(path.waypoint_knots, np.arange(len(knots)), side="right") - 1
         guesses = s[begins, np.newaxis] + np.diff(s)[begins, np.newaxis] * inside
-        ratios = self._deviations(path.evaluate(knots.ravel()), guesses.ravel())
+        between = path.evaluate(knots.ravel())
+        limits = self.kinematics.limits
+        beyond = np.maximum(between - limits.upper, limits.lower - between).max(axis=1)
+        off = (self._deviations(between, guesses.ravel()) > 1.0) | (beyond > ROUNDING)
         spans = np.zeros(len(joints) - 1, dtype=np.bool_)
-        spans[begins] = (ratios.reshape(knots.shape) > 1.0).any(axis=1)
+        spans[begins] = off.reshape(knots.shape).any(axis=1)
         return spans
 
     def halve(self, s: Array, joints: Array, rough: NDArray[np.bool_]) -> tuple[Array, Array]:
@@ -138,17 +142,21 @@ class _Follower:
         joint = int(np.argmax(change / self.greatest_step))
         limits = self.kinematics.limits
         fraction = float(s[worst]) / self.curve.length
-        return BranchChange(fraction, limits.names[joint], float(change[joint]), limits.unit(joint))
+        return BranchChange(
+            fraction,
+            limits.names[joint],
+            float(change[joint]),
+            limits.unit(joint),
+            singularity_near(self.kinematics, joints[worst]),
+        )
 
     def _poses(self, s: Array) -> list[Pose]:
         return [Pose.from_matrix(*place) for place in zip(*self.curve.place(s), strict=True)]
 
     def _solve(self, s: float, pose: Pose, seed: Array) -> Array:
-        from .ik import solve
-
         try:
-            return solve(self.kinematics, pose, seed, restarts=0, time_cap=None).joint_position
-        except (OutOfRange, Unreachable) as error:
+            return next_joints(self.kinematics, pose, seed)
+        except (OutOfRange, PlatformLimit, Unreachable) as error:
             error.fraction = s / self.curve.length
             raise
 
@@ -159,11 +167,8 @@ class _Follower:
             joint_positions: (m, n).
             guesses: (m,) about where on the curve they should be.
         """
-        rotation = np.empty((len(joint_positions), 3, 3))
-        position = np.empty((len(joint_positions), 3))
-        for row, joint_position in enumerate(joint_positions):
-            rotation[row], position[row] = self.kinematics.place(joint_position)
-        offset, tilt = deviation(self.curve, Places(rotation, position), guesses)
+        places = self.kinematics.places(joint_positions)
+        offset, tilt = deviation(self.curve, places, guesses)
         ratios: Array = np.maximum(offset / POSITION_DEVIATION, tilt / ROTATION_DEVIATION)
         return ratios
 

@@ -1,9 +1,12 @@
-"""Speed limits of points of the arm: which points, and how fast each moves along a path.
+"""Speed limits of points of the arm and of the tool's turn, and how fast each runs along a path.
 
 Owns the choice of the points that reduced speed watches (the tool centre point and the elbow) and
 the derivative of a point's place by the path parameter. Knows no time and no timing: `timing` turns
 these derivatives into bounds on the path velocity, since |v| = |dp/ds| · ds/dt. Points come as
 callables of joint positions, so neither pinocchio nor a robot is needed here.
+
+The turn is a point too, in the nine dimensions of rotation matrices: from dR/dt = [ω]× R follows
+‖dR/dt‖ = √2 |ω| in the Frobenius norm, so R/√2 moves at the speed |ω|.
 """
 
 from __future__ import annotations
@@ -23,7 +26,8 @@ if TYPE_CHECKING:
     from .kinematics import Kinematics
 
 PointPosition: TypeAlias = Callable[[Array], Array]
-"""From (m, n) joint positions to the (m, 3) places of a point in a frame at rest [m]."""
+"""From (m, n) joint positions to the places of a point in a frame at rest, (m, 3) [m]; or to what
+else moves with the joints, (m, k) in a unit of its own."""
 
 REDUCED_SPEED = 0.25
 """Greatest speed of the tool under manual reduced speed, by ISO 10218-1 [m/s]."""
@@ -35,24 +39,27 @@ _APART = 1e-3  # m, between parallel axes that are not one
 
 @dataclass(frozen=True, slots=True)
 class ToolSpeedLimit:
-    """How fast a point of the arm may be.
+    """How fast a point of the arm may be, or the tool may turn.
 
     Attributes:
         name: what the point is called in a certificate or a refusal.
         position: where the point is.
-        limit: its greatest speed [m/s].
+        limit: its greatest speed, in `unit`.
+        unit: m/s, or rad/s of a turn.
     """
 
     name: str
     position: PointPosition
     limit: float
+    unit: str = "m/s"
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.limit) and self.limit > 0.0):
-            raise BadArgument(f"speed limit of the {self.name}", self.limit, "more than 0 m/s")
+            accepted = f"more than 0 {self.unit}"
+            raise BadArgument(f"speed limit of the {self.name}", self.limit, accepted)
 
     def slope(self, path: Path, s: Array) -> Array:
-        """Return the (m,) |dp/ds| at path positions s (m,) [m per unit of s].
+        """Return the (m,) |dp/ds| at path positions s (m,) [m or rad per unit of s].
 
         By the chain rule this is the derivative of p along the direction dq/ds at q(s), taken as a
         central difference. So it is smooth wherever dq/ds is continuous, knots included.
@@ -103,6 +110,25 @@ def reduced_speed(
     return tuple(points)
 
 
+def rotation_speed(kinematics: Kinematics, limit: float) -> ToolSpeedLimit:
+    """Return a limit on how fast the tool turns, to be kept beside those of `reduced_speed`.
+
+    Args:
+        kinematics: the robot.
+        limit: greatest rotation speed [rad/s].
+
+    Raises:
+        BadArgument: the limit is not more than 0.
+    """
+
+    def turn(joint_positions: Array) -> Array:
+        rotations = kinematics.places(joint_positions).rotation
+        flat: Array = rotations.reshape(-1, 9) / math.sqrt(2.0)
+        return flat
+
+    return ToolSpeedLimit("tool's turn", turn, limit, "rad/s")
+
+
 def tool_point(kinematics: Kinematics, offset: Sequence[float] = (0.0, 0.0, 0.0)) -> PointPosition:
     """Return where a point fixed to the tool link is, in the base frame.
 
@@ -118,11 +144,9 @@ def tool_point(kinematics: Kinematics, offset: Sequence[float] = (0.0, 0.0, 0.0)
         raise BadArgument("tool", list(offset), "three finite numbers of metres")
 
     def position(joint_positions: Array) -> Array:
-        places = np.empty((len(joint_positions), 3))
-        for row, joint_position in enumerate(joint_positions):
-            rotation, origin = kinematics.place(joint_position)
-            places[row] = origin + rotation @ fixed
-        return places
+        places = kinematics.places(joint_positions)
+        point: Array = places.position + places.rotation @ fixed
+        return point
 
     return position
 
@@ -136,7 +160,7 @@ def link_point(kinematics: Kinematics, link: str) -> PointPosition:
     kinematics.forward(kinematics.robot.home_position, link=link)
 
     def position(joint_positions: Array) -> Array:
-        return np.array([kinematics.forward(q, link=link).position for q in joint_positions])
+        return kinematics.places(joint_positions, link).position
 
     return position
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -23,6 +23,13 @@ SNAP = 1e-8
 """Rounding noise [rad or m] of an answer that lies on a bound."""
 
 _FULL_TURN = 2.0 * math.pi
+_HALF_TURN = math.pi + SNAP
+
+_Row: TypeAlias = tuple[float, float, float, bool]
+"""Of one joint: least and greatest position, weight of its distance, whether turns are alike."""
+
+_Window: TypeAlias = tuple[float, float, float, float, float]
+"""Of one joint: half the width, period, least and greatest position, weight."""
 
 
 def turns_of(angle: float) -> int:
@@ -30,7 +37,7 @@ def turns_of(angle: float) -> int:
 
     The border is `SNAP` early, so that noise does not move a joint that stands at half a turn.
     """
-    return math.floor((angle + math.pi + SNAP) / _FULL_TURN)
+    return math.floor((angle + _HALF_TURN) / _FULL_TURN)
 
 
 class JointRanges:
@@ -51,7 +58,7 @@ class JointRanges:
         self.middle = (kinematics.lower + kinematics.upper) / 2.0
         self.unit = np.where(limits.prismatic, kinematics.size, 1.0)
         self.middle.flags.writeable = self.unit.flags.writeable = False
-        self._rows = tuple(
+        self._rows: tuple[_Row, ...] = tuple(
             zip(
                 limits.lower,
                 limits.upper,
@@ -60,39 +67,22 @@ class JointRanges:
                 strict=True,
             )
         )
+        self._middles = tuple(_middles(*row) for row in self._rows)
+        self._windows = tuple(_window(*row) for row in self._rows)
+
+    def around(self, seed: Sequence[float]) -> NearestTurns:
+        """Return what finds the turns nearest to a (n,) seed inside the limits."""
+        middles = [
+            near if least <= near <= most else least if near < least else most
+            for near, (least, most) in zip(seed, self._middles, strict=True)
+        ]
+        return NearestTurns(seed, middles, self._windows)
 
     def nearest(
-        self, position: Sequence[float], seed: Sequence[float], within: float = math.inf
+        self, position: Sequence[float], seed: Sequence[float]
     ) -> tuple[float, list[float]] | None:
-        """Return the turn inside the limits nearest to a seed, with its distance from the seed.
-
-        Args:
-            position: (n,) joint position, each angle in any turn.
-            seed: (n,) joint position.
-            within: greatest distance of interest [s²].
-
-        Returns:
-            The distance [s²] and the (n,) position; None if a joint fits in no turn, or the
-            distance is greater.
-        """
-        distance = 0.0
-        fitted = []
-        for value, near, (lower, upper, weight, turning) in zip(
-            position, seed, self._rows, strict=True
-        ):
-            if turning:
-                value = near + math.remainder(value - near, _FULL_TURN)
-            if not lower <= value <= upper:
-                inside = _moved_inside(value, lower, upper, turning)
-                if inside is None:
-                    return None
-                value = inside
-            difference = value - near
-            distance += weight * difference * difference
-            if distance > within:
-                return None
-            fitted.append(value)
-        return distance, fitted
+        """Return the turn inside the limits nearest to a seed; see `NearestTurns.of`."""
+        return self.around(seed).of(position)
 
     def in_turns(
         self, position: Sequence[float], turns: Sequence[int], seed: Sequence[float]
@@ -105,11 +95,15 @@ class JointRanges:
         )
         if not fits:
             return None
-        inside = [
-            min(max(value, lower), upper)
-            for value, (lower, upper, _, _) in zip(wanted, self._rows, strict=True)
-        ]
+        inside = self.clamped(wanted)
         return self.distance(inside, seed), inside
+
+    def clamped(self, position: Sequence[float]) -> list[float]:
+        """Return a position with each joint that is outside its range on the bound next to it."""
+        return [
+            value if lower <= value <= upper else min(max(value, lower), upper)
+            for value, (lower, upper, _, _) in zip(position, self._rows, strict=True)
+        ]
 
     def with_turns(self, position: Sequence[float], turns: Sequence[int]) -> list[float]:
         """Return a position with each turning joint in the asked turn, whatever the limits."""
@@ -173,11 +167,64 @@ class JointRanges:
         return worst
 
 
-def _moved_inside(value: float, lower: float, upper: float, turning: bool) -> float | None:
-    if turning:
-        outside = max(value - upper, lower - value) - SNAP
-        turns = math.ceil(max(outside, 0.0) / _FULL_TURN) * _FULL_TURN
-        value = value - turns if value > upper else value + turns
-    if lower - SNAP <= value <= upper + SNAP:
-        return min(max(value, lower), upper)
-    return None
+class NearestTurns:
+    """The turns nearest to one seed, of any joint position.
+
+    Of the values that a joint may take, those nearest to the seed among their turns fill a window
+    of a full turn around the seed, shifted to lie inside the limits, or all of a range that is
+    narrower; so one remainder finds the turn, and says whether there is one.
+    """
+
+    def __init__(
+        self, seed: Sequence[float], middles: Sequence[float], windows: Sequence[_Window]
+    ) -> None:
+        """Take what `JointRanges.around` works out: middles of the windows, and their widths."""
+        self._seed, self._middles, self._windows = seed, middles, windows
+
+    def of(
+        self, position: Sequence[float], within: float = math.inf
+    ) -> tuple[float, list[float]] | None:
+        """Return the turn inside the limits nearest to the seed, with its distance from it.
+
+        Args:
+            position: (n,) joint position, each angle in any turn.
+            within: greatest distance of interest [s²].
+
+        Returns:
+            The distance [s²] and the (n,) position; None if a joint fits in no turn, or the
+            distance is greater.
+        """
+        distance = 0.0
+        fitted = []
+        # Whether the lengths agree was checked with the seed; asking again costs a tenth.
+        for value, near, middle, (half, period, lower, upper, weight) in zip(  # noqa: B905
+            position, self._seed, self._middles, self._windows
+        ):
+            shift = math.remainder(value - middle, period)
+            if not -half <= shift <= half:
+                return None
+            value = middle + shift
+            difference = value - near
+            distance += weight * difference * difference
+            if distance > within:
+                return None
+            if not lower <= value <= upper:
+                value = min(max(value, lower), upper)
+            fitted.append(value)
+        return distance, fitted
+
+
+def _middles(lower: float, upper: float, _: float, turning: bool) -> tuple[float, float]:
+    """Return the least and the greatest middle of a joint's window [rad or m]."""
+    if turning and upper - lower >= 2.0 * (math.pi - SNAP):
+        return lower - SNAP + math.pi, upper + SNAP - math.pi
+    middle = (lower + upper) / 2.0
+    return middle, middle
+
+
+def _window(lower: float, upper: float, weight: float, turning: bool) -> _Window:
+    """Return what stays the same of a joint's window wherever the seed is."""
+    half = (upper - lower) / 2.0 + SNAP
+    if not turning:
+        return half, math.inf, lower, upper, weight
+    return min(half, math.pi), _FULL_TURN, lower, upper, weight

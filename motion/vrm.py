@@ -47,7 +47,7 @@ def vrm_angles(vrm: Vrm, moving: Sequence[float]) -> tuple[float, ...]:
 
     Args:
         vrm: the robot's table.
-        moving: chain-side position of each joint that moves [rad], dependent ones included.
+        moving: (r,) chain-side position of each joint that moves [rad], dependent ones included.
 
     Raises:
         WrongJointCount: not one value per row.
@@ -61,7 +61,15 @@ def vrm_angles(vrm: Vrm, moving: Sequence[float]) -> tuple[float, ...]:
 
 
 def vrm_forward(vrm: Vrm, moving: Sequence[float]) -> Pose:
-    """Return the tool's pose in the root link's frame, by the module's rows; see `vrm_angles`."""
+    """Return the tool's pose in the root link's frame, by the module's rows.
+
+    Args:
+        vrm: the robot's table.
+        moving: (r,) chain-side position of each joint that moves [rad], dependent ones included.
+
+    Raises:
+        WrongJointCount: not one value per row.
+    """
     placement = np.eye(4)
     for row, theta in zip(vrm.rows, vrm_angles(vrm, moving), strict=True):
         placement = placement @ dh_matrix(theta, row.b, row.a, row.alpha)

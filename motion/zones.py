@@ -9,7 +9,8 @@ to r over a stretch 2r of the parameter,
 Here a = r (1 - t)² and b = r t²: between two straight lines a parabola, whose second derivative is
 constant. Where the way turns by θ it passes the corner at (r/2) sin(θ/2), up to a right angle at
 most (r/4) sin θ off the legs. It lies in the triangle that the corner cuts off, and meets the lines
-without a step in its slope. (`tool_chain` does the same in space with another a and b.)
+without a step in its slope. (`tool_chain` does the same in space and `joint_chain` between any two
+joint paths, with another a and b.)
 """
 
 from __future__ import annotations
@@ -35,7 +36,12 @@ _NEAR = 0.25  # of a zone before and after its parabola; a knot on the line
 
 
 def check_zones(
-    lengths: Sequence[float], zones: Sequence[float], unit: str, first_waypoint: int = 0
+    lengths: Sequence[float],
+    zones: Sequence[float],
+    unit: str,
+    first_waypoint: int = 0,
+    *,
+    rounded: tuple[bool, bool] = (False, False),
 ) -> None:
     """Check that the zones at the corners between legs are none too large.
 
@@ -47,6 +53,8 @@ def check_zones(
         zones: (k - 1,) at the corners between them, in the unit of the lengths.
         unit: that unit, for the refusal.
         first_waypoint: number of the first corner, for the refusal.
+        rounded: whether a zone of another kind is at the start of the first leg, and at the end of
+            the last; it takes half of that leg.
 
     Raises:
         ZoneTooLarge: with the waypoint and the largest zone that works.
@@ -60,7 +68,7 @@ def check_zones(
             raise NotFinite("the zones", index)
         if zone < LEAST_ZONE:
             raise BadArgument("zone", zone, f"at least {LEAST_ZONE:g}, or a stop at the corner")
-    around = [0.0, *zones, 0.0]
+    around = [lengths[0] / 2.0 * rounded[0], *zones, lengths[-1] / 2.0 * rounded[1]]
     for index, zone in enumerate(zones):
         largest = math.inf
         for length, other in (
@@ -89,6 +97,7 @@ class JointPolyline:
         limits: JointLimits | None = None,
         *,
         first_waypoint: int = 1,
+        rounded: tuple[bool, bool] = (False, False),
     ) -> None:
         """Join the waypoints.
 
@@ -97,6 +106,7 @@ class JointPolyline:
             zones: (w - 2,) at the waypoints between.
             limits: the ranges that the waypoints must keep; the path between them then does.
             first_waypoint: number of the second waypoint, for refusals.
+            rounded: see `check_zones`.
 
         Raises:
             ZoneTooLarge: a zone does not fit on its legs.
@@ -113,7 +123,7 @@ class JointPolyline:
         lengths[np.abs(chords).max(axis=1) < COINCIDENT] = 0.0
         if not lengths.any():
             raise NoMotion
-        check_zones(lengths.tolist(), zones, _unit(limits), first_waypoint)
+        check_zones(lengths.tolist(), zones, _unit(limits), first_waypoint, rounded=rounded)
         self._points = points
         pieces, passing = _pieces(points, chords / lengths[:, np.newaxis], lengths, zones)
         spans = np.array([piece.span for piece in pieces])

@@ -10,14 +10,22 @@ from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from . import three_parallel, wrist_partitioned
-from .branch import Branch, ClosedForm, Measures
+from .branch import Branches, ClosedForm, Measures, Position
 from .geometry import ArmGeometry, arm_geometry
 from .linear_axis import LinearAxis
 
 if TYPE_CHECKING:
     from ..kinematics import Kinematics
 
-__all__ = ["ArmGeometry", "Branch", "ClosedForm", "Measures", "arm_geometry", "closed_form"]
+__all__ = [
+    "ArmGeometry",
+    "Branches",
+    "ClosedForm",
+    "Measures",
+    "Position",
+    "arm_geometry",
+    "closed_form",
+]
 
 _known: WeakKeyDictionary[Kinematics, ClosedForm | None] = WeakKeyDictionary()
 

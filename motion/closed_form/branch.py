@@ -1,6 +1,6 @@
 """What a closed form answers with, and what every closed form can be asked.
 
-Owns the words shared by the families: a branch, and the three measures whose signs are an arm's
+Owns the words shared by the families: branches, and the three measures whose signs are an arm's
 configuration and whose zeros are its singularities.
 """
 
@@ -8,23 +8,33 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, TypeAlias
 
 from ..pose import Array
 
 FULL_TURN = 2.0 * math.pi
 
+Position: TypeAlias = tuple[float, ...]
+"""Chain-side joint position [rad or m], each angle in any turn."""
 
-class Branch(NamedTuple):
-    """One way to reach a pose, or to come nearest to it.
+
+class Branches(NamedTuple):
+    """The ways to reach a pose, or to come nearest to it; two lists of the same length.
 
     Attributes:
-        position: chain-side joint position [rad or m], each angle in any turn.
-        gap: how far the wrist stays from where the pose needs it [m]; 0 if the pose is reached.
+        positions: the joint position of each branch.
+        gaps: how far the wrist of each stays from where the pose needs it [m]; 0 if it gets there.
     """
 
-    position: tuple[float, ...]
-    gap: float
+    positions: list[Position]
+    gaps: list[float]
+
+    def within(self, gap: float) -> list[Position]:
+        """Return the positions of the branches that miss the pose by a gap [m] at most."""
+        if max(self.gaps, default=0.0) <= gap:
+            return self.positions
+        pairs = zip(self.positions, self.gaps, strict=True)
+        return [position for position, miss in pairs if miss <= gap]
 
 
 class Measures(NamedTuple):
@@ -55,7 +65,7 @@ class ClosedForm(Protocol):
         """Index of the joint whose position is a free choice; None without a spare joint."""
         ...
 
-    def branches(self, target: Array, preferred: Sequence[float]) -> list[Branch]:
+    def branches(self, target: Array, preferred: Sequence[float]) -> Branches:
         """Find every way to reach a pose, at most eight.
 
         Args:

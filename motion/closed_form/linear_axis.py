@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..pose import Array
-from .branch import Branch, ClosedForm, Measures
+from .branch import Branches, ClosedForm, Measures
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,15 +27,13 @@ class LinearAxis:
     direction: Array
     free_joint: int | None = 0
 
-    def branches(self, target: Array, preferred: Sequence[float]) -> list[Branch]:
+    def branches(self, target: Array, preferred: Sequence[float]) -> Branches:
         """Find every way to reach a pose with the linear axis as preferred; see `ClosedForm`."""
         slide = preferred[0]
         moved = target.copy()
         moved[:3, 3] -= slide * self.direction
-        return [
-            Branch((slide, *position), gap)
-            for position, gap in self.arm.branches(moved, preferred[1:])
-        ]
+        positions, gaps = self.arm.branches(moved, preferred[1:])
+        return Branches([(slide, *position) for position in positions], gaps)
 
     def measures(self, position: Sequence[float]) -> Measures:
         """Measure the arm's distances from singularity; see `ClosedForm`."""

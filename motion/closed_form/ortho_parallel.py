@@ -36,7 +36,7 @@ class OrthoParallelBase:
         upper_arm: length from axis 2 to axis 3 [m].
         upper_arm_angle: its angle from z towards x at zero [rad].
         forearm: length from axis 3 to the forearm's end [m].
-        forearm_angle: its angle from z towards x at zero [rad].
+        fold: angle from upper arm to forearm at zero [rad].
         sign2: 1 if joint 2 turns positively about y, else -1.
         sign3: the same of joint 3.
     """
@@ -47,14 +47,9 @@ class OrthoParallelBase:
     upper_arm: float
     upper_arm_angle: float
     forearm: float
-    forearm_angle: float
+    fold: float
     sign2: float
     sign3: float
-
-    @property
-    def fold(self) -> float:
-        """The angle from upper arm to forearm at zero [rad]."""
-        return self.forearm_angle - self.upper_arm_angle
 
 
 def ortho_parallel_base(
@@ -87,14 +82,15 @@ def ortho_parallel_base(
     forearm = math.hypot(end[0] - elbow[0], end[2] - elbow[2])
     if min(upper_arm, forearm) < _NO_LENGTH:
         return None
+    upper_arm_angle = math.atan2(elbow[0] - shoulder[0], elbow[2] - shoulder[2])
     return OrthoParallelBase(
         frame=frame,
         offset=float(shoulder[0]),
         beside=float(end[1]),
         upper_arm=upper_arm,
-        upper_arm_angle=math.atan2(elbow[0] - shoulder[0], elbow[2] - shoulder[2]),
+        upper_arm_angle=upper_arm_angle,
         forearm=forearm,
-        forearm_angle=math.atan2(end[0] - elbow[0], end[2] - elbow[2]),
+        fold=math.atan2(end[0] - elbow[0], end[2] - elbow[2]) - upper_arm_angle,
         sign2=math.copysign(1.0, float(second @ y)),
         sign3=math.copysign(1.0, float(third @ y)),
     )

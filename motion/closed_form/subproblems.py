@@ -14,14 +14,9 @@ Scalars, since numpy's fixed cost per call would be most of a solution's time.
 from __future__ import annotations
 
 import math
-from typing import TypeAlias
 
 FREE = 1e-9
 """Below this [m, or no unit for a sine], an angle is undetermined and its preferred value kept."""
-
-Matrix3: TypeAlias = tuple[
-    tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]
-]
 
 
 def turn_into_plane(
@@ -91,32 +86,34 @@ def two_links(
 
 
 def zyz_angles(
-    rotation: Matrix3, preferred: float
-) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Take a rotation apart as Rz(α) Ry(β) Rz(γ).
+    a: float,
+    b: float,
+    c: float,
+    d: float,
+    e: float,
+    f: float,
+    g: float,
+    h: float,
+    i: float,
+    preferred: float,
+) -> tuple[float, float, float]:
+    """Take a rotation, by rows (a, b, c), (d, e, f), (g, h, i), apart as Rz(α) Ry(β) Rz(γ).
 
-    Where sin β vanishes only α ± γ is determined: α keeps its preferred value.
-
-    Args:
-        rotation: three rows.
-        preferred: the value α takes where any would do [rad].
+    Where sin β vanishes only α ± γ is determined: α keeps its preferred value [rad]. The elements
+    come one by one, as packing rows and taking them apart would cost more than the arc tangents.
 
     Returns:
-        The two (α, β, γ) [rad], the one with β from 0 to π first.
+        (α, β, γ) [rad] with β from 0 to π. The other answer is (α + π, -β, γ + π).
     """
-    (a, b, c), (d, e, f), (g, h, i) = rotation
     sine = math.sqrt(c * c + f * f)
     if sine > _WELL_CONDITIONED:
-        alpha = math.atan2(f, c)
-        beta = math.atan2(sine, i)
-        gamma = math.atan2(h, -g)
-    else:
-        # The sum α ± γ is well determined though each of them is not: γ is what α leaves.
-        alpha = preferred if sine < FREE else math.atan2(f, c)
-        cosine_alpha, sine_alpha = math.cos(alpha), math.sin(alpha)
-        beta = math.atan2(cosine_alpha * c + sine_alpha * f, i)
-        gamma = math.atan2(cosine_alpha * d - sine_alpha * a, cosine_alpha * e - sine_alpha * b)
-    return (alpha, beta, gamma), (alpha + math.pi, -beta, gamma + math.pi)
+        return math.atan2(f, c), math.atan2(sine, i), math.atan2(h, -g)
+    # The sum α ± γ is well determined though each of them is not: γ is what α leaves.
+    alpha = preferred if sine < FREE else math.atan2(f, c)
+    cosine_alpha, sine_alpha = math.cos(alpha), math.sin(alpha)
+    beta = math.atan2(cosine_alpha * c + sine_alpha * f, i)
+    gamma = math.atan2(cosine_alpha * d - sine_alpha * a, cosine_alpha * e - sine_alpha * b)
+    return alpha, beta, gamma
 
 
 _WELL_CONDITIONED = 1e-4  # sine above which the direct formulas keep twelve digits

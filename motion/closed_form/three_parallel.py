@@ -15,16 +15,22 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from ..pose import Array
-from .branch import FULL_TURN, Branch, Measures, wrapped
+from .branch import FULL_TURN, Branches, Measures, Position, wrapped
 from .geometry import ArmGeometry, common_point, inverse, rotation_about
 from .ortho_parallel import EXACT, OrthoParallelBase, ortho_parallel_base, parallel, perpendicular
-from .subproblems import FREE, Matrix3, turn_into_plane, two_links, zyz_angles
+from .subproblems import FREE, turn_into_plane, two_links, zyz_angles
 
 _PITCHES = 24  # tried where any pitch would do but the preferred one is out of reach
+
+
+_Rotation: TypeAlias = tuple[float, float, float, float, float, float, float, float, float]
+_Lifted: TypeAlias = tuple[list[Position], list[float]]
+"""Positions and gaps, as of `Branches`."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -53,28 +59,29 @@ class ThreeParallel:
     zero5: float
     free_joint: int | None = None
 
-    def branches(self, target: Array, preferred: Sequence[float]) -> list[Branch]:
+    def branches(self, target: Array, preferred: Sequence[float]) -> Branches:
         """Find every way to reach a pose; see `ClosedForm`."""
-        arm = self.base
-        (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = (self.left @ target @ self.right).tolist()
+        product = self.left.dot(target).dot(self.right)
+        (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = product.tolist()
         kept = self._pitch(preferred) + self.tilt
-        gap, shoulders = turn_into_plane(x, y, arm.beside, preferred[0])
-        found = []
+        positions: list[Position] = []
+        gaps: list[float] = []
+        gap, shoulders = turn_into_plane(x, y, self.base.beside, preferred[0])
         for q1, s in shoulders:
             c1, s1 = math.cos(q1), math.sin(q1)
             # Axes renamed (x, y, z → -x, z, y), so that Ry Rz Ry reads as Rz Ry Rz.
-            remaining = (
-                (c1 * a + s1 * d, -c1 * c - s1 * f, -c1 * b - s1 * e),
-                (-g, i, h),
-                (s1 * a - c1 * d, c1 * f - s1 * c, c1 * e - s1 * b),
-            )
-            here: list[Branch] = []
-            for wrist in zyz_angles(remaining, kept):
-                here += self._lifted(q1, s, z, wrist, gap)
-            if _stretched(remaining) and all(branch.gap > 0.0 for branch in here):
-                here += self._with_another_pitch(q1, s, z, remaining, kept, gap)
-            found += here
-        return found
+            ra, rb, rc = c1 * a + s1 * d, -c1 * c - s1 * f, -c1 * b - s1 * e
+            rg, rh, ri = s1 * a - c1 * d, c1 * f - s1 * c, c1 * e - s1 * b
+            remaining = (ra, rb, rc, -g, i, h, rg, rh, ri)
+            here, misses = self._lifted(q1, s, z, zyz_angles(*remaining, kept), gap)
+            if math.hypot(rc, h) < FREE and min(misses) > 0.0:
+                # Axes 4 and 6 are parallel, so any pitch gives the same rotation.
+                more, more_misses = self._with_another_pitch(q1, s, z, remaining, kept, gap)
+                here += more
+                misses += more_misses
+            positions += here
+            gaps += misses
+        return Branches(positions, gaps)
 
     def measures(self, position: Sequence[float]) -> Measures:
         """Measure the three distances from singularity; see `ClosedForm`."""
@@ -98,45 +105,45 @@ class ThreeParallel:
 
     def _lifted(
         self, q1: float, s: float, z: float, wrist: tuple[float, float, float], gap: float
-    ) -> list[Branch]:
-        """Place axis 4 by joints 2 and 3, where the wrist angles leave it."""
+    ) -> _Lifted:
+        """Place axis 4 by joints 2 and 3, where either answer for the wrist angles leaves it."""
         arm = self.base
-        pitch = wrist[0] - self.tilt
-        direction = self.hand_angle + pitch
-        elbow_gap, elbows = two_links(
-            s - self.hand * math.sin(direction) - arm.offset,
-            z - self.hand * math.cos(direction),
-            arm.upper_arm,
-            arm.forearm,
-        )
-        found = []
-        for lift, bend in elbows:
-            q2 = lift - arm.upper_arm_angle
-            q3 = bend - arm.fold
-            q4 = self.sign4 * (pitch - q2 - q3)
-            position = (q1, arm.sign2 * q2, arm.sign3 * q3, q4, wrist[1] - self.zero5, wrist[2])
-            found.append(Branch(position, gap + elbow_gap))
-        return found
+        alpha, beta, gamma = wrist
+        positions: list[Position] = []
+        gaps: list[float] = []
+        for pitch, q5, q6 in (
+            (alpha - self.tilt, beta - self.zero5, gamma),
+            (alpha - self.tilt + math.pi, -beta - self.zero5, gamma + math.pi),
+        ):
+            direction = self.hand_angle + pitch
+            along = s - self.hand * math.sin(direction) - arm.offset
+            up = z - self.hand * math.cos(direction)
+            elbow_gap, elbows = two_links(along, up, arm.upper_arm, arm.forearm)
+            for lift, bend in elbows:
+                q2 = lift - arm.upper_arm_angle
+                q3 = bend - arm.fold
+                q4 = self.sign4 * (pitch - q2 - q3)
+                positions.append((q1, arm.sign2 * q2, arm.sign3 * q3, q4, q5, q6))
+                gaps.append(gap + elbow_gap)
+        return positions, gaps
 
     def _with_another_pitch(
         self,
         q1: float,
         s: float,
         z: float,
-        remaining: Matrix3,
+        remaining: _Rotation,
         kept: float,
         gap: float,
-    ) -> list[Branch]:
-        """Where axes 4 and 6 are parallel, any pitch gives the same rotation: find one in reach."""
+    ) -> _Lifted:
+        """Find a pitch in reach, where any pitch gives the same rotation; none if there is none."""
         # Outwards from the preferred one: +1, -1, +2, -2, …
         for step in range(2, _PITCHES + 1):
             turn = (step // 2) * FULL_TURN / _PITCHES * (1.0 if step % 2 else -1.0)
-            here: list[Branch] = []
-            for wrist in zyz_angles(remaining, kept + turn):
-                here += self._lifted(q1, s, z, wrist, gap)
-            if any(branch.gap <= 0.0 for branch in here):
+            here = self._lifted(q1, s, z, zyz_angles(*remaining, kept + turn), gap)
+            if min(here[1]) <= 0.0:
                 return here
-        return []
+        return [], []
 
 
 def recognise(geometry: ArmGeometry) -> ThreeParallel | None:
@@ -173,7 +180,3 @@ def recognise(geometry: ArmGeometry) -> ThreeParallel | None:
         tilt=tilt,
         zero5=zero5,
     )
-
-
-def _stretched(rotation: Matrix3) -> bool:
-    return math.hypot(rotation[0][2], rotation[1][2]) < FREE

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..pose import Array
-from .branch import Branch, Measures, wrapped
+from .branch import Branches, Measures, Position, wrapped
 from .geometry import ArmGeometry, common_point, inverse, rotation_about
 from .ortho_parallel import EXACT, OrthoParallelBase, ortho_parallel_base, perpendicular
 from .subproblems import turn_into_plane, two_links, zyz_angles
@@ -47,39 +47,38 @@ class WristPartitioned:
     zero5: float
     free_joint: int | None = None
 
-    def branches(self, target: Array, preferred: Sequence[float]) -> list[Branch]:
+    def branches(self, target: Array, preferred: Sequence[float]) -> Branches:
         """Find every way to reach a pose; see `ClosedForm`."""
         arm = self.base
         # One product gives the rotation M and, in its last column, the wrist centre.
-        (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = (self.left @ target @ self.right).tolist()
+        product = self.left.dot(target).dot(self.right)
+        (a, b, c, x), (d, e, f, y), (g, h, i, z), _ = product.tolist()
+        kept, zero4, zero5 = preferred[3] + self.zero4, self.zero4, self.zero5
+        positions: list[Position] = []
+        gaps: list[float] = []
         shoulder_gap, shoulders = turn_into_plane(x, y, arm.beside, preferred[0])
-        found = []
         for q1, s in shoulders:
             c1, s1 = math.cos(q1), math.sin(q1)
             ra, rb, rc = c1 * a + s1 * d, c1 * b + s1 * e, c1 * c + s1 * f
-            middle = (c1 * d - s1 * a, c1 * e - s1 * b, c1 * f - s1 * c)
+            rd, re, rf = c1 * d - s1 * a, c1 * e - s1 * b, c1 * f - s1 * c
             elbow_gap, elbows = two_links(s - arm.offset, z, arm.upper_arm, arm.forearm)
+            gap = shoulder_gap + elbow_gap
             for lift, bend in elbows:
                 q2 = lift - arm.upper_arm_angle
                 q3 = bend - arm.fold
                 pitch = q2 + q3 + self.tilt
                 cp, sp = math.cos(pitch), math.sin(pitch)
-                remaining = (
-                    (cp * ra - sp * g, cp * rb - sp * h, cp * rc - sp * i),
-                    middle,
-                    (sp * ra + cp * g, sp * rb + cp * h, sp * rc + cp * i),
+                pa, pb, pc = cp * ra - sp * g, cp * rb - sp * h, cp * rc - sp * i
+                pg, ph, pi = sp * ra + cp * g, sp * rb + cp * h, sp * rc + cp * i
+                q4, q5, q6 = zyz_angles(pa, pb, pc, rd, re, rf, pg, ph, pi, kept)
+                q2 *= arm.sign2
+                q3 *= arm.sign3
+                positions += (
+                    (q1, q2, q3, q4 - zero4, q5 - zero5, q6),
+                    (q1, q2, q3, q4 + math.pi - zero4, -q5 - zero5, q6 + math.pi),
                 )
-                for q4, q5, q6 in zyz_angles(remaining, preferred[3] + self.zero4):
-                    position = (
-                        q1,
-                        arm.sign2 * q2,
-                        arm.sign3 * q3,
-                        q4 - self.zero4,
-                        q5 - self.zero5,
-                        q6,
-                    )
-                    found.append(Branch(position, shoulder_gap + elbow_gap))
-        return found
+                gaps += (gap, gap)
+        return Branches(positions, gaps)
 
     def measures(self, position: Sequence[float]) -> Measures:
         """Measure the three distances from singularity; see `ClosedForm`."""

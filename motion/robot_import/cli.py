@@ -20,7 +20,8 @@ from .decisions import Ask, Decisions, Finding, Outcome
 from .dh_file import ENDINGS, read_dh_file
 from .imported_chain import ImportedChain
 from .urdf import read_urdf
-from .urdf_chain import chain_to, possible_tips
+from .urdf_chain import chain_to
+from .urdf_tree import possible_tips
 
 _SHOWN = 8  # names in a message
 
@@ -90,7 +91,10 @@ def _read(source: Path, tip: str | None, ask: Ask | None) -> ImportedChain:
         return chain_to(model, answer or chosen)
     if not choice.clear:
         raise RobotFileError(
-            str(source), "", f"has several arms; accepted: --tip with one of {tips}"
+            str(source),
+            "",
+            f"has several arms; accepted: --tip with one of {tips}, or with {choice.fork!r},"
+            " where they part",
         )
     return chain_to(model, chosen).with_remarks(
         f"the tip is assumed to be {chosen!r}; with the same motors it could be: {tips}"

@@ -77,7 +77,7 @@ def table_residual(joints: tuple[ImportedJoint, ...], table: DhTable) -> tuple[f
 
 
 def chain_pose(joints: tuple[ImportedJoint, ...], moving: Array) -> Pose:
-    """Return the tip's pose in the root link's frame.
+    """Return the tip's pose in the root link's frame [m].
 
     Args:
         joints: root to tip.

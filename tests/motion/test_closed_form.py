@@ -87,14 +87,14 @@ def test_every_branch_reaches_the_pose_and_one_is_where_it_came_from(name: str) 
     assert form is not None
     for position in random_positions(kinematics, 25):
         target = kinematics.forward(position).to_matrix()
-        reached = [each for each in form.branches(target, (0.0,) * 6) if each.gap == 0.0]
+        reached = form.branches(target, (0.0,) * 6).within(0.0)
         assert 2 <= len(reached) <= 8
         differences = []
         for branch in reached:
-            controller = np.array(robot.to_controller(branch.position))
+            controller = np.array(robot.to_controller(branch))
             found = kinematics.forward(controller).to_matrix()
             np.testing.assert_allclose(found, target, atol=1e-10)
-            difference = np.array(branch.position) - robot.to_model(position.tolist())
+            difference = np.array(branch) - robot.to_model(position.tolist())
             differences.append(np.abs(np.angle(np.exp(1j * difference))).max())
         assert min(differences) < 1e-7
 
@@ -109,14 +109,14 @@ def test_the_number_of_branches_is_that_of_an_independent_solver(name: str) -> N
     oracle: Any = eaik.HPRobot(geometry.axes, np.diff(points, axis=0))
     for position in random_positions(kinematics, 25):
         target = kinematics.forward(position).to_matrix()
-        ours = [each for each in form.branches(target, (0.0,) * 6) if each.gap == 0.0]
+        ours = form.branches(target, (0.0,) * 6).within(0.0)
         wanted = target.copy()
         wanted[:3, :3] = target[:3, :3] @ geometry.tool[:3, :3].T
         answer = oracle.IK(wanted)
         exact = [row for row, rough in zip(answer.Q, answer.is_LS, strict=True) if not rough]
         assert len(ours) == len(exact)
         for branch in ours:
-            turned = np.exp(1j * (np.array(exact) - np.array(branch.position)))
+            turned = np.exp(1j * (np.array(exact) - np.array(branch)))
             assert np.abs(np.angle(turned)).max(axis=1).min() < 1e-6
 
 
@@ -127,7 +127,7 @@ def test_a_pose_out_of_reach_is_missed_by_what_it_is_too_far_away(name: str) -> 
     assert form is not None
     target = np.eye(4)
     target[:3, 3] = (0.0, 30.0, 1.0)
-    gaps = [branch.gap for branch in form.branches(target, (0.0,) * kinematics.dof)]
+    gaps = form.branches(target, (0.0,) * kinematics.dof).gaps
     assert 20.0 < min(gaps) < 30.0
 
 
@@ -190,10 +190,10 @@ def test_a_wrist_whose_zero_is_anywhere_is_solved() -> None:
     assert form is not None
     values = (0.3, -0.4, 0.5, 0.6, 0.7, 0.8)
     target = product_of_exponentials(geometry, values)
-    branches = form.branches(target, values)
+    branches = form.branches(target, values).positions
     assert len(branches) == 8
     for branch in branches:
-        found = product_of_exponentials(geometry, branch.position)
+        found = product_of_exponentials(geometry, branch)
         np.testing.assert_allclose(found, target, atol=1e-10)
         turn = rotation_vector(found[:3, :3] @ target[:3, :3].T)
         assert np.linalg.norm(turn) < 1e-9

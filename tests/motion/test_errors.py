@@ -1,7 +1,9 @@
 import pickle
+import re
 
 import pytest
 
+from openpendant.motion import errors
 from openpendant.motion.errors import (
     BadArgument,
     BadCircle,
@@ -104,8 +106,40 @@ def test_an_error_survives_the_way_between_processes(error: MotionError) -> None
     assert restored.__dict__.keys() == error.__dict__.keys()
 
 
+def kinds(base: type[MotionError]) -> list[type[MotionError]]:
+    found = []
+    for kind in base.__subclasses__():
+        found += [kind, *kinds(kind)]
+    return found
+
+
+def drawn_tree() -> dict[str, list[str]]:
+    """What the package's docstring says: the classes of each module, in order."""
+    tree: dict[str, list[str]] = {}
+    for line in str(errors.__doc__).partition("MotionError\n")[2].splitlines():
+        if branch := re.match(r" *[├└]── (\w+):", line):
+            tree[branch[1]] = []
+        elif line.strip():
+            list(tree.values())[-1].extend(re.findall(r"\w+", line))
+    return tree
+
+
+def test_the_tree_in_the_docstring_is_that_of_the_classes() -> None:
+    real: dict[str, list[str]] = {}
+    for kind in kinds(MotionError):
+        assert kind.__base__ is MotionError
+        real.setdefault(kind.__module__.rpartition(".")[2], []).append(kind.__name__)
+    assert drawn_tree() == real
+
+
+def test_every_class_is_had_from_the_package_itself() -> None:
+    names = {kind.__name__ for kind in kinds(MotionError)}
+    assert set(errors.__all__) == names | {"MotionError", "CircleFault"}
+    assert all(getattr(errors, name).__name__ == name for name in errors.__all__)
+
+
 def test_every_kind_of_refusal_has_a_sample_and_a_code_of_its_own() -> None:
-    kinds = set(MotionError.__subclasses__())
-    assert {type(error) for error, _ in SAMPLES} == kinds
-    assert len({kind.code for kind in kinds}) == len(kinds)
-    assert MotionError.code not in {kind.code for kind in kinds}
+    every = set(kinds(MotionError))
+    assert {type(error) for error, _ in SAMPLES} == every
+    assert len({kind.code for kind in every}) == len(every)
+    assert MotionError.code not in {kind.code for kind in every}

@@ -176,6 +176,19 @@ def test_a_link_other_than_the_tool_can_be_asked_for() -> None:
     assert tool.position_distance(kinematics.forward(home)) == 0.0
 
 
+@pytest.mark.parametrize("name", ["ur5", "abb_irb2400", "rail_kr5_arc"])
+def test_many_places_are_those_of_single_calls(name: str) -> None:
+    kinematics = Kinematics(serial_robot(name))
+    joints = np.random.default_rng(3).uniform(-1.0, 1.0, (5, kinematics.dof))
+    for link in (None, kinematics.robot.links[3]):
+        places = kinematics.places(joints, link)
+        for row, pose in enumerate(kinematics.forward(each, link=link) for each in joints):
+            np.testing.assert_allclose(places.rotation[row], pose.rotation, atol=1e-14)
+            np.testing.assert_allclose(places.position[row], pose.position, atol=1e-14)
+    with pytest.raises(FrameUnknown):
+        kinematics.places(joints, "nowhere")
+
+
 def test_unknown_frames_and_links_are_refused_with_the_known_ones() -> None:
     robot = serial_robot("ur5")
     kinematics = Kinematics(robot)

@@ -5,11 +5,27 @@ import pytest
 from stewart_poses import PLATFORM, platform_robot, pose_of_shares
 
 from openpendant.motion.certificate import certify
-from openpendant.motion.errors import FrameUnknown, MotionError, NotFinite, WrongJointCount
+from openpendant.motion.errors import (
+    FrameUnknown,
+    MotionError,
+    NotFinite,
+    PlatformLimit,
+    SegmentRefused,
+    WrongJointCount,
+)
 from openpendant.motion.mechanism import Mechanism, mechanism, straight_legs
 from openpendant.motion.orientation import rotation_of_vector
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot import load_robot, robot_names
+from openpendant.motion.segments import (
+    Circ,
+    Lin,
+    Ptp,
+    Segment,
+    Spline,
+    SplineSpace,
+    ThroughPoint,
+)
 from openpendant.motion.timing import time_legs, time_path
 
 NAMES = ["ur5", "abb_irb2400", "stewart_classroom"]
@@ -63,6 +79,43 @@ def test_lines_and_curves_are_timed_and_certified(arm: Mechanism) -> None:
         trajectory = time_path(path, arm.limits)
         certify(trajectory, arm.limits, start=start)
         assert arm.forward(trajectory.final).position_distance(target) < 1e-5
+
+
+def test_every_kind_of_segment_is_planned_timed_and_certified(arm: Mechanism) -> None:
+    start = arm.home_position
+    home = arm.forward(start)
+
+    def at(x: float, y: float) -> Pose:
+        return Pose(home.position + np.array([x, y, -0.01]), home.quaternion)
+
+    near, far = at(0.01, 0.0), at(0.01, 0.01)
+    lists: list[list[Segment]] = [
+        [Ptp(near), Lin(far), Lin(at(0.0, 0.01))],
+        [Lin(near), Circ(ThroughPoint(at(0.012, 0.006).position), far)],
+        [Spline([near, far, at(0.0, 0.01)])],
+        [Spline([near, far, at(0.0, 0.01)], SplineSpace.TOOL)],
+        [Lin(near, zone=0.002), Lin(far, zone=0.002), Ptp(at(0.0, 0.01))],
+        [Lin(at(1e-4, 0.0))],
+    ]
+    for segments in lists:
+        trajectory = time_legs(arm.segments(start, segments), arm.limits)
+        certify(trajectory, arm.limits, start=start)
+
+
+def test_a_platforms_segment_that_breaks_a_limit_is_named_with_its_fraction() -> None:
+    arm = mechanism(platform_robot())
+    home = arm.forward(arm.home_position)
+    first = pose_of_shares([0.2, 0.0, 0.0, 0.0, 0.0, 0.0])
+    away = Pose(home.position + np.array([0.5, 0.0, 0.0]), home.quaternion)
+    legs = np.array(arm.home_position) + 0.02 * np.array([1, -1, 1, -1, 1, -1])
+
+    for segment in (Lin(away), Spline([legs]), Ptp(legs)):
+        with pytest.raises(SegmentRefused, match="of the path") as refusal:
+            arm.segments(arm.home_position, [Ptp(first), segment])
+        assert refusal.value.segment == 1
+        assert isinstance(refusal.value.reason, PlatformLimit)
+        assert refusal.value.reason.fraction is not None
+        assert 0.0 < refusal.value.reason.fraction < 1.0
 
 
 def test_several_lines_meet_and_are_one_trajectory(arm: Mechanism) -> None:

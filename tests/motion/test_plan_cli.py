@@ -9,6 +9,7 @@ from planning_scenes import pillar_scene, pillar_task
 
 from openpendant.motion import plan_cli
 from openpendant.motion.plan_cli import EXIT_OUTPUT, main
+from openpendant.motion.robot import serial_robot
 from openpendant.motion.scene_file import save_scene
 
 Capture = pytest.CaptureFixture[str]
@@ -35,6 +36,17 @@ def test_a_plan_is_one_line_of_json_and_the_same_again(capsys: Capture, scene: s
     assert answers[0]["certificate"]["valid"] is True
     assert answers[0]["position"] == answers[1]["position"]
     assert not TASK.collision.any_collides(np.array(answers[0]["position"]))
+
+
+def test_the_table_names_the_unit_of_every_joint(capsys: Capture) -> None:
+    robot = serial_robot("mitsubishi_rh6frh5520")
+    limits, home = robot.limits, robot.home_position
+    goal = json.dumps([home[0] + 0.2, *home[1:]])
+    assert main(["--robot", "mitsubishi_rh6frh5520", "--goal", goal]) == 0
+    told = capsys.readouterr().out
+    assert "[s]" in told
+    assert told.count("[mm]") == sum(limits.prismatic) == 1
+    assert told.count("[°]") == limits.dof - 1
 
 
 def test_every_output_holds_every_sample(capsys: Capture, scene: str, tmp_path: Path) -> None:

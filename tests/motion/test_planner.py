@@ -220,6 +220,13 @@ def test_bad_questions_are_refused() -> None:
     assert unknown.value.known == planners()
 
 
+@pytest.mark.parametrize("planner", ["PRM", "PRMstar"])
+def test_planners_that_are_not_repeatable_are_not_offered(planner: str) -> None:
+    assert planner not in planners()
+    with pytest.raises(PlannerUnavailable, match="available: RRTConnect"):
+        plan(pillar_task(), planner)
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("planner", ompl_planners)
 def test_every_planner_finds_its_way_around_the_pillar(planner: str) -> None:

@@ -23,6 +23,7 @@ from openpendant.motion.errors import (
 )
 from openpendant.motion.joint_curves import JointLine, Path
 from openpendant.motion.kinematics import Kinematics
+from openpendant.motion.orientation import rotation_of_vector
 from openpendant.motion.paths import circular_path, linear_path, plan_path, tool_spline_path
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot import SerialRobot, load_robot, robot_names, serial_robot
@@ -67,6 +68,11 @@ def joints(*changes: float) -> list[float]:
 def at(x: float, y: float, z: float) -> Pose:
     """The start's orientation, moved along the base's axes."""
     return Pose(HERE.position + np.array([x, y, z]), HERE.quaternion)
+
+
+TURNED = Pose.from_matrix(
+    rotation_of_vector(np.array([0.0, 0.0, 0.2])) @ HERE.rotation, HERE.position
+)
 
 
 def point(x: float, y: float, z: float) -> list[float]:
@@ -224,9 +230,15 @@ def test_segments_to_where_the_robot_stands_add_nothing() -> None:
     ("segments", "waypoint", "largest"),
     [
         ([Ptp(joints(0.1), zone=0.1)], 0, 0.0),
-        ([Ptp(joints(0.1), zone=0.1), Lin(HERE)], 0, 0.0),
-        ([Lin(at(0, 0.1, 0), zone=0.01), Ptp(START)], 0, 0.0),
+        ([Ptp(joints(0.1), zone=0.1), Spline([START])], 0, 0.0),
         ([Lin(at(0, 0.1, 0), zone=0.01), Spline([START])], 0, 0.0),
+        ([Ptp(joints(0.1), zone=0.11), Lin(at(0, 0.2, 0))], 0, 0.1),
+        ([Ptp(joints(0.3)), Ptp(joints(0.1), zone=0.21), Lin(at(0, 0.3, 0))], 1, 0.2),
+        ([Lin(at(0, 0.1, 0), zone=0.11), Ptp(joints(0.9))], 0, 0.1),
+        ([Ptp(joints(0.2), zone=0.11), Ptp(joints(0.2, 0.2), zone=0.05), Lin(HERE)], 0, 0.1),
+        ([Lin(TURNED, zone=0.01), Ptp(joints(0.3))], 0, 0.0),
+        ([Ptp(joints(0.3), zone=0.05), Lin(joints(0.3))], 0, 0.0),
+        ([Ptp(START, zone=0.05), Lin(at(0, 0.1, 0))], 0, 0.0),
         ([Ptp(joints(0.1), zone=0.11), Ptp(joints(0.1, 0.3))], 0, 0.1),
         ([Ptp(joints(0.3)), Ptp(joints(0.1), zone=0.05), Ptp(joints(0.1, 0.04))], 1, 0.04),
         (
@@ -248,6 +260,61 @@ def test_a_zone_that_cannot_be_is_refused_with_its_waypoint_and_the_largest_that
 
     assert refusal.value.waypoint == waypoint
     assert refusal.value.largest == pytest.approx(largest)
+
+
+CORNER = joints(0.2, 0.1)
+MIXED: dict[str, list[Segment]] = {
+    "PTP LIN": [Ptp(CORNER, zone=0.1), Lin(HERE)],
+    "LIN PTP": [Lin(at(0.0, 0.1, 0.0), zone=0.05), Ptp(CORNER)],
+    "PTP CIRC": [
+        Ptp(CORNER, zone=0.1),
+        Circ(FullAboutCentre(UR5.forward(CORNER).position + np.array([0.0, 0.05, 0.0]), [0, 0, 1])),
+    ],
+    "PTP LIN PTP": [Ptp(CORNER, zone=0.1), Lin(HERE, zone=0.03), Ptp(joints(-0.3))],
+    "all": [
+        Ptp(joints(0.2), zone=0.05),
+        Ptp(CORNER, zone=0.05),
+        Lin(at(0.0, 0.1, 0.0), zone=0.02),
+        Circ(ThroughPoint(point(0.05, 0.15, 0.0)), at(0.1, 0.1, 0.0), zone=0.02),
+        Ptp(joints(0.3), zone=0.1),
+        Lin(at(0.1, 0.1, 0.1)),
+    ],
+    "there and back": [Ptp(joints(0.1), zone=0.1), Lin(HERE)],
+}
+
+
+@pytest.mark.parametrize("name", MIXED)
+def test_joint_and_tool_segments_are_joined_by_zones_into_one_certified_motion(name: str) -> None:
+    segments = MIXED[name]
+
+    (path,) = plan_path(UR5, START, segments)
+
+    assert len(path.waypoint_knots) == len(segments) + 1
+    trajectory = time_legs([path], UR5.limits)
+    certify(trajectory, UR5.limits, start=START)
+    assert (np.diff(trajectory.waypoint_times) > 0.0).all()
+
+
+def test_a_zone_between_lin_and_ptp_begins_that_far_from_the_corner() -> None:
+    corner = at(0.0, 0.1, 0.0)
+    (line,) = plan_path(UR5, START, [Lin(corner)])
+    (path,) = plan_path(UR5, START, [Lin(corner, zone=0.04), Ptp(joints(0.3, 0.2))])
+
+    s = np.linspace(0.0, line.length, 4000)
+    off = np.abs(path.evaluate(s) - line.evaluate(s)).max(axis=1)
+    leaving = UR5.forward(line.evaluate(s[[int(np.argmax(off > 1e-9))]])[0])
+    assert leaving.position_distance(corner) == pytest.approx(0.04, rel=0.02)
+
+
+def test_a_zone_saves_the_stop_between_ptp_and_lin() -> None:
+    durations = [
+        time_legs(
+            plan_path(UR5, START, [Ptp(joints(1.0, 0.2), zone=zone), Lin(at(-0.3, 0.3, 0.0))]),
+            UR5.limits,
+        ).duration
+        for zone in (0.0, 0.3)
+    ]
+    assert durations[1] < durations[0] - 0.05
 
 
 BAD = math.nan
@@ -326,12 +393,14 @@ def mixed(kinematics: Kinematics, random: np.random.Generator) -> tuple[Array, l
     corners = [Pose(here.position + shift, here.quaternion) for shift in shifts]
     via = (corners[0].position + corners[1].position) / 2.0 + [size / 4.0, 0.0, 0.0]
     zone = float(np.linalg.norm(np.diff(away, axis=0))) / 4.0
+    into_line = random.uniform(0.1, 1.0) * min(zone, size / 4.0)
     return start, [
         Ptp(away[0].tolist(), zone=min(zone, float(np.linalg.norm(away[0] - start)) / 4.0)),
-        Ptp(away[1].tolist()),
+        Ptp(away[1].tolist(), zone=into_line),
         Lin(corners[0], zone=size * random.uniform(0.1, 0.5)),
         Circ(ThroughPoint(via), corners[1], zone=size * random.uniform(0.1, 0.5)),
-        Lin(corners[2]),
+        Lin(corners[2], zone=size / 4.0),
+        Ptp(away[1].tolist()),
     ]
 
 
@@ -341,7 +410,7 @@ def run_mixed(name: str, seed: int, wanted: int) -> None:
         start, segments = mixed(kinematics, random)
         try:
             paths = plan_path(kinematics, start, segments)
-        except SegmentRefused:
+        except (SegmentRefused, ZoneTooLarge):
             continue
         trajectory = time_legs(paths, kinematics.limits)
         certify(trajectory, kinematics.limits, start=start)

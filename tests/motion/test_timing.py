@@ -319,3 +319,16 @@ def test_timing_raises_no_warning() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         time_path(JointSpline([ORIGIN, ONE, ORIGIN]), WIDE)
+
+
+def test_where_the_solver_fails_a_slower_motion_is_certified(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    path = JointSpline(random_waypoints(WIDE, 3, 6) / 50.0)
+    fastest = time_path(path, WIDE)
+
+    monkeypatch.setattr("openpendant.motion.timing._fastest", lambda *_: None)
+    slower = time_path(path, WIDE)
+
+    certify(slower, WIDE)
+    assert slower.duration > fastest.duration

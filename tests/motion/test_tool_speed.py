@@ -17,6 +17,7 @@ from openpendant.motion.tool_speed import (
     elbow_link,
     link_point,
     reduced_speed,
+    rotation_speed,
     tool_point,
 )
 
@@ -172,6 +173,44 @@ def test_the_certificate_of_tool_speed_is_plain_data() -> None:
 
     assert [point["point"] for point in data["tool_speed"]] == ["tool", "elbow"]
     assert set(data["tool_speed"][0]) == {"point", "limit", "ratio", "time"}
+
+
+@pytest.mark.parametrize("name", ["ur5", "kuka_iiwa14"])
+def test_the_tool_turns_no_faster_than_its_limit_and_about_as_fast(name: str) -> None:
+    kinematics = arm(name)
+    limits = [rotation_speed(kinematics, 0.4), *reduced_speed(kinematics)]
+    path = sweep(kinematics, 4)
+
+    trajectory = time_path(path, kinematics.limits, tool_speed=limits)
+
+    found = certify(trajectory, kinematics.limits, tool_speed=limits).tool_speed
+    assert max(point.ratio for point in found) > 0.95
+    turns = [
+        np.linalg.norm((kinematics.jacobian(q) @ rate)[3:])
+        for q, rate in zip(trajectory.position, trajectory.velocity, strict=True)
+    ]
+    assert max(turns) <= 0.4 * (1.0 + 1e-6)
+
+
+def test_a_turn_about_one_axis_takes_as_long_as_its_angle() -> None:
+    kinematics = arm("ur5")
+    start = np.array([0.0, -1.0, 1.0, 0.0, 1.0, 0.0])
+    limit = rotation_speed(kinematics, 0.5)
+
+    slow = time_path(JointLine(start, start + np.eye(6)[5]), kinematics.limits, tool_speed=[limit])
+
+    ramp = 0.5 / kinematics.limits.acceleration[5]
+    assert slow.duration == pytest.approx(1.0 / 0.5 + ramp, rel=0.02)
+
+
+def test_the_certificate_tells_that_the_tool_turns_too_fast_in_radians() -> None:
+    kinematics = arm("ur5")
+    trajectory = time_path(sweep(kinematics, 3), kinematics.limits)
+
+    with pytest.raises(CertificateRefused, match=r"tool's turn has .* rad/s"):
+        certify(trajectory, kinematics.limits, tool_speed=[rotation_speed(kinematics, 0.1)])
+    with pytest.raises(BadArgument, match="more than 0 rad/s"):
+        rotation_speed(kinematics, 0.0)
 
 
 @pytest.mark.parametrize("limit", [0.0, -1.0, math.nan, math.inf])

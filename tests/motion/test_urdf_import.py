@@ -22,7 +22,8 @@ from openpendant.motion.robot_import.dh_derivation import chain_pose
 from openpendant.motion.robot_import.imported_chain import ImportedChain
 from openpendant.motion.robot_import.mesh_bounds import bounding_box
 from openpendant.motion.robot_import.urdf import read_urdf
-from openpendant.motion.robot_import.urdf_chain import chain_to, possible_tips
+from openpendant.motion.robot_import.urdf_chain import chain_to
+from openpendant.motion.robot_import.urdf_tree import possible_tips
 from openpendant.motion.robot_import.xml_reader import MAX_XML_BYTES
 
 XACRO = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
@@ -68,6 +69,35 @@ def test_two_arms_of_the_same_length_leave_the_tip_in_doubt(tmp_path: Path) -> N
     choice = possible_tips(read_urdf(written(tmp_path, fork)))
     assert set(choice.tips) == {"c", "d"}
     assert not choice.clear
+
+
+FINGER = joint("grip", "c", "d", kind="prismatic")
+SLAVE = joint("slave", "c", "e", kind="prismatic", more='<mimic joint="grip"/>')
+
+
+@pytest.mark.parametrize(
+    ("joints", "tips"),
+    [
+        ((FIRST, SECOND, FINGER, SLAVE), {"c"}),
+        ((FIRST, SECOND, SLAVE, FINGER, joint("pad", "e", "f", kind="fixed")), {"c"}),
+        ((FIRST, SECOND, FINGER, SLAVE, joint("tcp", "c", "f", kind="fixed")), {"f"}),
+        ((FIRST, SECOND, FINGER, joint("other", "c", "e")), {"d", "e"}),
+        ((FIRST, SECOND, FINGER, SLAVE, joint("turn", "d", "f")), {"f"}),
+        ((FIRST, SECOND, FINGER, joint("rod", "c", "e", more='<mimic joint="one"/>')), {"d", "e"}),
+    ],
+    ids=["two fingers", "the follower first", "a plate", "two motors", "a motor beyond", "a rod"],
+)
+def test_an_arm_ends_before_fingers_that_one_motor_moves(
+    tmp_path: Path, joints: tuple[str, ...], tips: set[str]
+) -> None:
+    links = sorted({letter for letter in "abcdef" if f'link="{letter}"' in "".join(joints)})
+    model = read_urdf(written(tmp_path, robot(*joints, links="".join(links))))
+    assert set(possible_tips(model).tips) == tips
+
+
+def test_where_two_arms_part_is_offered_as_a_tip_too(tmp_path: Path) -> None:
+    fork = robot(FIRST, joint("left", "b", "c"), joint("right", "b", "d"))
+    assert possible_tips(read_urdf(written(tmp_path, fork))).fork == "b"
 
 
 def test_tips_that_differ_by_fixed_joints_only_leave_no_doubt(tmp_path: Path) -> None:

@@ -11,9 +11,19 @@ import sys
 import traceback
 from importlib import import_module
 
-from .table import Benchmark, Row, as_json, measure, render
+from .table import Benchmark, Missing, Row, as_json, measure, render
 
-MODULES = ("codec", "stream", "latency", "planning", "ticks", "startup", "rerun")
+MODULES = (
+    "codec",
+    "stream",
+    "latency",
+    "ik",
+    "planning",
+    "path_accuracy",
+    "ticks",
+    "startup",
+    "rerun",
+)
 """Modules of this folder with a function `benchmarks() -> list[Benchmark]`."""
 
 
@@ -33,6 +43,8 @@ def main(argv: list[str] | None = None) -> int:
         print(f"{benchmark.name} …", file=sys.stderr, flush=True)
         try:
             rows.append(measure(benchmark, quick=arguments.quick))
+        except Missing as missing:
+            print(f"{benchmark.name} is left out: {missing}", file=sys.stderr)
         except Exception:
             crashed = True
             print(f"{benchmark.name} crashed:", file=sys.stderr)

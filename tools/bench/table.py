@@ -18,6 +18,10 @@ Sample = Callable[[], float]
 """Takes one measurement and returns it in the benchmark's unit."""
 
 
+class Missing(Exception):
+    """What a benchmark compares with is not there; says what."""
+
+
 @dataclass(frozen=True, slots=True)
 class Sides:
     """What a benchmark compares.
@@ -44,12 +48,12 @@ class Bound:
 
     Attributes:
         most: the figure must not exceed this.
-        aim: where it should be one day.
+        aim: where it should be one day, None where the bound is all that is wanted.
         judged: which figure is meant.
     """
 
     most: float
-    aim: float
+    aim: float | None = None
     judged: Judged = Judged.RATIO
 
 
