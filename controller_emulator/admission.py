@@ -16,9 +16,10 @@ from openpendant.motion.limits import JointLimits, float32_ceiling
 
 from .faults import Refusal, ViolationKind, violation
 from .float32 import NANOSECONDS, rounding
+from .joint_motion import Bounds
 from .legs import Knot, Leg
 from .points import Point
-from .segment import Bounds, connect
+from .segment import connect
 
 _TIME_ALLOWANCE = 0.25
 """Most of an acceleration limit that rounded time stamps may account for."""

@@ -54,6 +54,28 @@ def begin(
     return segment, leg.end._replace(velocity=target)
 
 
+def can_rest(legs: Sequence[Leg]) -> bool:
+    """Tell whether legs that begin at rest can end at rest at their last point.
+
+    Where they cannot, that point is to be passed at speed, and more have to follow.
+    """
+    legs = [leg for leg in legs if leg.duration]
+    joints = range(len(legs[0].bounds) if legs else 0)
+    return all(_can_rest(legs, joint) for joint in joints)
+
+
+def _can_rest(legs: Sequence[Leg], joint: int) -> bool:
+    allowed: Interval = (0.0, 0.0)
+    for leg in reversed(legs):
+        if leg.end.velocity is not None:
+            allowed = (leg.end.velocity[joint], leg.end.velocity[joint])
+        before = _before(leg, joint, allowed)
+        if before is None:
+            return False
+        allowed = before
+    return allowed[0] <= 0.0 <= allowed[1]
+
+
 def _end_velocity(leg: Leg, v0: float, ahead: Sequence[Leg], joint: int) -> float:
     h, slope, bound = leg.seconds, leg.end.mean_velocity[joint], leg.bounds[joint]
     wish = 0.0

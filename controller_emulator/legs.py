@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from .float32 import NANOSECONDS
-from .segment import Bounds, End, Segment
+from .joint_motion import Bounds, End
+from .segment import Segment
 
 
 class Knot(NamedTuple):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from .admission import Admission
 from .faults import ErrorCode, Refusal
 from .float32 import NANOSECONDS
-from .interpolator import LOOKAHEAD, begin
+from .interpolator import LOOKAHEAD, begin, can_rest
 from .legs import Knot, Leg
 from .point_buffer import PointBuffer
 from .segment import Segment, State
@@ -122,8 +122,16 @@ class Servo:
         rule = self._rule
         if len(self.buffer) >= rule.points and self.buffer.span >= rule.lead:
             return 0
-        may_rest = last.end.velocity is None or self._admission.is_rest(last.end.velocity)
-        return rule.wait if may_rest else rule.patience
+        return rule.wait if self._may_rest_at(last) else rule.patience
+
+    def _may_rest_at(self, last: Leg) -> bool:
+        """Tell whether the buffered motion, begun at rest, may end with its last leg."""
+        if last.end.velocity is not None:
+            return self._admission.is_rest(last.end.velocity)
+        first = self.buffer.first
+        assert first is not None
+        # With more than the interpolator looks at, it will find out on the way.
+        return len(self.buffer) > LOOKAHEAD or can_rest([first, *self.buffer.ahead(LOOKAHEAD)])
 
     def go(self, now: int) -> None:
         """Close the buffered motion at its last point, and start it if it has not begun."""
@@ -192,9 +200,17 @@ class Servo:
         self.buffer.drop_first()
         self._segment = None
         self._state = (leg.end.position, self._end_velocity, self._zeros)
-        if self.buffer.first is not None:
+        following = self.buffer.first
+        is_at_rest = self._admission.is_rest(self._end_velocity)
+        if following is not None:
+            is_open = following is self.buffer.last and following.end.velocity is None
+            if is_at_rest and is_open and not self._may_rest_at(following):
+                # The stream fell behind, and goes on as it began: once enough of it is there.
+                self._rest(leg.end.position)
+                self.phase, self._start = Phase.COLLECTING, at + self._rule.patience
+                return None
             return self._begin(at)
-        if self._admission.is_rest(self._end_velocity):
+        if is_at_rest:
             self._rest(leg.end.position)
             return None
         return Refusal(ErrorCode.BUFFER_UNDERRUN)

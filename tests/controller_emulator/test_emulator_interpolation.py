@@ -21,7 +21,8 @@ from hypothesis import strategies as st
 
 from openpendant.controller_emulator.faults import Refusal, ViolationKind
 from openpendant.controller_emulator.float32 import read_time
-from openpendant.controller_emulator.segment import Bounds, End, Segment, connect
+from openpendant.controller_emulator.joint_motion import Bounds, End
+from openpendant.controller_emulator.segment import Segment, connect
 from openpendant.controller_emulator.servo import StartRule
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import OperatorAction
@@ -73,6 +74,41 @@ def test_a_motion_at_the_limit_from_rest_to_rest_is_possible_and_no_shorter_one(
     assert isinstance(refusal, Refusal)
     assert refusal.kind is ViolationKind.VELOCITY_STEP
     assert refusal.value == pytest.approx(4 / 0.99**2)
+
+
+@pytest.mark.parametrize("switch", [0.1, 0.35, 0.8])
+@pytest.mark.parametrize("rate", [0.5, 2.5, 4.0])
+@pytest.mark.parametrize("told", [True, False])
+def test_joints_in_proportion_stay_in_proportion_whatever_one_of_them_demands(
+    rate: float, switch: float, told: bool
+) -> None:
+    # The path is accelerated until the switch and slowed down after it; the first joint moves most.
+    shares = (1.0, -0.3, 0.05)
+    h = 0.1
+    before, after = switch * h, (1 - switch) * h
+    speed = 0.5 + rate * (before - after)
+    way = 0.5 * h + rate * (before**2 / 2 + before * after - after**2 / 2)
+    starts = [End(0.0, 0.5 * share, rate * share if told else None) for share in shares]
+    ends = [End(way * share, speed * share, -rate * share if told else None) for share in shares]
+    segment = connect(h, starts, ends, (BOUNDS,) * len(shares))
+    assert isinstance(segment, Segment)
+    for n in range(101):
+        for state in segment.sample(h * n / 100):
+            assert state[1:] == pytest.approx([share * state[0] for share in shares[1:]], abs=1e-9)
+            assert abs(segment.sample(h * n / 100)[2][0]) <= BOUNDS.acceleration * (1 + SLACK)
+
+
+def test_joints_that_can_do_nothing_alike_each_do_what_they_can() -> None:
+    # One has to switch early, the other late.
+    a, h = BOUNDS.acceleration, 0.1
+    starts, ends = [], []
+    for switch in (0.2, 0.8):
+        before, after = switch * h, (1 - switch) * h
+        starts.append(End(0.0, 0.0))
+        ends.append(End(a * (before**2 / 2 + before * after - after**2 / 2), a * (before - after)))
+    segment = connect(h, starts, ends, (BOUNDS, BOUNDS))
+    assert isinstance(segment, Segment)
+    assert [pieces[1][0] for pieces in segment.joints] == pytest.approx([0.02, 0.08])
 
 
 def test_a_turn_outside_the_range_is_refused_with_the_place_of_the_turn() -> None:

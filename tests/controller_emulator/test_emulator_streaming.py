@@ -118,6 +118,38 @@ def test_a_late_point_goes_on_from_rest_in_its_own_time() -> None:
     assert rig.position[0] == pytest.approx(0.4, abs=1e-7)
 
 
+SPEEDING_UP = [ratio_point(n, (2.0 * (0.01 * n) ** 2, 0.0), 0.01 if n else 0.0) for n in range(40)]
+"""At the acceleration limit: at none of these points could the robot stand in time."""
+
+
+@pytest.mark.parametrize("gap", [15, 45, 150])
+def test_a_stream_on_a_slow_line_runs_dry_and_is_no_violation(gap: float) -> None:
+    rule = StartRule(points=2, lead=50 * MS, wait=20 * MS, patience=200 * MS)
+    rig = ControllerRig(start_rule=rule)
+    for point in SPEEDING_UP:
+        if rig.code(point) != SUCCESS:
+            break
+        rig.wait(gap)
+    assert rig.status.error_code == ErrorCode.BUFFER_UNDERRUN
+    assert not rig.violations
+
+
+def test_a_stream_that_fell_behind_at_a_point_of_rest_is_waited_for_again() -> None:
+    rule = StartRule(points=1, lead=0, wait=0, patience=200 * MS)
+    rig = ControllerRig(start_rule=rule)
+    rig.stream(ratio_point(0, (0.1, 0.0), 1.0))
+    rig.wait(500)
+    # From rest to rest this would need 8 rad/s²: it begins as soon as the next point is known.
+    rig.stream(ratio_point(1, (0.12, 0.0), 0.1))
+    rig.wait(550)
+    assert not rig.status.in_error
+    assert rig.position[0] == pytest.approx(0.1)
+    rig.stream(ratio_point(2, (0.14, 0.0), 0.2))
+    rig.wait(300)
+    assert rig.position[0] == pytest.approx(0.14, abs=1e-7)
+    assert not rig.violations
+
+
 def test_a_joint_at_the_end_of_its_range_is_reached_without_overshoot() -> None:
     rig = ControllerRig(start_rule=StartRule(points=4, lead=0, wait=MS, patience=MS))
     joints = [1.0, 2.0, 2.0, 1.5]

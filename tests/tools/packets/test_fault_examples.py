@@ -71,11 +71,19 @@ async def test_what_is_harmless_lets_the_motion_arrive(name: str, points: str) -
         assert len(cell.proxy.done) > 1
 
 
-@pytest.mark.parametrize("name", [name for name, end in ENDS.items() if end is not None])
-async def test_what_harms_stops_the_robot_and_the_server_says_why(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "points"),
+    [
+        (name, points)
+        for name, end in ENDS.items()
+        for points in ("full", "simple")
+        if end is not None and (name, points) != ("motoman_busy", "simple")  # busy to full points
+    ],
+)
+async def test_what_harms_stops_the_robot_and_the_server_says_why(name: str, points: str) -> None:
     expected = ENDS[name]
     assert expected is not None
-    async with cell_behind_faults(_script(name)) as cell:
+    async with cell_behind_faults(_script(name), points=points) as cell:
         pendant = await cell.pendant()
         async with pendant, pendant.control():
             motion = await pendant.move_joints(_aside(pendant), speed=SPEED)
