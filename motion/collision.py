@@ -5,9 +5,13 @@ pinocchio model, the pairs that are checked, and how far each pair can approach 
 travel. Beside `kinematics` the only module that imports pinocchio or coal. Joint vectors are
 controller-side driven joints in file order; distances and points are in m, in the base frame.
 
-Checked are all pairs of bodies but these: links of one joint or of consecutive ones, pairs that the
-robot file or the scene allows, and objects that stand with links that stand, which no motion
-changes. A held object is checked against everything, the link that holds it too.
+Checked are all pairs of bodies but these: links of one joint or of consecutive ones, the first and
+last link of the wrist of an arm of six axes or more, pairs that the robot file or the scene allows,
+and objects that stand with links that stand, which no motion changes. A held object is checked
+against everything, the link that holds it too.
+
+A wrist's makers limit its middle joint so that its links do not meet, while our shapes of them are
+coarse: on a UR5 they would meet in a quarter of all positions.
 """
 
 from __future__ import annotations
@@ -36,6 +40,9 @@ Not 0: coal's check without contact points (3.0.3) ends where the distance falls
 of its GJK, 1e-6, and then calls bodies free that overlap by millimetres, unless what it is asked
 for is no nearer than that tolerance.
 """
+
+
+_LEAST_WITH_WRIST = 6  # joints
 
 
 class Proximity(NamedTuple):
@@ -237,9 +244,17 @@ class CollisionModel:
             of_links = first.name in links and second.name in links
             if of_links and abs(first.joint - second.joint) <= 1:
                 continue
+            if of_links and {first.joint, second.joint} == self._wrist:
+                continue
             held_together = first.joint == second.joint and not {first.name, second.name} & links
             if not held_together:
                 yield first, second
+
+    @property
+    def _wrist(self) -> set[int]:
+        """The first and last joint of the wrist, counted from 1; none of a shorter arm."""
+        last = self._model.njoints - 1
+        return {last - 2, last} if last >= _LEAST_WITH_WRIST else set()
 
     def _sweep(self, first: _Body, second: _Body) -> list[float]:
         """Return the pair's row of `sweep`.

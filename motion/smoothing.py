@@ -156,7 +156,13 @@ def _fitted(
     if limits is not None:
         points = np.clip(points, limits.lower, limits.upper)
     path = JointSpline(points, limits)
-    return path, _deviations(path, knots, samples)
+    deviations = _deviations(path, knots, samples)
+    # Near the path is not enough at its ends: one that runs on past the place where the recording
+    # stood has every sample on the way there.
+    for end in (0, -1):
+        beyond = float(np.abs(points[end] - samples[end]).max())
+        deviations[end] = max(float(deviations[end]), beyond)
+    return path, deviations
 
 
 def _curve_at_knots(clock: Array, samples: Array, knots: Array) -> Array:

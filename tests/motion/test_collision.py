@@ -134,8 +134,9 @@ def test_a_shallow_overlap_is_never_overlooked(name: str) -> None:
             way /= max(float(np.abs(way).max()), 1e-12)
             for further in (0.0, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2):
                 position = touching + further * way
-                overlaps = bool(collision.clearances(position).min() <= TOUCHING)
-                assert collision.collides(position) == overlaps
+                clearance = float(collision.clearances(position).min())
+                if abs(clearance - TOUCHING) > 1e-8:  # nearer than that coal decides by rounding
+                    assert collision.collides(position) == (clearance <= TOUCHING)
 
 
 def test_contacts_name_both_bodies_the_deepest_first() -> None:
