@@ -1,0 +1,139 @@
+"""Steps instead of holding: where a joint or the tool is to go by one press.
+
+Owns the sizes that are offered and the checks of those that are typed. What pendants call A, B, C
+is two things, named apart here: `turned_about_axis` turns the tool about a frame's x, y or z
+through the tool centre point, as a held key does; `with_rpy_changed` adds to the three values roll,
+pitch and yaw, as a pendant that shows them and steps one of them does. `motion.orientation` has the
+formulas. The targets are poses and positions for point-to-point motions; nothing here moves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from enum import StrEnum
+
+import numpy as np
+
+from ..errors import BadArgument, NotFinite, WrongJointCount
+from ..limits import JointLimits
+from ..orientation import Axis, axis_rotation, rpy_increment
+from ..pose import Pose
+
+LENGTHS = (0.1e-3, 1e-3, 5e-3, 10e-3)
+"""Lengths that are offered [m]."""
+
+ANGLES = (math.radians(0.05), math.radians(0.5), math.radians(2.5), math.radians(5.0))
+"""Angles that are offered [rad], each beside the length of its place."""
+
+
+class StepKind(StrEnum):
+    """What a step is measured in."""
+
+    LENGTH = "length"
+    ANGLE = "angle"
+
+
+_GREATEST = {StepKind.LENGTH: 0.1, StepKind.ANGLE: math.radians(30.0)}
+_LEAST = {StepKind.LENGTH: 1e-6, StepKind.ANGLE: 1e-5}
+
+
+def checked_step(size: float, kind: StepKind) -> float:
+    """Return the size of a step that somebody typed.
+
+    Args:
+        size: [m or rad].
+        kind: which of both.
+
+    Raises:
+        BadArgument: it is not within 1 µm to 100 mm, or 10 µrad to 30°.
+    """
+    least, greatest = _LEAST[kind], _GREATEST[kind]
+    if not least <= size <= greatest * (1.0 + 1e-12):
+        unit = "m" if kind is StepKind.LENGTH else "rad"
+        raise BadArgument("step", size, f"{least:g} to {greatest:.4g} {unit}")
+    return size
+
+
+def joint_step(
+    position: Sequence[float], steps: Sequence[float], limits: JointLimits
+) -> tuple[float, ...]:
+    """Return a joint position changed by an amount in each joint.
+
+    Args:
+        position: (n,) [rad or m].
+        steps: (n,) how far each joint goes [rad or m]; 0 stands.
+        limits: of the joints.
+
+    Raises:
+        WrongJointCount: a vector does not have one value per joint.
+        NotFinite: a value is infinite or not a number.
+        OutOfRange: the first joint that would leave its range.
+    """
+    if len(position) != len(steps):
+        raise WrongJointCount(len(steps), len(position))
+    target = tuple(place + step for place, step in zip(position, steps, strict=True))
+    limits.check_position(target)
+    return target
+
+
+def shifted(pose: Pose, shift: Sequence[float], frame: Pose | None = None) -> Pose:
+    """Return a pose moved along the axes of a frame; it keeps its orientation.
+
+    Args:
+        pose: of the tool, in the base.
+        shift: (3,) along x, y, z of the frame [m].
+        frame: the frame in the base; None for the base itself, the pose for the tool's own axes.
+
+    Raises:
+        BadArgument: there are not three values.
+        NotFinite: a value is infinite or not a number.
+    """
+    way = np.array(_three(shift, "the shift"))
+    if frame is not None:
+        way = frame.rotation @ way
+    return Pose(pose.position + way, pose.quaternion)
+
+
+def turned_about_axis(pose: Pose, axis: Axis, angle: float, frame: Pose | None = None) -> Pose:
+    """Return a pose turned about a frame's axis through its own origin: A, B, C as held keys do.
+
+    Args:
+        pose: of the tool, in the base.
+        axis: x (A), y (B) or z (C) of the frame.
+        angle: [rad], right-handed.
+        frame: the frame in the base; None for the base itself, the pose for the tool's own axes.
+
+    Raises:
+        NotFinite: the angle is infinite or not a number.
+    """
+    return axis_rotation(pose, axis, angle, frame)
+
+
+def with_rpy_changed(pose: Pose, change: Sequence[float], frame: Pose | None = None) -> Pose:
+    """Return a pose whose roll, pitch and yaw, as read in a frame, are each changed by an amount.
+
+    Args:
+        pose: of the tool, in the base.
+        change: (3,) added to roll, pitch and yaw [rad].
+        frame: the frame in the base whose roll, pitch and yaw are meant; None for the base.
+
+    Raises:
+        BadArgument: there are not three values.
+        NotFinite: a value is infinite or not a number.
+    """
+    values = _three(change, "the change")
+    if frame is None:
+        return rpy_increment(pose, values)
+    # Only the frame's axes matter, so the pose is turned into them and back about its own origin.
+    axes = Pose(np.zeros(3), frame.quaternion)
+    return axes.compose(rpy_increment(axes.inverse().compose(pose), values))
+
+
+def _three(values: Sequence[float], what: str) -> list[float]:
+    if len(values) != 3:
+        raise BadArgument(what, list(values), "3 numbers")
+    for index, value in enumerate(values):
+        if not math.isfinite(value):
+            raise NotFinite(what, index)
+    return [float(value) for value in values]

@@ -1,0 +1,246 @@
+"""The way ahead of a tool jog: places along it, what holds there, and how fast one may be here.
+
+Owns the step from place to place (as long as the cubic between them stays true), what ends the way,
+what slows it, and the backward pass that turns both into a speed from which everything ahead can be
+kept to. So a jog is scaled before it meets a limit, and never has to leave its line to keep to one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from ..pose import Array
+from .arm import Footing
+from .model import JogModel
+from .nearness import HALT_CONDITION, SLOW_CONDITION, scales, stop
+from .reasons import JogCause, JogReason
+from .tool_path import ToolPath
+from .way_node import WayNode, slowed, sped_up
+
+_JOINT_STEP = 0.06  # rad, or share of the arm's length: greatest cell
+_TOOL_STEP, _NEAR_STEP = 8e-3, 3e-3  # m: greatest cell, and near other bodies
+_TURN_STEP = 0.06  # rad
+_FIRST_SHARE = 0.25  # of a cell, while nothing is known of the curvature
+_GROWTH = 2.0  # of a cell over the one before
+_TRUE = 3e-3  # rad, or share of the length: greatest error of a guess by the last curvature
+_FITTING = 5e-4  # likewise: greatest way that mean rates and positions differ by
+_SHORTENINGS = 7
+_SHORTEST = 1e-7  # of σ
+_LEAST_SCALE = 0.05  # so that the end of a way is reached
+_DYNAMIC_RESERVE = 0.9  # of the accelerations: the rest is for what ticks add to cells
+_POINT_RESERVE = 0.998  # of the speed of points, likewise
+_JOINT_RESERVE = 0.998  # of the speed of joints, likewise
+
+
+class LookAhead:
+    """The way ahead, as far as it is known.
+
+    Attributes:
+        nodes: the places, σ growing.
+        end: what the way ends at; None while it goes on.
+    """
+
+    def __init__(
+        self,
+        model: JogModel,
+        path: ToolPath,
+        position: Sequence[float],
+        point_speed: float,
+        rate: list[float] | None = None,
+    ) -> None:
+        """Begin a way.
+
+        Args:
+            model: the robot.
+            path: pose and direction at σ = 0.
+            position: (n,) there.
+            point_speed: greatest speed of tool centre point and elbow [m/s].
+            rate: (n,) by σ, of a robot that moves; None for one at rest.
+        """
+        self.model = model
+        self.end: JogCause | None = None
+        self._path = path
+        self._point_speed = point_speed * _POINT_RESERVE
+        self._accelerations = [a * _DYNAMIC_RESERVE for a in model.limits.acceleration]
+        self._step = math.inf
+        twist = path.twist()
+        start = list(position)
+        footing = model.arm.follow(start, path.rotation, path.point, twist)
+        if footing is None:
+            condition = model.arm.condition(start)
+            singular = JogCause(JogReason.SINGULARITY, condition, HALT_CONDITION)
+            outside = JogCause(JogReason.REACH, 1.0, 0.0)
+            self.end = singular if condition >= HALT_CONDITION else outside
+            footing = Footing(start, [0.0] * model.dof, condition)
+        first = WayNode(0.0, start, rate or footing.rate, twist, footing.condition)
+        first.posture = model.arm.posture(start)
+        first.distances = None if model.guard is None else model.guard.look(start)
+        self.end = self.end or model.arm.forbids(twist)
+        self._least_condition = first.condition
+        self._top(first, scales(model, None, first))
+        self.nodes = [first]
+        self._settle(0)
+
+    def extend(self, count: int, current: int) -> None:
+        """Go on by some cells, or to the end of the way.
+
+        Args:
+            count: greatest number of cells.
+            current: index of the cell that the robot is in.
+        """
+        for _ in range(count):
+            if self.end is not None:
+                break
+            self._go_on()
+        self._settle(current)
+
+    def forget(self, count: int) -> None:
+        """Drop the first places."""
+        del self.nodes[:count]
+
+    def _go_on(self) -> None:
+        last = self.nodes[-1]
+        step = self._longest(last)
+        cause = JogCause(JogReason.REACH, 1.0, 0.0)
+        for _ in range(_SHORTENINGS):
+            if step < _SHORTEST:
+                break
+            path = self._path.advanced(step)
+            guess = self._guess(step)
+            twist = path.twist()
+            footing = self.model.arm.follow(guess, path.rotation, path.point, twist)
+            if footing is not None:
+                node = self._node(last.sigma + step, footing, twist)
+                last.lead_to(node, self._accelerations)
+                ending = stop(self.model, last, node, self._least_condition)
+                if ending is None and self._is_true(last, guess, footing):
+                    self._path, self._step = path, step
+                    self._least_condition = min(self._least_condition, node.condition)
+                    self._top(node, scales(self.model, last, node))
+                    self._level(last, node)
+                    self.nodes.append(node)
+                    return
+                cause = ending or cause
+            step *= 0.5
+        if cause.reason is JogReason.REACH and last.condition > SLOW_CONDITION:
+            cause = JogCause(JogReason.SINGULARITY, last.condition, HALT_CONDITION)
+        last.length = 0.0
+        self.end = cause
+
+    def _longest(self, last: WayNode) -> float:
+        """Return the longest cell that may begin at the last place."""
+        near = last.distances is not None
+        step = min(self._path.left, _GROWTH * self._step)
+        x, y, z, a, b, c = last.twist.tolist()
+        speed, turn = math.sqrt(x * x + y * y + z * z), math.sqrt(a * a + b * b + c * c)
+        greatest = 0.0
+        for rate, unit in zip(last.rate, self.model.unit, strict=True):
+            greatest = max(greatest, abs(rate) / unit)
+        share = _FIRST_SHARE if len(self.nodes) == 1 and self._step == math.inf else 1.0
+        for value, most in (
+            (speed, _NEAR_STEP if near else _TOOL_STEP),
+            (turn, _TURN_STEP),
+            (greatest, _JOINT_STEP),
+        ):
+            if value * step > most * share:
+                step = most * share / value
+        return step
+
+    def _guess(self, step: float) -> list[float]:
+        """Return where the joints will be, by the rates at the last two places (Adams-Bashforth).
+
+        Not by the last cell's own curvature: what spare axes do is set by the guess alone, and an
+        extrapolated cubic of extrapolated cubics grows by itself.
+        """
+        last = self.nodes[-1]
+        if len(self.nodes) == 1:
+            return [p + step * r for p, r in zip(last.position, last.rate, strict=True)]
+        before = self.nodes[-2]
+        gain = 0.5 * step / before.length
+        state = zip(last.position, last.rate, before.rate, strict=True)
+        return [p + step * (r + gain * (r - b)) for p, r, b in state]
+
+    def _is_true(self, last: WayNode, guess: list[float], footing: Footing) -> bool:
+        """Return whether the cubic to a place can be trusted: it was guessed, and rates fit it."""
+        half = 0.5 * last.length
+        joints = zip(
+            guess,
+            last.position,
+            footing.position,
+            last.rate,
+            footing.rate,
+            self.model.unit,
+            strict=True,
+        )
+        for guessed, before, after, rate, rate_after, unit in joints:
+            if abs(guessed - after) > _TRUE * unit:
+                return False
+            if abs(after - before - half * (rate + rate_after)) > _FITTING * unit:
+                return False
+        return True
+
+    def _node(self, sigma: float, footing: Footing, twist: Array) -> WayNode:
+        position, rate, condition = footing
+        node = WayNode(sigma, position, rate, twist, condition)
+        node.posture = self.model.arm.posture(position)
+        if self.model.guard is not None:
+            node.distances = self.model.guard.look(position)
+        return node
+
+    def _top(self, node: WayNode, margins: list[tuple[float, JogCause]]) -> None:
+        """Set the greatest speed at a place, and why."""
+        model = self.model
+        top, cause = math.inf, None
+        for joint, (rate, limit) in enumerate(zip(node.rate, model.limits.velocity, strict=True)):
+            if abs(rate) * top > _JOINT_RESERVE * limit:
+                top = _JOINT_RESERVE * limit / abs(rate)
+                cause = JogCause(JogReason.JOINT_SPEED, abs(rate), limit, joint)
+        x, y, z = node.twist[:3].tolist()
+        points = [(JogReason.TOOL_SPEED, math.sqrt(x * x + y * y + z * z))]
+        if model.arm.elbow is not None:
+            speed = model.arm.elbow.speed(node.position, node.rate)
+            points.append((JogReason.ELBOW_SPEED, speed))
+        for reason, speed in points:
+            if speed * top > self._point_speed:
+                top = self._point_speed / speed
+                cause = JogCause(reason, speed, self._point_speed / _POINT_RESERVE)
+        for scale, near in margins:
+            if scale < top:
+                top, cause = max(scale, _LEAST_SCALE), near
+        node.top, node.cause = top * top, cause
+
+    def _level(self, last: WayNode, node: WayNode) -> None:
+        """Lower both ends of a cell to what joints and points allow in its middle."""
+        position, rate = last.state(0.5 * last.length)
+        middle = WayNode(0.0, position, rate, node.twist, node.condition)
+        self._top(middle, [])
+        for end in (last, node):
+            if middle.top < end.top:
+                end.top, end.cause = middle.top, middle.cause
+
+    def _settle(self, current: int) -> None:
+        """Run the backward pass from the end of what is known to the current cell."""
+        after = self.nodes[-1]
+        after.reach, after.reach_cause, after.open = 0.0, self.end, self.end is None
+        for index in range(len(self.nodes) - 2, current - 1, -1):
+            node = self.nodes[index]
+            reach = slowed(node.rows, after.reach, node.top)
+            if reach < node.top * (1.0 - 1e-9):
+                node.reach_cause, node.open = after.reach_cause, after.open
+            else:
+                node.reach_cause, node.open = node.cause, False
+            node.reach = reach
+            after = node
+        self._limit_gains(current)
+
+    def _limit_gains(self, current: int) -> None:
+        """Lower each reach to what can be sped up to from the one before.
+
+        The robot follows the line between the reaches of a cell's ends, so that has to be a motion.
+        """
+        before = self.nodes[current]
+        for node in self.nodes[current + 1 :]:
+            if node.reach > before.reach:
+                node.reach = sped_up(before.rows, before.reach, node.reach)
+            before = node

@@ -1,0 +1,232 @@
+"""The tool of a serial arm in a jog: following a pose, its Jacobian, its condition number.
+
+Owns the Newton step from a place beside a pose onto it, and what an arm does with more or fewer
+axes than six:
+
+- six: J Δq = Δx.
+- seven and more: the least Δq that does it, weighted by the joints' speeds (Whitney 1969),
+  Δq = W Jᵀ (J W Jᵀ)⁻¹ Δx, and with what the task leaves free away from joint limits (gradient
+  projection, Liégeois 1977).
+- four, with a direction that the tool always keeps (SCARA, palletiser): x, y, z and the turn about
+  that direction. Any other turn is refused, rather than a part of what was asked be done.
+- fewer without such a direction: least squares, and refused where that leaves an error.
+
+The condition number is of the Jacobian without units: lengths in halves of the arm's size, which is
+near the characteristic length that makes it least (Angeles 1992).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..kinematics import Array, Kinematics, model_map
+from ..pose import Pose
+from ..reduced_task import kept_direction
+from ..singularity import SingularityKind, dexterity
+from ..tool_speed import elbow_link
+from .arm import Footing, Posture
+from .elbow import LinkPoint
+from .reasons import JogCause, JogReason, Retreat
+
+_ITERATIONS = 8
+_SETTLED = 1e-4  # rad, or share of the length: a step whose square no longer matters
+_EXACT = 1e-7  # rad: the error that is left
+_FARTHEST = 0.25  # rad, or share of the length: farther is another way to reach the pose
+_MISFIT = 1e-4  # share of a twist that an arm of few axes may leave undone
+_NULL_ZONE = 0.25  # share of the range, at either end, in which spare axes turn away from limits
+_END = 0.1  # rad or m
+_TASK_AXES = 6
+
+
+class SerialTool:
+    """A serial arm with a tool.
+
+    Attributes:
+        limits: limits of the joints.
+        length: half the arm's size [m].
+        elbow: the elbow, None for an arm that has none.
+        rigid: whether no joint depends on another.
+    """
+
+    def __init__(self, kinematics: Kinematics, tcp: Pose | None = None) -> None:
+        """Bolt a tool on.
+
+        Args:
+            kinematics: the robot.
+            tcp: the tool centre point in the tool link's frame; the link's origin if None.
+        """
+        self._kinematics = kinematics
+        self.limits = kinematics.limits
+        self.length = kinematics.size / 2.0
+        link = elbow_link(kinematics)
+        self.elbow = None if link is None else LinkPoint(kinematics.robot, link)
+        gain, offset = model_map(kinematics.robot)
+        self.rigid = bool(np.array_equal(gain, np.eye(kinematics.dof)) and not offset.any())
+        self._offset = None if tcp is None or not tcp.position.any() else tcp.position
+        self._turn = None if tcp is None else tcp.rotation
+        self._kept = kept_direction(kinematics)
+        self._task = None if self._kept is None else _kept_task(self._kept.in_base)
+        rows = _TASK_AXES if self._task is None else len(self._task)
+        units = np.where(self.limits.prismatic, self.length, 1.0)
+        self._units: list[float] = units.tolist()
+        self._scale = np.tile(units, (rows, 1))
+        self._scale[:3] /= self.length
+        self._spare = kinematics.dof > rows
+        self._square = kinematics.dof == rows
+        speeds = np.array(self.limits.velocity)
+        self._weights: Array = (speeds / speeds.max()) ** 2
+        self._middle = (kinematics.lower + kinematics.upper) / 2.0
+        self._half = (kinematics.upper - kinematics.lower) / 2.0
+
+    def place(self, position: Sequence[float]) -> tuple[Array, Array]:
+        """Return the rotation and position of the tool centre point."""
+        rotation, point = self._kinematics.place(np.array(position))
+        if self._offset is not None:
+            point = point + rotation @ self._offset
+        return rotation if self._turn is None else rotation @ self._turn, point
+
+    def follow(
+        self, seed: Sequence[float], rotation: Array, point: Array, twist: Array
+    ) -> Footing | None:
+        """Return the joint position near a seed that puts the tool at a pose."""
+        position = list(seed)
+        right = np.empty((6, 2))
+        right[:, 1] = twist
+        for _ in range(_ITERATIONS):
+            found, here, jacobian = self._linearise(position)
+            right[:3, 0] = point - here
+            right[3:, 0] = _small_turn(rotation, found)
+            task = right if self._task is None else self._task @ right
+            try:
+                steps = self._solved(jacobian, task, position)
+            except np.linalg.LinAlgError:
+                return None
+            position = [value + step for value, step in zip(position, steps[0], strict=True)]
+            error = max(abs(s) / u for s, u in zip(steps[0], self._units, strict=True))
+            if not error < _FARTHEST:
+                return None
+            if error < _SETTLED:
+                condition = self._condition(jacobian)
+                if condition * error * error < _EXACT:
+                    break
+        else:
+            return None
+        far = zip(position, seed, self._units, strict=True)
+        if max(abs(value - start) / unit for value, start, unit in far) > _FARTHEST:
+            return None
+        return Footing(position, steps[1], condition)
+
+    def forbids(self, twist: Array) -> JogCause | None:
+        """Return why the arm can never move its tool along a twist."""
+        if self._kept is None:
+            return None
+        turn = twist[3:]
+        across = float(np.linalg.norm(turn - (turn @ self._kept.in_base) * self._kept.in_base))
+        if across <= _MISFIT * float(np.linalg.norm(twist)):
+            return None
+        return JogCause(JogReason.DIRECTION, across, 0.0)
+
+    def tool_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
+        """Return the speed of the tool centre point."""
+        rotation, _, jacobian = self._kinematics.linearise(np.array(position))
+        twist = jacobian @ np.array(velocity)
+        x, y, z, a, b, c = twist.tolist()
+        if self._offset is not None:
+            u, v, w = (rotation @ self._offset).tolist()
+            x, y, z = x + b * w - c * v, y + c * u - a * w, z + a * v - b * u
+        return math.sqrt(x * x + y * y + z * z)
+
+    def posture(self, position: Sequence[float]) -> Posture | None:
+        """Return None: a chain of joints has the limits of its joints only."""
+        return None
+
+    def condition(self, position: Sequence[float]) -> float:
+        """Return the condition number at a joint position."""
+        _, _, jacobian = self._linearise(list(position))
+        return self._condition(jacobian)
+
+    def way_out(self, position: Sequence[float]) -> Retreat:
+        """Return the joint direction along which the least singular value grows fastest."""
+        found = dexterity(self._kinematics, position)
+        name = "" if found.kind is SingularityKind.UNNAMED else found.kind.value
+        way: list[float] = (found.way_out / np.array(self._units)).tolist()
+        # A joint near the end of its range cannot take part.
+        ends = zip(position, self.limits.lower, self.limits.upper, way, strict=True)
+        free = [
+            0.0 if (w > 0.0 and q > upper - _END) or (w < 0.0 and q < lower + _END) else w
+            for q, lower, upper, w in ends
+        ]
+        greatest = max(map(abs, free))
+        if greatest < 1e-6:
+            return Retreat(None, True, name)
+        return Retreat(tuple(value / greatest for value in free), True, name)
+
+    def _linearise(self, position: list[float]) -> tuple[Array, Array, Array]:
+        """Return the tool's rotation and position, and the Jacobian of what it can do."""
+        rotation, point, jacobian = self._kinematics.linearise(np.array(position))
+        if self._offset is not None:
+            arm = rotation @ self._offset
+            point = point + arm
+            jacobian = jacobian.copy()
+            jacobian[:3] += _lever(arm) @ jacobian[3:]
+        if self._turn is not None:
+            rotation = rotation @ self._turn
+        return rotation, point, jacobian if self._task is None else self._task @ jacobian
+
+    def _solved(self, jacobian: Array, right: Array, position: list[float]) -> list[list[float]]:
+        """Return the joint steps (n,) of both columns of the right side."""
+        if self._square:
+            steps: list[list[float]] = np.linalg.solve(jacobian, right).T.tolist()
+            return steps
+        if not self._spare:
+            return self._fitted(jacobian, right)
+        weighted = jacobian * self._weights
+        away = self._away_from_limits(position)
+        every = np.column_stack((right, jacobian @ away))
+        solved = weighted.T @ np.linalg.solve(weighted @ jacobian.T, every)
+        rate = solved[:, 1]
+        free = away - solved[:, 2]
+        rate = rate + float(np.abs(rate).max()) * free
+        return [solved[:, 0].tolist(), rate.tolist()]
+
+    def _fitted(self, jacobian: Array, right: Array) -> list[list[float]]:
+        steps, *_ = np.linalg.lstsq(jacobian * self._scale, right * self._scale[:, :1], rcond=None)
+        steps = steps * np.array(self._units)[:, np.newaxis]
+        missed = jacobian @ steps[:, 1] - right[:, 1]
+        if np.abs(missed).max() > _MISFIT * float(np.abs(right[:, 1]).max()):
+            raise np.linalg.LinAlgError("the twist is none that the arm can do")
+        result: list[list[float]] = steps.T.tolist()
+        return result
+
+    def _away_from_limits(self, position: list[float]) -> Array:
+        share = (np.array(position) - self._middle) / self._half
+        excess = np.clip((np.abs(share) - (1.0 - 2.0 * _NULL_ZONE)) / (2.0 * _NULL_ZONE), 0.0, 1.0)
+        away: Array = -np.sign(share) * excess * excess
+        return away
+
+    def _condition(self, jacobian: Array) -> float:
+        values = np.linalg.svd(jacobian * self._scale, compute_uv=False).tolist()
+        return values[0] / values[-1] if values[-1] > 0.0 else math.inf
+
+
+def _small_turn(target: Array, found: Array) -> Array:
+    """Return the (3,) rotation vector from `found` to `target`, exact to the second order."""
+    (_, b, c), (d, _, f), (g, h, _) = (target @ found.T).tolist()
+    return np.array((0.5 * (h - f), 0.5 * (c - g), 0.5 * (d - b)))
+
+
+def _lever(arm: Array) -> Array:
+    """Return the (3, 3) matrix that takes ω to ω × arm."""
+    x, y, z = arm.tolist()
+    return np.array(((0.0, z, -y), (-z, 0.0, x), (y, -x, 0.0)))
+
+
+def _kept_task(direction: Array) -> Array:
+    """Return the (4, 6) matrix from a twist to [v; turn about the kept direction]."""
+    task = np.zeros((4, 6))
+    task[:3, :3] = np.eye(3)
+    task[3, 3:] = direction
+    return task

@@ -1,0 +1,168 @@
+"""One place of a tool jog's way ahead, the cubic to the next place, and how fast both allow.
+
+Owns the arithmetic of a cell: the joints follow the cubic that meets positions and rates at both
+ends (Hermite), and with dσ/dt as speed, x its square and u = d²σ/dt² constant over the cell,
+
+    q' = r √x        q'' = r u + c x        x₁ = x₀ + 2 u h
+
+for the rate r and the curvature c by σ. So |q''| ≤ a at both ends are linear inequalities in x₀ and
+x₁, as in time-optimal path parameterisation by reachability (Pham & Pham, TOPP-RA, 2018, with its
+interpolation scheme); `slowed` is one step of its backward pass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from ..pose import Array
+from .arm import Posture
+from .reasons import JogCause
+
+Inequality: TypeAlias = tuple[float, float, float]
+"""α, β, a of |α x₀ + β x₁| ≤ a."""
+
+_HALVINGS = 12
+
+
+@dataclass(slots=True)
+class WayNode:
+    """A place of the way, and the cell that begins there.
+
+    Attributes:
+        sigma: path parameter.
+        position: (n,) [rad or m].
+        rate: (n,) by σ.
+        twist: (6,) of the tool by σ.
+        condition: of the Jacobian.
+        posture: use of the limits that belong to no joint.
+        distances: of the pairs that are near, as of `CollisionGuard.look`.
+        top: greatest square of dσ/dt that joints, points and nearness of a limit allow here.
+        cause: what sets `top`.
+        reach: greatest square of dσ/dt from which all that is ahead can be kept to.
+        reach_cause: what sets `reach`.
+        open: whether the end of what is known so far sets `reach`.
+        length: of the cell by σ; 0 while there is none.
+        square: (n,) coefficients of (σ - sigma)² in the cell.
+        cube: (n,) of (σ - sigma)³.
+        rows: inequalities of the cell.
+    """
+
+    sigma: float
+    position: list[float]
+    rate: list[float]
+    twist: Array
+    condition: float
+    posture: Posture | None = None
+    distances: Array | None = None
+    top: float = 0.0
+    cause: JogCause | None = None
+    reach: float = 0.0
+    reach_cause: JogCause | None = None
+    open: bool = True
+    length: float = 0.0
+    square: list[float] = field(default_factory=list)
+    cube: list[float] = field(default_factory=list)
+    rows: list[Inequality] = field(default_factory=list)
+
+    def lead_to(self, after: WayNode, accelerations: Sequence[float]) -> None:
+        """Make the cell to the next place, under (n,) greatest accelerations."""
+        h = self.length = after.sigma - self.sigma
+        self.square, self.cube, self.rows = [], [], []
+        half = 0.5 / h
+        joints = zip(
+            self.position, after.position, self.rate, after.rate, accelerations, strict=True
+        )
+        for start, end, rate, rate_after, limit in joints:
+            slope = (end - start) / h
+            square = (3.0 * slope - 2.0 * rate - rate_after) / h
+            cube = (rate + rate_after - 2.0 * slope) / (h * h)
+            self.square.append(square)
+            self.cube.append(cube)
+            self.rows.append((2.0 * square - rate * half, rate * half, limit))
+            bend = 2.0 * square + 6.0 * cube * h
+            self.rows.append((-rate_after * half, rate_after * half + bend, limit))
+
+    def state(self, ahead: float) -> tuple[list[float], list[float]]:
+        """Return (n,) position and rate in the cell, at σ = sigma + ahead."""
+        twice, thrice = 2.0 * ahead, 3.0 * ahead * ahead
+        cell = list(zip(self.position, self.rate, self.square, self.cube, strict=True))
+        return (
+            [p + ahead * (r + ahead * (s + ahead * c)) for p, r, s, c in cell],
+            [r + twice * s + thrice * c for _, r, s, c in cell],
+        )
+
+    def furthest(self, joint: int) -> float | None:
+        """Return where a joint turns round inside the cell; None if it does not."""
+        rate, square, cube = self.rate[joint], self.square[joint], self.cube[joint]
+        after = rate + 2.0 * square * self.length + 3.0 * cube * self.length * self.length
+        if rate * after >= 0.0:
+            return None
+        low, high = 0.0, self.length
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            here = rate + 2.0 * square * middle + 3.0 * cube * middle * middle
+            low, high = (middle, high) if here * rate > 0.0 else (low, middle)
+        return self.position[joint] + high * (rate + high * (square + high * cube))
+
+
+def slowed(rows: Sequence[Inequality], after: float, top: float) -> float:
+    """Return the greatest square of dσ/dt at the start of a cell.
+
+    Every lesser one is allowed too, because x₀ = x₁ = 0 is and the inequalities are linear.
+
+    Args:
+        rows: of the cell.
+        after: greatest square at its end.
+        top: greatest square at its start, for other reasons.
+    """
+    return _greatest_of(rows, after, top)
+
+
+def sped_up(rows: Sequence[Inequality], before: float, top: float) -> float:
+    """Return the greatest square of dσ/dt at the end of a cell; every lesser one is allowed too.
+
+    Args:
+        rows: of the cell.
+        before: greatest square at its start.
+        top: greatest square at its end, for other reasons.
+    """
+    swapped = [(at_end, at_start, limit) for at_start, at_end, limit in rows]
+    return _greatest_of(swapped, before, top)
+
+
+def _greatest_of(rows: Sequence[Inequality], other: float, top: float) -> float:
+    """Return the greatest value of one end that some value of the other, within its own, allows."""
+    found = _greatest(rows, other, top)
+    if found is not None:
+        return found
+    # So fast another end does not go with any; the greatest that does is searched for.
+    low, high, best = 0.0, other, 0.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        found = _greatest(rows, middle, top)
+        if found is None:
+            high = middle
+        else:
+            low, best = middle, max(best, found)
+    return best
+
+
+def _greatest(rows: Sequence[Inequality], after: float, top: float) -> float | None:
+    least, most = 0.0, top
+    for at_start, at_end, limit in rows:
+        rest = at_end * after
+        if at_start > 0.0:
+            upper, lower = (limit - rest) / at_start, (-limit - rest) / at_start
+        elif at_start < 0.0:
+            upper, lower = (-limit - rest) / at_start, (limit - rest) / at_start
+        elif rest > limit or rest < -limit:
+            return None
+        else:
+            continue
+        if upper < most:
+            most = upper
+        if lower > least:
+            least = lower
+    return most if least <= most else None

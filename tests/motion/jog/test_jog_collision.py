@@ -1,0 +1,156 @@
+"""Promise 16: jogs among bodies, from free places and from contact."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from jog_referee import Referee
+from jogged_robots import FAST, UR5_BENT, robot
+from planning_scenes import free_position, random_tasks
+
+from openpendant.motion.collision import CollisionModel
+from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogReason, JointJog, ToolJog
+from openpendant.motion.jog.collision_guard import CLEAR, CollisionGuard
+from openpendant.motion.kinematics import Array, Kinematics
+from openpendant.motion.mechanism import SerialMechanism, mechanism
+from openpendant.motion.pose import Pose
+from openpendant.motion.robot import serial_robot
+from openpendant.motion.scene import Box, Scene, SceneObject
+
+DOWN = ToolJog((0.0, 0.0, -1.0))
+
+
+def ur5() -> Kinematics:
+    found = robot("ur5")
+    assert isinstance(found, SerialMechanism)
+    return found.kinematics
+
+
+def block_below(clearance: float) -> CollisionModel:
+    """A block so far below the tool of the bent UR5, and nothing else near."""
+    kinematics = ur5()
+    x, y, _ = kinematics.forward(UR5_BENT).position.tolist()
+    block = SceneObject("block", Box((0.2, 0.2, 0.1)), (x, y, -1.0))
+    scene = Scene((block,))
+    model = CollisionModel(kinematics, scene)
+    pairs = [index for index, pair in enumerate(model.pairs) if "block" in pair]
+    low, high = -1.0, 1.0
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        there = scene.move("block", Pose.from_values((x, y, middle), (0.0, 0.0, 0.0, 1.0)))
+        near = CollisionModel(kinematics, there).clearances(np.array(UR5_BENT))[pairs].min()
+        low, high = (middle, high) if near > clearance else (low, middle)
+    return CollisionModel(
+        kinematics, scene.move("block", Pose.from_values((x, y, low), (0.0, 0.0, 0.0, 1.0)))
+    )
+
+
+def watched_in(
+    collision: CollisionModel, start: list[float], caps: JogCaps | None = None
+) -> Referee:
+    chosen = caps or JogCaps(joint_fraction=1.0)
+    # The referee looks through a model of its own.
+    own = CollisionModel(collision.kinematics, collision.scene)
+    jogger = Jogger(JogModel(collision.kinematics, None, own), start, chosen)
+    robot_of = mechanism(collision.kinematics.robot)
+    return Referee(robot_of, jogger, collision=collision, reduced=chosen.reduced)
+
+
+def block_distance(collision: CollisionModel, position: list[float]) -> float:
+    found = collision.clearances(np.array(position))
+    pairs = [index for index, pair in enumerate(collision.pairs) if "block" in pair]
+    return float(found[pairs].min())
+
+
+@pytest.mark.parametrize("by", ["tool", "joints"])
+def test_a_jog_slows_near_a_body_and_rests_5_mm_before_it(by: str) -> None:
+    collision = block_below(0.1)
+    target = DOWN if by == "tool" else JointJog((0.0, 1.0, 0.0, 0.0, 0.0, 0.0))
+    watched = watched_in(collision, UR5_BENT)
+    step = watched.rest(target, 400)
+    assert step.reason is JogReason.COLLISION
+    assert step.cause is not None
+    assert step.cause.pair is not None
+    assert "block" in step.cause.pair
+    assert CLEAR <= block_distance(collision, step.position) < CLEAR + 0.003
+    assert any(each.scale < 0.7 and not each.at_rest for each in watched.steps)
+    assert not watched.faults
+
+
+def test_moving_away_and_along_is_free() -> None:
+    watched = watched_in(block_below(0.03), UR5_BENT)
+    watched.rest(DOWN)
+    for target in (ToolJog((1.0, 0.0, 0.0)), ToolJog((0.0, 0.0, 1.0))):
+        assert watched.run(target, 25).scale == 1.0
+        watched.rest(None)
+    assert not watched.faults
+
+
+def test_from_contact_only_what_parts_is_done_and_the_way_is_suggested() -> None:
+    collision = block_below(-0.01)
+    watched = watched_in(collision, UR5_BENT)
+    held = watched.run(DOWN, 5)
+    assert held.at_rest
+    assert held.reason is JogReason.COLLISION
+    assert held.position == UR5_BENT
+    assert held.retreat is not None
+    assert held.retreat.joints is not None
+    watched.run(JointJog(held.retreat.joints), 100)
+    assert block_distance(collision, watched.position) > 0.005
+    assert not watched.faults
+
+
+def test_a_tool_jog_leads_up_out_of_contact() -> None:
+    watched = watched_in(block_below(-0.005), UR5_BENT)
+    step = watched.run(ToolJog((0.0, 0.0, 1.0)), 40)
+    assert not step.at_rest
+    assert step.scale == 1.0
+    assert not watched.faults
+
+
+@pytest.mark.parametrize("name", ["ur5", "abb_irb2400"])
+def test_random_jogs_in_random_scenes_keep_clear(name: str) -> None:
+    for seed, task in enumerate(random_tasks(name, range(2))):
+        random = np.random.default_rng(seed)
+        watched = watched_in(task.collision, task.start.tolist())
+        _press(watched, random, 4, 50)
+        assert not watched.faults
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", ["ur5", "abb_irb2400", "kuka_iiwa14"])
+@pytest.mark.parametrize("block", range(10))
+def test_promise_16_in_a_thousand_scenes(name: str, block: int) -> None:
+    for seed, task in enumerate(random_tasks(name, range(34 * block, 34 * (block + 1)))):
+        random = np.random.default_rng([block, seed])
+        start = free_position(task.collision, random)
+        watched = watched_in(task.collision, start.tolist(), FAST if seed % 3 == 0 else None)
+        _press(watched, random, 6, 150)
+        assert not watched.faults
+
+
+def _press(watched: Referee, random: np.random.Generator, presses: int, ticks: int) -> None:
+    for _ in range(presses):
+        if random.random() < 0.5:
+            watched.run(JointJog(tuple(random.uniform(-1.0, 1.0, len(watched.position)))), ticks)
+        else:
+            rates = random.uniform(-1.0, 1.0, 3)
+            watched.run(ToolJog(tuple(rates / np.abs(rates).max())), ticks)
+
+
+def test_far_from_everything_nothing_is_computed() -> None:
+    kinematics = Kinematics(serial_robot("abb_irb2400"))
+    collision = CollisionModel(kinematics)
+    start = list(kinematics.robot.home_position)
+    looks = []
+    original = collision.clearances
+
+    def counted(joint_position: Array) -> Array:
+        looks.append(joint_position)
+        return original(joint_position)
+
+    collision.clearances = counted  # type: ignore[method-assign]  # to count the calls
+    guard = CollisionGuard(collision)
+    for shift in np.linspace(0.0, 0.02, 50):
+        assert guard.look([start[0] + shift, *start[1:]]) is None
+    assert len(looks) == 1

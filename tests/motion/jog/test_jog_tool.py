@@ -1,0 +1,214 @@
+"""Tool jogs: lines, turns, frames, singularities, arms of few and of many axes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from jog_referee import Referee, line_error
+from jogged_robots import FAST, REDUCED, UR5_BENT, model, random_place, robot
+
+from openpendant.motion.errors import BadArgument, NotFinite
+from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogReason, JointJog, ToolJog
+from openpendant.motion.mechanism import SerialMechanism
+from openpendant.motion.orientation import rotation_of_vector, vector_of_quaternion
+from openpendant.motion.pose import Pose, quaternion_product
+
+X, Y, Z = np.eye(3)
+
+
+def referee(name: str, start: list[float], caps: JogCaps = REDUCED) -> Referee:
+    return Referee(robot(name), Jogger(model(name), start, caps), reduced=caps.reduced)
+
+
+def turn_between(before: Pose, after: Pose) -> np.ndarray:
+    back = before.quaternion * np.array([-1.0, -1.0, -1.0, 1.0])
+    return vector_of_quaternion(quaternion_product(after.quaternion, back))
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_the_tool_goes_straight_along_a_base_axis(axis: int) -> None:
+    direction = np.eye(3)[axis]
+    watched = referee("ur5", UR5_BENT)
+    for step in [watched.run(ToolJog(tuple(direction)), 5) for _ in range(12)]:
+        off, turned = line_error(robot("ur5"), UR5_BENT, direction, step)
+        assert off < 1e-5
+        assert turned < 1e-5
+    way = robot("ur5").forward(step.position).position - robot("ur5").forward(UR5_BENT).position
+    assert way @ direction > 0.1
+    assert not watched.faults
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_the_tool_turns_about_its_centre_point(axis: int) -> None:
+    direction = np.eye(3)[axis]
+    watched = referee("ur5", UR5_BENT)
+    step = watched.run(ToolJog(angular=tuple(direction)), 60)
+    before, after = robot("ur5").forward(UR5_BENT), robot("ur5").forward(step.position)
+    assert before.position_distance(after) < 1e-5
+    turn = turn_between(before, after)
+    assert turn @ direction > 0.2
+    assert np.linalg.norm(turn - (turn @ direction) * direction) < 1e-5
+    assert not watched.faults
+
+
+def test_a_user_frame_turns_the_directions() -> None:
+    axes = Pose.from_rpy((0.0, 0.0, 0.0), (0.4, -0.7, 1.1))
+    x, y, z, w = axes.quaternion.tolist()
+    watched = referee("ur5", UR5_BENT)
+    step = watched.run(ToolJog((0.0, 1.0, 0.0), axes=(x, y, z, w)), 40)
+    off, _ = line_error(robot("ur5"), UR5_BENT, axes.rotation @ Y, step)
+    assert off < 1e-5
+
+
+def test_the_tools_own_axes_move_along() -> None:
+    caps = JogCaps(tool_speed=0.1, rotation_speed=0.4)
+    watched = referee("ur5", UR5_BENT, caps)
+    step = watched.run(ToolJog((1.0, 0.0, 0.0), (0.0, 0.0, 1.0), axes=None), 100)
+    before, after = robot("ur5").forward(UR5_BENT), robot("ur5").forward(step.position)
+    # A screw of pitch zero: the tool goes round a circle of radius v/ω in its own x-y plane.
+    centre = before.position + before.rotation @ np.array([0.0, 0.25, 0.0])
+    assert np.linalg.norm(after.position - centre) == pytest.approx(0.25, abs=1e-5)
+    angle = before.rotation_distance(after)
+    assert angle > 0.3
+    turned = before.rotation @ rotation_of_vector(angle * Z)
+    assert np.abs(turned - after.rotation).max() < 1e-5
+    assert not watched.faults
+
+
+def test_a_tool_offset_moves_the_point_that_stays() -> None:
+    found = robot("ur5")
+    assert isinstance(found, SerialMechanism)
+    tcp = Pose.from_rpy((0.02, -0.05, 0.15), (0.3, 0.1, 0.0))
+    jogger = Jogger(JogModel(found.kinematics, tcp), UR5_BENT, REDUCED)
+    jogger.aim(ToolJog(angular=(0.0, 1.0, 0.0)))
+    for _ in range(60):
+        step = jogger.step(0.01)
+    before, after = (found.forward(q).compose(tcp) for q in (UR5_BENT, step.position))
+    assert before.position_distance(after) < 1e-5
+    assert before.rotation_distance(after) > 0.2
+
+
+def test_two_keys_at_once_keep_their_direction_and_the_tools_speed() -> None:
+    watched = referee("ur5", UR5_BENT)
+    step = watched.run(ToolJog((1.0, -1.0, 0.0)), 60)
+    off, _ = line_error(robot("ur5"), UR5_BENT, np.array([1.0, -1.0, 0.0]) / math.sqrt(2.0), step)
+    assert off < 1e-5
+    assert step.reason is JogReason.TOOL_SPEED
+    assert step.scale == pytest.approx(1.0 / math.sqrt(2.0), rel=0.01)
+    assert watched.fastest_point > 0.24
+    assert not watched.faults
+
+
+def test_half_a_stick_is_half_the_speed() -> None:
+    watched = referee("ur5", UR5_BENT)
+    watched.run(ToolJog((0.5, 0.0, 0.0)), 60)
+    assert watched.fastest_point == pytest.approx(0.125, rel=1e-3)
+
+
+def test_promise_14_a_line_slows_and_halts_before_a_singularity() -> None:
+    watched = referee("ur5", UR5_BENT)
+    step = watched.rest(ToolJog((0.0, 0.0, 1.0)))
+    assert step.reason is JogReason.SINGULARITY
+    assert step.cause is not None
+    assert step.cause.limit == 30.0
+    assert 29.0 < model("ur5").arm.condition(step.position) < 30.1
+    assert step.retreat is not None
+    assert step.retreat.singularity == "elbow"
+    assert step.retreat.reverse
+    for each in watched.steps[:: len(watched.steps) // 20]:
+        off, turned = line_error(robot("ur5"), UR5_BENT, Z, each)
+        assert off < 1e-5
+        assert turned < 1e-5
+    back = watched.run(ToolJog((0.0, 0.0, -1.0)), 50)
+    assert back.scale == 1.0
+    assert not watched.faults
+
+
+@pytest.mark.parametrize("wrist", [1e-3, 5e-3, 0.02, -0.05])
+def test_promise_14_a_tool_jog_leads_out_of_a_wrist_singularity(wrist: float) -> None:
+    start = [*robot("kuka_kr5_arc").home_position[:4], wrist, 0.3]
+    found = model("kuka_kr5_arc")
+    assert found.arm.condition(start) > 30.0
+    free = 0
+    for axis in range(6):
+        for sign in (1.0, -1.0):
+            rates = [sign * float(each == axis) for each in range(6)]
+            watched = referee("kuka_kr5_arc", start, FAST)
+            step = watched.run(ToolJog(tuple(rates[:3]), tuple(rates[3:])), 100)
+            free += not step.at_rest or found.arm.condition(step.position) < 30.1
+            assert not watched.faults
+    # Of two opposite directions one leads out, but where both keep the wrist as it is.
+    assert free >= 4
+
+
+def test_the_suggested_joints_lead_out_of_the_doubly_singular_home_of_the_puma() -> None:
+    watched = referee("puma560", list(robot("puma560").home_position), FAST)
+    named = []
+    for _ in range(2):
+        step = watched.run(ToolJog((1.0, 0.0, 0.0)), 2)
+        assert step.at_rest
+        assert step.reason is JogReason.SINGULARITY
+        assert step.retreat is not None
+        assert step.retreat.joints is not None
+        named.append(step.retreat.singularity)
+        watched.run(JointJog(step.retreat.joints), 35)
+        watched.rest(None)
+    assert sorted(named) == ["shoulder", "wrist"]
+    assert not watched.run(ToolJog((1.0, 0.0, 0.0)), 20).at_rest
+    assert len(watched.steps) < 250
+    assert not watched.faults
+
+
+@pytest.mark.parametrize("name", ["mitsubishi_rh6frh5520", "fanuc_m410ib"])
+def test_four_axes_jog_what_they_can_and_refuse_the_rest(name: str) -> None:
+    start = [0.4, 1.2, 0.2, 0.3] if name.startswith("m") else [0.4, 0.3, -0.1, 0.3]
+    for target in (
+        ToolJog((0.0, 1.0, 0.0)),
+        ToolJog((0.0, 0.0, -1.0)),
+        ToolJog(angular=(0.0, 0.0, 1.0)),
+    ):
+        watched = referee(name, start)
+        step = watched.run(target, 40)
+        assert not step.at_rest
+        before, after = robot(name).forward(start), robot(name).forward(step.position)
+        assert abs((before.rotation.T @ after.rotation)[2, 2]) == pytest.approx(1.0, abs=1e-9)
+        assert not watched.faults
+    for angular in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.5, 1.0)):
+        step = referee(name, start).run(ToolJog(angular=angular), 10)
+        assert step.at_rest
+        assert step.position == start
+        assert step.reason is JogReason.DIRECTION
+
+
+@pytest.mark.parametrize("name", ["kuka_iiwa14", "rail_kr5_arc"])
+def test_seven_axes_keep_the_line(name: str) -> None:
+    random = np.random.default_rng(3)
+    for _ in range(4):
+        start = random_place(name, random)
+        watched = referee(name, start)
+        step = watched.run(ToolJog((0.0, 0.0, 1.0)), 80)
+        off, turned = line_error(robot(name), start, Z, step)
+        assert off < 1e-4
+        assert turned < 1e-4
+        assert not watched.faults
+
+
+def test_the_rail_moves_along_when_the_arm_jogs_along_it() -> None:
+    start = list(robot("rail_kr5_arc").home_position)
+    step = referee("rail_kr5_arc", start).run(ToolJog((0.0, 1.0, 0.0)), 100)
+    assert not step.at_rest
+    assert max(abs(a - b) for a, b in zip(start, step.position, strict=True)) > 0.01
+
+
+def test_what_is_malformed_is_refused() -> None:
+    with pytest.raises(BadArgument, match="3 numbers"):
+        ToolJog((1.0, 0.0))
+    with pytest.raises(BadArgument, match="-1 to 1"):
+        ToolJog((2.0, 0.0, 0.0))
+    with pytest.raises(NotFinite):
+        ToolJog(angular=(math.inf, 0.0, 0.0))
+    for axes in ((0.0, 0.0, 0.0, 0.5), (0.0, 0.0, 1.0), (math.nan, 0.0, 0.0, 1.0)):
+        with pytest.raises(BadArgument, match="quaternion"):
+            ToolJog((1.0, 0.0, 0.0), axes=axes)  # type: ignore[arg-type]  # three are refused
