@@ -1,0 +1,171 @@
+"""Documents: their kinds, names, sizes and revisions.
+
+Owns what a document may be called and how large it may be. Plain data; knows no file. A name is
+never the name of a file, but people read it on one line and type it on a command line.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from .errors import BadDocument, BadName, TooLarge
+
+LONGEST_NAME = 64
+"""Characters of a document's name, and of the name of whoever saves it."""
+
+MOST_CHUNK_BYTES = 1 << 20
+"""Largest chunk of a recording [bytes]: minutes of samples, so that its cap is none."""
+
+_FORBIDDEN = frozenset("/\\")
+
+
+class DocumentKind(StrEnum):
+    """What a document is; each kind has names of its own."""
+
+    PROGRAM = "program"
+    RECORDING = "recording"
+    FRAMES = "frames"
+    TOOLS = "tools"
+    SCENE = "scene"
+    ACCOUNT = "account"
+    SETTING = "setting"
+
+
+MOST_BODY_BYTES: Mapping[DocumentKind, int] = {
+    DocumentKind.PROGRAM: 4 << 20,
+    DocumentKind.RECORDING: 1 << 20,
+    DocumentKind.FRAMES: 1 << 20,
+    DocumentKind.TOOLS: 1 << 20,
+    DocumentKind.SCENE: 4 << 20,
+    DocumentKind.ACCOUNT: 64 << 10,
+    DocumentKind.SETTING: 64 << 10,
+}
+"""Largest body [bytes of UTF-8]. A recording's samples are chunks, without a cap in sum."""
+
+KEPT_REVISIONS: Mapping[DocumentKind, int] = {
+    # An old hash of a password is of use to nobody but a thief.
+    kind: 1 if kind is DocumentKind.ACCOUNT else 20
+    for kind in DocumentKind
+}
+"""How many of the latest revisions are kept, so that nothing is lost by saving the wrong thing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """A revision of a document without its body.
+
+    Attributes:
+        kind: kind of the document.
+        name: its name, unique among its kind.
+        revision: counts its changes, from 1; goes on after a deletion.
+        size: of its body [bytes].
+        saved_by: who saved it.
+        saved_at: wall-clock time in UTC, ISO 8601; for display only, clocks jump.
+        deleted: whether this revision is its deletion.
+    """
+
+    kind: DocumentKind
+    name: str
+    revision: int
+    size: int
+    saved_by: str
+    saved_at: str
+    deleted: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Document:
+    """A revision of a document.
+
+    Attributes:
+        heading: which, of whom and when.
+        body: JSON text.
+    """
+
+    heading: Heading
+    body: str
+
+
+@dataclass(frozen=True, slots=True)
+class Extent:
+    """How much of a recording is kept.
+
+    Attributes:
+        chunks: how many; chunk numbers start at 0, so this is the next one.
+        size: of all of them [bytes].
+    """
+
+    chunks: int
+    size: int
+
+
+def check_name(name: str) -> None:
+    """Refuse a name that a document may not have.
+
+    Raises:
+        BadName: it is empty, too long, not printable, not trimmed, or looks like a path.
+    """
+    _check_words(name)
+    found = _FORBIDDEN.intersection(name)
+    if found:
+        raise BadName(name, f"has {min(found)!r}; accepted: a name without / and \\")
+    if set(name) == {"."}:
+        raise BadName(name, "consists of dots; accepted: a name with other characters, too")
+
+
+def check_author(author: str) -> None:
+    """Refuse what cannot be the name of whoever saves; as `check_name`, but may hold slashes."""
+    _check_words(author)
+
+
+def _check_words(name: str) -> None:
+    accepted = f"accepted: 1 to {LONGEST_NAME} printable characters"
+    if not 1 <= len(name) <= LONGEST_NAME:
+        raise BadName(name, f"has {len(name)} characters; {accepted}")
+    for place, character in enumerate(name):
+        if not character.isprintable():
+            problem = f"character {place + 1} (U+{ord(character):04X}) is not printable"
+            raise BadName(name, f"{problem}; {accepted}")
+    if name != name.strip():
+        raise BadName(name, "begins or ends with a space; accepted: a name without")
+    # Two spellings of one letter would be two documents that look the same.
+    if not unicodedata.is_normalized("NFC", name):
+        raise BadName(name, "is not in Unicode's composed form; accepted: form NFC")
+
+
+def check_body(kind: DocumentKind, name: str, body: str) -> int:
+    """Return the size of a body [bytes].
+
+    Raises:
+        TooLarge: it exceeds the cap of its kind.
+        BadDocument: it cannot be encoded.
+    """
+    limit = MOST_BODY_BYTES[kind]
+    what = f"{kind} {name!r}"
+    if len(body) > limit:
+        raise TooLarge(what, len(body), limit)
+    try:
+        size = len(body.encode())
+    except UnicodeEncodeError as error:
+        problem = f"half a surrogate pair (U+{ord(body[error.start]):04X}) is no text"
+        raise BadDocument(what, problem, place=f"character {error.start + 1}") from None
+    if size > limit:
+        raise TooLarge(what, size, limit)
+    return size
+
+
+def check_chunk(name: str, data: bytes) -> None:
+    """Refuse a chunk that is empty or too large.
+
+    Raises:
+        TooLarge: it exceeds the cap.
+        BadDocument: it is empty.
+    """
+    what = f"a chunk of recording {name!r}"
+    if not data:
+        raise BadDocument(what, f"is empty; accepted: 1 to {MOST_CHUNK_BYTES} bytes")
+    if len(data) > MOST_CHUNK_BYTES:
+        raise TooLarge(what, len(data), MOST_CHUNK_BYTES)

@@ -1,0 +1,327 @@
+"""The file of the SQLite store: opened, checked, upgraded, copied, and set aside when broken.
+
+Owns what a file must be before its documents are touched, and how a fault of SQLite is named. A
+broken file is renamed, never overwritten, and that is logged; a file that is a sound database of
+somebody else's, or of a later version, is refused and left alone.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import logging
+import os
+import sqlite3
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from .errors import DiskFull, ForeignFile, ReadOnly, StoreBusy, StoreError, StoreFailed, StoreTooNew
+from .schema import APPLICATION_ID, Migration
+
+log = logging.getLogger("openpendant.server")
+
+_BUSY_TIMEOUT = 2.0
+"""How long a change waits for another process that holds the file [s]."""
+
+_MOST_KEPT = 10_000
+_OWNER_ONLY = 0o600  # accounts are in it
+_PRIMARY = 0xFF  # the lower byte of SQLite's extended codes is the kind of fault
+
+# Full sync: what is acknowledged is on the disk, not in its cache. The last two: distrust the file.
+_SETTINGS = (
+    "PRAGMA journal_mode = WAL",
+    "PRAGMA synchronous = FULL",
+    "PRAGMA fullfsync = ON",
+    "PRAGMA journal_size_limit = 16777216",
+    "PRAGMA trusted_schema = OFF",
+    "PRAGMA cell_size_check = ON",
+)
+
+_KINDS: dict[int, type[StoreError]] = {
+    sqlite3.SQLITE_FULL: DiskFull,
+    sqlite3.SQLITE_READONLY: ReadOnly,
+    sqlite3.SQLITE_PERM: ReadOnly,
+    sqlite3.SQLITE_BUSY: StoreBusy,
+    sqlite3.SQLITE_LOCKED: StoreBusy,
+}
+_BROKEN = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB}
+
+
+class BrokenFile(StoreFailed):
+    """The file is no database, or a damaged one."""
+
+
+@dataclass(frozen=True, slots=True)
+class OpenFile:
+    """A file that is sound and has the latest schema.
+
+    Attributes:
+        connection: to it, without transactions of Python's own.
+        is_read_only: nothing can be saved; the medium or the permissions forbid it.
+        set_aside: where a broken file of that name was moved; None where it was sound.
+        before_upgrade: the copy made before an older file was upgraded; None if it was not.
+    """
+
+    connection: sqlite3.Connection
+    is_read_only: bool = False
+    set_aside: Path | None = None
+    before_upgrade: Path | None = None
+
+
+def store_error(error: sqlite3.Error, path: Path) -> StoreError:
+    """Return the typed error for one of SQLite's, with its words and the name of its code."""
+    code = getattr(error, "sqlite_errorcode", 0) & _PRIMARY
+    name = getattr(error, "sqlite_errorname", type(error).__name__)
+    kind = BrokenFile if code in _BROKEN else _KINDS.get(code, StoreFailed)
+    return kind(f"{path}: {error} ({name})")
+
+
+@contextlib.contextmanager
+def translated(path: Path) -> Iterator[None]:
+    """Turn the faults of SQLite and of the system inside the context into a `StoreError`."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise store_error(error, path) from error
+    except OSError as error:
+        raise os_error(error, path) from error
+
+
+def os_error(error: OSError, path: Path) -> StoreError:
+    """Return the typed error for one of the system's, with its words."""
+    text = f"{error.filename or path}: {error.strerror or error}"
+    match error.errno:
+        case errno.ENOSPC | errno.EDQUOT | errno.EFBIG:
+            return DiskFull(text)
+        case errno.EROFS | errno.EACCES | errno.EPERM:
+            return ReadOnly(text)
+    return StoreFailed(text)
+
+
+def open_file(path: Path, migrations: Sequence[Migration]) -> OpenFile:
+    """Open a file for reading and writing; make it, upgrade it, or set it aside where needed.
+
+    Raises:
+        StoreError: it cannot be opened, belongs to another program, or is of a later version.
+    """
+    set_aside = None
+    while True:
+        with translated(path):
+            _make(path)
+        try:
+            _check_writable(path)
+            opened = _open_writable(path, migrations)
+            break
+        except BrokenFile as error:
+            if set_aside is not None:
+                raise
+            set_aside = _set_aside(path)
+            log.error(
+                "the store is broken: %s; it is kept as %s, an empty one begins", error, set_aside
+            )
+        except ReadOnly as error:
+            log.error("the store can be read, but nothing can be saved: %s", error)
+            opened = OpenFile(open_read_only(path, migrations), is_read_only=True)
+            break
+    return OpenFile(opened.connection, opened.is_read_only, set_aside, opened.before_upgrade)
+
+
+def open_read_only(path: Path, migrations: Sequence[Migration]) -> sqlite3.Connection:
+    """Open a file for reading, whether or not a server has it open, too; nothing is changed.
+
+    Raises:
+        StoreError: it cannot be read, is broken, belongs to another program, or has another
+            version.
+    """
+    with translated(path):
+        if not path.is_file():
+            raise StoreFailed(f"{path}: there is no such file")
+        try:
+            return _opened_read_only(path, "mode=ro", migrations)
+        except sqlite3.OperationalError:
+            # On a read-only medium there is no room for the index of the write-ahead log; where
+            # there is nothing in the log, nobody can be writing there.
+            if _log_of(path).exists() and _log_of(path).stat().st_size:
+                raise
+            return _opened_read_only(path, "mode=ro&immutable=1", migrations)
+
+
+def integrity(connection: sqlite3.Connection, *, thorough: bool) -> list[str]:
+    """Return what SQLite finds wrong with a file, at most 20 lines; empty where it is sound."""
+    pragma = "integrity_check" if thorough else "quick_check"
+    found = [str(row[0]) for row in connection.execute(f"PRAGMA {pragma}(20)")]
+    return [] if found == ["ok"] else found
+
+
+def copy(source: sqlite3.Connection, target: Path) -> None:
+    """Copy a file to another that must not exist yet, whole or not at all; others may be writing.
+
+    Raises:
+        StoreError: the target exists or cannot be written.
+    """
+    beside = target.with_name(target.name + ".partial")
+    with translated(target):
+        _create(target)
+        try:
+            with contextlib.closing(_connect(beside, "mode=rwc")) as connection:
+                os.chmod(beside, _OWNER_ONLY)
+                connection.execute("PRAGMA synchronous = FULL")
+                source.backup(connection)
+                # One file to carry away, without a log beside it.
+                connection.execute("PRAGMA journal_mode = DELETE")
+                problems = integrity(connection, thorough=False)
+            if problems:
+                raise BrokenFile(f"{target}: the copy is damaged: {problems[0]}")
+            os.replace(beside, target)
+            _sync_folder(target)
+        except BaseException:
+            beside.unlink(missing_ok=True)
+            target.unlink(missing_ok=True)
+            raise
+
+
+def _check_writable(path: Path) -> None:
+    # Asked of the system, because SQLite only says that it is unable to open the file.
+    for needed in (path, path.parent):
+        if not os.access(needed, os.W_OK):
+            raise ReadOnly(f"{path}: {needed} may not be written")
+
+
+def _open_writable(path: Path, migrations: Sequence[Migration]) -> OpenFile:
+    with translated(path):
+        connection = _connect(path, "mode=rw")
+    try:
+        with translated(path):
+            version = _version(connection, path)
+            _check_version(path, version, migrations)
+            problems = integrity(connection, thorough=False)
+            if problems:
+                raise BrokenFile(f"{path}: {problems[0]}")
+            for statement in _SETTINGS:
+                connection.execute(statement)
+            # Tells now, not at the first save, that the file may only be read.
+            connection.execute("BEGIN IMMEDIATE")
+            connection.execute("ROLLBACK")
+            before_upgrade = _upgrade(connection, path, version, migrations)
+    except BaseException:
+        connection.close()
+        raise
+    return OpenFile(connection, before_upgrade=before_upgrade)
+
+
+def _opened_read_only(path: Path, mode: str, migrations: Sequence[Migration]) -> sqlite3.Connection:
+    connection = _connect(path, mode)
+    try:
+        version = _version(connection, path)
+        _check_version(path, version, migrations)
+        if version < migrations[-1].version:
+            raise ReadOnly(f"{path}: has schema version {version} and must be upgraded first")
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _connect(path: Path, mode: str) -> sqlite3.Connection:
+    return sqlite3.connect(
+        f"{path.absolute().as_uri()}?{mode}",
+        uri=True,
+        timeout=_BUSY_TIMEOUT,
+        isolation_level=None,  # transactions begin and end where this package says
+    )
+
+
+def _version(connection: sqlite3.Connection, path: Path) -> int:
+    """Return the schema version, 0 for an empty file.
+
+    Raises:
+        ForeignFile: another program's tables are in it.
+    """
+    # One statement sees one state of the file, also while another process makes the tables.
+    application_id, version, tables = connection.execute(
+        "SELECT application_id, user_version, (SELECT count(*) FROM sqlite_schema)"
+        " FROM pragma_application_id, pragma_user_version"
+    ).fetchone()
+    if tables and application_id != APPLICATION_ID:
+        raise ForeignFile(f"{path}: is a database of another program; choose another file")
+    return int(version)
+
+
+def _check_version(path: Path, version: int, migrations: Sequence[Migration]) -> None:
+    latest = migrations[-1].version
+    if version > latest:
+        raise StoreTooNew(str(path), version, latest)
+
+
+def _upgrade(
+    connection: sqlite3.Connection, path: Path, version: int, migrations: Sequence[Migration]
+) -> Path | None:
+    """Bring a file to the latest version inside one transaction; return the copy made before."""
+    if version == migrations[-1].version:
+        return None
+    kept = None
+    if version:
+        kept = _free_name(path, f"version-{version}")
+        copy(connection, kept)
+        log.warning("the store is upgraded from version %d; kept before: %s", version, kept)
+    connection.execute("BEGIN IMMEDIATE")
+    try:
+        # Another process may have been faster while this one waited for its turn.
+        version = _version(connection, path)
+        for migration in migrations:
+            if migration.version > version:
+                for statement in migration.statements:
+                    connection.execute(statement)
+        connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+        connection.execute(f"PRAGMA user_version = {migrations[-1].version}")
+        connection.execute("COMMIT")
+    except BaseException:
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")
+        raise
+    return kept
+
+
+def _make(path: Path) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if not path.exists():
+        with contextlib.suppress(FileExistsError):  # another process was faster
+            _create(path)
+        _sync_folder(path)
+
+
+def _create(path: Path) -> None:
+    os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, _OWNER_ONLY))
+
+
+def _sync_folder(path: Path) -> None:
+    folder = os.open(path.parent, os.O_RDONLY)
+    try:
+        os.fsync(folder)
+    finally:
+        os.close(folder)
+
+
+def _log_of(path: Path) -> Path:
+    return path.with_name(path.name + "-wal")
+
+
+def _set_aside(path: Path) -> Path:
+    """Rename a file with its log, so that both still belong together; return the new name."""
+    with translated(path):
+        kept = _free_name(path, "broken")
+        path.rename(kept)
+        if _log_of(path).exists():
+            _log_of(path).rename(_log_of(kept))
+        path.with_name(path.name + "-shm").unlink(missing_ok=True)
+        _sync_folder(path)
+    return kept
+
+
+def _free_name(path: Path, what: str) -> Path:
+    for number in range(1, _MOST_KEPT):
+        free = path.with_name(f"{path.name}.{what}-{number}")
+        if not free.exists():
+            return free
+    raise StoreFailed(f"{path}: {_MOST_KEPT} files {path.name}.{what}-* are kept already")

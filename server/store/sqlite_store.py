@@ -1,0 +1,323 @@
+"""The store in one SQLite file: write-ahead log, full sync, one change after the other.
+
+Owns the statements and the rule of revisions. A change is compared with the kept revision inside
+the transaction that saves it, so that neither two pendants nor two processes overwrite each other.
+Blocks until the disk has answered; used by one thread at a time, the one that opened it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sqlite3
+from collections.abc import Callable, Iterator, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from .documents import (
+    KEPT_REVISIONS,
+    Document,
+    DocumentKind,
+    Extent,
+    Heading,
+    check_author,
+    check_body,
+    check_chunk,
+    check_name,
+)
+from .errors import BadDocument, Conflict, DiskFull, NotFound, OutOfSequence, ReadOnly
+from .schema import MIGRATIONS, Migration
+from .sqlite_file import OpenFile, open_file, open_read_only, translated
+
+_HEADING = "kind, name, revision, size, saved_by, saved_at, body IS NULL"
+_LARGEST_INTEGER = 2**63 - 1
+
+
+def utc_now() -> str:
+    """Return the wall-clock time, for display only."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
+class SqliteStore:
+    """Documents and recordings in one file; see `Store` for what each call promises.
+
+    Attributes:
+        path: the file.
+        is_read_only: nothing can be saved.
+        set_aside: where a broken file of that name was moved when this one was opened, or None.
+        before_upgrade: the copy made before an older file was upgraded, or None.
+    """
+
+    def __init__(self, path: Path, opened: OpenFile, wall_clock: Callable[[], str]) -> None:
+        """Make a store of an open file; `open_store` and `open_for_reading` do both."""
+        self.path = path
+        self.is_read_only = opened.is_read_only
+        self.set_aside = opened.set_aside
+        self.before_upgrade = opened.before_upgrade
+        self._database = opened.connection
+        self._wall_clock = wall_clock
+
+    @property
+    def connection(self) -> sqlite3.Connection:
+        """The connection, for whoever checks or copies the file as a whole."""
+        return self._database
+
+    def load(self, kind: DocumentKind, name: str, revision: int | None = None) -> Document:
+        """Return a document, the latest revision if none is named."""
+        check_name(name)
+        wanted = _LARGEST_INTEGER if revision is None else revision
+        if not 0 < wanted <= _LARGEST_INTEGER:
+            raise NotFound(kind, name, revision)
+        with translated(self.path):
+            row = self._database.execute(
+                f"SELECT {_HEADING}, body FROM revision"
+                " WHERE kind = ? AND name = ? AND revision <= ? ORDER BY revision DESC LIMIT 1",
+                (kind, name, wanted),
+            ).fetchone()
+        heading = None if row is None else _heading(row)
+        if heading is None or heading.deleted or revision not in (None, heading.revision):
+            raise NotFound(kind, name, revision)
+        return Document(heading, row[-1])
+
+    def headings(self, kind: DocumentKind | None = None) -> tuple[Heading, ...]:
+        """Return the latest revision of every document, by kind and name; deleted ones not."""
+        with translated(self.path):
+            rows = self._database.execute(
+                # With max() alone, SQLite takes the other columns from the row of the maximum.
+                "SELECT kind, name, max(revision), size, saved_by, saved_at, body IS NULL"
+                " FROM revision WHERE ?1 IS NULL OR kind = ?1"
+                " GROUP BY kind, name ORDER BY kind, name",
+                (kind,),
+            ).fetchall()
+        return tuple(heading for heading in map(_heading, rows) if not heading.deleted)
+
+    def history(self, kind: DocumentKind, name: str) -> tuple[Heading, ...]:
+        """Return the revisions of a document that are kept, deletions included, oldest first."""
+        check_name(name)
+        with translated(self.path):
+            rows = self._database.execute(
+                f"SELECT {_HEADING} FROM revision WHERE kind = ? AND name = ? ORDER BY revision",
+                (kind, name),
+            ).fetchall()
+        if not rows:
+            raise NotFound(kind, name)
+        return tuple(map(_heading, rows))
+
+    def save(
+        self, kind: DocumentKind, name: str, body: str, *, expected_revision: int, author: str
+    ) -> Heading:
+        """Save a document and return its new revision."""
+        check_name(name)
+        check_author(author)
+        size = check_body(kind, name, body)
+        self._check_json(kind, name, body)
+        with self._change():
+            current = self._latest(kind, name)
+            _check_revision(kind, name, expected_revision, current)
+            saved = self._heading_after(current, kind, name, size, author)
+            self._insert(saved, body)
+        return saved
+
+    def delete(
+        self, kind: DocumentKind, name: str, *, expected_revision: int, author: str
+    ) -> Heading:
+        """Delete a document and return the revision that is its deletion."""
+        check_name(name)
+        check_author(author)
+        with self._change():
+            current = self._latest(kind, name)
+            if current is None or (current.deleted and not expected_revision):
+                raise NotFound(kind, name)
+            _check_revision(kind, name, expected_revision, current)
+            deleted = self._heading_after(current, kind, name, 0, author, deleted=True)
+            self._insert(deleted, None)
+            if kind is DocumentKind.RECORDING:
+                self._database.execute("DELETE FROM recording_chunk WHERE name = ?", (name,))
+        return deleted
+
+    def append_chunk(self, name: str, sequence: int, data: bytes) -> Extent:
+        """Append to a recording; return how much it holds now."""
+        check_name(name)
+        check_chunk(name, data)
+        with self._change():
+            extent = self._extent(name)
+            if sequence == extent.chunks - 1 and self._chunk(name, sequence) == data:
+                return extent
+            if sequence != extent.chunks:
+                raise OutOfSequence(name, sequence, extent.chunks)
+            self._database.execute(
+                "INSERT INTO recording_chunk (name, sequence, total, data) VALUES (?, ?, ?, ?)",
+                (name, sequence, extent.size + len(data), data),
+            )
+        return Extent(sequence + 1, extent.size + len(data))
+
+    def load_chunks(self, name: str, first: int, most: int) -> tuple[bytes, ...]:
+        """Return up to `most` chunks of a recording, from number `first` on."""
+        check_name(name)
+        with translated(self.path):
+            self._check_recording(name)
+            rows = self._database.execute(
+                "SELECT data FROM recording_chunk"
+                " WHERE name = ? AND sequence >= ? ORDER BY sequence LIMIT ?",
+                (name, min(first, _LARGEST_INTEGER), min(most, _LARGEST_INTEGER)),
+            ).fetchall()
+        return tuple(row[0] for row in rows)
+
+    def extent(self, name: str) -> Extent:
+        """Return how much of a recording is kept."""
+        check_name(name)
+        with translated(self.path):
+            return self._extent(name)
+
+    @contextlib.contextmanager
+    def together(self) -> Iterator[None]:
+        """Keep all changes made inside the context or, if it raises, none of them."""
+        with self._change():
+            yield
+
+    def close(self) -> None:
+        """Close the file; its log is merged into it."""
+        with translated(self.path):
+            self._database.close()
+
+    @contextlib.contextmanager
+    def _change(self) -> Iterator[None]:
+        """Run a transaction that is on the disk when the context ends, or undone if it raises."""
+        if self.is_read_only:
+            raise ReadOnly(f"{self.path}: was opened for reading only")
+        if self._database.in_transaction:  # of `together`
+            yield
+            return
+        try:
+            with translated(self.path):
+                self._database.execute("BEGIN IMMEDIATE")
+                yield
+                self._database.execute("COMMIT")
+        except BaseException as error:
+            self._undo(merge_log=isinstance(error, DiskFull))
+            raise
+
+    def _undo(self, *, merge_log: bool) -> None:
+        # Secondary faults of a disk that fails already tell nothing new; the first one is raised.
+        with contextlib.suppress(sqlite3.Error):
+            if self._database.in_transaction:
+                self._database.execute("ROLLBACK")
+            if merge_log:
+                # Gives back the room that the log takes, so that a deletion may find it.
+                self._database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+
+    def _check_json(self, kind: DocumentKind, name: str, body: str) -> None:
+        # By SQLite, which lets other threads run meanwhile; Python's parser would not.
+        with translated(self.path):
+            (is_json,) = self._database.execute("SELECT json_valid(?)", (body,)).fetchone()
+        if not is_json:
+            problem = "the body is not JSON, or nested too deeply; accepted: up to 1000 levels"
+            raise BadDocument(f"{kind} {name!r}", problem)
+
+    def _latest(self, kind: DocumentKind, name: str) -> Heading | None:
+        row = self._database.execute(
+            f"SELECT {_HEADING} FROM revision"
+            " WHERE kind = ? AND name = ? ORDER BY revision DESC LIMIT 1",
+            (kind, name),
+        ).fetchone()
+        return None if row is None else _heading(row)
+
+    def _heading_after(
+        self,
+        current: Heading | None,
+        kind: DocumentKind,
+        name: str,
+        size: int,
+        author: str,
+        *,
+        deleted: bool = False,
+    ) -> Heading:
+        # The revision alone tells what is newer: it goes on whatever the clock says.
+        revision = 1 if current is None else current.revision + 1
+        return Heading(kind, name, revision, size, author, self._wall_clock(), deleted)
+
+    def _insert(self, heading: Heading, body: str | None) -> None:
+        values = (heading.kind, heading.name, heading.revision)
+        self._database.execute(
+            "INSERT INTO revision (kind, name, revision, size, saved_by, saved_at, body)"
+            " VALUES (?, ?, ?, ?, ?, ?, ?)",
+            (*values, heading.size, heading.saved_by, heading.saved_at, body),
+        )
+        self._database.execute(
+            "DELETE FROM revision WHERE kind = ? AND name = ? AND revision <= ?",
+            (*values[:2], heading.revision - KEPT_REVISIONS[heading.kind]),
+        )
+
+    def _check_recording(self, name: str) -> None:
+        heading = self._latest(DocumentKind.RECORDING, name)
+        if heading is None or heading.deleted:
+            raise NotFound(DocumentKind.RECORDING, name)
+
+    def _extent(self, name: str) -> Extent:
+        self._check_recording(name)
+        row = self._database.execute(
+            "SELECT sequence + 1, total FROM recording_chunk"
+            " WHERE name = ? ORDER BY sequence DESC LIMIT 1",
+            (name,),
+        ).fetchone()
+        return Extent(0, 0) if row is None else Extent(*row)
+
+    def _chunk(self, name: str, sequence: int) -> bytes | None:
+        row = self._database.execute(
+            "SELECT data FROM recording_chunk WHERE name = ? AND sequence = ?", (name, sequence)
+        ).fetchone()
+        return None if row is None else bytes(row[0])
+
+
+def open_store(
+    path: Path,
+    *,
+    wall_clock: Callable[[], str] = utc_now,
+    migrations: Sequence[Migration] = MIGRATIONS,
+) -> SqliteStore:
+    """Open the store of a server; make its file, upgrade it, or set a broken one aside.
+
+    Args:
+        path: the file.
+        wall_clock: the time as text, for display only.
+        migrations: the versions of its tables, oldest first.
+
+    Raises:
+        StoreError: it cannot be opened, belongs to another program, or is of a later version.
+    """
+    return SqliteStore(path, open_file(path, migrations), wall_clock)
+
+
+def open_for_reading(path: Path, *, migrations: Sequence[Migration] = MIGRATIONS) -> SqliteStore:
+    """Open a store whose file must not be changed, whether or not a server has it open.
+
+    Raises:
+        StoreError: it is not there, broken, of another program or of another version.
+    """
+    opened = OpenFile(open_read_only(path, migrations), is_read_only=True)
+    return SqliteStore(path, opened, utc_now)
+
+
+def _check_revision(kind: DocumentKind, name: str, expected: int, current: Heading | None) -> None:
+    if current is None:
+        if expected:
+            raise Conflict(kind, name, expected, 0)
+        return
+    kept = 0 if current.deleted else current.revision
+    if expected != kept:
+        raise Conflict(
+            kind,
+            name,
+            expected,
+            current.revision,
+            current.saved_by,
+            current.saved_at,
+            deleted=current.deleted,
+        )
+
+
+def _heading(row: Sequence[Any]) -> Heading:
+    kind, name, revision, size, saved_by, saved_at, deleted = row[:7]
+    return Heading(
+        DocumentKind(kind), name, revision, size, saved_by, saved_at, deleted=bool(deleted)
+    )

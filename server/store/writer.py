@@ -1,0 +1,154 @@
+"""The thread that works the store, so that a slow disk holds up neither the event loop nor a robot.
+
+The one module of the store that owns a thread. Requests are done in the order they came; each gets
+exactly one answer, and a change is answered after the disk has it. What waits is bounded in number
+and in bytes: more is answered at once with `StoreBusy`.
+"""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import TypeVar
+
+from .errors import StoreBusy, StoreError, StoreFailed
+from .requests import Answer, Request, perform, size_of
+from .store import Store
+
+MOST_WAITING = 1_024
+"""Requests that may wait for a disk that does not keep up."""
+
+MOST_WAITING_BYTES = 64 << 20
+"""Bytes of documents and chunks that may wait."""
+
+_FAREWELL = 5.0
+
+log = logging.getLogger("openpendant.server")
+
+AnyStore = TypeVar("AnyStore", bound=Store)
+OnDone = Callable[[Answer], None]
+Call = Callable[[], None]
+
+
+class StoreWriter:
+    """A store worked by a thread of its own.
+
+    Attributes:
+        is_failing: the last change could not be saved; for the log, which must not fill.
+    """
+
+    def __init__(
+        self, open_store: Callable[[], Store], hand_over: Callable[[Call], object]
+    ) -> None:
+        """Start the thread and wait until it has opened the store.
+
+        Args:
+            open_store: opens it; called in the thread, which also closes it.
+            hand_over: has a call made where answers are wanted; with asyncio the loop's
+                `call_soon_threadsafe`.
+
+        Raises:
+            StoreError: the store cannot be opened.
+        """
+        self._hand_over = hand_over
+        self._turn = threading.Condition()
+        self._waiting: deque[tuple[Request, OnDone]] = deque()
+        self._waiting_bytes = 0
+        self._is_closing = False
+        self.is_failing = False
+        opened: Future[None] = Future()
+        self._thread = threading.Thread(
+            target=self._run, args=(open_store, opened), name="store", daemon=True
+        )
+        self._thread.start()
+        opened.result()
+
+    def submit(self, request: Request, on_done: OnDone) -> None:
+        """Take a request; `on_done` is handed over with its answer, never called from in here."""
+        with self._turn:
+            refusal = self._refusal(request)
+            if refusal is None:
+                self._waiting.append((request, on_done))
+                self._waiting_bytes += size_of(request)
+                self._turn.notify()
+        if refusal is not None:
+            self._deliver(on_done, refusal)
+
+    def close(self) -> bool:
+        """Do what waits, for at most five seconds, and close the store.
+
+        Returns:
+            Whether everything was done; a disk that hangs may keep the rest from being saved.
+        """
+        with self._turn:
+            self._is_closing = True
+            self._turn.notify()
+        self._thread.join(_FAREWELL)
+        if self._thread.is_alive():
+            log.error("the disk did not take what was to be saved within %g s", _FAREWELL)
+            return False
+        return True
+
+    def _refusal(self, request: Request) -> StoreError | None:
+        if self._is_closing:
+            return StoreBusy("the store is being closed")
+        if len(self._waiting) >= MOST_WAITING:
+            return StoreBusy(f"{len(self._waiting)} requests wait for the disk; at most that many")
+        if self._waiting_bytes + size_of(request) > MOST_WAITING_BYTES:
+            return StoreBusy(
+                f"{self._waiting_bytes} bytes wait for the disk; at most {MOST_WAITING_BYTES}"
+            )
+        return None
+
+    def _run(self, open_store: Callable[[], Store], opened: Future[None]) -> None:
+        try:
+            store = open_store()
+        except BaseException as error:
+            opened.set_exception(error)
+            return
+        opened.set_result(None)
+        while (taken := self._next()) is not None:
+            request, on_done = taken
+            self._deliver(on_done, self._answer(store, request))
+        try:
+            store.close()
+        except StoreError as error:
+            log.error("the store was not closed well: %s", error)
+
+    def _next(self) -> tuple[Request, OnDone] | None:
+        with self._turn:
+            while not self._waiting and not self._is_closing:
+                self._turn.wait()
+            if not self._waiting:
+                return None
+            request, on_done = self._waiting.popleft()
+            self._waiting_bytes -= size_of(request)
+            return request, on_done
+
+    def _answer(self, store: Store, request: Request) -> Answer:
+        try:
+            answer: Answer = perform(store, request)
+        except StoreFailed as error:
+            # Once for each time that it begins: a full disk must not be filled by its own log.
+            if not self.is_failing:
+                log.error("the store fails: %s", error)
+            self.is_failing = True
+            return error
+        except StoreError as error:
+            return error
+        except Exception as error:
+            # A fault of ours; who asked is told, and the next request is served.
+            log.exception("a request to the store failed")
+            return StoreFailed(f"{type(error).__name__}: {error}")
+        self.is_failing = False
+        return answer
+
+    def _deliver(self, on_done: OnDone, answer: Answer) -> None:
+        try:
+            self._hand_over(lambda: on_done(answer))
+        except RuntimeError as error:
+            # The loop ended first; what was saved is saved.
+            log.info("nobody waits for an answer of the store any more: %s", error)

@@ -1,0 +1,81 @@
+"""Trimming and renaming recordings: a copy, all or nothing."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from stored_documents import ANN, opened
+
+from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.errors import BadDocument, Conflict, NotFound
+from openpendant.server.store.recording_edit import rename_recording, trim_recording
+from openpendant.server.store.samples import Row, pack_rows, unpack_rows
+from openpendant.server.store.sqlite_store import SqliteStore
+
+KIND = DocumentKind.RECORDING
+ROWS = [(0.1 * n, float(n), float(n == 6)) for n in range(10)]
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[SqliteStore]:
+    with opened(tmp_path / "store.db") as made:
+        body = json.dumps({"columns": ["t", "j1", "gap"], "robot": "r"})
+        made.save(KIND, "arc", body, expected_revision=0, author=ANN)
+        for number in range(5):
+            made.append_chunk("arc", number, pack_rows(ROWS[2 * number : 2 * number + 2]))
+        yield made
+
+
+def _rows(store: SqliteStore, name: str) -> list[Row]:
+    return [row for chunk in store.load_chunks(name, 0, 99) for row in unpack_rows(chunk, 3)]
+
+
+def test_a_part_counts_its_time_from_its_first_row(store: SqliteStore) -> None:
+    trim_recording(store, "arc", "part", 0.35, 0.75, ANN)
+    times, values, gaps = zip(*_rows(store, "part"), strict=True)
+    assert times == pytest.approx([0.0, 0.1, 0.2, 0.3])
+    assert (values, gaps) == ((4.0, 5.0, 6.0, 7.0), (0.0, 0.0, 1.0, 0.0))
+    body = json.loads(store.load(KIND, "part").body)
+    assert (body["samples"], body["gaps"], body["robot"]) == (4, 1, "r")
+    assert body["duration"] == pytest.approx(0.3)
+
+
+def test_the_whole_stays_as_it_was(store: SqliteStore) -> None:
+    trim_recording(store, "arc", "part", 0.35, None, ANN)
+    assert _rows(store, "arc") == ROWS
+
+
+def test_no_gap_is_left_in_front_of_the_first_row(store: SqliteStore) -> None:
+    trim_recording(store, "arc", "part", 0.55, None, ANN)
+    assert _rows(store, "part")[0] == (0.0, 6.0, 0.0)
+
+
+def test_an_empty_part_leaves_nothing_behind(store: SqliteStore) -> None:
+    with pytest.raises(BadDocument, match="no sample"):
+        trim_recording(store, "arc", "part", 5.0, 6.0, ANN)
+    with pytest.raises(NotFound):
+        store.load(KIND, "part")
+
+
+def test_a_taken_name_is_refused(store: SqliteStore) -> None:
+    trim_recording(store, "arc", "part", 0.0, None, ANN)
+    with pytest.raises(Conflict):
+        trim_recording(store, "arc", "part", 0.0, None, ANN)
+
+
+def test_a_renamed_recording_keeps_every_bit(store: SqliteStore) -> None:
+    rename_recording(store, "arc", "bow", 1, ANN)
+    assert _rows(store, "bow") == ROWS
+    with pytest.raises(NotFound):
+        store.load(KIND, "arc")
+
+
+def test_a_rename_from_an_old_revision_changes_nothing(store: SqliteStore) -> None:
+    with pytest.raises(Conflict):
+        rename_recording(store, "arc", "bow", 7, ANN)
+    assert _rows(store, "arc") == ROWS
+    with pytest.raises(NotFound):
+        store.load(KIND, "bow")

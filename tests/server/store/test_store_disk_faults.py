@@ -1,0 +1,188 @@
+"""Promise 23: a disk that is full or read-only refuses what is new and keeps what is there."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from stored_documents import opened, save
+
+from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.errors import DiskFull, ReadOnly, StoreFailed
+from openpendant.server.store.file_check import check_store
+from openpendant.server.store.sqlite_store import SqliteStore, open_store
+from openpendant.simplemsg.verdicts import VerdictCode
+
+PROGRAM = DocumentKind.PROGRAM
+BODY = '{"text": "' + "x" * 8_000 + '"}'
+
+Mount = Callable[[int], Path]
+
+
+@pytest.fixture
+def mount(tmp_path: Path) -> Iterator[Mount]:
+    """Mounts a small disk of so many KiB; skips where that is not allowed."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mounted = False
+
+    def mount(kibibytes: int) -> Path:
+        nonlocal mounted
+        command = ["mount", "-t", "tmpfs", "-o", f"size={kibibytes}k", "tmpfs", str(folder)]
+        if shutil.which("mount") is None or subprocess.run(command, capture_output=True).returncode:
+            pytest.skip("a disk cannot be mounted here")
+        mounted = True
+        return folder
+
+    yield mount
+    if mounted:
+        subprocess.run(["umount", "-l", str(folder)], check=True)
+
+
+def fill_up(store: SqliteStore) -> int:
+    """Save programs until the disk is full; return how many were acknowledged."""
+    for number in range(10_000):
+        try:
+            save(store, f"p{number:05d}", BODY)
+        except DiskFull:
+            return number
+    raise AssertionError("the disk never became full")
+
+
+def check_all_there(store: SqliteStore, count: int) -> None:
+    assert [heading.name for heading in store.headings()] == [f"p{n:05d}" for n in range(count)]
+    assert {store.load(PROGRAM, heading.name).body for heading in store.headings()} == {BODY}
+
+
+def test_a_full_file_refuses_what_is_new_and_saves_again_once_there_is_room(
+    tmp_path: Path,
+) -> None:
+    with opened(tmp_path / "store.db") as store:
+        store.connection.execute("PRAGMA max_page_count = 40")
+        saved = fill_up(store)
+        assert saved > 5
+        for _ in range(3):
+            with pytest.raises(DiskFull, match="full") as refused:
+                save(store, "more", BODY)
+        assert refused.value.refusal().code == VerdictCode.DISK_FULL
+        check_all_there(store, saved)
+        store.connection.execute("PRAGMA max_page_count = 4000")
+        save(store, "more", BODY)
+    assert check_store(tmp_path / "store.db").problems == ()
+
+
+def test_a_full_disk_refuses_what_is_new_and_saves_again_once_there_is_room(mount: Mount) -> None:
+    disk = mount(512)
+    path = disk / "store.db"
+    with opened(path) as store:
+        ballast = disk / "ballast"
+        ballast.write_bytes(bytes(128 << 10))
+        saved = fill_up(store)
+        assert saved > 5
+        check_all_there(store, saved)
+        ballast.unlink()
+        save(store, f"p{saved:05d}", BODY)
+        check_all_there(store, saved + 1)
+    assert check_store(path).problems == ()
+
+
+def test_on_a_full_disk_a_deletion_still_finds_room(mount: Mount) -> None:
+    with opened(mount(512) / "store.db") as store:
+        saved = fill_up(store)
+        store.delete(PROGRAM, "p00000", expected_revision=1, author="ann")
+        assert len(store.headings()) == saved - 1
+
+
+def test_a_disk_too_small_for_any_store_is_told_at_once(mount: Mount) -> None:
+    disk = mount(64)
+    (disk / "ballast").write_bytes(bytes(40 << 10))
+    with pytest.raises(StoreFailed, match=r"full|space|I/O"):
+        open_store(disk / "store.db")
+    (disk / "ballast").unlink()
+
+
+LIMITED = """
+import resource, sys
+from pathlib import Path
+from stored_documents import opened, save
+from openpendant.server.store.errors import StoreFailed
+
+with opened(Path(sys.argv[1])) as store:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, hard))
+    count = 0
+    try:
+        while True:
+            save(store, f"p{count:05d}", '{"text": "' + "x" * 8_000 + '"}')
+            count += 1
+    except StoreFailed as error:
+        print(count, error)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    save(store, f"p{count:05d}", '{"text": "' + "x" * 8_000 + '"}')
+"""
+
+
+def test_a_write_that_fails_halfway_is_undone(tmp_path: Path) -> None:
+    path = tmp_path / "store.db"
+    ran = subprocess.run(
+        [sys.executable, "-c", LIMITED, str(path)],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    count = int(ran.stdout.split()[0])
+    assert "I/O" in ran.stdout
+    with opened(path) as store:
+        check_all_there(store, count + 1)
+
+
+def test_a_read_only_disk_is_read_and_every_change_is_refused(
+    mount: Mount, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = mount(512) / "store.db"
+    with opened(path) as store:
+        save(store, "p00000", BODY)
+    subprocess.run(["mount", "-o", "remount,ro", str(path.parent)], check=True)
+    with opened(path) as store:
+        assert store.is_read_only
+        check_all_there(store, 1)
+        with pytest.raises(ReadOnly) as refused:
+            save(store, "more", BODY)
+        assert refused.value.refusal().code == VerdictCode.STORE_READ_ONLY
+    assert "nothing can be saved" in caplog.text
+    assert check_store(path).problems == ()
+
+
+def test_a_disk_that_turns_read_only_refuses_changes_and_takes_them_again(mount: Mount) -> None:
+    path = mount(512) / "store.db"
+    with opened(path) as store:
+        save(store, "p00000", BODY)
+        # As the system does after a fault of the disk; open files may still be written then, so
+        # what SQLite is told is what matters here.
+        store.connection.execute("PRAGMA query_only = ON")
+        with pytest.raises(ReadOnly, match="readonly"):
+            save(store, "p00001", BODY)
+        check_all_there(store, 1)
+        store.connection.execute("PRAGMA query_only = OFF")
+        save(store, "p00001", BODY)
+        check_all_there(store, 2)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="permissions do not bind the superuser")
+def test_a_file_that_may_only_be_read_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "store.db"
+    with opened(path) as store:
+        save(store, "p00000", BODY)
+    path.chmod(0o400)
+    with opened(path) as store:
+        assert store.is_read_only
+        check_all_there(store, 1)
+        with pytest.raises(ReadOnly):
+            save(store, "more", BODY)

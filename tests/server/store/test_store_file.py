@@ -1,0 +1,258 @@
+"""Opening: sound files open, older ones are upgraded, all others are left as they are."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import random
+import sqlite3
+import threading
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from stored_documents import opened, save
+
+from openpendant.server.store import sqlite_file
+from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.errors import (
+    ForeignFile,
+    ReadOnly,
+    StoreError,
+    StoreFailed,
+    StoreTooNew,
+)
+from openpendant.server.store.schema import MIGRATIONS, Migration
+from openpendant.server.store.sqlite_store import open_for_reading, open_store
+
+LATEST = MIGRATIONS[-1].version
+NEXT = Migration(LATEST + 1, ("ALTER TABLE revision ADD COLUMN note TEXT NOT NULL DEFAULT ''",))
+BROKEN_STEP = Migration(LATEST + 2, ("CREATE TABLE other (a)", "CREATE TABLE other (a)"))
+
+PROGRAM = DocumentKind.PROGRAM
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "store.db"
+
+
+def fill(path: Path) -> None:
+    with opened(path) as store:
+        for number in range(20):
+            save(store, f"p{number}", f'{{"text": "{"x" * 2_000}"}}')
+
+
+def names(path: Path) -> list[str]:
+    return sorted(file.name for file in path.parent.iterdir())
+
+
+def test_a_new_file_and_its_folder_are_made_for_the_owner_only(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "folder" / "store.db"
+    with opened(path):
+        assert path.stat().st_mode & 0o777 == 0o600
+        log = path.with_name("store.db-wal")
+        assert not log.exists() or log.stat().st_mode & 0o777 == 0o600
+
+
+def test_a_name_with_signs_of_an_address_is_a_file_name_all_the_same(tmp_path: Path) -> None:
+    path = tmp_path / "a?b#c%20 d.db"
+    fill(path)
+    assert path.is_file()
+
+
+def test_an_older_file_is_upgraded_after_a_copy_was_made(path: Path) -> None:
+    fill(path)
+    store = open_store(path, migrations=[*MIGRATIONS, NEXT])
+    assert store.connection.execute("PRAGMA user_version").fetchone() == (NEXT.version,)
+    assert store.connection.execute("SELECT note FROM revision LIMIT 1").fetchone() == ("",)
+    assert len(store.headings()) == 20
+    kept = store.before_upgrade
+    store.close()
+    assert kept == path.with_name(f"store.db.version-{LATEST}-1")
+    assert kept is not None
+    with opened(kept) as before:
+        assert len(before.headings()) == 20
+
+
+def test_an_upgrade_that_fails_leaves_the_older_file_as_it_was(path: Path) -> None:
+    fill(path)
+    with pytest.raises(StoreFailed, match="already exists"):
+        open_store(path, migrations=[*MIGRATIONS, NEXT, BROKEN_STEP])
+    with opened(path) as store:
+        assert len(store.headings()) == 20
+        columns = store.connection.execute("PRAGMA table_info(revision)").fetchall()
+        assert "note" not in [column[1] for column in columns]
+
+
+def test_a_file_of_a_later_version_is_refused_and_left_alone(path: Path) -> None:
+    fill(path)
+    open_store(path, migrations=[*MIGRATIONS, NEXT]).close()
+    before = path.read_bytes()
+    for open_it in (open_store, open_for_reading):
+        with pytest.raises(StoreTooNew) as refused:
+            open_it(path)
+        assert (refused.value.found, refused.value.known) == (NEXT.version, LATEST)
+    assert path.read_bytes() == before
+
+
+def test_a_database_of_another_program_is_refused_and_left_alone(path: Path) -> None:
+    with contextlib.closing(sqlite3.connect(path)) as other:
+        other.execute("CREATE TABLE theirs (a)")
+    before = path.read_bytes()
+    for open_it in (open_store, open_for_reading):
+        with pytest.raises(ForeignFile, match="another program"):
+            open_it(path)
+    assert path.read_bytes() == before
+    assert names(path) == ["store.db"]
+
+
+def cut(content: bytes) -> bytes:
+    return content[: len(content) // 2]
+
+
+def garbage_in_the_middle(content: bytes) -> bytes:
+    # From the second page on: that is where the tables begin.
+    return content[:4096] + random.Random(1).randbytes(8192) + content[12288:]
+
+
+DAMAGES: list[Callable[[bytes], bytes]] = [
+    cut,
+    garbage_in_the_middle,
+    lambda content: bytes(len(content)),
+    lambda content: random.Random(2).randbytes(100) + content[100:],
+    lambda content: content[:100],
+    lambda content: b"no database at all\n",
+]
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_broken_file_is_set_aside_aloud_and_an_empty_store_begins(
+    path: Path, damage: Callable[[bytes], bytes], caplog: pytest.LogCaptureFixture
+) -> None:
+    """Promise 22: nothing is ever overwritten."""
+    fill(path)
+    broken = damage(path.read_bytes())
+    path.write_bytes(broken)
+    with caplog.at_level(logging.ERROR), opened(path) as store:
+        assert store.set_aside == path.with_name("store.db.broken-1")
+        assert store.headings() == ()
+        save(store, "after")
+    assert path.with_name("store.db.broken-1").read_bytes() == broken
+    assert "store.db.broken-1" in caplog.text
+    assert len(caplog.records) == 1
+
+
+def test_every_broken_file_is_kept(path: Path) -> None:
+    for number in range(1, 4):
+        path.write_bytes(b"broken %d" % number)
+        with opened(path) as store:
+            assert store.set_aside == path.with_name(f"store.db.broken-{number}")
+    for number in range(1, 4):
+        assert path.with_name(f"store.db.broken-{number}").read_bytes() == b"broken %d" % number
+
+
+def test_reading_a_broken_file_leaves_it_where_it_is(path: Path) -> None:
+    path.write_bytes(b"broken")
+    with pytest.raises(StoreFailed, match="not a database"):
+        open_for_reading(path)
+    assert names(path) == ["store.db"]
+
+
+def test_a_log_cut_anywhere_loses_no_earlier_change(path: Path) -> None:
+    """Promise 22: as after a loss of power in the middle of a write."""
+    copies = []
+    with opened(path) as store:
+        for number in range(10):
+            save(store, f"p{number}")
+        main, log = path.read_bytes(), path.with_name("store.db-wal").read_bytes()
+        rng = random.Random(3)
+        for number, size in enumerate(
+            [0, 31, len(log), *(rng.randrange(len(log)) for _ in "12345")]
+        ):
+            copy = path.with_name(f"copy{number}.db")
+            copy.write_bytes(main)
+            copy.with_name(f"{copy.name}-wal").write_bytes(log[:size])
+            copies.append((size, copy))
+    kept = []
+    for _, copy in sorted(copies):
+        with opened(copy) as store:
+            assert store.set_aside is None
+            kept.append(len(store.headings()))
+            found = [heading.name for heading in store.headings()]
+            assert found == [f"p{number}" for number in range(kept[-1])]
+    assert kept == sorted(kept)
+    assert kept[-1] == 10
+
+
+@pytest.mark.parametrize("target", ["folder", "missing/parent/is/a/file"])
+def test_what_cannot_be_opened_is_told_with_the_system_s_words(path: Path, target: str) -> None:
+    (path.parent / "folder").mkdir()
+    (path.parent / "missing").write_text("")
+    with pytest.raises(StoreError, match=r"open|directory|exists"):
+        open_store(path.parent / target)
+
+
+def test_two_processes_may_make_the_file_at_once(path: Path) -> None:
+    failures: list[BaseException] = []
+    ready = threading.Barrier(4)
+
+    def run() -> None:
+        try:
+            ready.wait()
+            open_store(path).close()
+        except BaseException as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=run) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failures == []
+    assert names(path) == ["store.db"]
+
+
+def test_a_copy_of_a_store_in_use_is_a_store_of_its_own(path: Path) -> None:
+    copy = path.with_name("copy.db")
+    with opened(path) as writer:
+        save(writer, "weld", '{"speed": 1}')
+        reader = open_for_reading(path)
+        sqlite_file.copy(reader.connection, copy)
+        reader.close()
+        save(writer, "weld", '{"speed": 2}', 1)
+    assert copy.stat().st_mode & 0o777 == 0o600
+    with opened(copy) as store:
+        assert store.load(PROGRAM, "weld").body == '{"speed": 1}'
+
+
+def test_a_copy_overwrites_nothing(path: Path) -> None:
+    with opened(path) as store:
+        path.with_name("copy.db").write_text("mine")
+        with pytest.raises(StoreFailed, match="exists"):
+            sqlite_file.copy(store.connection, path.with_name("copy.db"))
+    assert path.with_name("copy.db").read_text() == "mine"
+
+
+def test_what_is_opened_for_reading_cannot_be_changed(path: Path) -> None:
+    fill(path)
+    before = path.read_bytes()
+    with contextlib.closing(open_for_reading(path)) as store:
+        assert len(store.headings()) == 20
+        with pytest.raises(ReadOnly, match="reading only"):
+            save(store, "more")
+    assert path.read_bytes() == before
+
+
+def test_reading_what_is_not_there_makes_no_file(path: Path) -> None:
+    with pytest.raises(StoreFailed, match="no such file"):
+        open_for_reading(path)
+    assert names(path) == []
+
+
+def test_an_empty_file_is_a_new_store(path: Path) -> None:
+    os.close(os.open(path, os.O_CREAT))
+    with opened(path) as store:
+        assert store.set_aside is None
+        assert save(store, "weld") == 1

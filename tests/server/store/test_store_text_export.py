@@ -1,0 +1,242 @@
+from __future__ import annotations
+
+import json
+import tracemalloc
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from stored_documents import ANN, opened, save
+
+from openpendant.server.store import text_export
+from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.errors import (
+    BadDocument,
+    BadName,
+    Conflict,
+    StoreError,
+    StoreFailed,
+    TooLarge,
+)
+from openpendant.server.store.samples import pack_rows
+from openpendant.server.store.sqlite_store import SqliteStore
+from openpendant.server.store.text_export import (
+    DEEPEST,
+    FORMAT,
+    MOST_FILE_BYTES,
+    documents_from_json,
+    documents_to_json,
+    read_file,
+    recording_rows,
+    save_entries,
+)
+
+PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Iterator[SqliteStore]:
+    with opened(tmp_path / "store.db") as store:
+        yield store
+
+
+def text_of(store: SqliteStore) -> str:
+    return "".join(documents_to_json(store, store.headings()))
+
+
+def file_of(*documents: Any, **more: Any) -> str:
+    return json.dumps({"format": FORMAT, "documents": documents, **more})
+
+
+def program(body: str = '{"a": 1}', name: str = '"p"') -> str:
+    head = f'{{"format": "{FORMAT}", "documents": [\n'
+    return head + f'{{"kind": "program", "name": {name}, "body": {body}}}]}}'
+
+
+def test_an_export_imported_elsewhere_is_the_same_to_the_last_bit(
+    store: SqliteStore, tmp_path: Path
+) -> None:
+    rows = [(0.0, 0.1, -1e-300), (0.01, 1 / 3, 5e-324)]
+    save(store, "Größe \U0001f600", '{"text": "é\\n", "speed": 0.30000000000000004, "n": 1}')
+    body = '{"columns": ["t", "j1", "j2"]}'
+    store.save(RECORDING, "r", body, expected_revision=0, author=ANN)
+    store.append_chunk("r", 0, pack_rows(rows[:1]))
+    store.append_chunk("r", 1, pack_rows(rows[1:]))
+    text = text_of(store)
+    assert text.isascii()
+    with opened(tmp_path / "other.db") as other:
+        save_entries(other, documents_from_json(text, "x.json"), ANN, replace=False)
+        for heading in store.headings():
+            before = json.loads(store.load(heading.kind, heading.name).body)
+            after = json.loads(other.load(heading.kind, heading.name).body)
+            assert (after, [*after]) == (before, [*before])
+        assert list(recording_rows(other, "r", 3)) == rows
+
+
+def test_an_export_of_nothing_is_a_file_all_the_same(store: SqliteStore) -> None:
+    assert documents_from_json(text_of(store), "x.json") == ()
+
+
+def test_every_document_has_a_line_of_its_own(store: SqliteStore) -> None:
+    for name in "abc":
+        save(store, name)
+    lines = text_of(store).splitlines()
+    assert [json.loads(line.rstrip(","))["name"] for line in lines[1:-1]] == ["a", "b", "c"]
+
+
+texts = st.text(st.characters(codec="utf-8"))
+reals = st.floats(allow_nan=False, allow_infinity=False)
+values = st.recursive(
+    st.none() | st.booleans() | st.integers(-(10**18), 10**18) | texts | reals,
+    lambda inner: st.lists(inner) | st.dictionaries(texts, inner),
+    max_leaves=10,
+)
+
+
+@given(st.dictionaries(texts, values))
+def test_any_body_comes_back_as_it_was(body: dict[str, Any]) -> None:
+    text = file_of({"kind": "program", "name": "p", "body": body})
+    (entry,) = documents_from_json(text, "x.json")
+    assert json.loads(entry.body) == body
+
+
+@given(st.text() | st.binary().map(lambda raw: raw.decode("latin-1")))
+def test_any_other_text_is_refused_by_name(text: str) -> None:
+    with pytest.raises(StoreError, match=r"x\.json"):
+        documents_from_json(text, "x.json")
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", r"x\.json: line 1, column 1: is not JSON"),
+        ("{}\n{", r"x\.json: line 2, column 1: is not JSON"),
+        (program()[:-10], r"x\.json: line 2, column \d+: is not JSON"),
+        ("[]", r"an object with .format"),
+        ("{}", r"x\.json: format: accepted: 'openpendant-store/1'"),
+        ('{"format": "openpendant-store/2", "documents": []}', "x.json: format"),
+        (file_of(extra=1), r"x\.json: extra: unknown; known here: documents, format"),
+        (json.dumps({"format": FORMAT, "documents": {}}), "documents: accepted: a list"),
+        (file_of(1), r"documents\[0\]: accepted: an object"),
+        (file_of({"kind": "poem"}), r"documents\[0\]\.kind: accepted: program, recording"),
+        (file_of({"kind": []}), r"documents\[0\]\.kind"),
+        (file_of({"kind": "program", "name": 1}), r"documents\[0\]\.name: accepted: a text"),
+        (file_of({"kind": "program", "nmae": 1}), r"documents\[0\]\.nmae: unknown"),
+        (program("[]"), r"documents\[0\]\.body: accepted: an object"),
+        (program('{"a": NaN}'), "has NaN; accepted: finite"),
+        (program('{"a": -Infinity}'), "has -Infinity"),
+        (program('{"b": {"a": [0, 1e999]}}'), r"documents\[0\]\.body\.b\.a\[1\]: .*too large"),
+        (program('{"a": ' + "9" * 20 + "}"), "integer of 20 digits; accepted: 19"),
+        (program('{"a": ' + "9" * 100_000 + "}"), "integer of 100000 digits"),
+        (program('{"a": 1, "a": 2}'), "the key 'a' twice"),
+        (program('{"a": "\\ud800"}'), "surrogate"),
+        (program('{"a": ' + "[" * DEEPEST + "]" * DEEPEST + "}"), "nests too deeply"),
+        (program('{"a": ' + "[" * 10**6 + "]" * 10**6 + "}"), "nests too deeply"),
+        ("[" * 10**6, "nests too deeply"),
+        ('{"a":' * 10**6, "nests too deeply"),
+        (file_of(*[{"kind": "tools", "name": "a", "body": {}}] * 2), "'a' is there twice"),
+        (
+            file_of({"kind": "program", "name": "p", "body": {}, "samples": []}),
+            r"documents\[0\]\.samples: only a recording has samples",
+        ),
+        (
+            file_of({"kind": "recording", "name": "p", "body": {}, "samples": []}),
+            r"documents\[0\]\.body\.columns",
+        ),
+        (
+            file_of(
+                {
+                    "kind": "recording",
+                    "name": "p",
+                    "body": {"columns": ["t", "j1"]},
+                    "samples": [[0.0, 1], [0.0, True]],
+                }
+            ),
+            r"documents\[0\]\.samples\[1\]: accepted: a list of 2 numbers",
+        ),
+    ],
+    ids=lambda value: value[:40] if isinstance(value, str) else None,
+)
+def test_what_is_wrong_is_told_with_its_place(text: str, says: str) -> None:
+    with pytest.raises(BadDocument, match=says):
+        documents_from_json(text, "x.json")
+
+
+@pytest.mark.parametrize("name", ["../../etc/passwd", "a\0b", "", "C:\\x"])
+def test_a_name_in_a_file_obeys_the_rules_of_names(name: str) -> None:
+    with pytest.raises(BadName, match=r"x\.json, documents\[0\]\.name"):
+        documents_from_json(program(name=json.dumps(name)), "x.json")
+
+
+def test_a_body_as_deep_as_allowed_is_taken(store: SqliteStore) -> None:
+    depth = DEEPEST - 4  # the object, the list, the document and its body are around it
+    text = program('{"a": ' + "[" * depth + "]" * depth + "}")
+    save_entries(store, documents_from_json(text, "x.json"), ANN, replace=False)
+
+
+def test_all_is_imported_or_nothing(store: SqliteStore) -> None:
+    save(store, "b", '{"mine": 1}')
+    entries = documents_from_json(
+        file_of(*({"kind": "program", "name": name, "body": {}} for name in "abc")), "x.json"
+    )
+    with pytest.raises(Conflict, match="program 'b'"):
+        save_entries(store, entries, ANN, replace=False)
+    assert [heading.name for heading in store.headings()] == ["b"]
+    saved = save_entries(store, entries, ANN, replace=True)
+    assert [(heading.name, heading.revision) for heading in saved] == [("a", 1), ("b", 2), ("c", 1)]
+    assert store.load(PROGRAM, "b", 1).body == '{"mine": 1}'
+
+
+def test_an_imported_recording_takes_the_place_of_the_kept_one(store: SqliteStore) -> None:
+    def recording(sample: float) -> str:
+        body = {"columns": ["t"]}
+        return file_of({"kind": "recording", "name": "r", "body": body, "samples": [[sample]]})
+
+    for sample in (1.0, 2.0):
+        entries = documents_from_json(recording(sample), "x.json")
+        save_entries(store, entries, ANN, replace=True)
+    assert list(recording_rows(store, "r", 1)) == [(2.0,)]
+
+
+def test_a_recording_too_long_for_json_is_told_before_the_file_is_whole(
+    store: SqliteStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(text_export, "MOST_FILE_BYTES", 10_000)
+    store.save(RECORDING, "r", '{"columns": ["t"]}', expected_revision=0, author=ANN)
+    store.append_chunk("r", 0, pack_rows((row / 7,) for row in range(1_000)))
+    with pytest.raises(TooLarge, match="export the recording as CSV, or make a backup"):
+        text_of(store)
+
+
+def test_a_file_of_200_megabytes_is_refused_unread(tmp_path: Path) -> None:
+    path = tmp_path / "x.json"
+    with path.open("wb") as file:
+        file.truncate(200_000_000)
+    tracemalloc.start()
+    with pytest.raises(TooLarge, match=f"at most {MOST_FILE_BYTES}"):
+        read_file(path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 3 * MOST_FILE_BYTES
+
+
+def test_a_file_that_is_no_text_is_told_with_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "x.json"
+    path.write_bytes(b"{\n\n\xff")
+    with pytest.raises(BadDocument, match="line 3: is not UTF-8"):
+        read_file(path)
+
+
+def test_a_file_that_cannot_be_read_is_told_with_the_system_s_words(tmp_path: Path) -> None:
+    for name, says in (("nothing", "No such file"), (".", "directory"), ("a\0b", "null")):
+        with pytest.raises(StoreFailed, match=says):
+            read_file(tmp_path / name)
+
+
+def test_a_mark_of_byte_order_is_taken(tmp_path: Path) -> None:
+    path = tmp_path / "x.json"
+    path.write_text(program(), encoding="utf-8-sig")
+    assert len(documents_from_json(read_file(path), "x.json")) == 1

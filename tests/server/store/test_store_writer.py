@@ -1,0 +1,259 @@
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import sqlite3
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from stored_documents import ANN, opened
+
+from openpendant.server.store import writer as writer_module
+from openpendant.server.store.documents import Document, DocumentKind, Extent, Heading
+from openpendant.server.store.errors import (
+    Conflict,
+    NotFound,
+    StoreBusy,
+    StoreFailed,
+)
+from openpendant.server.store.requests import (
+    Answer,
+    AppendChunk,
+    Delete,
+    ListHeadings,
+    ListHistory,
+    Load,
+    LoadChunks,
+    MeasureRecording,
+    Request,
+    Save,
+)
+from openpendant.server.store.sqlite_store import SqliteStore, open_store
+from openpendant.server.store.writer import StoreWriter
+
+PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
+
+
+def at_once(call: Callable[[], None]) -> None:
+    call()
+
+
+class Stuck:
+    """A store on a disk that answers when it is told to."""
+
+    def __init__(self, store: SqliteStore) -> None:
+        self.go_on = threading.Event()
+        self._store = store
+
+    def __getattr__(self, name: str) -> object:
+        assert self.go_on.wait(10)
+        return getattr(self._store, name)
+
+
+def ask(writer: StoreWriter, request: Request) -> Answer:
+    told = threading.Event()
+    answers: list[Answer] = []
+
+    def take(answer: Answer) -> None:
+        answers.append(answer)
+        told.set()
+
+    writer.submit(request, take)
+    assert told.wait(10)
+    return answers[0]
+
+
+def test_every_request_has_its_answer(tmp_path: Path) -> None:
+    writer = StoreWriter(lambda: open_store(tmp_path / "store.db"), at_once)
+    saved = ask(writer, Save(PROGRAM, "a", "{}", 0, ANN))
+    assert isinstance(saved, Heading)
+    loaded = ask(writer, Load(PROGRAM, "a"))
+    assert isinstance(loaded, Document)
+    assert loaded.heading == saved
+    assert ask(writer, ListHeadings()) == (saved,)
+    assert ask(writer, ListHistory(PROGRAM, "a")) == (saved,)
+    assert isinstance(ask(writer, Delete(PROGRAM, "a", 1, ANN)), Heading)
+    assert isinstance(ask(writer, Load(PROGRAM, "a")), NotFound)
+    ask(writer, Save(RECORDING, "r", "{}", 0, ANN))
+    assert ask(writer, AppendChunk("r", 0, b"abc")) == Extent(1, 3)
+    assert ask(writer, LoadChunks("r", 0, 9)) == (b"abc",)
+    assert ask(writer, MeasureRecording("r")) == Extent(1, 3)
+    assert isinstance(ask(writer, Save(RECORDING, "r", "{}", 0, ANN)), Conflict)
+    assert writer.close()
+
+
+def test_an_answer_comes_after_the_change_can_be_seen_by_others(tmp_path: Path) -> None:
+    """Promise 22: never an acknowledgement before the commit."""
+    path = tmp_path / "store.db"
+    open_store(path).close()
+    seen: list[int] = []
+    with contextlib.closing(sqlite3.connect(path, check_same_thread=False)) as other:
+
+        def look_first(call: Callable[[], None]) -> None:
+            seen.append(other.execute("SELECT count(*) FROM revision").fetchone()[0])
+            call()
+
+        writer = StoreWriter(lambda: open_store(path), look_first)
+        for number in range(5):
+            ask(writer, Save(PROGRAM, f"p{number}", "{}", 0, ANN))
+        assert writer.close()
+    assert seen == [1, 2, 3, 4, 5]
+
+
+def test_answers_come_on_the_loop_in_the_order_of_the_requests(tmp_path: Path) -> None:
+    async def run() -> list[tuple[int, str]]:
+        loop = asyncio.get_running_loop()
+        told: list[tuple[int, str]] = []
+        writer = StoreWriter(lambda: open_store(tmp_path / "store.db"), loop.call_soon_threadsafe)
+        done = asyncio.Event()
+        for number in range(20):
+
+            def take(answer: Answer, number: int = number) -> None:
+                assert isinstance(answer, Heading)
+                told.append((number, threading.current_thread().name))
+                if number == 19:
+                    done.set()
+
+            writer.submit(Save(PROGRAM, f"p{number}", "{}", 0, ANN), take)
+        assert told == []
+        await asyncio.wait_for(done.wait(), 10)
+        await asyncio.to_thread(writer.close)
+        return told
+
+    main = threading.main_thread().name
+    assert asyncio.run(run()) == [(number, main) for number in range(20)]
+
+
+def test_a_store_that_cannot_be_opened_is_told_to_whoever_starts_the_writer(
+    tmp_path: Path,
+) -> None:
+    with pytest.raises(StoreFailed):
+        StoreWriter(lambda: open_store(tmp_path), at_once)
+
+
+@pytest.mark.parametrize(
+    ("bound", "value", "says"),
+    [("MOST_WAITING", 2, "2 requests wait"), ("MOST_WAITING_BYTES", 10, "10 bytes wait")],
+)
+def test_more_than_may_wait_is_refused_at_once_and_the_rest_is_done(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, bound: str, value: int, says: str
+) -> None:
+    monkeypatch.setattr(writer_module, bound, value)
+    stuck: list[Stuck] = []
+
+    def open_stuck() -> Stuck:
+        stuck.append(Stuck(open_store(tmp_path / "store.db")))
+        return stuck[0]
+
+    writer = StoreWriter(open_stuck, at_once)  # type: ignore[arg-type]  # stands in for any store
+    answers: list[Answer] = []
+    writer.submit(ListHeadings(), answers.append)
+    deadline = time.monotonic() + 10
+    while writer._waiting and time.monotonic() < deadline:
+        time.sleep(0.001)
+    for number, body in enumerate(['{"a":1} ', "{}", "{}"]):
+        writer.submit(Save(PROGRAM, f"p{number}", body, 0, ANN), answers.append)
+    refused = [answer for answer in answers if isinstance(answer, StoreBusy)]
+    assert [says in str(answer) for answer in refused] == [True]
+    stuck[0].go_on.set()
+    assert writer.close()
+    assert len([answer for answer in answers if isinstance(answer, Heading)]) == 2
+
+
+def test_closing_does_what_waits_and_refuses_what_comes_later(tmp_path: Path) -> None:
+    writer = StoreWriter(lambda: open_store(tmp_path / "store.db"), at_once)
+    answers: list[Answer] = []
+    for number in range(50):
+        writer.submit(Save(PROGRAM, f"p{number}", "{}", 0, ANN), answers.append)
+    assert writer.close()
+    writer.submit(ListHeadings(), answers.append)
+    assert [type(answer) for answer in answers] == [Heading] * 50 + [StoreBusy]
+    with opened(tmp_path / "store.db") as store:
+        assert len(store.headings()) == 50
+
+
+def test_a_disk_that_hangs_does_not_keep_the_server_from_ending(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(writer_module, "_FAREWELL", 0.01)
+    stuck: list[Stuck] = []
+
+    def open_stuck() -> Stuck:
+        stuck.append(Stuck(open_store(tmp_path / "store.db")))
+        return stuck[0]
+
+    writer = StoreWriter(open_stuck, at_once)  # type: ignore[arg-type]  # stands in for any store
+    writer.submit(ListHeadings(), lambda _: None)
+    assert not writer.close()
+    assert "did not take" in caplog.text
+    stuck[0].go_on.set()
+    writer._thread.join(10)
+
+
+def test_an_answer_that_nobody_waits_for_harms_nothing(tmp_path: Path) -> None:
+    loop = asyncio.new_event_loop()
+    writer = StoreWriter(lambda: open_store(tmp_path / "store.db"), loop.call_soon_threadsafe)
+    loop.close()
+    writer.submit(Save(PROGRAM, "a", "{}", 0, ANN), lambda _: None)
+    assert writer.close()
+    with opened(tmp_path / "store.db") as store:
+        assert len(store.headings()) == 1
+
+
+def test_a_full_disk_is_logged_once_each_time_that_it_begins(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Promise 23: the log does not fill."""
+    kept: list[SqliteStore] = []
+
+    def open_and_keep() -> SqliteStore:
+        kept.append(open_store(tmp_path / "store.db"))
+        return kept[0]
+
+    writer = StoreWriter(open_and_keep, at_once)
+    large = '{"text": "' + "x" * 100_000 + '"}'
+
+    def limit(pages: int) -> None:
+        on_thread(writer, lambda: kept[0].connection.execute(f"PRAGMA max_page_count = {pages}"))
+
+    with caplog.at_level(logging.ERROR):
+        for _ in range(2):
+            limit(10)
+            for _ in range(5):
+                assert isinstance(ask(writer, Save(PROGRAM, "a", large, 0, ANN)), StoreFailed)
+            assert writer.is_failing
+            limit(10_000)
+            ask(writer, Save(PROGRAM, "b", "{}", 0, ANN))
+            assert not isinstance(ask(writer, ListHeadings()), StoreFailed)
+    assert len(caplog.records) == 2
+    assert writer.close()
+
+
+def on_thread(writer: StoreWriter, call: Callable[[], object]) -> None:
+    """Have something called on the writer's thread."""
+    told = threading.Event()
+
+    def take(_: Answer) -> None:
+        call()
+        told.set()
+
+    writer.submit(ListHistory(PROGRAM, "nothing"), take)
+    assert told.wait(10)
+
+
+def test_a_fault_of_ours_is_told_and_the_next_request_is_served(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    writer = StoreWriter(lambda: open_store(tmp_path / "store.db"), at_once)
+    with monkeypatch.context() as patch:
+        patch.setattr(SqliteStore, "headings", lambda *_: 1 // 0)
+        answer = ask(writer, ListHeadings())
+        assert isinstance(answer, StoreFailed)
+        assert "ZeroDivisionError" in str(answer)
+    assert ask(writer, ListHeadings()) == ()
+    assert writer.close()
+    assert "a request to the store failed" in caplog.text

@@ -1,0 +1,29 @@
+"""A store in a fresh file with a clock of its own, shared by the tests of the store."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.sqlite_store import SqliteStore, open_store
+
+ANN, BOB = "ann", "bob"
+NOON = "2025-11-21T12:00:00+00:00"
+
+
+def noon() -> str:
+    return NOON
+
+
+@contextlib.contextmanager
+def opened(path: Path, wall_clock: Callable[[], str] = noon) -> Iterator[SqliteStore]:
+    with contextlib.closing(open_store(path, wall_clock=wall_clock)) as store:
+        yield store
+
+
+def save(store: SqliteStore, name: str, body: str = "{}", revision: int = 0) -> int:
+    """Save a program as Ann; return its new revision."""
+    kind = DocumentKind.PROGRAM
+    return store.save(kind, name, body, expected_revision=revision, author=ANN).revision
