@@ -1,0 +1,1 @@
+"""Programs: teach points and statements as values, their text, their edits and their run."""

@@ -1,0 +1,136 @@
+"""Reading the words of one line in turn: names, keywords and numbers with units.
+
+Owns the wording of what was found and what would be accepted. Knows no statement.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from .errors import ProgramSyntaxError, excerpt
+from .quantities import LONGEST_NUMBER, UNITS, Dimension, is_number, read_number, to_si, units_of
+from .tokens import Line, Word
+
+_SHAPE_OF_A_NUMBER = "a number with a decimal dot"
+
+
+class Clauses:
+    """The words of a line, taken from the front."""
+
+    def __init__(self, line: Line, file: str) -> None:
+        self._line = line
+        self._file = file
+        self._place = 0
+
+    @property
+    def next(self) -> Word | None:
+        """The next word; None at the end of the line."""
+        words = self._line.words
+        return words[self._place] if self._place < len(words) else None
+
+    def at_keyword(self, *keywords: str) -> bool:
+        """Tell whether the next word is one of some keywords."""
+        word = self.next
+        return word is not None and not word.quoted and word.text in keywords
+
+    def at_number(self) -> bool:
+        """Tell whether the next word is a number."""
+        word = self.next
+        return word is not None and not word.quoted and is_number(word.text)
+
+    def take(self, accepted: str) -> Word:
+        """Take the next word.
+
+        Raises:
+            ProgramSyntaxError: the line ends here.
+        """
+        word = self.next
+        if word is None:
+            raise self.refuse(accepted)
+        self._place += 1
+        return word
+
+    def skip(self, keyword: str) -> bool:
+        """Take the next word if it is a keyword; return whether it was."""
+        if not self.at_keyword(keyword):
+            return False
+        self.take(keyword)
+        return True
+
+    def keyword(self, keywords: Sequence[str], also: str = "") -> str:
+        """Take one of some keywords; `also` says what else would be accepted."""
+        if not self.at_keyword(*keywords):
+            raise self.refuse(", ".join([*keywords, *([also] if also else [])]))
+        return self.take("").text
+
+    def name(self, what: str) -> str:
+        """Take a name, quoted or bare."""
+        return self.take(what).text
+
+    def number(self) -> float:
+        """Take a number without a unit."""
+        word = self._number()
+        return self._finite(read_number(word.text), word)
+
+    def integer(self, what: str) -> int:
+        """Take a whole number without sign."""
+        word = self.next
+        if word is None or word.quoted or not (word.text.isascii() and word.text.isdigit()):
+            raise self.refuse(f"{what}, a whole number")
+        if len(word.text) > LONGEST_NUMBER:
+            raise self.refuse(f"{what}, with up to {LONGEST_NUMBER} digits")
+        return int(self.take("").text)
+
+    def quantity(self, *dimensions: Dimension) -> tuple[float, Dimension]:
+        """Take a number and its unit; return it in SI with what it measures."""
+        number = self._number()
+        unit = self._unit(dimensions, units_of(*dimensions))
+        return self._finite(to_si(number.text, unit), number), UNITS[unit].dimension
+
+    def quantities(self, *dimensions: Dimension) -> list[tuple[float, Dimension]]:
+        """Take numbers with a unit behind them, or groups of such; return them in SI."""
+        found: list[tuple[float, Dimension]] = []
+        while self.at_number() or not found:
+            numbers = [self._number()]
+            while self.at_number():
+                numbers.append(self._number())
+            accepted = f"{_SHAPE_OF_A_NUMBER}, or {units_of(*dimensions)}"
+            unit = self._unit(dimensions, accepted)
+            found += [
+                (self._finite(to_si(each.text, unit), each), UNITS[unit].dimension)
+                for each in numbers
+            ]
+        return found
+
+    def done(self, accepted: Sequence[str] = ()) -> None:
+        """Check that the line ends here; `accepted` are the clauses that could have followed."""
+        if self.next is not None:
+            raise self.refuse(", ".join([*accepted, "the end of the line"]))
+
+    def refuse(self, accepted: str) -> ProgramSyntaxError:
+        """Return the error that the next word is not what is accepted here."""
+        word = self.next
+        if word is None:
+            return self._error(self._line.end, "the line ends here", accepted)
+        found = f"found {excerpt(word.text)}{' in quotation marks' if word.quoted else ''}"
+        return self._error(word.column, found, accepted)
+
+    def _number(self) -> Word:
+        if not self.at_number():
+            raise self.refuse(_SHAPE_OF_A_NUMBER)
+        return self.take("")
+
+    def _unit(self, dimensions: Sequence[Dimension], accepted: str) -> str:
+        words = [word for word, unit in UNITS.items() if unit.dimension in dimensions]
+        if not self.at_keyword(*words):
+            raise self.refuse(accepted)
+        return self.take("").text
+
+    def _finite(self, value: float, word: Word) -> float:
+        if not math.isfinite(value):
+            raise self._error(word.column, "the number is too large", "numbers up to 1.7e308")
+        return value
+
+    def _error(self, column: int, problem: str, accepted: str) -> ProgramSyntaxError:
+        return ProgramSyntaxError(self._file, self._line.number, column, problem, accepted)

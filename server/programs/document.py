@@ -1,0 +1,94 @@
+"""A program as JSON, `openpendant-program/1`: the body of its document and of messages about it.
+
+Owns that form. Numbers are SI and keep every bit; a field that is missing, unknown or of the wrong
+type is named in the error. Knows no store.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from .errors import JsonRefused, ProgramError, ProgramTooLarge
+from .parser import FORMAT
+from .points import TeachPoint
+from .program import MOST_POINTS, MOST_STATEMENTS, Program
+from .statements import Statement
+
+MOST_JSON_BYTES = 4 << 20
+"""Largest JSON of a program [bytes of UTF-8]; it is longer than its text."""
+
+AnyStatement: TypeAlias = Annotated[Statement, Field(discriminator="statement")]
+
+
+class ProgramDocument(BaseModel):
+    """The fields of a program's JSON, as `Program` describes them."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    format: Literal["openpendant-program/1"]
+    name: str
+    robot: str
+    linear_axes: tuple[int, ...] = ()
+    tool: str = Program.tool
+    frame: str = Program.frame
+    comment: str = ""
+    points: tuple[TeachPoint, ...] = Field(default=(), max_length=MOST_POINTS)
+    statements: tuple[AnyStatement, ...] = Field(default=(), max_length=MOST_STATEMENTS)
+
+
+POINT: TypeAdapter[TeachPoint] = TypeAdapter(TeachPoint)
+"""Reads and writes the JSON of one point."""
+
+STATEMENT: TypeAdapter[Statement] = TypeAdapter(AnyStatement)
+"""Reads and writes the JSON of one statement."""
+
+
+def program_to_json(program: Program) -> str:
+    """Return a program as JSON on one line."""
+    return ProgramDocument(
+        format=FORMAT,
+        name=program.name,
+        robot=program.robot,
+        linear_axes=program.linear_axes,
+        tool=program.tool,
+        frame=program.frame,
+        comment=program.comment,
+        points=program.points,
+        statements=program.statements,
+    ).model_dump_json()
+
+
+def program_from_json(body: str | bytes, file: str = "program") -> Program:
+    """Return the program that a JSON text says.
+
+    Args:
+        body: one JSON object.
+        file: its name, for the error.
+
+    Raises:
+        ProgramTooLarge: it exceeds `MOST_JSON_BYTES`.
+        ProgramError: a field is missing, unknown or wrong; or the parts do not fit each other.
+    """
+    raw = body if isinstance(body, bytes) else body.encode("utf-8", "surrogatepass")
+    if len(raw) > MOST_JSON_BYTES:
+        raise ProgramTooLarge(f"bytes in {file}", len(raw), MOST_JSON_BYTES)
+    try:
+        document = ProgramDocument.model_validate_json(raw)
+    except ValidationError as error:
+        raise _error(error, file) from None
+    fields = {name: getattr(document, name) for name in Program.__dataclass_fields__}
+    return Program(**fields)
+
+
+def _error(error: ValidationError, file: str) -> ProgramError:
+    """Return the first problem with the field that it is in, and the code of the rule it breaks."""
+    first = error.errors(include_url=False, include_input=False)[0]
+    cause = (first.get("ctx") or {}).get("error")
+    path = ""
+    for part in first["loc"]:
+        path += f"[{part}]" if isinstance(part, int) else f".{part}" if path else part
+    if isinstance(cause, ProgramError):
+        return JsonRefused(file, path, str(cause), cause.refusal.code)
+    return JsonRefused(file, path, first["msg"])

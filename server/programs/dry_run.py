@@ -1,0 +1,82 @@
+"""A program walked through without moving: how long it takes, where the tool goes, what fails.
+
+Owns how many walks there are: both branches of every condition are taken, and an endless loop is
+passed as often as it takes to see its end join its beginning. It plans nothing itself: it asks a
+planner, so it runs where the planner runs, off the event loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from ..refusal import Refusal
+from .dry_run_results import ENDLESS_PASSES, DryRun, PlanBlock, PointVerdict
+from .dry_walk import Walker
+from .linking import Linked
+from .points import JointVector, TeachPoint
+from .program import Program
+from .statements import Loop, Move
+
+MOST_WALKS = 64
+"""Walks until every branch was taken; conditions inside of conditions need several."""
+
+
+def dry_run(linked: Linked, start: JointVector, plan: PlanBlock) -> DryRun:
+    """Walk through a program.
+
+    Args:
+        linked: the program with all that it calls.
+        start: (n,) where the robot stands at the start [rad or m].
+        plan: the planner; asked once for each block and start.
+    """
+    bounded, endless = _bounded(linked)
+    walker = Walker(bounded, plan)
+    first = walker.walk(start)
+    ended = first.ended
+    for _ in range(MOST_WALKS - 1):
+        if not walker.untaken:
+            break
+        ended = walker.walk(start).ended and ended
+    moves = {
+        (name, index)
+        for name, program in linked.programs.items()
+        for index, statement in enumerate(program.statements)
+        if isinstance(statement, Move)
+    }
+    return DryRun(
+        duration=first.time,
+        endless=endless,
+        complete=ended and not walker.untaken,
+        path=tuple(first.path),
+        moves=tuple(walker.verdicts[key] for key in sorted(walker.verdicts)),
+        not_walked=tuple(sorted(moves - walker.verdicts.keys())),
+    )
+
+
+def reachability(
+    program: Program, check: Callable[[TeachPoint], Refusal | None]
+) -> tuple[PointVerdict, ...]:
+    """Return a verdict for every point, also those that no statement moves to.
+
+    Args:
+        program: the program.
+        check: says why a point cannot be reached; None where it can.
+    """
+    return tuple(PointVerdict(point.name, check(point)) for point in program.points)
+
+
+def _bounded(linked: Linked) -> tuple[Linked, bool]:
+    """Return the programs with few passes for every endless loop, and whether there was one."""
+    endless = False
+    programs: dict[str, Program] = {}
+    for name, program in linked.programs.items():
+        statements = tuple(
+            replace(statement, passes=ENDLESS_PASSES)
+            if isinstance(statement, Loop) and statement.passes is None
+            else statement
+            for statement in program.statements
+        )
+        endless = endless or statements != program.statements
+        programs[name] = replace(program, statements=statements)
+    return Linked(linked.main, programs), endless

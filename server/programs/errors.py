@@ -1,0 +1,260 @@
+"""What can be wrong with a program, typed by what it is; each with its verdict code.
+
+Owns the wording of a place in a file: `name:line:column`.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..refusal import Refusal
+
+_LONGEST_EXCERPT = 40
+_LONGEST_FIELD = 120
+
+
+def excerpt(text: str) -> str:
+    """Return text from outside as it may stand in a message: short, printable, quoted."""
+    return ascii(text if len(text) <= _LONGEST_EXCERPT else text[:_LONGEST_EXCERPT] + "...")
+
+
+class ProgramError(ValueError):
+    """Base of all errors of programs; the text is one sentence with its numbers."""
+
+    code: ClassVar[VerdictCode] = VerdictCode.PROGRAM_INVALID
+
+    @property
+    def refusal(self) -> Refusal:
+        """The refusal that says the same."""
+        return Refusal(self.code, str(self))
+
+
+class ProgramSyntaxError(ProgramError):
+    """A text that the parser does not take.
+
+    Attributes:
+        file: name of the text.
+        line: line of the place, from 1.
+        column: character of the place in its line, from 1.
+        problem: what is wrong there, or what was found.
+        accepted: what would be taken there; empty where `problem` says it.
+        code: PROGRAM_SYNTAX, or the code of the rule that the place breaks.
+    """
+
+    def __init__(
+        self,
+        file: str,
+        line: int,
+        column: int,
+        problem: str,
+        accepted: str = "",
+        *,
+        code: VerdictCode = VerdictCode.PROGRAM_SYNTAX,
+    ) -> None:
+        ending = f"; accepted: {accepted}" if accepted else ""
+        super().__init__(f"{file}:{line}:{column}: {problem}{ending}")
+        self.file, self.line, self.column = file, line, column
+        self.problem, self.accepted = problem, accepted
+        self._code = code
+
+    @property
+    def refusal(self) -> Refusal:
+        """The refusal that says the same."""
+        return Refusal(self._code, str(self))
+
+
+class JsonRefused(ProgramError):
+    """A JSON text that is no program.
+
+    Attributes:
+        file: name of the text.
+        field: the field at fault, such as `points[3].joints`; empty for the whole.
+    """
+
+    def __init__(
+        self,
+        file: str,
+        field: str,
+        problem: str,
+        code: VerdictCode = VerdictCode.PROGRAM_SYNTAX,
+    ) -> None:
+        where = f"{field[:_LONGEST_FIELD]}: " if field else ""
+        super().__init__(f"{file}: {where}{problem}")
+        self.file, self.field = file, field
+        self._code = code
+
+    @property
+    def refusal(self) -> Refusal:
+        """The refusal that says the same."""
+        return Refusal(self._code, str(self))
+
+
+class ProgramTooLarge(ProgramError):
+    """A program, or a part of it, exceeds its cap.
+
+    Attributes:
+        what: what is counted.
+        value: how many there are, at least.
+        limit: how many are taken.
+    """
+
+    code = VerdictCode.PROGRAM_TOO_LARGE
+
+    def __init__(self, what: str, value: int, limit: int) -> None:
+        super().__init__(f"{value} {what}; accepted: up to {limit}")
+        self.what, self.value, self.limit = what, value, limit
+
+    @property
+    def refusal(self) -> Refusal:
+        """The refusal with both numbers."""
+        return Refusal(self.code, str(self), value=self.value, limit=self.limit)
+
+
+class BadValue(ProgramError):
+    """A value that a point or a statement cannot have.
+
+    Attributes:
+        what: name of the value.
+        problem: what it is, and what would be accepted.
+    """
+
+    def __init__(self, what: str, problem: str) -> None:
+        super().__init__(f"{what} {problem}")
+        self.what, self.problem = what, problem
+
+
+class ProgramNameRefused(BadValue):
+    """A name that a program, a point or an object cannot have."""
+
+    code = VerdictCode.BAD_NAME
+
+
+class BadBlocks(ProgramError):
+    """Loops and conditions that do not close, or nest too deep.
+
+    Attributes:
+        index: the statement at fault, from 0.
+        problem: what is wrong with it.
+    """
+
+    def __init__(self, index: int, problem: str) -> None:
+        super().__init__(f"statement {index + 1}: {problem}")
+        self.index, self.problem = index, problem
+
+
+class PointUnknown(ProgramError):
+    """A name that no point of the program has.
+
+    Attributes:
+        name: the name.
+        index: the statement that uses it, from 0; None for none.
+    """
+
+    code = VerdictCode.POINT_UNKNOWN
+
+    def __init__(self, name: str, known: tuple[str, ...], index: int | None = None) -> None:
+        where = "" if index is None else f"statement {index + 1}: "
+        super().__init__(f"{where}no point is named {excerpt(name)}; {_listed(known, 'points')}")
+        self.name, self.index = name, index
+
+
+class PointExists(ProgramError):
+    """Two points of one name."""
+
+    code = VerdictCode.POINT_EXISTS
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"there is a point {excerpt(name)} already; accepted: a name of its own")
+        self.name = name
+
+
+class PointInUse(ProgramError):
+    """A point that statements go to cannot be deleted.
+
+    Attributes:
+        name: the point.
+        indexes: the statements that use it, from 0.
+    """
+
+    code = VerdictCode.POINT_IN_USE
+
+    def __init__(self, name: str, indexes: tuple[int, ...]) -> None:
+        shown = ", ".join(str(index + 1) for index in indexes[:20])
+        more = f" and {len(indexes) - 20} more" if len(indexes) > 20 else ""
+        noun = "statement" if len(indexes) == 1 else "statements"
+        super().__init__(f"point {excerpt(name)} is used by {noun} {shown}{more}")
+        self.name, self.indexes = name, indexes
+
+
+class PointInconsistent(ProgramError):
+    """The joints of a point put the tool elsewhere than its pose says.
+
+    Attributes:
+        name: the point.
+        distance: between both places [m].
+        angle: between both orientations [rad].
+    """
+
+    code = VerdictCode.POINT_INCONSISTENT
+
+    def __init__(self, name: str, distance: float, angle: float, within: str) -> None:
+        super().__init__(
+            f"the joints of point {excerpt(name)} put the tool {distance:.6f} m and"
+            f" {angle:.6f} rad from its pose; accepted: within {within}"
+        )
+        self.name, self.distance, self.angle = name, distance, angle
+
+
+class WrongRobot(ProgramError):
+    """A program that was taught on another robot."""
+
+    code = VerdictCode.PROGRAM_WRONG_ROBOT
+
+
+class ProgramUnknown(ProgramError):
+    """A call of a program that is not there.
+
+    Attributes:
+        name: the program that is called.
+        caller: the program that calls it.
+        index: the statement of the call, from 0.
+    """
+
+    code = VerdictCode.PROGRAM_UNKNOWN
+
+    def __init__(self, name: str, caller: str, index: int) -> None:
+        super().__init__(
+            f"program {excerpt(caller)}, statement {index + 1}: there is no program"
+            f" {excerpt(name)} to call"
+        )
+        self.name, self.caller, self.index = name, caller, index
+
+
+class CallTooDeep(ProgramError):
+    """Programs that call each other in a circle, or through too many levels.
+
+    Attributes:
+        chain: the programs, the first caller first.
+    """
+
+    code = VerdictCode.CALL_TOO_DEEP
+
+    def __init__(self, chain: tuple[str, ...], problem: str) -> None:
+        shown = " calls ".join(excerpt(name) for name in chain)
+        super().__init__(f"{shown}: {problem}")
+        self.chain = chain
+
+
+class NothingToUndo(ProgramError):
+    """There is no edit to undo, or none to redo."""
+
+    code = VerdictCode.NOTHING_TO_UNDO
+
+
+def _listed(names: tuple[str, ...], what: str) -> str:
+    if not names:
+        return f"there are no {what}"
+    shown = ", ".join(excerpt(name) for name in names[:8])
+    return f"{what}: {shown}{', ...' if len(names) > 8 else ''}"

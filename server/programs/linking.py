@@ -1,0 +1,99 @@
+"""A program together with all programs that it calls, directly or not.
+
+Owns the rules of calls: every program called is there and of the same robot, none calls itself in a
+circle, and calls nest to a bounded depth. They are known before the run, so a run meets none of
+these errors half-way; and an edit during the run changes nothing under it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from .errors import CallTooDeep, ProgramTooLarge, ProgramUnknown, WrongRobot
+from .program import Program
+
+DEEPEST_CALL = 16
+"""Programs that call each other, the first one counted."""
+
+MOST_PROGRAMS = 100
+"""Programs of one run."""
+
+ResolveCall: TypeAlias = Callable[[str], Program | None]
+"""Gives the program of a name; None where there is none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Linked:
+    """What a run consists of.
+
+    Attributes:
+        main: name of the program that is run.
+        programs: it and all that it calls, by name.
+    """
+
+    main: str
+    programs: Mapping[str, Program]
+
+
+def link(program: Program, resolve: ResolveCall) -> Linked:
+    """Return a program with all that it calls.
+
+    Args:
+        program: the one to run.
+        resolve: gives the others; asked once for each.
+
+    Raises:
+        ProgramUnknown: a program that is called is not there.
+        WrongRobot: a program that is called is of another robot.
+        CallTooDeep: calls go round in a circle, or too deep.
+        ProgramTooLarge: these are more than `MOST_PROGRAMS`.
+    """
+    programs = {program.name: program}
+    waiting = [program]
+    while waiting:
+        caller = waiting.pop()
+        for index, name in caller.calls:
+            if name in programs:
+                continue
+            called = resolve(name)
+            if called is None:
+                raise ProgramUnknown(name, caller.name, index)
+            if (called.robot, called.linear_axes) != (program.robot, program.linear_axes):
+                raise WrongRobot(
+                    f"program {name!r} was taught on {called.robot!r}; accepted in a call of"
+                    f" {caller.name!r}: programs of {program.robot!r}"
+                )
+            if len(programs) == MOST_PROGRAMS:
+                raise ProgramTooLarge("programs in one run", MOST_PROGRAMS + 1, MOST_PROGRAMS)
+            programs[name] = called
+            waiting.append(called)
+    _check_depth(program.name, programs)
+    return Linked(program.name, programs)
+
+
+def _check_depth(main: str, programs: Mapping[str, Program]) -> None:
+    """Follow every call; programs whose calls are known to end are not followed again."""
+    levels: dict[str, int] = {}
+
+    def below(name: str, chain: tuple[str, ...]) -> int:
+        if name in chain:
+            circle = (*chain[chain.index(name) :], name)
+            raise CallTooDeep(circle, "that never ends; accepted: calls without a circle")
+        if len(chain) == DEEPEST_CALL:
+            raise _too_deep((*chain, name))
+        if name not in levels:
+            called = dict.fromkeys(other for _, other in programs[name].calls)
+            deepest = max((below(other, (*chain, name)) for other in called), default=0)
+            levels[name] = deepest + 1
+        if len(chain) + levels[name] > DEEPEST_CALL:
+            raise _too_deep((*chain, name))
+        return levels[name]
+
+    below(main, ())
+
+
+def _too_deep(chain: tuple[str, ...]) -> CallTooDeep:
+    problem = f"more than {DEEPEST_CALL} programs deep; accepted: up to {DEEPEST_CALL}"
+    return CallTooDeep(chain, problem)

@@ -1,0 +1,125 @@
+"""A program's text as words with their places.
+
+Owns what a word is: a quoted name, or characters up to the next space; `#` begins a comment that
+ends with the line. Knows no grammar. Reads line by line, so that memory stays bounded by the text.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from .errors import ProgramSyntaxError, ProgramTooLarge, excerpt
+
+MOST_BYTES = 1 << 20
+"""Largest text [bytes of UTF-8]."""
+
+LONGEST_LINE = 4_096
+"""Characters of a line."""
+
+_WORD = re.compile(r'"([^"]*)"|([^\s"#]+)')
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """One word.
+
+    Attributes:
+        text: what it says, without quotation marks.
+        column: its first character, from 1.
+        quoted: whether it stands in quotation marks, so is a name and no keyword.
+    """
+
+    text: str
+    column: int
+    quoted: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One line that is not empty.
+
+    Attributes:
+        number: from 1.
+        words: what stands on it before a comment.
+        comment: the comment, trimmed; None for none.
+        comment_column: where it begins, from 1.
+        end: the column behind the last word.
+    """
+
+    number: int
+    words: tuple[Word, ...]
+    comment: str | None
+    comment_column: int
+    end: int
+
+
+def decoded(raw: bytes, file: str) -> str:
+    """Return the text of a file.
+
+    Raises:
+        ProgramTooLarge: it exceeds `MOST_BYTES`.
+        ProgramSyntaxError: it is not UTF-8.
+    """
+    if len(raw) > MOST_BYTES:
+        raise ProgramTooLarge(f"bytes in {file}", len(raw), MOST_BYTES)
+    try:
+        # utf-8-sig: some editors put a byte order mark in front.
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        before = raw[: error.start]
+        line = before.count(b"\n") + 1
+        column = error.start - (before.rfind(b"\n") + 1) + 1
+        problem = f"byte 0x{raw[error.start]:02X} is not UTF-8"
+        raise ProgramSyntaxError(file, line, column, problem, "text in UTF-8") from None
+
+
+def lines_of(text: str, file: str) -> Iterator[Line]:
+    """Yield the lines that are not empty.
+
+    Args:
+        text: the whole text; lines end with LF or CR LF.
+        file: its name, for errors.
+
+    Raises:
+        ProgramSyntaxError: a line is too long, a quotation mark is not closed, or words touch.
+    """
+    for number, raw in enumerate(text.split("\n"), start=1):
+        line = raw.removesuffix("\r")
+        if len(line) > LONGEST_LINE:
+            problem = f"the line has {len(line)} characters"
+            raise ProgramSyntaxError(
+                file, number, LONGEST_LINE + 1, problem, f"up to {LONGEST_LINE}"
+            )
+        found = _split(line, number, file)
+        if found.words or found.comment is not None:
+            yield found
+
+
+def _split(line: str, number: int, file: str) -> Line:
+    words: list[Word] = []
+    place = end = 0
+    while place < len(line):
+        if line[place] in " \t":
+            place += 1
+            continue
+        if line[place] == "#":
+            return Line(number, tuple(words), line[place + 1 :].strip(" \t"), place + 1, end + 1)
+        found = _WORD.match(line, place)
+        if found is None:
+            raise ProgramSyntaxError(file, number, place + 1, *_unreadable(line[place:]))
+        if words and place == end:
+            raise ProgramSyntaxError(
+                file, number, place + 1, "two words touch", "a space between them"
+            )
+        quoted = found[1] is not None
+        words.append(Word(found[1] if quoted else found[2], place + 1, quoted))
+        place = end = found.end()
+    return Line(number, tuple(words), None, 0, end + 1)
+
+
+def _unreadable(rest: str) -> tuple[str, str]:
+    if rest.startswith('"'):
+        return "the quotation mark is not closed", 'a name between two " on one line'
+    return f"found {excerpt(rest[0])}", "spaces or tabs between words"
