@@ -1,0 +1,316 @@
+"""Admission: how a connection earns a role, and when it loses it (promises 28 and 29).
+
+Owns logging in, pairing and the single user. The core never hashes: `try_password` hands out a job
+for `password_worker`, and its outcome comes back as one more event. What a role allows is `roles`'
+table, how often somebody may guess is `lockout`'s rule.
+
+Who has no accounts and listens on loopback only is the single user of his machine: everybody is
+admin, under the name of the hello. Everywhere else a connection that has not logged in may stop
+and, on the machine itself, look on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..refusal import Refusal
+from .accounts import Account, AccountBook, account_key, name_fault
+from .audit import AuditEvent
+from .exposure import is_loopback
+from .grants import Basis, Ended, Granted, Record, Visitor, Visitors
+from .lockout import SECOND_NS, Charge, Lockout
+from .pairing import Chooser, PairingCode, PairingCodes
+from .passwords import NOBODYS_HASH, PasswordHash
+from .roles import Permission, Role
+from .secret import Secret
+
+GUEST_ROLE = Role.OPERATOR
+
+_PAIRING = "\0pairing"
+"""Stands for the account in the lock-out of pairing codes; no account can be called so."""
+
+
+@dataclass(frozen=True, slots=True)
+class VerifyJob:
+    """A password to be checked by `password_worker`.
+
+    Attributes:
+        job_id: number of the job.
+        session: number of the connection that waits for it.
+        password: what was typed.
+        kept: what it is to be compared with.
+    """
+
+    job_id: int
+    session: int
+    password: Secret
+    kept: PasswordHash = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class _Check:
+    """A password check under way; it is settled even if its connection is gone."""
+
+    visitor: Visitor
+    account: Account | None
+    charge: Charge
+
+
+class Login:
+    """Who the connections of one process are.
+
+    Attributes:
+        visitors: the connections.
+        single_user_host: without accounts, who comes from this machine may do everything.
+    """
+
+    def __init__(
+        self,
+        book: AccountBook,
+        *,
+        single_user_host: bool,
+        record: Record,
+        observe_without_login: bool = False,
+        pairing: PairingCodes | None = None,
+    ) -> None:
+        """Admit nobody yet.
+
+        Args:
+            book: the accounts.
+            single_user_host: the server listens on loopback addresses only.
+            record: takes what is to be noted in the audit log; must not block.
+            observe_without_login: whoever reaches the server may look on.
+            pairing: the pairing codes; none where left out.
+        """
+        self.visitors = Visitors(record, observe_without_login=observe_without_login)
+        self._book = book
+        self.single_user_host = single_user_host
+        self._lockout = Lockout()
+        self._pairing = pairing or PairingCodes()
+        self._checks: dict[int, _Check] = {}
+        self._next_job = 1
+
+    @property
+    def accounts(self) -> AccountBook:
+        """The accounts as they are now."""
+        return self._book
+
+    # Connections.
+
+    def welcomed(
+        self, session: int, address: str, client: str, cell: str, now: int
+    ) -> Granted | None:
+        """Take a connection that completed hello; return what it is granted without a login."""
+        visitor = Visitor(session, address, client, cell)
+        if not len(self._book) and self.single_user_host and is_loopback(address):
+            name = client or f"session {session}"
+            visitor.grant = Granted(session, Role.ADMIN, name, Basis.SINGLE_USER)
+        self.visitors.add(visitor, now)
+        return visitor.grant
+
+    def closed(self, session: int, now: int) -> None:
+        """Forget a connection; a password check that it waited for still counts."""
+        self.visitors.remove(session, now)
+
+    def may(self, session: int, permission: Permission) -> Refusal | None:
+        """Return why a connection may not do something; None where it may."""
+        return self.visitors.may(session, permission)
+
+    def grant_of(self, session: int) -> Granted | None:
+        """Return what a connection was granted; None for nothing."""
+        visitor = self.visitors.find(session)
+        return None if visitor is None else visitor.grant
+
+    # Passwords.
+
+    def try_password(
+        self, session: int, name: str, password: Secret, now: int
+    ) -> VerifyJob | Refusal:
+        """Begin to log in.
+
+        An account that does not exist is checked as long, and answered in the same words.
+
+        Args:
+            session: the connection.
+            name: name of the account.
+            password: its password.
+            now: monotonic time, ns.
+
+        Returns:
+            The job for `password_worker`, whose outcome goes to `verified` or `not_verified`.
+        """
+        visitor = self.visitors.find(session)
+        if visitor is None:
+            return Refusal(VerdictCode.HELLO_FIRST)
+        if visitor.checking:
+            text = "this connection's last password is being checked"
+            return Refusal(VerdictCode.LOGIN_BUSY, text)
+        account = self._book.find(name)
+        charge = self._charge(visitor, account_key(name), account, now)
+        if isinstance(charge, Refusal):
+            return charge
+        visitor.checking = True
+        job_id = self._next_job
+        self._next_job += 1
+        self._checks[job_id] = _Check(visitor, account, charge)
+        kept = NOBODYS_HASH if account is None else account.password
+        return VerifyJob(job_id, session, password, kept)
+
+    def verified(self, job_id: int, is_right: bool, now: int) -> Granted | Refusal:
+        """Take the outcome of a password check; a second one of the same job counts for nothing."""
+        check = self._checks.pop(job_id, None)
+        if check is None:
+            return Refusal(VerdictCode.LOGIN_FAILED)
+        visitor, account = check.visitor, check.account
+        visitor.checking = False
+        # The account may have been changed while the password was being checked.
+        is_current = account is not None and self._book.find(account.name) == account
+        if account is None or account.disabled or not (is_right and is_current):
+            self._lockout.failed(check.charge, now)
+            self._note_failure(visitor, account, now)
+            return Refusal(VerdictCode.LOGIN_FAILED)
+        self._lockout.succeeded(check.charge)
+        if self.visitors.find(visitor.session) is not visitor:
+            return Refusal(VerdictCode.LOGIN_FAILED, "the connection ended meanwhile")
+        visitor.grant = Granted(visitor.session, account.role, account.name, Basis.ACCOUNT)
+        self.visitors.note(AuditEvent.LOGIN, visitor, now, client=visitor.client)
+        return visitor.grant
+
+    def not_verified(self, job_id: int) -> Refusal:
+        """Take back a password check that the worker could not make; it counts as no attempt."""
+        check = self._checks.pop(job_id, None)
+        if check is not None:
+            check.visitor.checking = False
+            self._lockout.withdrawn(check.charge)
+        return Refusal(VerdictCode.LOGIN_BUSY)
+
+    def logout(self, session: int, now: int) -> Ended | None:
+        """End a connection's grant at its own wish; None where there is none to end."""
+        visitor = self.visitors.find(session)
+        if visitor is None or visitor.grant is None or visitor.grant.basis is Basis.SINGLE_USER:
+            return None
+        return self.visitors.end(visitor, "logged out", now)
+
+    def accounts_changed(self, book: AccountBook, now: int) -> list[Granted | Ended]:
+        """Take another set of accounts; return what that changes for connections.
+
+        Whose account is gone, disabled or has another password is logged out, whose role changed
+        has the other role at once, and with the first account nobody is single user any more.
+        """
+        before, self._book = self._book, book
+        changes = [self._follow(visitor, before, now) for visitor in self.visitors]
+        return [change for change in changes if change is not None]
+
+    def _follow(self, visitor: Visitor, before: AccountBook, now: int) -> Granted | Ended | None:
+        grant = visitor.grant
+        if grant is None or grant.basis is Basis.PAIRING:
+            return None
+        if grant.basis is Basis.SINGLE_USER:
+            if not len(self._book):
+                return None
+            return self.visitors.end(visitor, "there are accounts now; log in", now)
+        old, new = before.find(grant.name), self._book.find(grant.name)
+        if new is None or new.disabled or old is None or new.password != old.password:
+            return self.visitors.end(visitor, "the account was changed; log in again", now)
+        if new.role is grant.role:
+            return None
+        visitor.grant = Granted(visitor.session, new.role, new.name, Basis.ACCOUNT)
+        self.visitors.note(AuditEvent.ROLE_CHANGED, visitor, now, before=grant.role.value)
+        return visitor.grant
+
+    # Pairing.
+
+    def issue_pairing(self, session: int, now: int, chooser: Chooser) -> PairingCode | Refusal:
+        """Make a pairing code for the cell of the connection that asks."""
+        visitor = self._teacher(session)
+        if isinstance(visitor, Refusal):
+            return visitor
+        code = self._pairing.issue(visitor.cell, _name_of(visitor), now, chooser)
+        minutes = (code.expires - now) / (60 * SECOND_NS)
+        self.visitors.note(AuditEvent.PAIRING_ISSUED, visitor, now, minutes=minutes)
+        return code
+
+    def withdraw_pairing(self, session: int, now: int) -> list[Ended] | Refusal:
+        """End the code of the connection's cell, and what the cell's guests were granted."""
+        teacher = self._teacher(session)
+        if isinstance(teacher, Refusal):
+            return teacher
+        self._pairing.withdraw(teacher.cell)
+        self.visitors.note(AuditEvent.PAIRING_WITHDRAWN, teacher, now)
+        return [
+            self.visitors.end(visitor, "the lesson is over", now)
+            for visitor in self.visitors
+            if visitor.cell == teacher.cell
+            and visitor.grant is not None
+            and visitor.grant.basis is Basis.PAIRING
+        ]
+
+    def _teacher(self, session: int) -> Visitor | Refusal:
+        visitor = self.visitors.find(session)
+        refusal = self.may(session, Permission.PAIR_GUESTS)
+        return refusal or visitor or Refusal(VerdictCode.HELLO_FIRST)
+
+    def pair(self, session: int, code: Secret, name: str, now: int) -> Granted | Refusal:
+        """Make a connection a guest of its cell.
+
+        Args:
+            session: the connection.
+            code: the pairing code, as typed.
+            name: what the guest wants to be called.
+            now: monotonic time, ns.
+        """
+        visitor = self.visitors.find(session)
+        if visitor is None:
+            return Refusal(VerdictCode.HELLO_FIRST)
+        fault = name_fault(name)
+        if fault is not None:
+            return fault
+        charge = self._charge(visitor, _PAIRING, None, now)
+        if isinstance(charge, Refusal):
+            return charge
+        found = self._pairing.redeem(code, now)
+        if found is None or found.cell != visitor.cell:
+            self._lockout.failed(charge, now)
+            self.visitors.note(AuditEvent.LOGIN_FAILED, visitor, now, by="pairing")
+            return Refusal(VerdictCode.PAIRING_WRONG)
+        self._lockout.succeeded(charge)
+        if self._is_taken(name, visitor):
+            return Refusal(VerdictCode.NAME_TAKEN, f"somebody is called {name!r} already")
+        visitor.grant = Granted(session, GUEST_ROLE, name, Basis.PAIRING)
+        self.visitors.note(AuditEvent.PAIRED, visitor, now, issuer=found.issuer)
+        return visitor.grant
+
+    def _is_taken(self, name: str, visitor: Visitor) -> bool:
+        """Tell whether an account, or another connection, has this name."""
+        key = account_key(name)
+        return self._book.find(name) is not None or any(
+            account_key(other.grant.name) == key
+            for other in self.visitors
+            if other is not visitor and other.grant is not None
+        )
+
+    # What passwords and pairing codes share.
+
+    def _charge(
+        self, visitor: Visitor, key: str, account: Account | None, now: int
+    ) -> Charge | Refusal:
+        charge = self._lockout.attempt(visitor.address, key, now)
+        if isinstance(charge, Charge):
+            return charge
+        seconds = round(charge / SECOND_NS, 1)
+        target = "" if account is None else account.name
+        self.visitors.note(AuditEvent.LOCKED_OUT, visitor, now, seconds=seconds, account=target)
+        text = f"too many wrong attempts; the next one is taken in {seconds:.0f} s"
+        return Refusal(VerdictCode.LOCKED_OUT, text, value=seconds)
+
+    def _note_failure(self, visitor: Visitor, account: Account | None, now: int) -> None:
+        # A name that is no account's is not written down: it may be a password in the wrong field.
+        target = "" if account is None else account.name
+        is_known = account is not None
+        self.visitors.note(AuditEvent.LOGIN_FAILED, visitor, now, account=target, known=is_known)
+
+
+def _name_of(visitor: Visitor) -> str:
+    return "" if visitor.grant is None else visitor.grant.name

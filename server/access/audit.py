@@ -1,0 +1,263 @@
+"""The audit log's lines: who did what and when, each carrying the hash of the one before.
+
+Owns what an entry holds, how it is written so that nothing in it can be mistaken for another line
+or for a terminal's command, and how a chain of lines is checked. Pure: `audit_file` and
+`audit_writer` own the file and the thread. It never sees a password, a code or a hash of one.
+
+The chain shows that a line was altered, removed or put in between. It has no key: whoever can write
+the whole file can write another whole chain, so a hash noted elsewhere is the stronger proof.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+FIRST_PREVIOUS = "0" * 64
+"""What stands for the hash before the first line."""
+
+_MOST_DETAILS = 16
+_LONGEST_TEXT = 160
+
+LONGEST_LINE = 64 * 1024
+"""No line is longer [bytes]: few details, each cut, and an escaped sign takes at most 12."""
+
+Detail = str | int | float | bool
+
+
+class AuditEvent(StrEnum):
+    """What is noted."""
+
+    SERVER_STARTED = "server-started"
+    SERVER_STOPPED = "server-stopped"
+    CONNECTED = "connected"
+    DISCONNECTED = "disconnected"
+    LOGIN = "login"
+    LOGIN_FAILED = "login-failed"
+    LOCKED_OUT = "locked-out"
+    LOGOUT = "logout"
+    ROLE_CHANGED = "role-changed"
+    PAIRING_ISSUED = "pairing-issued"
+    PAIRING_WITHDRAWN = "pairing-withdrawn"
+    PAIRED = "paired"
+    ACCOUNT_CHANGED = "account-changed"
+    AUTHORITY_TAKEN = "authority-taken"
+    AUTHORITY_FORCED = "authority-forced"
+    AUTHORITY_ENDED = "authority-ended"
+    JOG_BEGAN = "jog-began"
+    JOG_ENDED = "jog-ended"
+    MOTION_BEGAN = "motion-began"
+    MOTION_ENDED = "motion-ended"
+    PROGRAM_BEGAN = "program-began"
+    PROGRAM_ENDED = "program-ended"
+    DOCUMENT_CHANGED = "document-changed"
+    STOP = "stop"
+    RESET = "reset"
+    FREEZE_ALL = "freeze-all"
+    MODE = "mode"
+    REFUSED = "refused"
+    SUPPRESSED = "suppressed"
+    """Lines beyond the limit, counted instead of written."""
+    LOG_GAP = "log-gap"
+    """The disk took nothing for a while; says how many entries were lost."""
+    LOG_RECOVERED = "log-recovered"
+    """What stands before this line is torn; carries the SHA-256 of it."""
+
+
+@dataclass(frozen=True, slots=True)
+class AuditEntry:
+    """One thing that somebody did.
+
+    Attributes:
+        event: what was done.
+        at: monotonic time [ns].
+        who: name of the account or guest; empty for nobody in particular.
+        role: that one's role, empty for none.
+        source: address.
+        session: number of the connection, 0 for none.
+        cell: name of the cell, empty for all.
+        detail: numbers and short texts; cut where they are long.
+    """
+
+    event: AuditEvent
+    at: int
+    who: str = ""
+    role: str = ""
+    source: str = ""
+    session: int = 0
+    cell: str = ""
+    detail: Mapping[str, Detail] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """Where a chain stands.
+
+    Attributes:
+        number: of the last line, 0 for none.
+        digest: the last line's hash.
+    """
+
+    number: int = 0
+    digest: str = FIRST_PREVIOUS
+
+
+def write_line(entry: AuditEntry, time: str, last: Link) -> tuple[bytes, Link]:
+    """Return an entry as a line that ends in a line feed, and where the chain stands then.
+
+    Args:
+        entry: the entry.
+        time: wall-clock time, ISO 8601 in UTC; clocks jump, so `at` is kept too.
+        last: where the chain stands.
+    """
+    record = {
+        "n": last.number + 1,
+        "time": time,
+        "at": entry.at,
+        "event": entry.event.value,
+        "who": _cut(entry.who),
+        "role": _cut(entry.role),
+        "source": _cut(entry.source),
+        "session": entry.session,
+        "cell": _cut(entry.cell),
+        "detail": {
+            _cut(key): _plain(value) for key, value in list(entry.detail.items())[:_MOST_DETAILS]
+        },
+        "previous": last.digest,
+    }
+    # ASCII only, so control characters of every kind stand escaped; JSON alone would let DEL pass.
+    body = json.dumps(record, ensure_ascii=True, separators=(",", ":")).replace("\x7f", "\\u007f")
+    digest = hashlib.sha256(body.encode()).hexdigest()
+    return f'{body[:-1]},"hash":"{digest}"}}\n'.encode(), Link(last.number + 1, digest)
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= _LONGEST_TEXT else text[: _LONGEST_TEXT - 1] + "…"
+
+
+def _plain(value: Detail) -> Detail:
+    match value:
+        case str():
+            return _cut(value)
+        case float() if not math.isfinite(value):
+            return str(value)  # JSON has no such numbers
+    return value
+
+
+def read_line(line: bytes) -> dict[str, Any] | None:
+    """Return a whole line's record; None where it is torn, altered or no line of a log.
+
+    Args:
+        line: without its line feed.
+    """
+    body, separator, ending = line.rpartition(b',"hash":"')
+    if not separator or not ending.endswith(b'"}'):
+        return None
+    body += b"}"
+    if hashlib.sha256(body).hexdigest().encode() != ending[:-2]:
+        return None
+    try:
+        record = json.loads(body)
+    except (ValueError, RecursionError):
+        return None
+    if not isinstance(record, dict) or not isinstance(record.get("n"), int):
+        return None
+    record["hash"] = ending[:-2].decode()
+    return record
+
+
+def _is_whole(line: bytes) -> bool:
+    """Tell whether a line is complete JSON: no crash and no full disk leaves that behind."""
+    try:
+        json.loads(line)
+    except (ValueError, RecursionError):
+        return False
+    return True
+
+
+def torn_detail(torn: bytes) -> dict[str, Detail]:
+    """Return what a LOG_RECOVERED entry says of the torn line before it."""
+    return {"torn_bytes": len(torn), "torn_sha256": hashlib.sha256(torn).hexdigest()}
+
+
+class ChainCheck:
+    """Checks lines one after the other.
+
+    Attributes:
+        last: where the chain stands.
+        lines: lines that were read.
+        torn: torn lines that a later line accounts for.
+    """
+
+    def __init__(self, *, from_the_middle: bool = False) -> None:
+        """Begin before the first line; with `from_the_middle` any line may be the first."""
+        self.last = Link()
+        self.lines = 0
+        self.torn = 0
+        self._is_open = from_the_middle
+        self._damaged: list[bytes] = []
+
+    def feed(self, line: bytes) -> str | None:
+        """Check the next line.
+
+        Args:
+            line: without its line feed.
+
+        Returns:
+            What is wrong, None where nothing is. Damaged lines are told once the next whole one
+            does not account for them.
+        """
+        self.lines += 1
+        record = read_line(line)
+        if record is None:
+            self._damaged.append(line)
+            return None
+        fault = self._account(record) or self._follow(record)
+        self.last = Link(record["n"], record["hash"])
+        self._is_open = False
+        return fault
+
+    def finish(self) -> str | None:
+        """Return what is wrong with the last lines, if nothing accounted for them."""
+        if not self._damaged:
+            return None
+        first = self.lines - len(self._damaged) + 1
+        self._damaged.clear()
+        return f"line {first} is torn or was altered"
+
+    def _account(self, record: Mapping[str, Any]) -> str | None:
+        """Clear torn lines that this record tells of, else say that they are damaged."""
+        if not self._damaged:
+            return None
+        told = record.get("event") == AuditEvent.LOG_RECOVERED
+        right = record.get("detail") == torn_detail(b"\n".join(self._damaged))
+        if told and right and not any(_is_whole(line) for line in self._damaged):
+            self.torn += len(self._damaged)
+            self._damaged.clear()
+            return None
+        first = self.lines - len(self._damaged)
+        self._damaged.clear()
+        return f"line {first} is torn or was altered"
+
+    def _follow(self, record: Mapping[str, Any]) -> str | None:
+        if self._is_open:
+            return None
+        number, previous = record["n"], record.get("previous")
+        if number == self.last.number + 1 and previous == self.last.digest:
+            return None
+        expected = self.last.number + 1
+        if number != expected:
+            return f"line {self.lines}: entry {number} stands where {expected} belongs"
+        return f"line {self.lines}: entry {number} does not follow the one before it"
+
+
+def printable(text: str) -> str:
+    """Return a text without anything that a terminal would act on or turn round."""
+    return "".join(
+        sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text
+    )

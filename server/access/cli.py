@@ -1,0 +1,202 @@
+"""The command `openpendant users`: the accounts in the store.
+
+Owns arguments, typing a password, output and exit codes, nothing else. All of it is safe while a
+server runs. A password is never an argument, where every user of the machine could read it.
+
+Exit codes: 0 done, 2 a bad argument, name or password, 3 refused, or the store cannot do it,
+130 interrupted.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import getpass
+import json
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..refusal import Refusal
+from ..store.errors import StoreError
+from ..store.location import STORE_VARIABLE, default_path
+from ..store.sqlite_store import open_for_reading, open_store
+from .account_store import AccountRefused, StoredAccounts
+from .accounts import Account, AccountBook, name_fault
+from .audit import printable
+from .passwords import MOST_CHARACTERS, SALT_BYTES, hash_password, password_fault
+from .roles import Role
+from .secret import Secret
+
+EXIT_USAGE = 2
+EXIT_REFUSED = 3
+EXIT_INTERRUPTED = 130
+
+# Newer typers carry their own click, older ones import it; this names its error in both.
+_TyperUsageError: type[Exception] = typer.BadParameter.mro()[2]
+
+StoreFile = Annotated[
+    Path | None,
+    typer.Option("--store", metavar="FILE", help=f"The store; else ${STORE_VARIABLE}."),
+]
+Name = Annotated[str, typer.Argument(help="Name of the account.")]
+FromStdin = Annotated[
+    bool,
+    typer.Option("--password-stdin", help="Read the password from the first line of the input."),
+]
+
+app = typer.Typer(
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    help="List, add, change and remove the accounts of a server.",
+    epilog="Exit codes: 0 done, 2 bad argument, name or password, 3 refused.",
+)
+
+
+class _Unusable(Exception):
+    """A name or password that cannot be used; its text is for the user."""
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `openpendant users` and return its exit code.
+
+    Args:
+        argv: the arguments after `users`.
+    """
+    try:
+        result = app(args=list(argv), prog_name="openpendant users", standalone_mode=False)
+    except _TyperUsageError as error:
+        describe = getattr(error, "format_message", error.__str__)
+        return _fail(describe(), EXIT_USAGE)
+    except typer.Abort:
+        return _fail("interrupted", EXIT_INTERRUPTED)
+    except _Unusable as error:
+        return _fail(str(error), EXIT_USAGE)
+    except (AccountRefused, StoreError) as error:
+        return _fail(str(error), EXIT_REFUSED)
+    return result if isinstance(result, int) else 0
+
+
+@app.command("list")
+def list_accounts(
+    store: StoreFile = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print one JSON line.")] = False,
+) -> None:
+    """List the accounts: names, roles, and who is disabled."""
+    accounts = sorted(_read_book(store), key=lambda account: account.key)
+    if as_json:
+        fields = {"name", "role", "disabled"}
+        print(json.dumps([account.model_dump(mode="json", include=fields) for account in accounts]))
+        return
+    for account in accounts:
+        disabled = "  disabled" if account.disabled else ""
+        print(f"{account.name:<32}  {account.role.value}{disabled}")
+    if not accounts:
+        where = printable(str(store or default_path()))
+        print(f"no accounts in {where}: whoever uses this machine is admin", file=sys.stderr)
+
+
+@app.command()
+def add(
+    name: Name,
+    role: Annotated[Role, typer.Option(help="What the account may do.")],
+    password_stdin: FromStdin = False,
+    store: StoreFile = None,
+) -> None:
+    """Add an account; asks for its password. The first one has to be admin."""
+    _check(name_fault(name))
+    password = _new_password(name, password_stdin)
+    # Opened last: nobody waits for a writer while somebody thinks of a password.
+    with _accounts(store) as accounts:
+        accounts.add(
+            Account(name=name, role=role, password=hash_password(password, os.urandom(SALT_BYTES)))
+        )
+
+
+@app.command()
+def remove(name: Name, store: StoreFile = None) -> None:
+    """Remove an account; without any, whoever uses this machine is admin again."""
+    with _accounts(store) as accounts:
+        accounts.remove(name)
+
+
+@app.command("set-role")
+def set_role(
+    name: Name,
+    role: Annotated[Role, typer.Argument(help="What the account may do.")],
+    store: StoreFile = None,
+) -> None:
+    """Give an account another role."""
+    with _accounts(store) as accounts:
+        accounts.set_role(name, role)
+
+
+@app.command("set-password")
+def set_password(name: Name, password_stdin: FromStdin = False, store: StoreFile = None) -> None:
+    """Give an account another password; asks for it."""
+    password = _new_password(name, password_stdin)
+    with _accounts(store) as accounts:
+        accounts.set_password(name, hash_password(password, os.urandom(SALT_BYTES)))
+
+
+@app.command()
+def disable(name: Name, store: StoreFile = None) -> None:
+    """Keep an account, but let nobody log in with it."""
+    with _accounts(store) as accounts:
+        accounts.set_disabled(name, True)
+
+
+@app.command()
+def enable(name: Name, store: StoreFile = None) -> None:
+    """Let an account log in again."""
+    with _accounts(store) as accounts:
+        accounts.set_disabled(name, False)
+
+
+@contextlib.contextmanager
+def _accounts(file: Path | None) -> Iterator[StoredAccounts]:
+    with contextlib.closing(open_store(file or default_path())) as store:
+        yield StoredAccounts(store, _author())
+
+
+def _read_book(file: Path | None) -> AccountBook:
+    path = file or default_path()
+    if not path.exists():
+        return AccountBook()
+    with contextlib.closing(open_for_reading(path)) as store:
+        return StoredAccounts(store, _author()).book()
+
+
+def _new_password(name: str, from_stdin: bool) -> Secret:
+    if from_stdin:
+        # A line longer than any password is refused by the rules, whatever follows.
+        password = Secret(sys.stdin.readline(4 * MOST_CHARACTERS).rstrip("\r\n"))
+    elif not sys.stdin.isatty():
+        raise _Unusable("there is no terminal to type a password at; use --password-stdin")
+    else:
+        password = Secret(getpass.getpass(f"New password of {name}: "))
+        if getpass.getpass("Once more: ") != password.reveal():
+            raise _Unusable("the two passwords differ; nothing was changed")
+    _check(password_fault(password, name))
+    return password
+
+
+def _check(refusal: Refusal | None) -> None:
+    if refusal is not None:
+        raise _Unusable(refusal.sentence)
+
+
+def _author() -> str:
+    try:
+        return f"users by {getpass.getuser()}"[:64]
+    except (KeyError, OSError):  # a process without a name, in a container say
+        return "users"
+
+
+def _fail(message: str, code: int) -> int:
+    print(f"error: {printable(' '.join(message.split()))}", file=sys.stderr)
+    return code

@@ -1,0 +1,121 @@
+"""What a server may be exposed to: the rules that are checked before it listens (promise 28).
+
+Owns which addresses are this machine's own, that nobody reaches a server from outside without
+credentials, and that the clear-text ROS-Industrial ports stay with the addresses that were named.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..refusal import Refusal
+from .accounts import AccountBook
+
+
+def is_loopback(address: str) -> bool:
+    """Tell whether an address or host name is this machine's own."""
+    if address == "localhost":
+        return True
+    ip = _parsed(address)
+    return ip is not None and ip.is_loopback
+
+
+def _parsed(address: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    try:
+        ip = ipaddress.ip_address(address.partition("%")[0])
+    except ValueError:
+        return None
+    if isinstance(ip, ipaddress.IPv6Address) and ip.ipv4_mapped is not None:
+        return ip.ipv4_mapped
+    return ip
+
+
+class ExposureRefused(Exception):
+    """A server may not listen as configured.
+
+    Attributes:
+        key: dotted name of the setting at fault.
+        problem: what is wrong and what would be accepted.
+    """
+
+    def __init__(self, key: str, problem: str) -> None:
+        super().__init__(f"{key}: {problem}")
+        self.key = key
+        self.problem = problem
+
+
+@dataclass(frozen=True, slots=True)
+class Exposure:
+    """How a server shall listen.
+
+    Attributes:
+        host: address that it binds.
+        has_tls: whether the pendant port speaks TLS.
+        ros_allow: addresses that may use the ROS-Industrial ports.
+    """
+
+    host: str
+    has_tls: bool
+    ros_allow: Sequence[str]
+
+    @property
+    def is_local(self) -> bool:
+        """Whether only this machine reaches it."""
+        return is_loopback(self.host)
+
+
+def check_exposure(exposure: Exposure, book: AccountBook) -> list[str]:
+    """Check a server before it listens.
+
+    Args:
+        exposure: how it shall listen.
+        book: the accounts.
+
+    Returns:
+        Warnings, each one sentence for its user.
+
+    Raises:
+        ExposureRefused: it may not listen so.
+    """
+    for address in exposure.ros_allow:
+        _check_allowed(address)
+    if exposure.is_local:
+        return []
+    if not book.has_admin:
+        problem = (
+            f"{exposure.host} can be reached from outside, and nobody could log in as admin; "
+            "add an account (openpendant users add NAME --role admin), or listen on 127.0.0.1"
+        )
+        raise ExposureRefused("listen.host", problem)
+    if exposure.has_tls:
+        return []
+    return [
+        f"passwords cross the network in clear text, because {exposure.host} can be reached from "
+        "outside and there is no certificate; set [tls]"
+    ]
+
+
+def _check_allowed(address: str) -> None:
+    ip = _parsed(address)
+    if ip is None or ip.is_unspecified or ip.is_multicast:
+        problem = (
+            f"{address!r} is no address of one host; the ROS-Industrial ports have no credentials, "
+            "so every host that may use them is named by its address"
+        )
+        raise ExposureRefused("ros_i.allow", problem)
+
+
+def clear_text_fault(exposure: Exposure, address: str) -> Refusal | None:
+    """Return why an address may not use a clear-text ROS-Industrial port; None where it may.
+
+    On loopback everybody may connect, and the cell asks its own list who may move. A port that can
+    be reached from outside serves the addresses of that list and nobody else.
+    """
+    if exposure.is_local or _parsed(address) in [_parsed(known) for known in exposure.ros_allow]:
+        return None
+    text = f"{address} is not among the addresses that may use this port"
+    return Refusal(VerdictCode.ADDRESS_NOT_ALLOWED, text)

@@ -1,0 +1,156 @@
+"""Connections and what each was granted; whether one may do what it asks.
+
+Owns the rule that a grant belongs to one connection and dies with it: there is no token that
+another could present (promise 28). How a grant is earned is `admission`'s business.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import Enum
+
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..refusal import Refusal
+from .audit import AuditEntry, AuditEvent, Detail
+from .exposure import is_loopback
+from .roles import LEAST_ROLE, WITHOUT_LOGIN, Permission, Role, role_may
+
+
+class Basis(Enum):
+    """What a grant rests on."""
+
+    SINGLE_USER = "single user"
+    ACCOUNT = "account"
+    PAIRING = "pairing"
+
+
+@dataclass(frozen=True, slots=True)
+class Granted:
+    """What a connection was granted.
+
+    Attributes:
+        session: number of the connection.
+        role: what it may do.
+        name: who it is, as shown and logged.
+        basis: what the grant rests on.
+    """
+
+    session: int
+    role: Role
+    name: str
+    basis: Basis
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """A connection's grant ended without its doing: it may now do what anybody may.
+
+    Attributes:
+        session: number of the connection.
+        reason: one sentence.
+    """
+
+    session: int
+    reason: str
+
+
+@dataclass(slots=True)
+class Visitor:
+    """A connection that completed hello.
+
+    Attributes:
+        session: its number, never used again.
+        address: of the peer.
+        client: its name in the hello.
+        cell: the cell that its hello named.
+        grant: what it was granted.
+        checking: whether a password of it is being checked.
+    """
+
+    session: int
+    address: str
+    client: str
+    cell: str
+    grant: Granted | None = None
+    checking: bool = False
+
+
+Record = Callable[[AuditEntry], None]
+"""Takes what is to be noted in the audit log; must not block."""
+
+
+class Visitors:
+    """The connections of one process."""
+
+    def __init__(self, record: Record, *, observe_without_login: bool) -> None:
+        """Know nobody yet.
+
+        Args:
+            record: takes what is to be noted.
+            observe_without_login: whoever reaches the server may look on.
+        """
+        self._record = record
+        self._observe_without_login = observe_without_login
+        self._visitors: dict[int, Visitor] = {}
+
+    def __iter__(self) -> Iterator[Visitor]:
+        return iter(self._visitors.values())
+
+    def find(self, session: int) -> Visitor | None:
+        """Return a connection; None where it has not completed hello, or is gone."""
+        return self._visitors.get(session)
+
+    def add(self, visitor: Visitor, now: int) -> None:
+        """Take a connection that completed hello."""
+        self._visitors[visitor.session] = visitor
+        self.note(AuditEvent.CONNECTED, visitor, now, client=visitor.client)
+
+    def remove(self, session: int, now: int) -> None:
+        """Forget a connection and its grant."""
+        visitor = self._visitors.pop(session, None)
+        if visitor is not None:
+            self.note(AuditEvent.DISCONNECTED, visitor, now)
+
+    def may(self, session: int, permission: Permission) -> Refusal | None:
+        """Return why a connection may not do something; None where it may."""
+        visitor = self.find(session)
+        if visitor is None:
+            return Refusal(VerdictCode.HELLO_FIRST)
+        if permission in WITHOUT_LOGIN:
+            return None
+        grant = visitor.grant
+        needs = f"{permission.value} needs the role {LEAST_ROLE[permission].value}"
+        if grant is None:
+            if permission is Permission.OBSERVE and self._may_look_on(visitor):
+                return None
+            return Refusal(VerdictCode.LOGIN_NEEDED, f"{needs}; this connection has none")
+        if role_may(grant.role, permission):
+            return None
+        text = f"{needs}; {grant.name} is {grant.role.value}"
+        return Refusal(VerdictCode.ROLE_TOO_LOW, text)
+
+    def _may_look_on(self, visitor: Visitor) -> bool:
+        return self._observe_without_login or is_loopback(visitor.address)
+
+    def end(self, visitor: Visitor, reason: str, now: int) -> Ended:
+        """Take back what a connection was granted."""
+        self.note(AuditEvent.LOGOUT, visitor, now, reason=reason)
+        visitor.grant = None
+        return Ended(visitor.session, reason)
+
+    def note(self, event: AuditEvent, visitor: Visitor, now: int, **detail: Detail) -> None:
+        """Note what a connection did."""
+        grant = visitor.grant
+        entry = AuditEntry(
+            event,
+            now,
+            who="" if grant is None else grant.name,
+            role="" if grant is None else grant.role.value,
+            source=visitor.address,
+            session=visitor.session,
+            cell=visitor.cell,
+            detail=detail,
+        )
+        self._record(entry)

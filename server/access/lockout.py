@@ -1,0 +1,183 @@
+"""Who has failed too often and must wait (promise 29).
+
+Owns counting and locking: 5 failures within 60 s of one source at one account lock that pair for
+60 s, and each further lock lasts twice as long, up to 15 min. One source also fails at most 30
+times in 60 s at whatever names, or guessing one password for many names would go free. Stopping a
+robot never passes here. Pure: `now` is an argument; memory is bounded whatever is tried.
+
+An attempt is charged when it is made, not when it has failed: hashing takes a while, and a hundred
+attempts sent at once would otherwise all pass before the first has failed.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+from dataclasses import dataclass, field
+
+SECOND_NS = 1_000_000_000
+WINDOW_NS = 60 * SECOND_NS
+FIRST_LOCK_NS = 60 * SECOND_NS
+LONGEST_LOCK_NS = 15 * 60 * SECOND_NS
+FORGET_NS = 15 * 60 * SECOND_NS
+"""After so long without an attempt and without a lock, the next lock is a first one again."""
+
+PAIR_FAILURES = 5
+SOURCE_FAILURES = 30
+
+MOST_RECORDS = 8_192
+"""Pairs and sources remembered; a record is about 300 bytes."""
+
+_V6_NETWORK_BITS = 64
+
+
+def source_of(address: str) -> str:
+    """Return whom the attempts of an address are charged to.
+
+    An IPv6 host chooses among 2⁶⁴ addresses of its network as it likes, so the network is charged;
+    an IPv4 address written in IPv6 is the IPv4 address.
+    """
+    try:
+        ip = ipaddress.ip_address(address.partition("%")[0])
+    except ValueError:
+        return address
+    if isinstance(ip, ipaddress.IPv4Address):
+        return str(ip)
+    if ip.ipv4_mapped is not None:
+        return str(ip.ipv4_mapped)
+    if ip.is_loopback:
+        return str(ip)
+    return str(ipaddress.ip_network((ip, _V6_NETWORK_BITS), strict=False))
+
+
+@dataclass(slots=True)
+class _Record:
+    """What is remembered of a pair or a source.
+
+    Attributes:
+        most: charges that may be open within the window.
+        charges: when attempts were made that did not succeed, or are being checked [ns].
+        locked_until: end of the present or last lock [ns].
+        locks: how many locks there were.
+        touched: last attempt [ns].
+    """
+
+    most: int
+    charges: list[int] = field(default_factory=list)
+    locked_until: int = 0
+    locks: int = 0
+    touched: int = 0
+
+    def free_from(self, now: int) -> int:
+        """Return when the next attempt may be made; not after `now` where it may be now."""
+        self.charges = [at for at in self.charges if now - at < WINDOW_NS]
+        if len(self.charges) >= self.most:
+            return max(self.locked_until, self.charges[0] + WINDOW_NS)
+        return self.locked_until
+
+    def fail(self, now: int) -> None:
+        if len(self.charges) < self.most:
+            return
+        self.locked_until = now + min(FIRST_LOCK_NS << self.locks, LONGEST_LOCK_NS)
+        # From 2⁴ on the longest lock applies; the number need not grow for ever.
+        self.locks = min(self.locks + 1, 4)
+        self.charges.clear()
+
+    def is_forgotten(self, now: int) -> bool:
+        return now - max(self.touched, self.locked_until) >= FORGET_NS
+
+
+@dataclass(frozen=True, slots=True)
+class Charge:
+    """An attempt that was let through, to be settled by its outcome.
+
+    Attributes:
+        source: who made it, as `source_of` says.
+        account: key of the account that was tried; any text for other secrets.
+        at: when [ns].
+    """
+
+    source: str
+    account: str
+    at: int
+
+
+class Lockout:
+    """Attempts of all sources at all accounts."""
+
+    def __init__(self, most_records: int = MOST_RECORDS) -> None:
+        """Remember nothing yet, and never more than `most_records` pairs and sources."""
+        self._most_records = most_records
+        # In order of the last attempt, so that the oldest are found without a search.
+        self._records: dict[tuple[str, str | None], _Record] = {}
+
+    def __len__(self) -> int:
+        """Return how many pairs and sources are remembered."""
+        return len(self._records)
+
+    def attempt(self, address: str, account: str, now: int) -> Charge | int:
+        """Ask whether an attempt may be made, and charge it.
+
+        Args:
+            address: the peer's address.
+            account: key of the account, or a text of its own for another kind of secret.
+            now: monotonic time, ns.
+
+        Returns:
+            The charge; or for how long the attempts are refused [ns], where it was not charged.
+        """
+        source = source_of(address)
+        # The source first: one that is locked must not fill the memory with names.
+        whole = self._record((source, None), SOURCE_FAILURES, now)
+        wait = whole.free_from(now) - now
+        if wait > 0:
+            return wait
+        pair = self._record((source, account), PAIR_FAILURES, now)
+        wait = pair.free_from(now) - now
+        if wait > 0:
+            return wait
+        whole.charges.append(now)
+        pair.charges.append(now)
+        return Charge(source, account, now)
+
+    def failed(self, charge: Charge, now: int) -> None:
+        """Settle an attempt that failed: its charge stays, and may be the one that locks."""
+        for key in ((charge.source, charge.account), (charge.source, None)):
+            record = self._records.get(key)
+            if record is not None:
+                record.fail(now)
+
+    def succeeded(self, charge: Charge) -> None:
+        """Settle an attempt that succeeded: the pair starts afresh, other failures stay."""
+        self._records.pop((charge.source, charge.account), None)
+        self._refund((charge.source, None), charge.at)
+
+    def withdrawn(self, charge: Charge) -> None:
+        """Settle an attempt that was never checked, as if it had not been made."""
+        self._refund((charge.source, charge.account), charge.at)
+        self._refund((charge.source, None), charge.at)
+
+    def _refund(self, key: tuple[str, str | None], at: int) -> None:
+        record = self._records.get(key)
+        if record is not None and at in record.charges:
+            record.charges.remove(at)
+
+    def _record(self, key: tuple[str, str | None], most: int, now: int) -> _Record:
+        record = self._records.pop(key, None)
+        if record is None or record.is_forgotten(now):
+            record = _Record(most)
+            self._make_room(now)
+        record.touched = max(record.touched, now)
+        self._records[key] = record
+        return record
+
+    def _make_room(self, now: int) -> None:
+        """Drop what is forgotten, and the oldest where that does not suffice.
+
+        One source cannot push out its own locks: it is itself locked after 30 names.
+        """
+        while self._records:
+            oldest = next(iter(self._records))
+            is_full = len(self._records) >= self._most_records
+            if not is_full and not self._records[oldest].is_forgotten(now):
+                return
+            del self._records[oldest]

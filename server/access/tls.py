@@ -1,0 +1,134 @@
+"""TLS for the pendant port: the table `[tls]`, and the context made of it (promise 28).
+
+Owns versions, client certificates and what is said of a file that cannot be used. TLS 1.3 and
+nothing older: its records are numbered and authenticated, so one that is replayed, reordered,
+altered or pasted from another connection ends the connection before a message is seen.
+"""
+
+from __future__ import annotations
+
+import os
+import ssl
+import stat
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, model_validator
+
+_MOST_BYTES = 1_048_576
+
+_CERTIFICATE = b"-----BEGIN CERTIFICATE-----"
+_KEY = b"PRIVATE KEY-----"
+_ENCRYPTED = (b"BEGIN ENCRYPTED PRIVATE KEY", b"Proc-Type: 4,ENCRYPTED")
+
+
+class TlsSettings(BaseModel):
+    """The server's certificate, and whose certificates it asks for."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    certificate: str = ""
+    """File with the certificate and the ones that signed it (PEM); empty for no TLS."""
+    key: str = ""
+    """File with its private key (PEM, not encrypted, readable by its owner)."""
+    ca: str = ""
+    """File with the authorities whose client certificates are taken (PEM); empty for none asked."""
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> TlsSettings:
+        if bool(self.certificate) != bool(self.key):
+            raise ValueError("certificate and key are given together, or neither")
+        if self.ca and not self.certificate:
+            raise ValueError("ca needs certificate and key")
+        return self
+
+    @property
+    def is_on(self) -> bool:
+        """Whether connections are encrypted."""
+        return bool(self.certificate)
+
+
+class TlsUnusable(Exception):
+    """A certificate, key or authority that cannot be used.
+
+    Attributes:
+        file: the file.
+        problem: what is wrong and what would be accepted.
+    """
+
+    def __init__(self, file: str, problem: str) -> None:
+        super().__init__(f"{file}: {problem}")
+        self.file = file
+        self.problem = problem
+
+
+def server_context(settings: TlsSettings) -> ssl.SSLContext | None:
+    """Return the context of the pendant port; None where TLS is off.
+
+    Raises:
+        TlsUnusable: a file cannot be used.
+    """
+    if not settings.is_on:
+        return None
+    if _CERTIFICATE not in _content(settings.certificate):
+        raise TlsUnusable(settings.certificate, "holds no certificate in PEM form")
+    _check_key(settings.key)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_3
+    context.num_tickets = 0  # nobody resumes: a grant dies with its connection, so does its session
+    try:
+        context.load_cert_chain(settings.certificate, settings.key)
+    except ssl.SSLError as error:
+        raise _of_pair(settings, error) from None
+    if settings.ca:
+        _ask_for_certificates(context, settings.ca)
+    return context
+
+
+def _content(file: str) -> bytes:
+    try:
+        with Path(file).open("rb") as stream:
+            content = stream.read(_MOST_BYTES + 1)
+    except OSError as error:
+        raise TlsUnusable(file, f"cannot be read: {error.strerror}") from None
+    if len(content) > _MOST_BYTES:
+        raise TlsUnusable(file, f"is larger than {_MOST_BYTES} bytes")
+    return content
+
+
+def _check_key(file: str) -> None:
+    content = _content(file)
+    if any(sign in content for sign in _ENCRYPTED):
+        # OpenSSL would ask for its password on the terminal and wait.
+        problem = "is encrypted; write it without a password: openssl pkey -in FILE -out NEW"
+        raise TlsUnusable(file, problem)
+    if _KEY not in content:
+        raise TlsUnusable(file, "holds no private key in PEM form")
+    mode = stat.S_IMODE(Path(file).stat().st_mode)
+    if os.name == "posix" and mode & stat.S_IRWXO:
+        problem = f"is open to every user of this machine (mode {mode:03o}); chmod 600"
+        raise TlsUnusable(file, problem)
+
+
+def _of_pair(settings: TlsSettings, error: ssl.SSLError) -> TlsUnusable:
+    if error.reason == "KEY_VALUES_MISMATCH":
+        problem = f"does not belong to the certificate in {settings.certificate}"
+        return TlsUnusable(settings.key, problem)
+    if error.reason in ("EE_KEY_TOO_SMALL", "CA_KEY_TOO_SMALL", "CA_MD_TOO_WEAK"):
+        problem = f"is too weak ({_words(error)}); use an EC key or RSA of 2048 bits or more"
+        return TlsUnusable(settings.certificate, problem)
+    problem = f"or the key in {settings.key} is damaged ({_words(error)})"
+    return TlsUnusable(settings.certificate, problem)
+
+
+def _ask_for_certificates(context: ssl.SSLContext, ca: str) -> None:
+    if _CERTIFICATE not in _content(ca):
+        raise TlsUnusable(ca, "holds no certificate in PEM form")
+    try:
+        context.load_verify_locations(ca)
+    except ssl.SSLError as error:
+        raise TlsUnusable(ca, f"is damaged ({_words(error)})") from None
+    context.verify_mode = ssl.CERT_REQUIRED
+
+
+def _words(error: ssl.SSLError) -> str:
+    return (error.reason or "unknown reason").replace("_", " ").lower()

@@ -1,0 +1,196 @@
+"""The lock-out, with numbers for time (promise 29)."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from openpendant.server.access.lockout import (
+    FORGET_NS,
+    LONGEST_LOCK_NS,
+    MOST_RECORDS,
+    PAIR_FAILURES,
+    SECOND_NS,
+    SOURCE_FAILURES,
+    Charge,
+    Lockout,
+    source_of,
+)
+
+START = 1_000 * SECOND_NS
+MINUTE = 60 * SECOND_NS
+
+
+def fail(lockout: Lockout, now: int, address: str = "192.0.2.1", name: str = "ann") -> int:
+    """Fail once; return 0, or how long the attempt is refused [ns]."""
+    charge = lockout.attempt(address, name, now)
+    if isinstance(charge, Charge):
+        lockout.failed(charge, now)
+        return 0
+    return charge
+
+
+def lock(lockout: Lockout, now: int) -> int:
+    """Fail until refused; return for how long."""
+    for _ in range(PAIR_FAILURES):
+        assert fail(lockout, now) == 0
+    return fail(lockout, now)
+
+
+def test_five_failures_within_a_minute_lock_for_a_minute() -> None:
+    lockout = Lockout()
+    assert [fail(lockout, START + n * SECOND_NS) for n in range(5)] == [0] * 5
+    assert fail(lockout, START + 5 * SECOND_NS) == MINUTE - SECOND_NS
+    assert fail(lockout, START + 4 * SECOND_NS + MINUTE - 1) == 1
+    assert fail(lockout, START + 4 * SECOND_NS + MINUTE) == 0
+
+
+def test_failures_that_are_far_apart_lock_nobody() -> None:
+    lockout = Lockout()
+    assert {fail(lockout, START + n * MINUTE // 4) for n in range(100)} == {0}
+
+
+def test_each_lock_doubles_the_next_up_to_15_minutes() -> None:
+    lockout, now, locks = Lockout(), START, []
+    for _ in range(7):
+        locks.append(lock(lockout, now))
+        now += locks[-1]
+    assert [lasts // MINUTE for lasts in locks] == [1, 2, 4, 8, 15, 15, 15]
+    assert locks[-1] == LONGEST_LOCK_NS
+
+
+def test_a_lock_is_forgotten_after_a_quiet_quarter_of_an_hour() -> None:
+    lockout = Lockout()
+    first = lock(lockout, START)
+    later = START + first + FORGET_NS
+    assert lock(lockout, later) == MINUTE
+    assert lock(lockout, later + MINUTE + FORGET_NS - SECOND_NS) == 2 * MINUTE
+
+
+def test_another_source_and_another_account_are_not_locked() -> None:
+    lockout = Lockout()
+    lock(lockout, START)
+    assert fail(lockout, START, address="192.0.2.2") == 0
+    assert fail(lockout, START, name="bob") == 0
+
+
+def test_success_starts_the_pair_afresh() -> None:
+    lockout = Lockout()
+    for _ in range(4):
+        fail(lockout, START)
+    right = lockout.attempt("192.0.2.1", "ann", START)
+    assert isinstance(right, Charge)
+    lockout.succeeded(right)
+    assert [fail(lockout, START) for _ in range(5)] == [0] * 5
+
+
+def test_attempts_sent_at_once_are_all_charged_before_the_first_has_failed() -> None:
+    lockout = Lockout()
+    outcomes = [lockout.attempt("192.0.2.1", "ann", START) for _ in range(100)]
+    assert sum(isinstance(outcome, Charge) for outcome in outcomes) == PAIR_FAILURES
+
+
+def test_an_attempt_that_was_never_checked_is_not_charged() -> None:
+    lockout = Lockout()
+    for _ in range(20):
+        charge = lockout.attempt("192.0.2.1", "ann", START)
+        assert isinstance(charge, Charge)
+        lockout.withdrawn(charge)
+    assert [fail(lockout, START) for _ in range(5)] == [0] * 5
+
+
+def test_one_source_that_tries_many_names_is_locked_itself() -> None:
+    lockout = Lockout()
+    refused = [fail(lockout, START, name=f"name {n}") for n in range(100)]
+    assert refused[:SOURCE_FAILURES] == [0] * SOURCE_FAILURES
+    assert set(refused[SOURCE_FAILURES:]) == {MINUTE}
+
+
+def test_an_own_account_does_not_free_a_source_from_its_other_failures() -> None:
+    lockout = Lockout()
+    let_through = 0
+    for n in range(100):
+        let_through += fail(lockout, START, name=f"name {n}") == 0
+        own = lockout.attempt("192.0.2.1", "own", START)
+        if isinstance(own, Charge):
+            lockout.succeeded(own)
+    assert let_through == SOURCE_FAILURES
+
+
+def test_ten_thousand_tries_at_one_account_reach_the_hash_a_few_hundred_times() -> None:
+    """Promise 29: 10⁴ tries, one a second."""
+    lockout = Lockout()
+    tried = [n for n in range(10_000) if fail(lockout, START + n * SECOND_NS) == 0]
+    # Four locks of 1, 2, 4 and 8 min, then 15 min each: five tries between two locks.
+    assert len(tried) <= 5 * (4 + (10_000 - 900) // 900 + 1)
+    for first, sixth in zip(tried, tried[5:], strict=False):
+        assert sixth - first >= 60
+
+
+def remembered(names: int, sources: int) -> int:
+    """Try many names; return how many pairs and sources are remembered then."""
+    lockout = Lockout()
+    for n in range(names):
+        network = n % sources
+        lockout.attempt(f"2001:db8:{network >> 16:x}:{network & 0xFFFF:x}::1", f"{n}", START + n)
+    return len(lockout)
+
+
+def test_memory_is_bounded_whatever_names_are_tried() -> None:
+    """Promise 29: many names, of one source and of as many as there are names."""
+    assert remembered(10_000, sources=1) == SOURCE_FAILURES + 1
+    assert remembered(10_000, sources=10_000) == MOST_RECORDS
+
+
+@pytest.mark.soak
+def test_memory_is_bounded_for_a_million_names() -> None:
+    """Promise 29."""
+    assert remembered(1_000_000, sources=1_000_000) == MOST_RECORDS
+
+
+def test_names_tried_by_one_source_do_not_push_out_its_lock() -> None:
+    lockout = Lockout(most_records=100)
+    lock(lockout, START)
+    for n in range(10_000):
+        fail(lockout, START + 1, name=f"name {n}")
+    assert fail(lockout, START + 2) > 0
+
+
+@given(
+    st.lists(
+        st.tuples(st.integers(0, 30 * SECOND_NS), st.sampled_from("ab"), st.booleans()),
+        max_size=200,
+    )
+)
+def test_never_more_than_five_failures_in_a_minute(steps: list[tuple[int, str, bool]]) -> None:
+    """Promise 29, for any sequence of attempts, right and wrong."""
+    lockout, now = Lockout(), START
+    failures: dict[str, list[int]] = {"a": [], "b": []}
+    for pause, name, is_right in steps:
+        now += pause
+        charge = lockout.attempt("192.0.2.1", name, now)
+        if not isinstance(charge, Charge):
+            continue
+        if is_right:
+            lockout.succeeded(charge)
+            failures[name].clear()
+        else:
+            lockout.failed(charge, now)
+            failures[name].append(now)
+            assert sum(now - at < MINUTE for at in failures[name]) <= PAIR_FAILURES
+
+
+@pytest.mark.parametrize(
+    ("address", "source"),
+    [
+        ("192.0.2.1", "192.0.2.1"),
+        ("::ffff:192.0.2.1", "192.0.2.1"),
+        ("2001:db8:1:2:3:4:5:6", "2001:db8:1:2::/64"),
+        ("fe80::1%eth0", "fe80::/64"),
+        ("::1", "::1"),
+        ("a name", "a name"),
+    ],
+)
+def test_an_ipv6_network_is_one_source(address: str, source: str) -> None:
+    assert source_of(address) == source

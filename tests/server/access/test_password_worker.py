@@ -1,0 +1,55 @@
+"""Passwords are checked beside the loop, in turn, and never more than may wait."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+from openpendant.server.access.admission import VerifyJob
+from openpendant.server.access.password_worker import PasswordWorker
+from openpendant.server.access.passwords import PasswordHash, ScryptCost, hash_password
+from openpendant.server.access.secret import Secret
+
+CHEAP = ScryptCost(n=2**14, r=8, p=1)
+
+
+@pytest.fixture(scope="module")
+def kept() -> PasswordHash:
+    return hash_password(Secret("correct horse"), bytes(16), CHEAP)
+
+
+def job(number: int, kept: PasswordHash, password: str = "correct horse") -> VerifyJob:
+    return VerifyJob(number, 1, Secret(password), kept)
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_an_answer_comes_later_with_its_job(kept: PasswordHash) -> None:
+    worker = PasswordWorker()
+    answers: list[tuple[int, bool | None]] = []
+    for number, password in ((1, "correct horse"), (2, "wrong")):
+        worker.submit(
+            job(number, kept, password), lambda job, right: answers.append((job.job_id, right))
+        )
+    assert answers == []
+    await asyncio.sleep(0.01)
+    assert answers == [(1, True), (2, False)]
+    worker.close()
+
+
+@pytest.mark.asyncio
+@pytest.mark.realtime
+async def test_the_loop_goes_on_while_passwords_are_checked(kept: PasswordHash) -> None:
+    worker = PasswordWorker(most_waiting=4)
+    answers: list[bool | None] = []
+    for number in range(6):
+        worker.submit(job(number, kept), lambda job, right: answers.append(right))
+    turns = 0
+    async with asyncio.timeout(60):
+        while len(answers) < 6:
+            await asyncio.sleep(0.001)
+            turns += 1
+    assert answers == [None, None, True, True, True, True]
+    assert turns > 20
+    worker.close()

@@ -1,0 +1,179 @@
+"""Which role may ask what, at the pendant face."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, get_args
+
+import pytest
+from guarded_rig import GuardedRig
+from server_clients import Pendant
+
+from openpendant.server.access.audit import AuditEvent
+from openpendant.server.access.roles import LEAST_ROLE, Permission
+from openpendant.server.access_operations import AccessOperation
+from openpendant.server.management import OPERATIONS
+from openpendant.server.permissions import (
+    FREE,
+    FREE_OPERATIONS,
+    OF_MESSAGE,
+    OF_OPERATION,
+    permission_of,
+)
+from openpendant.server.program_operations import Operation
+from openpendant.server.recording_operations import RecordingOperation
+from openpendant.server.refusal import Refusal
+from openpendant.server.world_operations import WorldOperation
+from openpendant.simplemsg import CommType, Message
+from openpendant.simplemsg.declaration import Direction
+from openpendant.simplemsg.pendant import (
+    PENDANT_MESSAGES,
+    AccountRole,
+    Authority,
+    AuthorityAction,
+    Management,
+    MotionControl,
+    ProgramRun,
+    ResetStop,
+    SetAccount,
+    SetMode,
+    SetSpeed,
+)
+from openpendant.simplemsg.verdicts import VerdictCode
+
+_BY_ROLE = {"vera": 1, "otto": 2, "ann": 4}
+_RANK = {"viewer": 1, "operator": 2, "programmer": 3, "admin": 4}
+
+
+@pytest.fixture
+def rig() -> GuardedRig:
+    return GuardedRig()
+
+
+def asked(pendant: Pendant, **body: object) -> dict[str, Any]:
+    """Make a management request and return the body of its answer."""
+    request = Management(77, json.dumps(body).encode())
+    (answer,) = [each for each in pendant.send(request) if isinstance(each, Management)]
+    found: dict[str, Any] = json.loads(answer.body)
+    return found
+
+
+REQUESTS: tuple[Message, ...] = (
+    Authority(1, AuthorityAction.REQUEST),
+    Authority(1, AuthorityAction.FORCE),
+    ResetStop(1),
+    SetMode(1, 3),
+    SetSpeed(1, 0.5, 0.0),
+    MotionControl(1, 1),
+    ProgramRun(1, 1, 0, 1, 1.0, "nothing"),
+    SetAccount(1, AccountRole.OPERATOR, "new", "a new long password"),
+)
+
+
+@pytest.mark.parametrize("name", _BY_ROLE)
+@pytest.mark.parametrize("request_", REQUESTS, ids=lambda each: type(each).__name__)
+def test_a_request_is_refused_for_the_role_exactly_where_it_is_too_low(
+    rig: GuardedRig, name: str, request_: Message
+) -> None:
+    permission = permission_of(request_)
+    assert permission is not None
+    too_low = _BY_ROLE[name] < _RANK[LEAST_ROLE[permission].value]
+    code = rig.user(name).code(request_)
+    assert (code is VerdictCode.ROLE_TOO_LOW) == too_low
+
+
+@pytest.mark.parametrize("op", sorted(OF_OPERATION))
+def test_a_management_request_is_refused_for_the_role_exactly_where_it_is_too_low(
+    rig: GuardedRig, op: str
+) -> None:
+    too_low = LEAST_ROLE[OF_OPERATION[op]].value != "viewer"
+    code = asked(rig.user("vera"), op=op).get("code")
+    assert (code == VerdictCode.ROLE_TOO_LOW) == too_low
+
+
+def test_promise_19_whoever_said_hello_may_stop_and_nothing_else(rig: GuardedRig) -> None:
+    visitor = rig.visitor()
+    codes = {visitor.code(request) for request in REQUESTS}
+    assert codes == {VerdictCode.LOGIN_NEEDED}
+    assert asked(visitor, op="snapshot")["code"] == VerdictCode.LOGIN_NEEDED
+    assert visitor.move(0.5, 0.0) is VerdictCode.LOGIN_NEEDED
+    assert visitor.stop() is VerdictCode.ACCEPTED
+
+
+def test_a_refused_role_is_noted_with_the_permission_that_was_wanted(rig: GuardedRig) -> None:
+    rig.user("vera").take()
+    (entry,) = [each for each in rig.desk.log if each.event is AuditEvent.REFUSED]
+    assert (entry.who, entry.detail) == ("vera", {"wanted": "move"})
+
+
+def _operations() -> set[str]:
+    bodies = [*get_args(Operation), *get_args(RecordingOperation), *get_args(WorldOperation)]
+    bodies += get_args(AccessOperation)
+    named = {op for body in bodies for op in get_args(body.model_fields["op"].annotation)}
+    return named | set(OPERATIONS)
+
+
+def test_every_management_operation_has_a_permission() -> None:
+    assert _operations() == set(OF_OPERATION) | FREE_OPERATIONS
+
+
+def test_an_operation_that_nobody_listed_needs_the_highest_role() -> None:
+    assert permission_of(Management(1, b'{"op": "new.thing"}')) is Permission.MANAGE_USERS
+
+
+def test_every_request_of_a_pendant_has_a_permission_or_is_free() -> None:
+    requests = {
+        cls
+        for cls in PENDANT_MESSAGES
+        if cls.PLACE.direction is Direction.TO_SERVER
+        and not cls.PLACE.is_reply
+        and cls.__dataclass_fields__["comm_type"].default == CommType.REQUEST
+    }
+    assert requests - {Management} == set(OF_MESSAGE) | FREE
+
+
+def test_whoami_tells_role_and_permissions(rig: GuardedRig) -> None:
+    about = asked(rig.user("otto"), op="access.whoami")
+    assert (about["name"], about["role"], about["basis"]) == ("otto", "operator", "account")
+    assert "move" in about["permissions"]
+    assert "edit-program" not in about["permissions"]
+    assert asked(rig.visitor(), op="access.whoami")["permissions"] == ["stop"]
+
+
+def test_logging_out_gives_back_the_authority(rig: GuardedRig) -> None:
+    otto = rig.user("otto")
+    otto.take()
+    asked(otto, op="access.logout")
+    assert rig.core.cell.authority.holder is None
+    assert otto.take() is VerdictCode.LOGIN_NEEDED
+
+
+def test_an_admin_sees_who_is_connected_and_who_has_an_account(rig: GuardedRig) -> None:
+    ann, _ = rig.user("ann"), rig.visitor()
+    sessions = asked(ann, op="access.sessions")["sessions"]
+    assert [each["name"] for each in sessions] == ["ann", ""]
+    users = asked(ann, op="users.list")["users"]
+    assert [user["name"] for user in users] == ["ann", "gone", "otto", "vera"]
+    assert "digest" not in json.dumps(users)
+
+
+def test_a_change_of_an_account_is_answered_when_it_was_made(rig: GuardedRig) -> None:
+    ann = rig.user("ann")
+    assert ann.code(SetAccount(8, AccountRole.OPERATOR, "new", "a canary password")) is None
+    (wanted,) = rig.changes
+    assert (wanted.change.author, wanted.change.name) == ("ann", "new")
+    assert "canary" not in repr(wanted)
+    rig.perform(rig.core.account_changed(wanted.change.number, None, rig.now))
+    assert ann.verdicts()[-1] == (8, VerdictCode.ACCEPTED)
+    assert rig.noted(AuditEvent.ACCOUNT_CHANGED) == ["ann"]
+
+
+def test_a_change_that_the_store_refuses_is_refused_in_its_words(rig: GuardedRig) -> None:
+    ann = rig.user("ann")
+    request = Management(9, json.dumps({"op": "users.remove", "name": "ann"}).encode())
+    ann.send(request)
+    refusal = Refusal(VerdictCode.LAST_ADMIN, "'ann' is the only admin")
+    rig.perform(rig.core.account_changed(rig.changes[0].change.number, refusal, rig.now))
+    answer = json.loads(ann.all(Management)[-1].body)
+    assert (answer["code"], answer["text"]) == (VerdictCode.LAST_ADMIN, "'ann' is the only admin")
+    assert rig.noted(AuditEvent.ACCOUNT_CHANGED) == []

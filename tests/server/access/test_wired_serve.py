@@ -1,0 +1,104 @@
+"""`openpendant serve` and who may reach it: refused before it listens, with exit code 2."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from guarded_server import add_accounts
+from judged_server import LoopPlanner
+
+from openpendant.motion.robot import serial_robot
+from openpendant.server import cli
+from openpendant.server.access.audit_writer import AuditLog
+from openpendant.server.access_opening import opened_access
+from openpendant.server.app import App
+from openpendant.server.cell_shell import ServedCell
+from openpendant.server.client_connection import ClientConnection
+from openpendant.server.core import Port
+from openpendant.server.server_settings import ServerSettings, make_server_settings
+from openpendant.server.settings import ConfigurationError, make_settings
+from openpendant.simplemsg.journal import Journal
+from openpendant.tools.packets.journals.reenactment import DeadEnd
+
+OUTSIDE = "192.0.2.7"
+
+
+def refused(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> str:
+    """Have `serve` refuse a file; return what it says."""
+    file = folder / "cell.toml"
+    file.write_text(text)
+    assert cli.main(["--config", str(file), "--store", str(folder / "store.db")]) == cli.USAGE
+    return capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        (f'[listen]\nhost = "{OUTSIDE}"\n', "listen.host: 192.0.2.7 can be reached from outside"),
+        ('[listen]\nhost = "0.0.0.0"\n', "add an account"),
+        ('[ros_i]\nallow = ["0.0.0.0"]\n', "ros_i.allow: '0.0.0.0' is no address of one host"),
+        ('[tls]\ncertificate = "no.pem"\nkey = "no.key"\n', "tls: no.pem: cannot be read"),
+        (
+            '[access]\naudit_log = "/no/folder/audit.jsonl"\n',
+            "access.audit_log: /no/folder/audit.jsonl: ",
+        ),
+    ],
+    ids=["outside", "everywhere", "ros", "certificate", "audit log"],
+)
+def test_a_server_that_would_be_open_is_refused_with_what_would_be_accepted(
+    tmp_path: Path, text: str, told: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert told in refused(tmp_path, text, capsys)
+
+
+def settings_of(folder: Path, **tables: Any) -> ServerSettings:
+    return make_server_settings({"store": {"path": str(folder / "store.db")}, **tables}, "test")
+
+
+def test_without_tls_a_server_that_others_reach_warns_of_clear_text(tmp_path: Path) -> None:
+    add_accounts(tmp_path / "store.db")
+    settings = settings_of(tmp_path, listen={"host": OUTSIDE})
+    with opened_access(settings, "test") as access:
+        (warning,) = access.warnings
+        assert "clear text" in warning
+        assert access.door.book.find("ann") is not None
+
+
+def test_a_broken_store_makes_nobody_the_single_user(tmp_path: Path) -> None:
+    (tmp_path / "store.db").write_bytes(b"SQLite format 3\0" + b"rubbish" * 999)
+    with opened_access(settings_of(tmp_path), "test") as access:
+        assert not access.door.single_user
+
+
+def test_two_servers_do_not_write_one_audit_log(tmp_path: Path) -> None:
+    log = AuditLog(tmp_path / "audit.jsonl")
+    table = {"audit_log": str(tmp_path / "audit.jsonl")}
+    with (
+        pytest.raises(ConfigurationError, match=r"audit\.jsonl"),
+        opened_access(settings_of(tmp_path, access=table), "test"),
+    ):
+        pass
+    log.close()
+
+
+class Peer(DeadEnd):
+    """A transport that remembers whether it was broken."""
+
+    is_aborted = False
+
+    def abort(self) -> None:
+        self.is_aborted = True
+
+
+@pytest.mark.parametrize(("address", "is_served"), [("192.0.2.9", True), ("192.0.2.10", False)])
+def test_a_clear_text_port_that_others_reach_serves_only_named_addresses(
+    address: str, is_served: bool
+) -> None:
+    values = {"listen": {"host": OUTSIDE}, "ros_i": {"allow": ["192.0.2.9"]}}
+    settings = make_settings(values, "test")
+    app = App([ServedCell(settings, serial_robot("ur5"), LoopPlanner())], Journal(lambda: 0))
+    transport = Peer(address)
+    ClientConnection(app, Port.ROS_STATE, 0).connection_made(transport)
+    assert transport.is_aborted != is_served
