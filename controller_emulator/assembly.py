@@ -11,6 +11,7 @@ from .profiles import PROFILES
 from .referee import Referee
 from .servo import StartRule
 from .settings import EmulatorSettings
+from .signals import Signals
 
 
 def build_controller(settings: EmulatorSettings, now: int) -> Controller:
@@ -42,6 +43,7 @@ def build_controller(settings: EmulatorSettings, now: int) -> Controller:
         ),
         is_strict=settings.strict_sequence,
         operator_events=settings.operator_events,
+        signals=Signals(settings.inputs, settings.outputs),
         referee=Referee(settings.violations_kept),
         now=now,
     )

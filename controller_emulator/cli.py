@@ -30,10 +30,16 @@ from .console import EMERGENCY_STOP, QUIT, RESET, watched_keys
 from .float32 import NANOSECONDS
 from .recording import MotionLog, write_report
 from .segment import State
-from .service import ListenFailed, Service, loop_time
+from .service import ListenFailed, Ports, Service, loop_time
 from .settings import ConfigurationError, EmulatorSettings, as_toml, load_settings
 
 OK, FAILED, USAGE, PORT_TAKEN = 0, 1, 2, 3
+
+MOST_CONTROLLERS = 64
+"""More would not keep their rate in one process."""
+
+PORT_STEP = 4
+"""From the ports of one controller to those of the next."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -44,7 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if arguments.print_config:
             print(as_toml(settings), end="")
             return OK
-        return asyncio.run(_run(settings, arguments))
+        return asyncio.run(_run(_several(settings, arguments), arguments))
     except (ConfigurationError, MotionError) as error:
         return _fail(str(error), USAGE)
     except ListenFailed as error:
@@ -69,6 +75,7 @@ def _parser() -> argparse.ArgumentParser:
     add("--host", help="address to listen on (default 127.0.0.1); others warn")
     add("--motion-port", type=int, metavar="PORT", help="0 for a free one (default 12000)")
     add("--state-port", type=int, metavar="PORT", help="0 for a free one (default 12002)")
+    add("--count", type=int, metavar="N", help="so many controllers, their ports 4 apart")
     add("--start", metavar="home|zero|'[…]'", help="joint position at the start, rad or m")
     add("--rate", type=int, metavar="HZ", help="joint reports per second (default 100)")
     add("--buffer", type=int, metavar="POINTS", help="most buffered points (default 200)")
@@ -94,41 +101,97 @@ def _overrides(arguments: argparse.Namespace) -> dict[str, Any]:
     return given
 
 
-async def _run(settings: EmulatorSettings, options: argparse.Namespace) -> int:
+def _several(settings: EmulatorSettings, options: argparse.Namespace) -> list[EmulatorSettings]:
+    """Return the settings of each controller.
+
+    Raises:
+        ConfigurationError: there are too many, or a file is asked for that is one controller's.
+    """
+    count = options.count
+    if count is None:
+        return [settings]
+    ports = max(settings.motion_port, settings.state_port)
+    most = min(MOST_CONTROLLERS, (65_535 - ports) // PORT_STEP + 1)
+    if not 1 <= count <= most:
+        raise ConfigurationError("arguments", "--count", str(count), f"1 to {most}")
+    for option in ("scenario", "record", "journal"):
+        if count > 1 and getattr(options, option) is not None:
+            raise ConfigurationError("arguments", "--count", str(count), f"1 with --{option}")
+    return [_shifted(settings, PORT_STEP * number) for number in range(count)]
+
+
+def _shifted(settings: EmulatorSettings, by: int) -> EmulatorSettings:
+    """Return settings with other ports; 0 stays any free one."""
+    ports = {"motion_port": settings.motion_port, "state_port": settings.state_port}
+    return settings.model_copy(
+        update={key: port + by if port else 0 for key, port in ports.items()}
+    )
+
+
+async def _run(several: Sequence[EmulatorSettings], options: argparse.Namespace) -> int:
     loop = asyncio.get_running_loop()
     due = _operator(options.scenario, loop)
     journal = Journal(lambda: loop_time(loop))
     journal.begin("start")
     with contextlib.ExitStack() as stack:
         if options.journal is not None:
-            stack.enter_context(kept_journal(journal, options.journal, settings))
-        controller = build_controller(settings, journal.now)
-        log = MotionLog(options.record, controller.joint_names) if options.record else None
+            stack.enter_context(kept_journal(journal, options.journal, several[0]))
+        controllers = [build_controller(each, journal.now) for each in several]
+        log = MotionLog(options.record, controllers[0].joint_names) if options.record else None
         if log is not None:
             stack.callback(_close, log)
-        service = Service(controller, settings, on_report=_recorder(log), due=due, journal=journal)
-        ports = await service.start()
-        _warn_of_strangers(settings.host)
+        # What belongs to one controller, log, scenario and journal, is there for the only one.
+        services = [
+            Service(controller, each, on_report=_recorder(log), due=due, journal=journal)
+            for controller, each in zip(controllers, several, strict=True)
+        ]
+        ports = await _start(services)
+        _warn_of_strangers(several[0].host)
         stop = asyncio.Event()
         _stop_on_signals(loop, stop)
         stack.enter_context(
             watched_keys(
                 {
-                    EMERGENCY_STOP: lambda: service.operate(OperatorAction.EMERGENCY_STOP),
-                    RESET: lambda: service.operate(OperatorAction.RESET),
+                    EMERGENCY_STOP: lambda: _operate(services, OperatorAction.EMERGENCY_STOP),
+                    RESET: lambda: _operate(services, OperatorAction.RESET),
                     QUIT: stop.set,
                 }
             )
         )
-        _say_ready(ports.motion, ports.state, service.began, as_json=options.json)
+        _say_ready(ports, services[0].began, as_json=options.json)
         # What start-up made stays: the collector need not look at it again, tick after tick.
         gc.freeze()
         gc.enable()
         try:
             await stop.wait()
         finally:
+            for service in services:
+                await service.close()
+    text = "\n".join(str(controller.referee) for controller in controllers)
+    return _finish([controller.referee.as_dict() for controller in controllers], text, options)
+
+
+async def _start(services: Sequence[Service]) -> list[Ports]:
+    """Start all controllers, or none.
+
+    Raises:
+        ListenFailed: a port cannot be used.
+    """
+    ports: list[Ports] = []
+    try:
+        for service in services:
+            ports.append(await service.start())
+    except ListenFailed:
+        for service in services:
             await service.close()
-    return _finish(controller.referee.as_dict(), str(controller.referee), options)
+        raise
+    return ports
+
+
+def _operate(services: Sequence[Service], action: OperatorAction) -> None:
+    """Have every controller's operator do something."""
+    for service in services:
+        service.operate(action)
 
 
 @contextlib.contextmanager
@@ -213,25 +276,31 @@ def _warn_of_strangers(host: str) -> None:
         _say(f"warning: whoever reaches {host or 'any address'} may move this robot")
 
 
-def _say_ready(motion: int, state: int, began: float, *, as_json: bool) -> None:
+def _say_ready(ports: Sequence[Ports], began: float, *, as_json: bool) -> None:
     pid = os.getpid()
     if as_json:
         # The motion log counts from `origin_ns`, on the clock that all processes here share.
         origin = round(began * NANOSECONDS)
-        ready = {"motion": motion, "state": state, "pid": pid, "origin_ns": origin}
-        line = json.dumps({"event": "ready", **ready})
+        all_of_them = [each._asdict() for each in ports]
+        about = all_of_them[0] if len(ports) == 1 else {"controllers": all_of_them}
+        line = json.dumps({"event": "ready", **about, "pid": pid, "origin_ns": origin})
     else:
-        line = f"emulator ready motion={motion} state={state} pid={pid}"
+        where = " ".join(f"motion={motion} state={state}" for motion, state in ports)
+        line = f"emulator ready {where} pid={pid}"
     print(line, flush=True)
 
 
-def _finish(record: dict[str, object], text: str, options: argparse.Namespace) -> int:
+def _finish(records: Sequence[dict[str, Any]], text: str, options: argparse.Namespace) -> int:
+    violations = sum(record["violations"] for record in records)
+    record = {"violations": violations, "controllers": list(records)}
+    if len(records) == 1:
+        record = records[0]
     print(text, file=sys.stderr)
     if options.json:
         print(json.dumps({"event": "summary", **record}), flush=True)
     if options.report:
         write_report(options.report, record)
-    return FAILED if options.strict and record["violations"] else OK
+    return FAILED if options.strict and violations else OK
 
 
 def _reason(error: OSError) -> str:

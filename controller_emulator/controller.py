@@ -32,7 +32,13 @@ from openpendant.simplemsg import (
     message_type,
     refused,
 )
-from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
+from openpendant.simplemsg.pendant import (
+    OperatorAction,
+    OperatorEvent,
+    ReadSignals,
+    SetInputs,
+    WriteOutputs,
+)
 
 from .admission import Admission
 from .faults import ErrorCode, Refusal, ViolationKind
@@ -43,6 +49,7 @@ from .referee import Referee, Violation
 from .reports import Reports, answer
 from .segment import State
 from .servo import Phase, Servo, StartRule
+from .signals import Signals
 from .trajectory import Step, Trajectory
 
 Outgoing = list[tuple[int, Message]]
@@ -76,6 +83,7 @@ class Controller:
         start_rule: StartRule,
         is_strict: bool = True,
         operator_events: bool = True,
+        signals: Signals | None = None,
         referee: Referee | None = None,
         now: int = 0,
     ) -> None:
@@ -88,7 +96,8 @@ class Controller:
             buffer_depth: most buffered points.
             start_rule: when a streamed motion starts.
             is_strict: a gap in the sequence breaks the motion off.
-            operator_events: the message OPERATOR_EVENT is obeyed.
+            operator_events: the messages OPERATOR_EVENT and SET_INPUTS are obeyed.
+            signals: its digital inputs and outputs; none by default.
             referee: the record to write; a new one by default.
             now: the time [ns].
         """
@@ -99,6 +108,7 @@ class Controller:
         self._servo = Servo(admission, start, buffer_depth, start_rule)
         self._trajectory = Trajectory(is_strict=is_strict)
         self._operator_events = operator_events
+        self._signals = signals or Signals(0, 0)
         self._withheld: deque[tuple[int, PointMessage]] = deque()
         self._most_withheld = max(_LEAST_WITHHELD, buffer_depth)
         self._owner: int | None = None
@@ -165,7 +175,11 @@ class Controller:
         return self._flush_out()
 
     def answer(self, message: Received, now: int) -> Message | None:
-        """Return the reply to a question that changes nothing; either port may ask it."""
+        """Return the reply to a message that moves nothing; either port may send it."""
+        if isinstance(message, ReadSignals | WriteOutputs):
+            return self._signals.answer(message)
+        if isinstance(message, SetInputs):
+            return self._signals.answer(message) if self._operator_events else refused(message)
         return answer(message, self.status(now))
 
     def operate(self, action: OperatorAction, now: int) -> Outgoing:

@@ -98,7 +98,8 @@ class Service:
         self._state_links: dict[int, Link] = {}
         self._links_made = 0
         self._state_order = ByteOrder[settings.byte_order.upper()]
-        dialect = PENDANT if settings.operator_events else STANDARD
+        has_own = settings.operator_events or settings.inputs or settings.outputs
+        dialect = PENDANT if has_own else STANDARD
         self._dialect = dialect
         self._codec = codec_for(dialect, self._state_order, settings.real_size)
         self._ticks_per_report = math.ceil(LEAST_TICK_RATE / settings.rate)

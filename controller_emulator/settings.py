@@ -75,6 +75,8 @@ class EmulatorSettings(BaseModel):
     interpolation_margin: float = Field(
         0.05, ge=0, le=0.5, description="acceleration allowed on top between two legal points"
     )
+    inputs: int = Field(16, ge=0, le=512, description="digital inputs")
+    outputs: int = Field(16, ge=0, le=512, description="digital outputs")
     operator_events: bool = Field(True, description="obey the message OPERATOR_EVENT (training)")
     max_connections: int = Field(16, ge=1, le=1024, description="most connections per port")
     violations_kept: int = Field(100, ge=1, le=10_000, description="violations stored in full")

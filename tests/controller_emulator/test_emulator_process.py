@@ -227,3 +227,35 @@ def test_it_imports_none_of_the_heavy_libraries() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_one_process_runs_a_class_of_controllers(launch: Launch) -> None:
+    process = launch("--count", "3", "--json", "--strict")
+    assert process.stdout is not None
+    controllers = json.loads(process.stdout.readline())["controllers"]
+    assert len({port for at in controllers for port in at.values()}) == 6
+    for at in controllers:
+        with socket.create_connection(("127.0.0.1", at["state"]), TIMEOUT_S) as link:
+            assert link.recv(4)
+    process.send_signal(signal.SIGTERM)
+    out, _ = process.communicate(timeout=TIMEOUT_S)
+    summary = json.loads(out)
+    assert summary["violations"] == 0
+    assert len(summary["controllers"]) == 3
+    assert process.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "accepted"),
+    [
+        (("--count", "0"), "1 to 64"),
+        (("--count", "65"), "1 to 64"),
+        (("--count", "3", "--motion-port", "65530"), "1 to 2"),
+        (("--count", "2", "--record", "motion.csv"), "1 with --record"),
+    ],
+)
+def test_a_class_that_cannot_be_is_refused(
+    arguments: tuple[str, ...], accepted: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 2
+    assert f"expected {accepted}" in capsys.readouterr().err
