@@ -1,7 +1,7 @@
 """The server as a program: builds the parts, joins them, runs the one timer.
 
-The only place that knows all parts and the clock. It carries out what the core returns and decides
-nothing itself.
+The only place that knows all parts and the clock. Each cell's shell carries out what its core
+returns; this one listens, numbers the connections and ticks every cell to absolute deadlines.
 """
 
 from __future__ import annotations
@@ -9,40 +9,35 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+import ssl
 from collections.abc import AsyncIterator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
-import numpy as np
-
-from openpendant.motion.kinematics import Kinematics
-from openpendant.motion.robot import SerialRobot
-from openpendant.simplemsg import ByteOrder, __version__
+from openpendant.simplemsg import ByteOrder, Received, __version__
 from openpendant.simplemsg.journal import Journal
 
+from .access.admission import Login
+from .access.audit import AuditEntry, AuditEvent
+from .access.exposure import clear_text_fault
+from .access.grants import Granted
+from .access.lockout import SECOND_NS
+from .access.pairing import PairingCodes
+from .access_desk import CoreAccess
+from .access_door import AbsentAccess, AccessDoor
+from .access_opening import exposure_of
+from .access_record import PasswordNumbers
+from .cell_shell import CellShell, ServedCell
+from .cells import Cells, Routed
 from .client_connection import ClientConnection
-from .controller_connection import ControllerConnection
-from .controller_path import ControllerPath
 from .core import Port, ServerCore
-from .jobs import Planned
-from .outgoing import (
-    Answer,
-    Close,
-    DropLink,
-    Forward,
-    ForwardStop,
-    Keep,
-    Outgoing,
-    Plan,
-    Send,
-    Spread,
-)
 from .pendant_face import Identity
-from .plan_record import plan_to_json
-from .plan_store import PlanStore
-from .planning_process import Planner, PlanningProcess
-from .settings import CellSettings
+from .planning_pool import PlanningPool
+from .robot_mathematics import RobotMathematics
+from .store_door import AbsentStore, StoreDoor
+from .watchdog_process import Watchdog
 
 log = logging.getLogger("openpendant.server")
 
@@ -51,20 +46,34 @@ BACKLOG = 32
 
 _REST_DEADLINE = 2.0
 
+_HANDSHAKE_DEADLINE = 2.0
+"""TLS has to be agreed on by then, and taken leave of [s]; as long as hello may take."""
+
+
+@dataclass(frozen=True, slots=True)
+class RosPorts:
+    """Where one cell listens for ROS-Industrial; None for nowhere.
+
+    Attributes:
+        motion: motion connections.
+        state: state connections.
+    """
+
+    motion: int | None
+    state: int | None
+
 
 @dataclass(frozen=True, slots=True)
 class Ports:
     """The ports that the server listens on.
 
     Attributes:
-        pendant: pendant protocol.
-        ros_motion: ROS-Industrial motion.
-        ros_state: ROS-Industrial state.
+        pendant: pendant protocol, for all cells.
+        ros: ROS-Industrial, by the name of the cell.
     """
 
     pendant: int
-    ros_motion: int
-    ros_state: int
+    ros: dict[str, RosPorts]
 
 
 class ListenFailed(Exception):
@@ -83,215 +92,242 @@ class ListenFailed(Exception):
         self.reason = reason
 
 
-class KinematicsView:
-    """Where the tool is, by the robot's kinematics."""
-
-    def __init__(self, robot: SerialRobot) -> None:
-        """Build the model of a robot."""
-        self._kinematics = Kinematics(robot)
-
-    def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""
-        pose = self._kinematics.forward(position)
-        return tuple(pose.position.tolist()), tuple(pose.quaternion.tolist())
-
-    def tool_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
-        """Return the speed of the tool point [m/s]."""
-        linear = self._kinematics.jacobian(position)[:3] @ np.asarray(velocity)
-        return float(np.sqrt(linear @ linear))
-
-
 class App:
     """A running server.
 
     Attributes:
-        core: the pure core.
+        cells: the shell of each cell.
         journal: tells the time of the event at hand.
-        links: the connections to the controller.
-        ports: where it listens, once it does.
         overruns: ticks that were skipped because the loop was late.
     """
 
     def __init__(
         self,
-        settings: CellSettings,
-        robot: SerialRobot,
-        planner: Planner | None = None,
-        plans: PlanStore | None = None,
+        served: Sequence[ServedCell],
         journal: Journal | None = None,
+        store: StoreDoor | None = None,
+        watchdog: Watchdog | None = None,
+        access: AccessDoor | None = None,
+        tls: ssl.SSLContext | None = None,
     ) -> None:
         """Join the parts.
 
         Args:
-            settings: the cell's configuration.
-            robot: the robot.
-            planner: who plans; a planning process where left out.
-            plans: where motions are kept; nowhere where left out.
+            served: the cells, one or more; what they share is taken from the first.
             journal: the time and the record; the loop's time and no record where left out.
+            store: keeps the documents of all cells; nothing is kept where left out.
+            watchdog: stops the robots where this process freezes; nobody does where left out.
+            access: accounts and audit log; none where left out.
+            tls: encrypts the pendant port; nothing does where left out.
         """
-        self.settings = settings
+        self._store = store or AbsentStore()
+        self._watchdog = watchdog
+        self._access = access or AbsentAccess()
+        self._tls = tls
+        self._password_numbers = PasswordNumbers()
         self.journal = journal or Journal(loop_time)
-        identity = Identity(settings.name, robot.name, f"openpendant {__version__}")
-        self.core = ServerCore(settings, robot.limits, identity, KinematicsView(robot))
-        self.ports: Ports | None = None
         self.overruns = 0
-        self._plans = plans
-        self._planning = None if planner else PlanningProcess(settings.robot)
-        self._planner: Planner = planner or self._need_process()
+        self._listen_at = served[0].settings.listen
+        self._period = 1.0 / served[0].settings.tick_rate
+        self._served = served
+        unplanned = [each.settings.robot for each in served if each.planner is None]
+        self._pool = PlanningPool(unplanned) if unplanned else None
         self._clients: dict[int, ClientConnection] = {}
-        self._orders: dict[str, ByteOrder] = {}
+        self.login = self._login()
+        core_access = CoreAccess(self.login, self._access.record)
+        self._router = Cells([_core(each, core_access) for each in served])
+        self.cells = [self._shell(number) for number in range(len(served))]
+        self._orders: dict[tuple[int | None, str], ByteOrder] = {}
         self._next_session = 1
-        link = settings.controller
-        paths = [ControllerPath.MOTION, ControllerPath.STATE]
-        if link.stop_connection:
-            paths.append(ControllerPath.STOP)
-        self.links = {path: ControllerConnection(self, path, link) for path in paths}
         self._next_tick = 0.0
         self._resting: asyncio.Event | None = None
 
-    def _need_process(self) -> PlanningProcess:
-        assert self._planning is not None
-        return self._planning
+    def _shell(self, number: int) -> CellShell:
+        served = self._served[number]
+        planner = served.planner
+        if planner is None:
+            assert self._pool is not None
+            planner = self._pool.planner_of(served.settings.robot)
+        label = "" if len(self._served) == 1 else f"{number + 1}/"
+        core = self._router.cores[number]
+        return CellShell(
+            served, core, planner, self.journal, self._clients, self._store, self._access, label
+        )
 
-    def perform(self, outgoing: list[Outgoing]) -> None:
-        """Carry out what the core asked for, in order."""
-        for item in outgoing:
-            match item:
-                case Send(session=session, message=message):
-                    client = self._clients.get(session)
-                    if client is not None:
-                        client.send(message)
-                case Forward(message=message):
-                    self.links[ControllerPath.MOTION].send(message)
-                case ForwardStop(message=message):
-                    for path in (ControllerPath.STOP, ControllerPath.MOTION):
-                        if path in self.links:
-                            self.links[path].send(message)
-                case Answer(path=path, message=message):
-                    self.links[path].send(message)
-                case Spread():
-                    self._spread(item)
-                case Close(session=session, reason=reason):
-                    client = self._clients.get(session)
-                    if client is not None:
-                        client.close(reason)
-                case DropLink(reason=reason):
-                    self.links[ControllerPath.MOTION].drop(reason)
-                case Plan(job=job):
-                    if self.journal.is_kept:
-                        self.journal.out("planner", repr(job).encode())
-                    self._planner.submit(job, self.take_plan)
-                case Keep(motion=motion):
-                    if self._plans is not None:
-                        self._plans.keep(motion)
+    def _login(self) -> Login:
+        """Make the login of all cells."""
+        first = self._served[0].settings
+        numbers = {each.settings.name: str(at) for at, each in enumerate(self._served, 1)}
+        codes = PairingCodes(
+            round(first.access.pairing_minutes * 60 * SECOND_NS),
+            lambda cell, is_typed: self.journal.answer("paired", numbers[cell], is_typed),
+        )
+        return Login(
+            self._access.book,
+            single_user_host=self._is_single_user,
+            record=self._access.record,
+            observe_without_login=first.access.observe_without_login,
+            pairing=codes,
+        )
 
-    def take_plan(self, planned: Planned) -> None:
-        """Hand the planner's answer to the core."""
-        record = plan_to_json(planned) if self.journal.is_kept else {}
-        now = self.journal.begin("planned", planned.job_id, **record)
-        self.perform(self.core.planned(planned, now))
+    @property
+    def _is_single_user(self) -> bool:
+        """Whether without accounts whoever is on this machine may do everything."""
+        return self._access.single_user and exposure_of(self._served[0].settings).is_local
 
-    def _spread(self, item: Spread) -> None:
-        """Encode once for each wire form, write to all, skip those that read too slowly."""
-        frames: dict[tuple[Port, ByteOrder | None], bytes] = {}
-        for session in item.sessions:
-            client = self._clients.get(session)
-            if client is None:
-                continue
-            if client.is_clogged():
-                self.core.skipped(session)
-                continue
-            form = (client.port, client.wire.byte_order)
-            frame = frames.get(form)
-            if frame is None:
-                frame = frames[form] = client.wire.send(item.message)
-            client.write(frame)
+    def take_accounts(self) -> None:
+        """Follow the accounts, which were read anew."""
+        book, single_user = self._access.book, self._access.single_user
+        kept = self.journal.is_kept
+        record = self._password_numbers.book_to_json(book, single_user=single_user) if kept else {}
+        now = self.journal.begin("accounts", **record)
+        self.login.single_user_host = self._is_single_user
+        for change in self.login.accounts_changed(book, now):
+            what = f"is {change.role.value}" if isinstance(change, Granted) else change.reason
+            log.info("session %d: %s", change.session, what)
+            number = self._router.home_of(change.session)
+            if number is not None:
+                self.cells[number].regrant(change.session, now)
+
+    def _perform(self, routed: Routed) -> None:
+        self.cells[routed.cell].perform(routed.outgoing)
+
+    # Connections.
 
     def admit(self, client: ClientConnection) -> None:
-        """Number a new connection and tell the core; turn it away where there are too many."""
+        """Number a new connection and tell its cell; turn it away where there are too many."""
         client.session = self._next_session
         self._next_session += 1
+        more: dict[str, Any] = {} if client.cell is None else {"cell": client.cell}
         now = self.journal.begin(
-            "opened", client.session, port=client.port.name, address=client.address
+            "opened", client.session, port=client.port.name, address=client.address, **more
         )
-        if len(self._clients) >= self.settings.listen.max_connections:
-            client.abort(f"more than {self.settings.listen.max_connections} connections")
+        if len(self._clients) >= self._listen_at.max_connections:
+            client.abort(f"more than {self._listen_at.max_connections} connections")
             return
+        if client.cell is not None:
+            exposure = exposure_of(self._served[client.cell].settings)
+            fault = clear_text_fault(exposure, client.address)
+            if fault is not None:
+                client.abort(fault.sentence)
+                return
         self._clients[client.session] = client
-        self.perform(self.core.opened(client.session, client.port, client.address, now))
+        self._perform(
+            self._router.opened(client.session, client.port, client.address, now, client.cell)
+        )
+
+    def receive(self, session: int, received: Received, now: int) -> None:
+        """Hand a client's message to its cell."""
+        self._perform(self._router.receive(session, received, now))
 
     def dismiss(self, client: ClientConnection) -> None:
-        """Tell the core that a connection ended."""
+        """Tell its cell that a connection ended."""
         if self._clients.pop(client.session, None) is not None:
             now = self.journal.begin("closed", client.session)
-            self.perform(self.core.closed(client.session, now))
+            self._perform(self._router.closed(client.session, now))
 
-    def state_byte_order(self, address: str) -> ByteOrder:
+    def state_byte_order(self, client: ClientConnection) -> ByteOrder:
         """Return the byte order for a state connection: the address's own, else configured."""
-        configured = self.settings.ros_i.byte_order
+        configured = self._served[client.cell or 0].settings.ros_i.byte_order
         default = ByteOrder.LITTLE if configured == "little" else ByteOrder.BIG
-        return self._orders.get(address, default)
+        return self._orders.get((client.cell, client.address), default)
 
-    def learn_byte_order(self, address: str, order: ByteOrder) -> None:
+    def learn_byte_order(self, motion: ClientConnection) -> None:
         """Note what a motion connection spoke; a state connection in the other order is closed.
 
         The client connects again and is then spoken to in its own order; going on in the wrong one
         could make the reference client read a length of millions.
         """
-        self._orders[address] = order
+        order = motion.wire.byte_order or ByteOrder.LITTLE
+        self._orders[motion.cell, motion.address] = order
         for client in list(self._clients.values()):
             mismatch = client.wire.byte_order is not order
-            if client.port is Port.ROS_STATE and client.address == address and mismatch:
+            is_same = (client.cell, client.address) == (motion.cell, motion.address)
+            if client.port is Port.ROS_STATE and is_same and mismatch:
                 client.close("its motion connection speaks the other byte order")
 
+    # Time.
+
     def tick(self) -> None:
-        """Run one control tick."""
+        """Run one control tick of every cell."""
         now = self.journal.begin("tick")
-        self.perform(self.core.tick(now))
+        for cell in self.cells:
+            cell.tick(now)
         for client in list(self._clients.values()):
             client.check_deadlines(now)
+        if self._watchdog is not None:
+            self._watchdog.beat([core.may_move for core in self._router.cores])
 
     def _on_timer(self) -> None:
         """Run a control tick and set the timer to the next absolute deadline."""
-        self.tick()
-        if self._resting is not None and not self.core.cell.is_moving:
-            self._resting.set()
+        try:
+            self.tick()
+            if self._resting is not None and not self._router.is_moving:
+                self._resting.set()
+        finally:
+            self._set_timer()
+
+    def _set_timer(self) -> None:
         loop = asyncio.get_running_loop()
-        period = 1.0 / self.settings.tick_rate
-        self._next_tick += period
+        self._next_tick += self._period
         late = loop.time() - self._next_tick
         if late > 0:
-            skipped = int(late / period) + 1
+            skipped = int(late / self._period) + 1
             self.overruns += skipped
-            self._next_tick += skipped * period
+            self._next_tick += skipped * self._period
         self._timer = loop.call_at(self._next_tick, self._on_timer)
 
+    # From start to end.
+
     async def _listen(self, stack: AsyncExitStack) -> Ports:
-        loop = asyncio.get_running_loop()
-        listen = self.settings.listen
-        numbers = {}
-        for port, number in (
-            (Port.PENDANT, listen.pendant_port),
-            (Port.ROS_MOTION, listen.ros_motion_port),
-            (Port.ROS_STATE, listen.ros_state_port),
-        ):
-            factory = partial(ClientConnection, self, port)
-            try:
-                server = await loop.create_server(factory, listen.host, number, backlog=BACKLOG)
-            except OSError as error:
-                # asyncio puts the address into `strerror`; the system's own words are short.
-                reason = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
-                raise ListenFailed(listen.host, number, reason) from None
-            stack.callback(server.close)
-            numbers[port] = server.sockets[0].getsockname()[1]
-        return Ports(numbers[Port.PENDANT], numbers[Port.ROS_MOTION], numbers[Port.ROS_STATE])
+        pendant = await self._bind(stack, Port.PENDANT, self._listen_at.pendant_port)
+        assert pendant is not None
+        ros = {}
+        for number, served in enumerate(self._served):
+            listen = served.settings.listen
+            ros[served.settings.name] = RosPorts(
+                await self._bind(stack, Port.ROS_MOTION, listen.ros_motion_port, number),
+                await self._bind(stack, Port.ROS_STATE, listen.ros_state_port, number),
+            )
+        return Ports(pendant, ros)
+
+    async def _bind(
+        self, stack: AsyncExitStack, port: Port, number: int | None, cell: int | None = None
+    ) -> int | None:
+        """Listen on a port until the stack is closed; return its number, None where it is off.
+
+        Raises:
+            ListenFailed: it cannot be bound.
+        """
+        if number is None:
+            return None
+        loop, host = asyncio.get_running_loop(), self._listen_at.host
+        factory = partial(ClientConnection, self, port, cell)
+        try:
+            tls = self._tls if port is Port.PENDANT else None
+            server = await loop.create_server(
+                factory,
+                host,
+                number,
+                backlog=BACKLOG,
+                ssl=tls,
+                ssl_handshake_timeout=None if tls is None else _HANDSHAKE_DEADLINE,
+                ssl_shutdown_timeout=None if tls is None else _HANDSHAKE_DEADLINE,
+            )
+        except OSError as error:
+            # asyncio puts the address into `strerror`; the system's own words are short.
+            reason = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
+            raise ListenFailed(host, number, reason) from None
+        stack.callback(server.close)
+        bound: int = server.sockets[0].getsockname()[1]
+        return bound
 
     @asynccontextmanager
     async def running(self) -> AsyncIterator[Ports]:
         """Listen, connect and tick for as long as the context is open.
 
-        Leaving it stops the robot first, waits until it is seen at rest (at most 2 s), then closes
-        every connection.
+        Leaving it stops all robots first, waits until they are seen at rest (at most 2 s), then
+        closes every connection.
 
         Yields:
             The ports that it listens on.
@@ -301,18 +337,25 @@ class App:
         """
         loop = asyncio.get_running_loop()
         async with AsyncExitStack() as stack:
-            self.ports = await self._listen(stack)
-            keepers = [link.keep_up() for link in self.links.values()]
-            if self._planning is not None:
-                keepers.append(self._planning.keep_up())
+            self.take_accounts()
+            self._note(AuditEvent.SERVER_STARTED)
+            stack.callback(self._note, AuditEvent.SERVER_STOPPED)
+            ports = await self._listen(stack)
+            keepers = [link.keep_up() for cell in self.cells for link in cell.links.values()]
+            if self._pool is not None:
+                keepers.append(self._pool.keep_up())
+            keepers.append(self._access.keep_up(self.take_accounts))
             tasks = [loop.create_task(keeper) for keeper in keepers]
             self._next_tick = loop.time()
             self._on_timer()
             try:
-                yield self.ports
+                yield ports
             finally:
                 await self._come_to_rest()
                 self._timer.cancel()
+                if self._watchdog is not None:
+                    # Nothing moves any more, whoever still holds an authority.
+                    self._watchdog.beat([False] * len(self.cells))
                 for task in tasks:
                     task.cancel()
                 await asyncio.gather(*tasks, return_exceptions=True)
@@ -320,17 +363,22 @@ class App:
                 with suppress(asyncio.CancelledError):
                     await asyncio.sleep(0)
 
+    def _note(self, event: AuditEvent) -> None:
+        self._access.record(AuditEntry(event, loop_time(), detail={"version": __version__}))
+
     def shut_down(self) -> None:
-        """Have the robot stopped because the server is going down."""
-        self.perform(self.core.shut_down(self.journal.begin("shut-down")))
+        """Have every robot stopped because the server is going down."""
+        now = self.journal.begin("shut-down")
+        for cell in self.cells:
+            cell.shut_down(now)
 
     def hang_up(self) -> None:
         """Close every connection."""
         self.journal.begin("hang-up")
         for client in list(self._clients.values()):
             client.close("the server is going down")
-        for link in self.links.values():
-            link.end()
+        for cell in self.cells:
+            cell.hang_up()
 
     async def _come_to_rest(self) -> None:
         self.shut_down()
@@ -338,6 +386,13 @@ class App:
         with suppress(TimeoutError):
             async with asyncio.timeout(_REST_DEADLINE):
                 await self._resting.wait()
+
+
+def _core(served: ServedCell, access: CoreAccess) -> ServerCore:
+    settings, robot = served.settings, served.robot
+    identity = Identity(settings.name, robot.name, f"openpendant {__version__}")
+    mathematics = RobotMathematics(robot)
+    return ServerCore(settings, robot.limits, identity, mathematics, mathematics, access)
 
 
 def loop_time() -> int:

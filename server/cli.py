@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import ipaddress
+import gc
 import json
 import logging
 import os
@@ -26,16 +26,14 @@ from openpendant.motion.robot import SerialRobot, serial_robot
 from openpendant.simplemsg import __version__
 from openpendant.simplemsg.journal import Journal
 
-from .settings import (
-    CellSettings,
-    ConfigurationError,
-    load_settings,
-    make_settings,
-    settings_as_toml,
-)
+from .server_settings import ServerSettings, make_server_settings, server_settings_as_toml
+from .settings import OFF, ConfigurationError, load_settings
 
 if TYPE_CHECKING:
+    from .access_opening import OpenedAccess
     from .app import Ports
+    from .cell_shell import ServedCell
+    from .plan_store import PlanStore
 
 OK, FAILED, USAGE, PORT_TAKEN = 0, 1, 2, 3
 
@@ -45,7 +43,7 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_mar
 @app.command()
 def serve(
     config: Annotated[
-        Path | None, typer.Option(help="Cell file (TOML); arguments go before it.")
+        Path | None, typer.Option(help="File of one cell or several; arguments go before it.")
     ] = None,
     robot: Annotated[str | None, typer.Option(help="Robot name or file.")] = None,
     controller: Annotated[
@@ -70,32 +68,36 @@ def serve(
     plans: Annotated[
         Path | None, typer.Option(help="Keep every motion and its certificate in this folder.")
     ] = None,
+    store: Annotated[
+        str | None, typer.Option(help='File of programs and other documents, "off" for none.')
+    ] = None,
     journal: Annotated[
         Path | None, typer.Option(help="Write every byte to this file, to run it again exactly.")
     ] = None,
     verbose: Annotated[bool, typer.Option(help="Log every connection.")] = False,
 ) -> None:
-    """Run the pendant server of one cell until it is interrupted."""
+    """Run the pendant server of one cell or several until it is interrupted."""
     try:
         data = load_settings(config) if config else {}
-        _override(data, None, robot=robot)
-        _override(
-            data,
-            "listen",
-            host=host,
-            pendant_port=pendant_port,
-            ros_motion_port=ros_motion_port,
-            ros_state_port=ros_state_port,
-        )
-        _override(data, "controller", points=points, stop_connection=stop_connection)
+        _override(data, "listen", host=host, pendant_port=pendant_port)
+        _override(data, "store", path=store)
+        of_one_cell: dict[str | None, dict[str, Any]] = {
+            None: {"robot": robot},
+            "listen": {"ros_motion_port": ros_motion_port, "ros_state_port": ros_state_port},
+            "controller": {"points": points, "stop_connection": stop_connection},
+        }
         if controller is not None:
-            _override(data, "controller", **_controller_address(controller))
-        settings = make_settings(data, str(config) if config else "arguments")
+            of_one_cell["controller"] |= _controller_address(controller)
+        if "cells" in data:
+            _check_unused(of_one_cell, controller)
+        for table, values in of_one_cell.items():
+            _override(data, table, **values)
+        source = str(config) if config else "arguments"
+        settings = make_server_settings(data, source)
         if print_config:
-            print(settings_as_toml(settings), end="")
+            print(server_settings_as_toml(settings), end="")
             return
-        _check_loopback(settings.listen.host)
-        model = serial_robot(settings.robot)
+        robots = [serial_robot(cell.robot) for cell in settings.cells]
     except (ConfigurationError, MotionError) as error:
         raise _failure(str(error), USAGE) from None
     logging.basicConfig(
@@ -104,29 +106,20 @@ def serve(
         stream=sys.stderr,
     )
     # Imported here so that --help and a wrong configuration answer without loading pinocchio.
+    from .access_opening import opened_access
     from .app import ListenFailed
 
     try:
-        asyncio.run(_run(settings, model, json_output, plans, journal))
+        with opened_access(settings, source) as access:
+            for warning in access.warnings:
+                print(f"openpendant serve: {warning}", file=sys.stderr)
+            asyncio.run(_run(settings, robots, access, json_output, plans, journal))
+    except ConfigurationError as error:
+        raise _failure(str(error), USAGE) from None
     except ListenFailed as error:
         raise _failure(str(error), PORT_TAKEN) from None
     except OSError as error:
         raise _failure(" ".join(str(error).split()), FAILED) from None
-
-
-def _check_loopback(host: str) -> None:
-    """Refuse an address that others can reach: there are no credentials to ask them for.
-
-    Raises:
-        ConfigurationError: the address is no loopback address.
-    """
-    try:
-        loopback = host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        loopback = False
-    if not loopback:
-        problem = "this version has no credentials, so it listens on loopback addresses only"
-        raise ConfigurationError("listen", "host", f"{host}: {problem}")
 
 
 def _override(data: dict[str, Any], table: str | None, **values: object) -> None:
@@ -135,6 +128,20 @@ def _override(data: dict[str, Any], table: str | None, **values: object) -> None
     target = data if table is None else data.setdefault(table, {}) if given else {}
     if isinstance(target, dict):
         target.update(given)
+
+
+def _check_unused(values: dict[str | None, dict[str, Any]], controller: str | None) -> None:
+    """Refuse arguments that speak of one cell, where a file has several.
+
+    Raises:
+        ConfigurationError: such an argument was given.
+    """
+    given = [key for table in values.values() for key, value in table.items() if value is not None]
+    if not given:
+        return
+    argument = "controller" if controller is not None else given[0].replace("_", "-")
+    problem = "speaks of one cell, and the file has [[cells]]; write it there"
+    raise ConfigurationError("arguments", f"--{argument}", problem)
 
 
 def _controller_address(text: str) -> dict[str, Any]:
@@ -153,7 +160,7 @@ def _failure(text: str, code: int) -> typer.Exit:
 
 
 @contextlib.contextmanager
-def kept_journal(journal: Journal, file: Path | None, settings: CellSettings) -> Iterator[None]:
+def kept_journal(journal: Journal, file: Path | None, settings: ServerSettings) -> Iterator[None]:
     """Keep the journal in a file while the context lasts; a full disk ends it, not the run."""
     if file is None:
         yield
@@ -162,7 +169,8 @@ def kept_journal(journal: Journal, file: Path | None, settings: CellSettings) ->
 
     stream = JournalWriter(file)
     started = datetime.now().astimezone().isoformat()
-    about = settings.model_dump(mode="json")
+    cells = [cell.model_dump(mode="json") for cell in settings.cells]
+    about = cells[0] if len(cells) == 1 else {"cells": cells}
     journal.keep(
         stream, _journal_failed, kind="server", started=started, version=__version__, settings=about
     )
@@ -181,42 +189,76 @@ def _journal_failed(error: OSError) -> None:
 
 
 async def _run(
-    settings: CellSettings,
-    robot: SerialRobot,
+    settings: ServerSettings,
+    robots: list[SerialRobot],
+    access: OpenedAccess,
     json_output: bool,
     plans: Path | None,
     journal_file: Path | None,
 ) -> None:
     from .app import App, loop_time  # here for the same reason as in `serve`
-    from .plan_store import PlanStore
+    from .store_opening import opened_store
+    from .watchdog_targets import watchdog_of
 
     loop = asyncio.get_running_loop()
     interrupted = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(number, interrupted.set)
-    store = None if plans is None else PlanStore(plans)
+    served = _served(settings, robots, plans)
     journal = Journal(loop_time)
-    server = App(settings, robot, plans=store, journal=journal)
-    with kept_journal(journal, journal_file, settings):
-        async with server.running() as ports:
-            _say_ready(ports, json_output)
-            await interrupted.wait()
-    if store is not None:
-        await asyncio.to_thread(store.close)
+    async with opened_store(settings.cells[0].store) as store:
+        watchdog = watchdog_of([each.settings for each in served])
+        server = App(served, journal, store, watchdog, access.door, access.tls)
+        with kept_journal(journal, journal_file, settings), watchdog:
+            async with server.running() as ports:
+                # What start-up made stays: the collector need not look at it, tick after tick.
+                gc.freeze()
+                say_ready(ports, json_output)
+                await interrupted.wait()
+    for cell in served:
+        if cell.plans is not None:
+            await asyncio.to_thread(cell.plans.close)
 
 
-def _say_ready(ports: Ports, json_output: bool) -> None:
-    ready = {
-        "pendant": ports.pendant,
-        "ros_motion": ports.ros_motion,
-        "ros_state": ports.ros_state,
-        "pid": os.getpid(),
-    }
+def _served(
+    settings: ServerSettings, robots: list[SerialRobot], plans: Path | None
+) -> list[ServedCell]:
+    from .cell_shell import ServedCell  # here for the same reason as in `serve`
+    from .plan_store import PlanStore
+
+    def store(number: int) -> PlanStore | None:
+        if plans is None:
+            return None
+        # The name of a cell may hold what the name of a folder may not.
+        return PlanStore(plans if len(robots) == 1 else plans / f"cell{number}")
+
+    return [
+        ServedCell(cell, robot, plans=store(number))
+        for number, (cell, robot) in enumerate(zip(settings.cells, robots, strict=True), 1)
+    ]
+
+
+def say_ready(ports: Ports, json_output: bool) -> None:
+    """Say where the server listens, in one line."""
     if json_output:
-        line = json.dumps({"event": "ready", **ready})
-    else:
-        line = "server ready " + " ".join(f"{key}={value}" for key, value in ready.items())
-    print(line, flush=True)
+        print(json.dumps({"event": "ready", **_ready(ports)}), flush=True)
+        return
+    cells = [
+        f"cell={name!r} ros_motion={ros.motion or OFF} ros_state={ros.state or OFF}"
+        for name, ros in ports.ros.items()
+    ]
+    if len(cells) == 1:
+        cells = [cells[0].partition(" ")[2]]
+    print(f"server ready pendant={ports.pendant}", *cells, f"pid={os.getpid()}", flush=True)
+
+
+def _ready(ports: Ports) -> dict[str, Any]:
+    """Return what the ready line says: of one cell its own ports, of several a table of them."""
+    cells = {
+        name: {"ros_motion": ros.motion, "ros_state": ros.state} for name, ros in ports.ros.items()
+    }
+    about = {"cells": cells} if len(cells) > 1 else next(iter(cells.values()))
+    return {"pendant": ports.pendant, **about, "pid": os.getpid()}
 
 
 def main(argv: list[str]) -> int:

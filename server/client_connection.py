@@ -15,12 +15,12 @@ from openpendant.simplemsg import (
     MAX_REFERENCE_FRAME,
     PENDANT,
     STANDARD,
-    ByteOrder,
     Connection,
     LocalProtocolError,
     Message,
     Role,
 )
+from openpendant.simplemsg.masking import SecretMask
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
 
 from .core import Port
@@ -49,13 +49,15 @@ class ClientConnection(asyncio.Protocol):
     Attributes:
         session: its number.
         port: what it was accepted for.
+        cell: number of the cell whose port that is; None for the pendant port of all.
         address: the peer's address.
         wire: the conversation.
     """
 
-    def __init__(self, app: App, port: Port) -> None:
+    def __init__(self, app: App, port: Port, cell: int | None = None) -> None:
         """Make the protocol of a connection that was just accepted."""
         self.port = port
+        self.cell = cell
         self.session = 0
         self.address = ""
         self.wire: Connection
@@ -64,6 +66,13 @@ class ClientConnection(asyncio.Protocol):
         self._frame_begun: int | None = None
         self._clogged_since: int | None = None
         self._is_ending = False
+        self._heard_mask = SecretMask()
+        self._said_mask = SecretMask()
+
+    @property
+    def _is_masked(self) -> bool:
+        """Whether secrets have to be kept out of a journal."""
+        return self.port is Port.PENDANT and self._app.journal.is_kept
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Set the socket up and introduce the connection to the core."""
@@ -75,8 +84,7 @@ class ClientConnection(asyncio.Protocol):
         if self.port is Port.PENDANT:
             self.wire = Connection(Role.SERVER, PENDANT, max_frame=MAX_PENDANT_FRAME)
         else:
-            order = self._app.state_byte_order(self.address)
-            known = order if self.port is Port.ROS_STATE else None
+            known = self._app.state_byte_order(self) if self.port is Port.ROS_STATE else None
             self.wire = Connection(
                 Role.SERVER, STANDARD, byte_order=known, max_frame=MAX_REFERENCE_FRAME
             )
@@ -86,17 +94,19 @@ class ClientConnection(asyncio.Protocol):
         """Decode what came and hand each message to the core, on this call stack."""
         wire = self.wire
         order = wire.byte_order
-        now = self._app.journal.begin("in", self.session, data)
+        journal = self._app.journal
+        noted = self._heard_mask.feed(data) if self._is_masked else data
+        now = journal.begin("in", self.session, noted)
         complete = wire.receive(data)
         for received in complete:
             if self.is_closing:
                 return
-            self._app.perform(self._app.core.receive(self.session, received, now))
+            self._app.receive(self.session, received, now)
         if wire.fault is not None:
             self.close(str(wire.fault))
             return
         if wire.byte_order is not order and self.port is Port.ROS_MOTION:
-            self._app.learn_byte_order(self.address, wire.byte_order or ByteOrder.LITTLE)
+            self._app.learn_byte_order(self)
         if wire.more:
             self._yield_to_others()
         if not wire.partial:
@@ -151,7 +161,7 @@ class ClientConnection(asyncio.Protocol):
         if transport is None or self.is_closing:
             return
         journal = self._app.journal
-        journal.out(self.session, frame)
+        journal.out(self.session, self._said_mask.feed(frame) if self._is_masked else frame)
         transport.write(frame)
         is_flooded = transport.get_write_buffer_size() > REPLY_BACKLOG
         if journal.answer("flooded", self.session, is_flooded):

@@ -9,14 +9,14 @@ import asyncio
 import logging
 from typing import TYPE_CHECKING
 
-from openpendant.simplemsg import STANDARD, Connection, LocalProtocolError, Message, Role
+from openpendant.simplemsg import PENDANT, STANDARD, Connection, LocalProtocolError, Message, Role
 
 from .client_connection import prepare_socket
 from .controller_path import ControllerPath
 from .settings import ControllerLink
 
 if TYPE_CHECKING:
-    from .app import App
+    from .cell_shell import CellShell
 
 log = logging.getLogger("openpendant.server")
 
@@ -29,12 +29,14 @@ class ControllerConnection(asyncio.Protocol):
 
     Attributes:
         path: which of the paths.
+        link: its name in the log and in the journal.
     """
 
-    def __init__(self, app: App, path: ControllerPath, link: ControllerLink) -> None:
+    def __init__(self, cell: CellShell, path: ControllerPath, link: ControllerLink) -> None:
         """Make a path that is not connected yet."""
         self.path = path
-        self._app = app
+        self.link = cell.label + path.name.lower()
+        self._cell = cell
         self._link = link
         self._port = link.state_port if path is ControllerPath.STATE else link.motion_port
         self._transport: asyncio.Transport | None = None
@@ -51,12 +53,7 @@ class ControllerConnection(asyncio.Protocol):
         if transport is None or self._is_closing:
             return False
         # The loop closes a transport by itself when the kernel reports an error.
-        return not self._app.journal.answer("gone", self.link, transport.is_closing())
-
-    @property
-    def link(self) -> str:
-        """Name of the path in the journal."""
-        return self.path.name.lower()
+        return not self._cell.journal.answer("gone", self.link, transport.is_closing())
 
     async def keep_up(self) -> None:
         """Connect, wait for the end, connect again; runs until cancelled."""
@@ -88,32 +85,34 @@ class ControllerConnection(asyncio.Protocol):
         """Begin a conversation and tell the core."""
         assert isinstance(transport, asyncio.Transport)
         prepare_socket(transport.get_extra_info("socket"))
-        now = self._app.journal.begin("up", self.link)
+        now = self._cell.journal.begin("up", self.link)
         self._transport = transport
         self._is_closing = False
+        # Signals are asked for by our own messages, and only where the controller has them.
+        has_signals = self.path is ControllerPath.STATE and self._link.signals == "openpendant"
+        dialect = PENDANT if has_signals else STANDARD
         self._wire = Connection(
-            Role.CLIENT, STANDARD, self._link.order, real_size=self._link.real_size
+            Role.CLIENT, dialect, self._link.order, real_size=self._link.real_size
         )
         self._complained = False
         log.info("controller %s link is up", self.link)
-        self._app.perform(self._app.core.controller_path(self.path, True, now))
+        self._cell.path_changed(self.path, True, now)
 
     def data_received(self, data: bytes) -> None:
         """Decode what came and hand each message to the core, on this call stack."""
         wire = self._wire
         if wire is None:
             return
-        core = self._app.core
-        now = self._app.journal.begin("in", self.link, data)
+        now = self._cell.journal.begin("in", self.link, data)
         while True:
             for received in wire.receive(data):
-                self._app.perform(core.on_controller(self.path, received, wire.awaited, now))
+                self._cell.hear(self.path, received, wire.awaited, now)
             if not wire.more:
                 break
             data = b""
         if wire.fault is not None:
             problem = str(wire.fault)
-            self._app.perform(core.controller_fault(self.path, problem, now))
+            self._cell.garbled(self.path, problem, now)
             self.drop(problem)
 
     def eof_received(self) -> bool:
@@ -122,12 +121,12 @@ class ControllerConnection(asyncio.Protocol):
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Tell the core that this path is gone."""
-        now = self._app.journal.begin("down", self.link)
+        now = self._cell.journal.begin("down", self.link)
         self._transport = None
         self._wire = None
         if not self._ending:
             log.warning("controller %s link was lost", self.link)
-        self._app.perform(self._app.core.controller_path(self.path, False, now))
+        self._cell.path_changed(self.path, False, now)
         self._lost.set()
 
     def send(self, message: Message) -> bool:
@@ -140,7 +139,7 @@ class ControllerConnection(asyncio.Protocol):
         except LocalProtocolError:
             log.exception("controller %s link: not sent", self.link)
             return False
-        self._app.journal.out(self.link, frame)
+        self._cell.journal.out(self.link, frame)
         self._transport.write(frame)
         return True
 

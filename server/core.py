@@ -2,6 +2,7 @@
 
 Every event comes in as a call with its time and goes out as a list of `Outgoing`, so a packet's way
 from the transport to the controller is one call stack. No socket, clock, file or thread in here.
+After a fault of ours nothing in here can be trusted: the core stops the robot once and is deaf.
 """
 
 from __future__ import annotations
@@ -10,16 +11,28 @@ from enum import Enum
 
 from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg import CommType, Malformed, Ping, Received, Unasked, accepted, refused
+from openpendant.simplemsg.verdicts import VerdictCode
 
+from .access_desk import CoreAccess
+from .audit_trail import AuditTrail
+from .cell_surroundings import CellSurroundings
 from .controller_path import ControllerPath
+from .errands import Errands
 from .jobs import Planned
-from .news import News
-from .outgoing import Answer, Outgoing
+from .news import LatchedStop, News, StopMoved
+from .outgoing import Answer, Close, ForwardStop, Outgoing, Send
 from .pendant_face import Identity, PendantFace
-from .robot_cell import RobotCell
+from .pendant_replies import stop_changed
+from .refusal import Refusal
+from .robot_cell import SERVER, RobotCell
+from .robot_surroundings import RobotSurroundings
+from .robot_view import RobotView
 from .ros_face import RosFace, RosPort
 from .settings import CellSettings
-from .state_report import ToolView
+from .store.documents import Heading
+from .store.requests import Answer as StoreAnswer
+from .tick_watch import TickWatch, late_refusal
+from .uplinks.generic import GenericUplink
 
 
 class Port(Enum):
@@ -37,13 +50,22 @@ class ServerCore:
     """All connections of one cell, and the cell.
 
     Attributes:
+        name: of the cell.
         cell: the robot cell.
         pendants: the pendant face.
         ros: the ROS-Industrial face.
+        fault: why it serves nobody any more; None while it does.
+        surroundings: recordings, frames, tools, scene and signals; None where it has none.
     """
 
     def __init__(
-        self, settings: CellSettings, limits: JointLimits, identity: Identity, tool: ToolView
+        self,
+        settings: CellSettings,
+        limits: JointLimits,
+        identity: Identity,
+        robot: RobotView,
+        surroundings: RobotSurroundings | None = None,
+        access: CoreAccess | None = None,
     ) -> None:
         """Make a server nobody is connected to.
 
@@ -51,21 +73,44 @@ class ServerCore:
             settings: the cell's configuration.
             limits: the robot's joint limits, controller side.
             identity: what hello says.
-            tool: where the tool is.
+            robot: the mathematics of the robot.
+            surroundings: the same of the robot in its scene; where left out, the cell has no
+                frames, scene, signals and recordings, and no collision is looked for.
+            access: who the pendants are; where left out, whoever is on this machine may do all.
         """
+        access = access or CoreAccess()
+        self.name = identity.cell
+        self.fault: Refusal | None = None
         self.cell = RobotCell(settings, limits, self._news)
-        self.pendants = PendantFace(self.cell, settings, identity, tool)
+        self._errands = Errands()
+        self.surroundings: CellSurroundings | None = None
+        if surroundings is not None:
+            self.surroundings = CellSurroundings(
+                self.cell, surroundings, self._errands.ask, settings, identity.robot
+            )
+        self.pendants = PendantFace(self.cell, settings, identity, robot, self._errands.ask, access)
+        self._trail = AuditTrail(access.record, access.login, self.cell, self.name)
+        if self.surroundings is not None:
+            self.pendants.surround(self.surroundings)
         self.ros = RosFace(self.cell, settings)
         self._ports: dict[int, Port] = {}
+        self._ticks = TickWatch(round(settings.watchdog.deadline * 1e9))
+        # A second one, so that a stop can be made whatever became of the cell's own.
+        self._last_resort = GenericUplink(settings.controller, limits.velocity)
 
     def _news(self, news: News, now: int) -> list[Outgoing]:
-        return self.pendants.news(news, now) + self.ros.news(news, now)
+        self._trail.news(news, now)
+        answer = None if self.surroundings is None else self.surroundings.news(news)
+        pendants = self.pendants.news(news, now) if answer is None else answer
+        return pendants + self.ros.news(news, now)
 
     def opened(self, session: int, port: Port, address: str, now: int) -> list[Outgoing]:
         """A client connected."""
+        if self.fault is not None:
+            return [Close(session, self.fault.sentence)]
         self._ports[session] = port
         if port is Port.PENDANT:
-            self.pendants.opened(session, now)
+            self.pendants.opened(session, address, now)
             return []
         return self.ros.opened(session, _ROS_PORTS[port], address, now)
 
@@ -83,9 +128,10 @@ class ServerCore:
         port = self._ports.get(session)
         if port is None:
             return []
+        out = self._after_a_freeze(now)
         if port is Port.PENDANT:
-            return self.pendants.receive(session, received, now)
-        return self.ros.receive(session, received, now)
+            return out + self.pendants.receive(session, received, now)
+        return out + self.ros.receive(session, received, now)
 
     def skipped(self, session: int) -> None:
         """A client read too slowly for a state message."""
@@ -93,12 +139,52 @@ class ServerCore:
             self.pendants.skipped(session)
 
     def planned(self, planned: Planned, now: int) -> list[Outgoing]:
-        """The planning process answered."""
-        return self.cell.planned(planned, now)
+        """A planning process answered."""
+        if self.fault is not None:
+            return []
+        out = self.pendants.programs.planned(planned)
+        around = self.surroundings
+        if out is None and around is not None:
+            out = around.planned(planned, now)
+        if out is not None:
+            return out
+        begun = self.cell.planned(planned, now)
+        return begun if around is None else begun + around.began(now)
+
+    def errand_done(self, errand_id: int, answer: StoreAnswer, now: int) -> list[Outgoing]:
+        """The store answered."""
+        if self.fault is not None:
+            return []
+        if isinstance(answer, Heading):
+            self._trail.saved(answer, now)
+        return self._errands.done(errand_id, answer, now)
+
+    def password_checked(self, job_id: int, is_right: bool | None, now: int) -> list[Outgoing]:
+        """A password was checked; None where it could not be."""
+        if self.fault is not None:
+            return []
+        return self.pendants.access.verified(job_id, is_right, now)
+
+    def account_changed(self, number: int, refusal: Refusal | None, now: int) -> list[Outgoing]:
+        """An account was changed, or not."""
+        if self.fault is not None:
+            return []
+        return self.pendants.access.account_changed(number, refusal, now)
+
+    def regranted(self, session: int, now: int) -> list[Outgoing]:
+        """A connection may do other things from now on, because its account was changed."""
+        if self.fault is not None or self._ports.get(session) is not Port.PENDANT:
+            return []
+        return self.pendants.regranted(session, now)
 
     def controller_path(self, path: ControllerPath, up: bool, now: int) -> list[Outgoing]:
         """A connection to the controller came or went."""
-        return self.cell.path_changed(path, up, now)
+        if self.fault is not None:
+            return []
+        out = self.cell.path_changed(path, up, now)
+        if self.surroundings is None or path is not ControllerPath.STATE:
+            return out
+        return out + self.surroundings.state_link(up, now)
 
     def on_controller(
         self, path: ControllerPath, received: Received, pending: int, now: int
@@ -111,6 +197,14 @@ class ServerCore:
             pending: replies that the connection still owes us.
             now: monotonic time, ns.
         """
+        if self.fault is not None:
+            return []
+        # First of all: its answer must not call forth the set-points of the time that was lost.
+        return self._after_a_freeze(now) + self._heard(path, received, pending, now)
+
+    def _heard(
+        self, path: ControllerPath, received: Received, pending: int, now: int
+    ) -> list[Outgoing]:
         is_motion = path is ControllerPath.MOTION
         match received:
             case Unasked():
@@ -120,23 +214,82 @@ class ServerCore:
                 is_answer = is_motion and received.comm_type == CommType.REPLY
                 return self.cell.misanswered(str(received.error), now) if is_answer else []
         if received.comm_type == CommType.REPLY:
-            return self.cell.answered(received, pending, now) if is_motion else []
+            if is_motion:
+                return self.cell.answered(received, pending, now)
+            around = self.surroundings if path is ControllerPath.STATE else None
+            return [] if around is None else around.answered(received, now)
         if received.comm_type == CommType.REQUEST:
             # But for a ping a controller has nothing to ask of us; an answer is still owed.
             is_ping = isinstance(received, Ping)
             return [Answer(path, accepted(received) if is_ping else refused(received))]
-        return self.cell.reported(received, now) if path is ControllerPath.STATE else []
+        if path is not ControllerPath.STATE:
+            return []
+        out = self.cell.reported(received, now)
+        return out if self.surroundings is None else out + self.surroundings.reported(now)
 
     def controller_fault(self, path: ControllerPath, problem: str, now: int) -> list[Outgoing]:
         """The bytes of a connection to the controller make no sense any more."""
-        if path is ControllerPath.STOP:
+        if path is ControllerPath.STOP or self.fault is not None:
             return []
         return self.cell.misanswered(problem, now)
 
     def tick(self, now: int) -> list[Outgoing]:
         """Advance by one control tick."""
-        return self.cell.tick(now) + self.ros.tick(now) + self.pendants.tick(now)
+        if self.fault is not None:
+            return []
+        out = self._after_a_freeze(now)
+        self._ticks.tick(now)
+        self._trail.watch(now)
+        if self.surroundings is not None:
+            out += self.surroundings.tick(now)
+        return out + self.cell.tick(now) + self.ros.tick(now) + self.pendants.tick(now)
+
+    def _after_a_freeze(self, now: int) -> list[Outgoing]:
+        """Latch a stop where the event loop stood still during a motion; the watchdog sent one."""
+        late = self._ticks.lateness(now)
+        if late is None or not self.cell.is_busy:
+            return []
+        return self.cell.protective_stop(late_refusal(late), now)
 
     def shut_down(self, now: int) -> list[Outgoing]:
         """The server is going down."""
-        return self.cell.shut_down(now)
+        if self.fault is not None:
+            return []
+        out = self.cell.shut_down(now) + self.pendants.programs.desk.shut_down(now)
+        return out if self.surroundings is None else out + self.surroundings.shut_down()
+
+    @property
+    def may_move(self) -> bool:
+        """Whether the robot may move before the next tick; what the watchdog is told."""
+        return self.fault is None and (
+            self.cell.authority.holder is not None or self.cell.is_moving
+        )
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the robot moves, as far as anyone knows."""
+        return self.fault is None and self.cell.is_moving
+
+    def fail(self, problem: str, now: int) -> list[Outgoing]:
+        """Stop the robot and part with everybody, because something in here went wrong.
+
+        Args:
+            problem: what went wrong.
+            now: monotonic time, ns.
+
+        Returns:
+            The stop first; nothing where it failed before.
+        """
+        if self.fault is not None:
+            return []
+        text = f"a fault of the server ended cell {self.name!r}: {problem}"
+        self.fault = fault = Refusal(VerdictCode.CELL_FAULTED, text)
+        stop = LatchedStop(SERVER, fault.sentence, now, is_protective=True)
+        told = stop_changed(StopMoved(stop, SERVER))
+        out: list[Outgoing] = [ForwardStop(self._last_resort.stop(now, is_sent=False))]
+        for session, port in self._ports.items():
+            if port is Port.PENDANT:
+                out.append(Send(session, told))
+            out.append(Close(session, fault.sentence))
+        self._ports.clear()
+        return out

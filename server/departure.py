@@ -7,6 +7,8 @@ a fault of ours (a mixed-up trajectory, a skipped sample), and the motion is abo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from openpendant.motion.limits import JointLimits
 from openpendant.motion.trajectory import Row
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -22,10 +24,20 @@ _TIME_ROUNDING = 1e-9
 class DepartureCheck:
     """Checks the set-points of one motion in the order in which they leave."""
 
-    def __init__(self, limits: JointLimits) -> None:
-        """Make a check that has seen no sample yet; the first one must be at rest."""
+    def __init__(self, limits: JointLimits, start: Sequence[float] | None = None) -> None:
+        """Make a check that has seen no sample yet; the first one must be at rest.
+
+        Args:
+            limits: the joints' limits.
+            start: (n,) where a jog begins [rad or m]. A joint that is beyond its limit there may
+                come back and never go farther; None where all joints must be inside.
+        """
         self._limits = limits
         self._last: Row | None = None
+        self._lower, self._upper = list(limits.lower), list(limits.upper)
+        if start is not None:
+            self._lower = [min(pair) for pair in zip(limits.lower, start, strict=True)]
+            self._upper = [max(pair) for pair in zip(limits.upper, start, strict=True)]
 
     def check(self, row: Row) -> Refusal | None:
         """Check the next sample.
@@ -40,8 +52,8 @@ class DepartureCheck:
         before = [0.0] * limits.dof if last is None else last.velocity
         for joint, (position, velocity) in enumerate(zip(row.position, row.velocity, strict=True)):
             # Each comparison is written so that a value that is not a number fails.
-            if not limits.lower[joint] <= position <= limits.upper[joint]:
-                bound = limits.lower if position < limits.lower[joint] else limits.upper
+            if not self._lower[joint] <= position <= self._upper[joint]:
+                bound = self._lower if position < self._lower[joint] else self._upper
                 return _refusal("is out of range", joint, position, bound[joint])
             if not abs(velocity) <= limits.velocity[joint] * VELOCITY_SLACK:
                 return _refusal("is too fast", joint, velocity, limits.velocity[joint])
@@ -57,7 +69,15 @@ class DepartureCheck:
             if not abs(way) <= 0.25 * gain * step + _TIME_ROUNDING:
                 return _refusal("jumps", joint, position, last.position[joint])
         self._last = row
+        self._close_in(row)
         return None
+
+    def _close_in(self, row: Row) -> None:
+        """Let a joint that came back towards its range not leave again."""
+        limits = self._limits
+        for joint, position in enumerate(row.position):
+            self._lower[joint] = min(limits.lower[joint], max(self._lower[joint], position))
+            self._upper[joint] = max(limits.upper[joint], min(self._upper[joint], position))
 
 
 def _refusal(what: str, joint: int, value: float, limit: float) -> Refusal:

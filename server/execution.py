@@ -1,19 +1,16 @@
-"""Playing one certified trajectory through an uplink, at most `lead` ahead of the robot.
+"""Playing one motion through an uplink, at most `lead` ahead of the robot.
 
 Owns when the next set-point is due, when a motion has arrived and what aborts it. It never makes a
-set-point: it sends the samples that were certified, in order, each once.
+set-point: it sends those of its source, in order, each once, after a last look at each.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from enum import Enum
 
-from openpendant.motion.certificate import Certificate
 from openpendant.motion.limits import JointLimits
-from openpendant.motion.ptp import StraightMove
-from openpendant.motion.straight_certificate import StraightCertificate
-from openpendant.motion.trajectory import Row, Trajectory
+from openpendant.motion.trajectory import Trajectory
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -21,6 +18,7 @@ from .departure import DepartureCheck
 from .feedback import Feedback
 from .following import LONGEST_LAG, Following
 from .refusal import Refusal
+from .row_sources import RowSource
 from .settings import ControllerLink
 from .uplinks.generic import GenericUplink, SetPoint
 
@@ -41,61 +39,48 @@ class Phase(Enum):
     ARRIVED = "the robot stands at the goal"
 
 
-@dataclass(frozen=True, slots=True)
-class Certified:
-    """A trajectory together with the proof that it keeps to the limits.
-
-    Attributes:
-        trajectory: the samples, or the few numbers that say all of them.
-        certificate: what the independent checker found; kept for the record.
-    """
-
-    trajectory: Trajectory | StraightMove
-    certificate: Certificate | StraightCertificate
-
-
 class Execution:
     """One motion under way.
 
     Attributes:
-        certified: what is being played.
+        rows: where its set-points come from.
         phase: how far it has come.
         started: time of the first set-point [ns].
     """
 
     def __init__(
         self,
-        certified: Certified,
+        rows: RowSource,
         limits: JointLimits,
         uplink: GenericUplink,
         link: ControllerLink,
         now: int,
         *,
+        lead: float | None = None,
         known_error: int = 0,
+        start: Sequence[float] | None = None,
     ) -> None:
         """Make a motion that starts now; `next_point` gives its first set-point at once.
 
         Args:
-            certified: what to play.
+            rows: where the set-points come from; the first is at rest.
             limits: joint limits for the last look at each set-point.
             uplink: writes set-points and reads answers.
             link: how to talk to the controller.
             now: monotonic time, ns.
+            lead: how far set-points leave ahead of the robot [s]; the link's where left out.
             known_error: error that the controller shows already; it ends no motion by itself.
+            start: (n,) where a jog begins, which may be beyond a limit; None for all else.
         """
-        self.certified = certified
+        self.rows = rows
         self.phase = Phase.SENDING
         self.started = now
         self._uplink = uplink
-        self._lead = round(link.lead * 1e9)
-        self._samples = certified.trajectory
-        self._departure = DepartureCheck(limits)
+        self._lead = round((link.lead if lead is None else lead) * 1e9)
+        self._departure = DepartureCheck(limits, start)
         self._following = Following(now)
         self._known_error = known_error
-        self._count = len(self._samples)
-        self._next = 0
-        self._due: Row = self._samples.row(0)
-        self._last_time = 0.0
+        self._sent = 0
 
     def next_point(self, now: int) -> Message | Refusal | None:
         """Return the next set-point where one is due and the last one was answered.
@@ -103,19 +88,23 @@ class Execution:
         Returns:
             The message; None where none is due; a refusal where it failed the last look.
         """
-        index, row = self._next, self._due
-        if index == self._count or self._uplink.awaiting:
+        due = self.rows.next_time
+        if due is None or self._uplink.awaiting:
             return None
-        if row.time * 1e9 > now - self._following.base + self._lead:
+        if self.phase is Phase.SETTLING:
+            # A new press after all had left: the pause between must not be caught up with.
+            self.phase = Phase.SENDING
+            self._following.go_on(due, now)
+        if round(due * 1e9) > now - self._following.base + self._lead:
             return None
+        before = self.rows.last.time
+        row = self.rows.take()
         refusal = self._departure.check(row)
         if refusal is not None:
             return refusal
-        point = self._uplink.point(SetPoint(index, row, row.time - self._last_time), now)
+        point = self._uplink.point(SetPoint(self._sent, row, row.time - before), now)
         self._following.sent(row)
-        self._next, self._last_time = index + 1, row.time
-        if self._next < self._count:
-            self._due = self._samples.row(self._next)
+        self._sent += 1
         return point
 
     def advance(self, feedback: Feedback, now: int) -> Refusal | None:
@@ -136,7 +125,7 @@ class Execution:
         fault = feedback.fault or self._new_error(feedback)
         if fault:
             return Refusal(VerdictCode.CONTROLLER_STOPPED, fault)
-        if self._next == self._count and not self._uplink.awaiting:
+        if self.rows.next_time is None and not self._uplink.awaiting:
             return self._settle(feedback, now)
         self._following.update(feedback)
         if self._following.lag > LONGEST_LAG:
@@ -156,8 +145,8 @@ class Execution:
 
     def _settle(self, feedback: Feedback, now: int) -> Refusal | None:
         self.phase = Phase.SETTLING
-        end = self._following.base + round(self._samples.duration * 1e9)
-        final = self._samples.final
+        end = self._following.base + round(self.rows.last.time * 1e9)
+        final = self.rows.last.position
         # A report from before the end of the motion says nothing about its end.
         if feedback.received < end or feedback.position is None:
             return None

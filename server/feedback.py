@@ -21,6 +21,10 @@ from .settings import ControllerLink
 STANDING_SPEED = 1e-3
 """A joint slower than this stands [rad/s or m/s]; the 4-byte report of a resting joint is exact."""
 
+# A look-up, because it is asked for many times a tick and an enum takes long to make.
+_UNKNOWN = ControllerMode.UNKNOWN
+_MODES = {mode.value: mode for mode in (ControllerMode.MANUAL, ControllerMode.AUTO)}
+
 LARGEST_VALUE = 1e3
 """No joint is reported beyond this [rad, m or their rates]; a greater number is an error."""
 
@@ -154,9 +158,8 @@ class Feedback:
     @property
     def mode(self) -> ControllerMode:
         """The controller's own operating mode."""
-        if self.status is None or self.status.mode not in (1, 2):
-            return ControllerMode.UNKNOWN
-        return ControllerMode(self.status.mode)
+        status = self.status
+        return _UNKNOWN if status is None else _MODES.get(status.mode, _UNKNOWN)
 
 
 def _sound(values: tuple[float, ...]) -> bool:

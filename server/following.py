@@ -43,6 +43,12 @@ class Following:
         """How far the robot is behind the server's clock [s]."""
         return (self.base - self._started) / 1e9
 
+    def go_on(self, time: float, now: int) -> None:
+        """Take note that the robot rested, and that the set-point of `time` [s] leaves now."""
+        rested = max(now - self.base - round(time * 1e9), 0)
+        self.base += rested
+        self._started += rested
+
     def update(self, feedback: Feedback) -> None:
         """Find the place of the last report on the trajectory, never before an earlier one.
 

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from openpendant.motion.certificate import Certificate
+from openpendant.motion.frames import FrameTree
+from openpendant.motion.scene import Scene
 from openpendant.motion.trajectory import Trajectory
 from openpendant.simplemsg.pendant import Motion
 
+from .programs.dry_run_results import DryRun, PointVerdict
+from .programs.linking import Linked
+from .programs.motion_blocks import MotionBlock
+from .recording_job import PlaybackAccount, RecordingJob
 from .refusal import Refusal
+from .way_check_job import WayCheckJob, WayFree
 
 JointVector = tuple[float, ...]
 
@@ -37,6 +44,8 @@ class PoseJob:
         frame: name of their frame.
         motion: PTP passes them in joint space without stopping, LIN stops at each.
         speed: fraction of the joints' speed limits.
+        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
+        scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
     job_id: int
@@ -45,6 +54,8 @@ class PoseJob:
     frame: str
     motion: Motion
     speed: float
+    tool_speed: float | None = None
+    scene: Scene | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,12 +67,16 @@ class JointPathJob:
         start: (n,) where the robot stands, controller side [rad or m].
         waypoints: (n,) each, start excluded.
         speed: fraction of the joints' speed limits.
+        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
+        scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
     job_id: int
     start: JointVector
     waypoints: tuple[JointVector, ...]
     speed: float
+    tool_speed: float | None = None
+    scene: Scene | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +104,7 @@ class RosPathJob:
         points: the points in order.
         approach_speed: fraction of the speed limits for getting to a first point elsewhere.
         approach_tolerance: a first point closer than this to where it stands needs no approach.
+        scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
     job_id: int
@@ -96,9 +112,81 @@ class RosPathJob:
     points: tuple[RosPoint, ...]
     approach_speed: float
     approach_tolerance: float
+    scene: Scene | None = None
 
 
-Job = PoseJob | JointPathJob | RosPathJob
+@dataclass(frozen=True, slots=True)
+class BlockJob:
+    """Run a block of a program's moves without a stop in between.
+
+    Attributes:
+        job_id: number of the job.
+        start: (n,) where the robot stands, controller side [rad or m].
+        block: the moves.
+        lines: the line of each move in its program's text, for refusals.
+        frames: the named frames and tools.
+        speed: fraction of the programmed speeds.
+        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
+        scene: what the way must not touch, the robot itself included; None to check nothing.
+    """
+
+    job_id: int
+    start: JointVector
+    block: MotionBlock
+    lines: tuple[int, ...]
+    frames: FrameTree
+    speed: float
+    tool_speed: float | None = None
+    scene: Scene | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DryRunJob:
+    """Walk through a program without moving, for a slice of time.
+
+    Attributes:
+        job_id: number of the job.
+        run_id: name of the dry run among all of the server; its slices share what was planned.
+        start: (n,) where the robot stands at the start, controller side [rad or m].
+        linked: the program with all that it calls.
+        frames: the named frames and tools.
+        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
+    """
+
+    job_id: int
+    run_id: str
+    start: JointVector
+    linked: Linked = field(repr=False)
+    frames: FrameTree
+    tool_speed: float | None = None
+
+
+MotionJob = PoseJob | JointPathJob | RosPathJob | BlockJob | RecordingJob
+Job = MotionJob | DryRunJob | WayCheckJob
+
+
+@dataclass(frozen=True, slots=True)
+class DryRunSlice:
+    """A dry run that is not done; the next slice of the same run goes on.
+
+    Attributes:
+        planned: blocks that were planned so far.
+    """
+
+    planned: int
+
+
+@dataclass(frozen=True, slots=True)
+class DryRunFound:
+    """A dry run that is done.
+
+    Attributes:
+        run: what was found about each move.
+        points: whether each point of the main program can be reached.
+    """
+
+    run: DryRun
+    points: tuple[PointVerdict, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,10 +195,13 @@ class Planned:
 
     Attributes:
         job_id: number of the job.
-        result: a trajectory with its certificate, or why there is none.
+        result: of a motion, a trajectory with its certificate, or why there is none; of a dry
+            run, what was found, or how far it is; of a look along the way, that it is free.
         plan_time: wall time that planning took [s].
+        playback: of a recording, what was asked and what is possible.
     """
 
     job_id: int
-    result: tuple[Trajectory, Certificate] | Refusal
+    result: tuple[Trajectory, Certificate] | Refusal | DryRunFound | DryRunSlice | WayFree
     plan_time: float
+    playback: PlaybackAccount | None = None

@@ -1,35 +1,37 @@
 """Management requests: data without a fixed layout, as JSON objects checked by pydantic models.
 
-So far one operation: `snapshot`, everything a pendant needs to know once, before the deltas.
+Owns the table of operations that are answered at once from the cell's own data. An operation is a
+model of its request and a function, in a file of its own, and one line of the table. Requests about
+programs are answered later and have their own table (`program_operations`).
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from .management_bodies import Body
 from .robot_cell import RobotCell
 from .settings import CellSettings
+from .why import WhyRequest, why
 
 _LONGEST_TEXT = 400
+_LONGEST_NAME = 40
 
 
-class _Body(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class SnapshotRequest(_Body):
+class SnapshotRequest(Body):
     """Asks for the whole state of the cell."""
 
     op: Literal["snapshot"]
 
 
-class JointDescription(_Body):
+class JointDescription(Body):
     """One driven joint, controller side; rad, or m for a linear axis."""
 
     name: str
@@ -40,14 +42,14 @@ class JointDescription(_Body):
     acceleration: float
 
 
-class OwnerDescription(_Body):
+class OwnerDescription(Body):
     """Who holds the motion authority."""
 
     session: int
     client: str
 
 
-class StopDescription(_Body):
+class StopDescription(Body):
     """The latched software stop."""
 
     session: int
@@ -55,7 +57,7 @@ class StopDescription(_Body):
     reason: str
 
 
-class Snapshot(_Body):
+class Snapshot(Body):
     """The cell as it is now."""
 
     cell: str
@@ -70,7 +72,7 @@ class Snapshot(_Body):
     obstacle: str
 
 
-class Failure(_Body):
+class Failure(Body):
     """A refused management request."""
 
     code: int
@@ -90,7 +92,61 @@ class Answer:
     ok: bool
 
 
-def answer_management(body: bytes, cell: RobotCell, settings: CellSettings, now: int) -> Answer:
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What an operation may look at.
+
+    Attributes:
+        cell: the cell that the request is about.
+        settings: its configuration.
+        session: who asks.
+        now: monotonic time, ns.
+    """
+
+    cell: RobotCell
+    settings: CellSettings
+    session: int
+    now: int
+
+
+@dataclass(frozen=True, slots=True)
+class Operation:
+    """One operation.
+
+    Attributes:
+        request: the model of its request.
+        answer: carries out a request of this model.
+    """
+
+    request: type[BaseModel]
+    answer: Callable[[Any, Asked], BaseModel]
+
+
+OPERATIONS: Mapping[str, Operation] = {
+    "snapshot": Operation(
+        SnapshotRequest, lambda _, asked: snapshot(asked.cell, asked.settings, asked.now)
+    ),
+    "why": Operation(
+        WhyRequest,
+        lambda request, asked: why(
+            asked.cell, asked.settings.name, request, asked.session, asked.now
+        ),
+    ),
+}
+"""Every operation by the value of `op`."""
+
+
+class _AnyRequest(BaseModel):
+    """What all requests have, to find the operation by."""
+
+    model_config = ConfigDict(frozen=True)
+
+    op: str
+
+
+def answer_management(
+    body: bytes, cell: RobotCell, settings: CellSettings, now: int, session: int = 0
+) -> Answer:
     """Carry out one management request.
 
     Args:
@@ -98,16 +154,23 @@ def answer_management(body: bytes, cell: RobotCell, settings: CellSettings, now:
         cell: the cell it is about.
         settings: the cell's configuration.
         now: monotonic time, ns.
+        session: who asks; 0 for nobody in particular.
     """
     try:
-        SnapshotRequest.model_validate_json(body)
+        named = _AnyRequest.model_validate_json(body).op
+        operation = OPERATIONS.get(named)
+        if operation is None:
+            text = f"op: {named[:_LONGEST_NAME]!r}; accepted: {', '.join(OPERATIONS)}"
+            return _failure(VerdictCode.BAD_ARGUMENT, text)
+        request = operation.request.model_validate_json(body)
     except ValidationError as error:
         first = error.errors(include_url=False, include_input=False, include_context=False)[0]
         where = ".".join(str(part) for part in first["loc"])
         text = f"{where}: {first['msg']}" if where else first["msg"]
         # A place may be as long as the request, and the answer has to fit a frame.
         return _failure(VerdictCode.BAD_ARGUMENT, text[-_LONGEST_TEXT:])
-    return Answer(snapshot(cell, settings, now).model_dump_json().encode(), ok=True)
+    answer = operation.answer(request, Asked(cell, settings, session, now))
+    return Answer(answer.model_dump_json().encode(), ok=True)
 
 
 def _failure(code: VerdictCode, text: str) -> Answer:

@@ -1,4 +1,4 @@
-"""What happens in a cell, as told to both faces: the fate of requests, the authority, the stop.
+"""What happens in a cell, as told to its faces: the fate of requests, authority, stop and mode.
 
 Plain data. A request that `ask` or `move_joints` took is told of once as `Begun` or `Refused`, and
 one that began once more as `Ended`.
@@ -8,8 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from openpendant.simplemsg.pendant import OperatingMode
+
 from .authority import Change, Holder
 from .refusal import Refusal
+from .stop_account import StopAccount
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,25 +22,30 @@ class Request:
     Attributes:
         session: number of the connection.
         request_id: the asker's own number for it.
+        program: number of the program desk's question, where a program asked for its client; 0
+            where the client asked, who then is told itself.
     """
 
     session: int
     request_id: int
+    program: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class LatchedStop:
-    """A software stop that waits for its reset.
+    """A software or protective stop that waits for its reset.
 
     Attributes:
-        by: who stopped.
+        by: who stopped; session 0 is the server itself.
         reason: as given.
         at: when [ns].
+        is_protective: the server stopped by itself.
     """
 
     by: Holder
     reason: str
     at: int
+    is_protective: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,12 +81,14 @@ class Ended:
         refusal: why it was aborted; None where it arrived.
         plan_time: wall time that planning took [s].
         motion_time: planned duration [s].
+        jog: how a jog came to rest; None for any other motion.
     """
 
     request: Request
     refusal: Refusal | None
     plan_time: float
     motion_time: float
+    jog: StopAccount | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,4 +115,17 @@ class StopMoved:
     by: Holder
 
 
-News = Begun | Refused | Ended | AuthorityMoved | StopMoved
+@dataclass(frozen=True, slots=True)
+class ModeMoved:
+    """The mode of operation changed.
+
+    Attributes:
+        mode: the mode now.
+        by: who did it; session 0 is the controller.
+    """
+
+    mode: OperatingMode
+    by: Holder
+
+
+News = Begun | Refused | Ended | AuthorityMoved | StopMoved | ModeMoved

@@ -10,9 +10,12 @@ from dataclasses import dataclass
 
 from openpendant.simplemsg import Message
 
+from .access.account_changes import AccountChange
+from .access.admission import VerifyJob
 from .controller_path import ControllerPath
 from .jobs import Job
 from .plan_store import StoredMotion
+from .store.requests import Request
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,4 +125,66 @@ class Keep:
     motion: StoredMotion
 
 
-Outgoing = Send | Spread | Close | Forward | ForwardStop | Answer | DropLink | Plan | Keep
+@dataclass(frozen=True, slots=True)
+class Errand:
+    """Ask the store for something; the answer comes back to the core as an event.
+
+    Attributes:
+        errand_id: number of the errand.
+        request: what is asked.
+    """
+
+    errand_id: int
+    request: Request
+
+
+@dataclass(frozen=True, slots=True)
+class CheckPassword:
+    """Have a password checked; whether it is right comes back as an event.
+
+    Attributes:
+        job: what to compare.
+    """
+
+    job: VerifyJob
+
+
+@dataclass(frozen=True, slots=True)
+class ChangeAccount:
+    """Have an account changed; whether it was comes back as an event.
+
+    Attributes:
+        change: what is wanted.
+    """
+
+    change: AccountChange
+
+
+@dataclass(frozen=True, slots=True)
+class Query:
+    """Ask the controller something beside motion, on its state connection.
+
+    There it waits for no answer to a point, and none waits for it.
+
+    Attributes:
+        message: the question.
+    """
+
+    message: Message
+
+
+Outgoing = (
+    Send
+    | Spread
+    | Close
+    | Forward
+    | ForwardStop
+    | Answer
+    | DropLink
+    | Plan
+    | Keep
+    | Errand
+    | CheckPassword
+    | ChangeAccount
+    | Query
+)

@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.pendant import Motion, ProgramRun, RunKind
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .jobs import PoseGoal
+from .programs.statements import MOST_PASSES
 from .refusal import Refusal
 
 LARGEST_COORDINATE = 1e3
@@ -61,3 +62,14 @@ def pose_fault(goals: Sequence[PoseGoal]) -> Refusal | None:
             text = f"the quaternion of pose {number} has length {norm:g}; accepted: 1"
             return Refusal(VerdictCode.BAD_ARGUMENT, text, value=norm, limit=1.0)
     return None
+
+
+def run_fault(message: ProgramRun) -> Refusal | None:
+    """Return what is wrong with a request to run a program."""
+    if message.run not in RunKind.__members__.values():
+        text = f"run {message.run}; accepted: 1 all, 2 step forward, 3 step backward"
+        return Refusal(VerdictCode.BAD_ARGUMENT, text)
+    if not 0 <= message.loops <= MOST_PASSES:
+        text = f"{message.loops} loops; accepted: 0 for until it is stopped, 1 to {MOST_PASSES}"
+        return Refusal(VerdictCode.BAD_ARGUMENT, text)
+    return speed_fault(message.speed)

@@ -8,9 +8,12 @@ from __future__ import annotations
 
 import math
 
-from openpendant.simplemsg import ReplyCode
+from openpendant.simplemsg import ReplyCode, joint_array
 from openpendant.simplemsg.pendant import (
     AuthorityChanged,
+    AuthorityWanted,
+    JogEnded,
+    ModeChanged,
     Outcome,
     OutcomeKind,
     StopChanged,
@@ -19,8 +22,10 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from .news import AuthorityMoved, Ended, StopMoved
+from .authority import Holder
+from .news import AuthorityMoved, Ended, LatchedStop, ModeMoved, StopMoved
 from .refusal import Refusal
+from .stop_account import StopAccount
 
 NAME_BYTES = 32
 """Size of a name on the wire."""
@@ -95,11 +100,45 @@ def authority_changed(news: AuthorityMoved) -> AuthorityChanged:
     )
 
 
+def stop_kind(stop: LatchedStop | None) -> StopKind:
+    """Return which stop is latched."""
+    if stop is None:
+        return StopKind.NONE
+    return StopKind.PROTECTIVE if stop.is_protective else StopKind.SOFTWARE
+
+
+def mode_changed(news: ModeMoved) -> ModeChanged:
+    """Return the message that tells of a new mode of operation."""
+    return ModeChanged(news.mode, news.by.session, cut(news.by.client, NAME_BYTES))
+
+
+def authority_wanted(by: Holder) -> AuthorityWanted:
+    """Return the message that tells the holder who asks for the authority."""
+    return AuthorityWanted(by.session, cut(by.client, NAME_BYTES))
+
+
+def jog_ended(account: StopAccount, tool_distance: float) -> JogEnded:
+    """Return the message that tells how a jog came to rest.
+
+    Args:
+        account: the stop.
+        tool_distance: way of the tool in that time [m].
+    """
+    return JogEnded(
+        press=account.press,
+        reason=account.reason,
+        stop_time=account.time,
+        joint_distance=account.joint_distance,
+        tool_distance=tool_distance,
+        positions=joint_array(account.ended_at),
+    )
+
+
 def stop_changed(news: StopMoved) -> StopChanged:
     """Return the message that tells of a stop or its reset."""
     stop, by = news.stop, news.by
     return StopChanged(
-        stop=StopKind.NONE if stop is None else StopKind.SOFTWARE,
+        stop=stop_kind(stop),
         session=by.session,
         client=cut(by.client, NAME_BYTES),
         reason="" if stop is None else cut(stop.reason, REASON_BYTES),

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
 from openpendant.motion.certificate import certify
 from openpendant.motion.errors import MotionError
@@ -20,9 +20,15 @@ from openpendant.motion.limits import JointLimits
 from openpendant.motion.trajectory import Array, Trajectory
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from .jobs import Planned
+from .jobs import DryRunFound, DryRunSlice, Planned
+from .recording_job import PlaybackAccount
 from .refusal import Refusal
+from .way_check_job import WayFree
 
+_FOUND: dict[str, TypeAdapter[Any]] = {
+    kind.__name__: TypeAdapter(kind) for kind in (DryRunFound, DryRunSlice, WayFree)
+}
+_PLAYBACK = TypeAdapter(PlaybackAccount)
 _ARRAYS = ("times", "position", "velocity", "acceleration", "waypoint_times")
 
 
@@ -47,6 +53,9 @@ class _Record(BaseModel):
     joints: int = 0
     refused: _Refused | None = None
     samples: dict[str, str] | None = None
+    playback: Any = None
+    kind: str | None = None
+    found: Any = None
 
 
 def plan_to_json(planned: Planned) -> dict[str, Any]:
@@ -55,9 +64,15 @@ def plan_to_json(planned: Planned) -> dict[str, Any]:
     if isinstance(result, Refusal):
         refused = {name: getattr(result, name) for name in _Refused.model_fields}
         return {"plan_time": planned.plan_time, "refused": refused}
+    if not isinstance(result, tuple):
+        found = _FOUND[type(result).__name__].dump_python(result, mode="json")
+        return {"plan_time": planned.plan_time, "kind": type(result).__name__, "found": found}
     trajectory, _ = result
     samples = {name: _encode(getattr(trajectory, name)) for name in _ARRAYS}
-    return {"plan_time": planned.plan_time, "joints": trajectory.dof, "samples": samples}
+    record = {"plan_time": planned.plan_time, "joints": trajectory.dof, "samples": samples}
+    if planned.playback is not None:
+        record["playback"] = _PLAYBACK.dump_python(planned.playback, mode="json")
+    return record
 
 
 def plan_from_json(
@@ -78,6 +93,11 @@ def plan_from_json(
         read = _Record.model_validate(record)
         if read.refused is not None:
             return Planned(job_id, Refusal(**read.refused.model_dump()), read.plan_time)
+        if read.kind is not None:
+            if read.kind not in _FOUND:
+                raise PlanRecordError(f"no answer of a planner is called {read.kind!r}")
+            found = _FOUND[read.kind].validate_python(read.found)
+            return Planned(job_id, found, read.plan_time)
         if read.samples is None:
             raise PlanRecordError("neither a trajectory nor a refusal")
         arrays = {name: _decode(read.samples[name]) for name in _ARRAYS}
@@ -85,7 +105,10 @@ def plan_from_json(
             arrays[name] = arrays[name].reshape(-1, read.joints)
         trajectory = Trajectory(**arrays)
         return Planned(
-            job_id, (trajectory, certify(trajectory, limits, start=start)), read.plan_time
+            job_id,
+            (trajectory, certify(trajectory, limits, start=start)),
+            read.plan_time,
+            None if read.playback is None else _PLAYBACK.validate_python(read.playback),
         )
     except KeyError as error:
         raise PlanRecordError(f"no samples of {error.args[0]}") from None

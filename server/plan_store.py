@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .execution import Certified
+from .certified import Certified
 
 log = logging.getLogger("openpendant.server")
 

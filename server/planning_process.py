@@ -1,10 +1,11 @@
-"""The planning process and the shell round it.
+"""One planning process and the shell round it.
 
-Jobs go to a child process as length-prefixed pickles on its standard input, answers come back on
-its standard output, so that neither side ever blocks the event loop and the death of either ends
-the other: the child sees the end of its input, the server the end of its output.
+A job goes to a child process as a length-prefixed pickle on its standard input, the answer comes
+back on its standard output, so that neither side ever blocks the event loop and the death of either
+ends the other: the child sees the end of its input, the server the end of its output. It has one
+job in hand at a time; who waits for a process is `planning_pool`'s business.
 
-Run as a module it is the child: `python -m openpendant.server.planning_process ROBOT`.
+Run as a module it is the child: `python -m openpendant.server.planning_process ROBOT...`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ import pickle
 import signal
 import struct
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import BinaryIO, Protocol
 
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -43,36 +45,64 @@ class Planner(Protocol):
         """Plan a job; `deliver` is called with the answer."""
 
 
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A job on its way.
+
+    Attributes:
+        robot: name or file of the robot that it is for.
+        job: what to plan.
+        deliver: called with the answer.
+    """
+
+    robot: str
+    job: Job
+    deliver: Deliver
+
+    def fail(self) -> None:
+        """Answer that no plan will come."""
+        self.deliver(Planned(self.job.job_id, Refusal(VerdictCode.PLANNER_FAILED), 0.0))
+
+
 class PlanningProcess:
-    """A warm, niced child process that plans one job after the other."""
+    """A warm, niced child process that plans one job after the other.
 
-    def __init__(self, robot: str) -> None:
-        """Make a planner for one robot; `keep_up` starts its process."""
-        self._robot = robot
+    Attributes:
+        is_down: it could not be started or never got warm, and the next attempt is yet to come.
+        is_warm: its libraries are loaded.
+    """
+
+    def __init__(self, robots: Sequence[str], on_change: Callable[[], None]) -> None:
+        """Make a planner for some robots; `keep_up` starts its process.
+
+        Args:
+            robots: names or files of the robots that it is warm for.
+            on_change: called when it became free, or went down.
+        """
+        self.is_down = False
+        self.is_warm = False
+        self._robots = robots
+        self._on_change = on_change
         self._process: asyncio.subprocess.Process | None = None
-        self._waiting: dict[int, tuple[Deliver, asyncio.TimerHandle]] = {}
-        self._unsent: list[Job] = []
-        self.warm = asyncio.Event()
+        self._in_hand: tuple[Task, asyncio.TimerHandle] | None = None
 
-    def submit(self, job: Job, deliver: Deliver) -> None:
-        """Send a job to the process; while it starts, the job waits."""
-        loop = asyncio.get_running_loop()
-        timer = loop.call_later(_LONGEST_PLAN, self._give_up, job.job_id)
-        self._waiting[job.job_id] = (deliver, timer)
-        if self._process is None:
-            self._unsent.append(job)
-        else:
-            self._write(job)
+    @property
+    def is_free(self) -> bool:
+        """Whether it would begin a job at once, or as soon as it is warm."""
+        return self._process is not None and self._in_hand is None
 
-    def _write(self, job: Job) -> None:
+    def give(self, task: Task) -> None:
+        """Have a free process plan a job."""
         assert self._process is not None
         assert self._process.stdin is not None
-        data = pickle.dumps(job)
+        timer = asyncio.get_running_loop().call_later(_LONGEST_PLAN, self._give_up, task)
+        self._in_hand = (task, timer)
+        data = pickle.dumps((task.robot, task.job))
         self._process.stdin.write(_LENGTH.pack(len(data)) + data)
 
-    def _give_up(self, job_id: int) -> None:
+    def _give_up(self, task: Task) -> None:
         """End a process that has not answered for too long; `keep_up` starts another."""
-        log.error("planning job %d took more than %g s", job_id, _LONGEST_PLAN)
+        log.error("planning job %d took more than %g s", task.job.job_id, _LONGEST_PLAN)
         if self._process is not None:
             self._process.kill()
 
@@ -87,9 +117,10 @@ class PlanningProcess:
                 # Out of memory or processes, say: that may pass, and until then the server serves.
                 log.error("the planning process failed, trying again: %s", error)
             finally:
-                was_warm = self.warm.is_set()
-                self.warm.clear()
-                self._fail_waiting()
+                # One that was warm is back at once, and jobs may wait for that.
+                was_warm, self.is_warm, self.is_down = self.is_warm, False, not self.is_warm
+                self._fail_in_hand()
+                self._on_change()
             # One that never gets warm would otherwise burn a core with its attempts.
             pause = _RESTART_PAUSE if was_warm else min(2 * pause, _LONGEST_PAUSE)
             await asyncio.sleep(pause)
@@ -99,15 +130,14 @@ class PlanningProcess:
             sys.executable,
             "-m",
             __name__,
-            self._robot,
+            *self._robots,
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
         )
         self._process = process
+        self.is_down = False
+        self._on_change()
         try:
-            for job in self._unsent:
-                self._write(job)
-            self._unsent.clear()
             await self._read_answers(process)
         finally:
             self._process = None
@@ -122,18 +152,22 @@ class PlanningProcess:
             except asyncio.IncompleteReadError:
                 return
             if planned is None:
-                self.warm.set()
+                self.is_warm = True
                 continue
-            deliver, timer = self._waiting.pop(planned.job_id)
+            assert self._in_hand is not None
+            task, timer = self._in_hand
             timer.cancel()
-            deliver(planned)
+            self._in_hand = None
+            task.deliver(planned)
+            self._on_change()
 
-    def _fail_waiting(self) -> None:
-        waiting, self._waiting = self._waiting, {}
-        self._unsent.clear()
-        for job_id, (deliver, timer) in waiting.items():
-            timer.cancel()
-            deliver(Planned(job_id, Refusal(VerdictCode.PLANNER_FAILED), 0.0))
+    def _fail_in_hand(self) -> None:
+        if self._in_hand is None:
+            return
+        task, timer = self._in_hand
+        self._in_hand = None
+        timer.cancel()
+        task.fail()
 
 
 async def _end(process: asyncio.subprocess.Process) -> None:
@@ -148,16 +182,16 @@ async def _end(process: asyncio.subprocess.Process) -> None:
     log.info("planning process %d ended with %d", process.pid, code)
 
 
-def run_child(robot: str) -> None:
+def run_child(robots: Sequence[str]) -> None:
     """Answer jobs until the server closes the pipe; the body of the child process."""
     try:
-        _answer_jobs(robot)
+        _answer_jobs(robots)
     except BrokenPipeError:
         # The server was killed. Python would complain once more when it flushes what is left.
         os._exit(1)
 
 
-def _answer_jobs(robot: str) -> None:
+def _answer_jobs(robots: Sequence[str]) -> None:
     # The terminal's Ctrl-C goes to the whole group; the server decides when planning ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(_NICENESS)
@@ -168,13 +202,14 @@ def _answer_jobs(robot: str) -> None:
 
     from .planning import answer, warm_up
 
-    warm_up(robot)
+    for robot in robots:
+        warm_up(robot)
     _send(answers, None)
     while True:
         head = jobs.read(_LENGTH.size)
         if len(head) < _LENGTH.size:
             return
-        job: Job = pickle.loads(jobs.read(_LENGTH.unpack(head)[0]))
+        robot, job = pickle.loads(jobs.read(_LENGTH.unpack(head)[0]))
         try:
             planned = answer(robot, job)
         except Exception as error:
@@ -191,4 +226,4 @@ def _send(answers: BinaryIO, planned: Planned | None) -> None:
 
 
 if __name__ == "__main__":
-    run_child(sys.argv[1])
+    run_child(sys.argv[1:])

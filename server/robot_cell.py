@@ -10,45 +10,64 @@ and `tick` → `Ended`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from openpendant.motion.errors import MotionError
 from openpendant.motion.limits import JointLimits
 from openpendant.motion.ptp import straight_move
+from openpendant.motion.scene import Scene
 from openpendant.motion.straight_certificate import certify_straight_move
 from openpendant.simplemsg import ControllerMode, Message, TriState
-from openpendant.simplemsg.pendant import Activity, LinkState
+from openpendant.simplemsg.pendant import (
+    Activity,
+    AuthorityReason,
+    JogEnd,
+    LinkState,
+    OperatingMode,
+)
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .authority import Authority, Change, Holder
+from .certified import Certified
 from .controller_path import ControllerPath
-from .execution import Certified, Execution, Phase, start_mismatch
+from .driving import Driving, Listener, Work
+from .execution import start_mismatch
 from .feedback import Feedback
-from .jobs import Job, Planned
+from .jobs import MotionJob, Planned
+from .jogging import JogRows
 from .joint_slots import JointSlots
-from .news import AuthorityMoved, Begun, Ended, LatchedStop, News, Refused, Request, StopMoved
-from .outgoing import DropLink, Forward, ForwardStop, Keep, Outgoing, Plan
-from .plan_store import StoredMotion
+from .news import (
+    AuthorityMoved,
+    Begun,
+    Ended,
+    LatchedStop,
+    ModeMoved,
+    Refused,
+    Request,
+    StopMoved,
+)
+from .operating_mode import MotionKind, OperatingModes
+from .outgoing import Outgoing, Plan
+from .press import Press
+from .readiness import examine, examine_cell, held_by, permission
 from .refusal import Refusal, refusal_of
+from .row_sources import StoredRows
+from .running_program import RunningProgram
 from .settings import CellSettings
-from .uplinks.generic import GenericUplink
+from .stop_account import StopAccount
 
-_STOPPING_NS = 5_000_000_000
-_STOP_REPEAT_NS = 100_000_000
+if TYPE_CHECKING:
+    from openpendant.motion.jog import JogTarget
 
+_AT_LIMIT = 1e-3
 
-Listener = Callable[[News, int], list[Outgoing]]
+SERVER = Holder(0, "the server")
+"""Who did it, where the server did it by itself."""
 
-
-@dataclass(slots=True)
-class _Work:
-    """A motion between its request and its end."""
-
-    request: Request
-    job_id: int
-    plan_time: float = 0.0
-    execution: Execution | None = None
+CONTROLLER = Holder(0, "the controller")
+"""Who turned the mode selector, where it is the controller's own."""
 
 
 class RobotCell:
@@ -57,7 +76,10 @@ class RobotCell:
     Attributes:
         authority: the lease.
         feedback: what the controller said last.
-        stop: the latched software stop, None where there is none.
+        modes: the mode of operation, enabling (training) and speeds.
+        stop: the latched stop, None where there is none.
+        program: the program under way, None where there is none; the program desk says it.
+        scene: what motions must not touch, the robot itself included; None to check nothing.
         limits: the robot's joint limits, controller side.
         slots: reads the joint positions of messages.
     """
@@ -74,79 +96,79 @@ class RobotCell:
         self.slots = JointSlots(limits)
         self.authority = Authority(round(settings.pendants.authority_timeout * 1e9))
         self.feedback = Feedback(limits.dof, settings.controller)
+        self.modes = OperatingModes(settings.modes)
         self.stop: LatchedStop | None = None
-        self._link = settings.controller
-        self._uplink = GenericUplink(settings.controller, limits.velocity)
+        self.program: RunningProgram | None = None
+        self.scene: Scene | None = None
+        self.is_closing = False
         self._tell = listener
-        self._up = dict.fromkeys(ControllerPath, False)
-        self._work: _Work | None = None
-        self._stopping_since: int | None = None
-        self._stop_repeated = 0
+        self._driving = Driving(
+            settings.controller, limits, self.feedback, listener, self.protective_stop
+        )
         self._last_job = 0
-        self._motions = 0
-        self._closing = False
 
     @property
     def activity(self) -> Activity:
         """What the cell is doing."""
-        if self._stopping_since is not None:
-            return Activity.STOPPING
-        if self._work is None:
-            return Activity.IDLE
-        return Activity.PLANNING if self._work.execution is None else Activity.MOVING
+        return self._driving.activity
 
     @property
     def request(self) -> Request | None:
         """The request that is being planned or moved."""
-        return None if self._work is None else self._work.request
+        return self._driving.request
+
+    @property
+    def driven_jog(self) -> JogRows | None:
+        """The jog that is driven, None where none is."""
+        return self._driving.driven_jog
+
+    @property
+    def waypoints_passed(self) -> int:
+        """How many waypoints after its start the motion that is played has passed."""
+        stored = self._stored
+        return 0 if stored is None else stored.waypoints_passed
 
     def link_state(self, now: int) -> LinkState:
         """Return the state of the controller connection."""
-        if not (self._up[ControllerPath.MOTION] and self._up[ControllerPath.STATE]):
+        if not (self._driving.up[ControllerPath.MOTION] and self._driving.up[ControllerPath.STATE]):
             return LinkState.DOWN
         return LinkState.UP if self.feedback.is_fresh(now) else LinkState.STALE
 
     def obstacle(self, now: int) -> Refusal | None:
         """Return the first condition that keeps any motion from starting, whoever asks."""
-        if self.activity is Activity.PLANNING:
-            return self._unready(now) or Refusal(VerdictCode.PLANNING)
-        return self._unready(now)
+        return next((found.refusal for found in examine_cell(self, now) if found.refusal), None)
 
-    def _unready(self, now: int) -> Refusal | None:
-        """Return what keeps a motion from starting, a request that is being planned aside."""
-        if self._closing:
-            return Refusal(VerdictCode.SHUTTING_DOWN)
-        if self.stop is not None:
-            return Refusal(
-                VerdictCode.STOP_LATCHED,
-                f"software stop by {self.stop.by.name}: {self.stop.reason}",
-            )
-        if self.link_state(now) is LinkState.DOWN:
-            return Refusal(VerdictCode.CONTROLLER_DOWN)
-        if self.feedback.broken:
-            return Refusal(VerdictCode.NOT_FINITE, "the controller reports a position that is none")
-        if not self.feedback.is_fresh(now):
-            age = self.feedback.age(now)
-            text = "" if age is None else f"the last position report is {age / 1e6:.0f} ms old"
-            return Refusal(VerdictCode.FEEDBACK_STALE, text)
-        if self.is_busy or not self.feedback.is_standing:
-            return Refusal(VerdictCode.MOVING)
-        if self.feedback.complaint:
-            return Refusal(
-                VerdictCode.CONTROLLER_NOT_READY,
-                f"the controller cannot move: {self.feedback.complaint}",
-            )
-        return None
-
-    def _permission(self, session: int, now: int) -> Refusal | None:
-        holder = self.authority.holder
-        if holder is None or self.authority.is_overdue(now):
-            return Refusal(VerdictCode.NOT_IN_CONTROL)
-        return None if holder.session == session else _held_by(holder)
-
-    def check(self, session: int, now: int) -> Refusal | None:
+    def check(
+        self,
+        session: int,
+        now: int,
+        kind: MotionKind = MotionKind.MOVE,
+        *,
+        planned: bool = False,
+        steered: bool = False,
+    ) -> Refusal | None:
         """Return why a connection may not start a motion now; None where it may."""
-        return self._permission(session, now) or self.obstacle(now)
+        chain = examine(self, kind, session, now, planned=planned, steered=steered)
+        return next((found.refusal for found in chain if found.refusal), None)
+
+    def outside(self) -> Refusal | None:
+        """Return which joint is reported outside its limits; None where none is."""
+        position = self.feedback.position
+        if position is None:
+            return None
+        # Reports are rounded to four bytes, and a joint at rest on its limit may overshoot a hair.
+        for joint, value in enumerate(position):
+            lower, upper = self.limits.lower[joint], self.limits.upper[joint]
+            if not lower - _AT_LIMIT <= value <= upper + _AT_LIMIT:
+                bound = lower if value < lower else upper
+                return Refusal(
+                    VerdictCode.OUTSIDE_LIMITS,
+                    f"joint {joint + 1} stands at {value:.6f}, outside its limit {bound:g}",
+                    joint,
+                    value,
+                    bound,
+                )
+        return None
 
     @property
     def standing_at(self) -> tuple[float, ...]:
@@ -159,15 +181,28 @@ class RobotCell:
         self._last_job += 1
         return self._last_job
 
-    def ask(self, request: Request, job: Job) -> list[Outgoing]:
+    def ask(
+        self, request: Request, job: MotionJob, kind: MotionKind = MotionKind.MOVE
+    ) -> list[Outgoing]:
         """Have a motion planned that `check` permitted; its fate comes as news."""
-        self._work = _Work(request, job.job_id)
+        if self.scene is not None:
+            job = replace(job, scene=self.scene)
+        cap = self.modes.tool_speed_cap(self.mode)
+        self._driving.work = Work(request, kind, job.job_id, planned_cap=cap)
         return [Plan(job)]
 
     def move_joints(
-        self, request: Request, goal: Sequence[float], speed: float, now: int
+        self,
+        request: Request,
+        goal: Sequence[float],
+        speed: float,
+        now: int,
+        kind: MotionKind = MotionKind.MOVE,
     ) -> list[Outgoing]:
         """Plan, certify and start a joint move that `check` permitted, on this call stack.
+
+        Only where no cap of the tool speed rules (`tool_speed_cap`) and nothing can be touched
+        (`scene`); else it is to be planned.
 
         A straight joint move is timed in closed form, so it needs no planning process.
         """
@@ -177,107 +212,82 @@ class RobotCell:
             certificate = certify_straight_move(move, self.limits, start=start)
         except MotionError as error:
             return self._tell(Refused(request, refusal_of(error)), now)
-        work = _Work(request, self.new_job_id())
-        return self._start(work, Certified(move, certificate), now)
+        work = Work(request, kind, self.new_job_id())
+        certified = Certified(move, certificate)
+        return self._driving.play(work, certified, self._share(work), now)
+
+    def jog(self, request: Request, rows: JogRows, lead: float, now: int) -> list[Outgoing]:
+        """Start a jog that `check` permitted; its set-points are made as it goes."""
+        work = Work(request, MotionKind.JOG, self.new_job_id())
+        return self._driving.drive(work, rows, lead, now)
+
+    def take_over_jog(
+        self, request: Request, rows: JogRows, target: JogTarget, press: Press, now: int
+    ) -> list[Outgoing]:
+        """Let a new press steer the jog that is driven; the request of the old one is completed."""
+        work = self._driving.work
+        assert work is not None
+        rows.press.end(JogEnd.REPLACED, now)
+        account = StopAccount(
+            rows.press.number,
+            JogEnd.REPLACED,
+            0.0,
+            0.0,
+            tuple(rows.last.position),
+            tuple(rows.last.position),
+        )
+        before = Ended(work.request, None, 0.0, rows.last.time, account)
+        work.request = request
+        rows.aim(target, press)
+        return self._tell(Begun(request), now) + self._tell(before, now)
 
     def planned(self, planned: Planned, now: int) -> list[Outgoing]:
         """Take the answer of the planning process; one that nobody waits for is dropped."""
-        work = self._work
+        work = self._driving.work
         if work is None or work.execution is not None or work.job_id != planned.job_id:
             return []
-        self._work = None
+        self._driving.work = None
         if isinstance(planned.result, Refusal):
             return self._tell(Refused(work.request, planned.result), now)
+        assert isinstance(planned.result, tuple)
         trajectory, certificate = planned.result
-        refusal = (
-            self._permission(work.request.session, now)
-            or self._unready(now)
-            or start_mismatch(trajectory, self.feedback)
+        refusal = self.check(work.request.session, now, work.kind, planned=True) or start_mismatch(
+            trajectory, self.feedback
         )
         if refusal is not None:
             return self._tell(Refused(work.request, refusal), now)
         work.plan_time = planned.plan_time
-        return self._start(work, Certified(trajectory, certificate), now)
-
-    def _start(self, work: _Work, certified: Certified, now: int) -> list[Outgoing]:
-        execution = Execution(
-            certified,
-            self.limits,
-            self._uplink,
-            self._link,
-            now,
-            known_error=self.feedback.error,
-        )
-        first = execution.next_point(now)
-        if isinstance(first, Refusal):
-            return self._tell(Refused(work.request, first), now)
-        work.execution = execution
-        self._work = work
-        out: list[Outgoing] = [] if first is None else [Forward(first)]
-        out += self._tell(Begun(work.request), now)
-        self._motions += 1
-        out.append(Keep(StoredMotion(self._motions, now, work.plan_time, certified)))
-        return out
+        certified = Certified(trajectory, certificate)
+        return self._driving.play(work, certified, self._share(work), now)
 
     def answered(self, reply: Message, pending: int, now: int) -> list[Outgoing]:
-        """Take an answer of the controller on the motion link.
-
-        Args:
-            reply: the answer.
-            pending: answers that the link still owes.
-            now: monotonic time, ns.
-        """
-        work = self._work
-        refusal = self._uplink.answer(reply, pending)
-        if work is None or work.execution is None:
-            return []
-        if refusal is not None:
-            return self._abort(refusal, now)
-        return self._send_next(work.execution, now)
-
-    def _send_next(self, execution: Execution, now: int) -> list[Outgoing]:
-        point = execution.next_point(now)
-        if isinstance(point, Refusal):
-            return self._abort(point, now)
-        return [] if point is None else [Forward(point)]
+        """Take an answer of the controller on the motion link; see `Driving.answered`."""
+        return self._driving.answered(reply, pending, now)
 
     def misanswered(self, problem: str, now: int) -> list[Outgoing]:
-        """Take an answer that nobody asked for, or that cannot be read, on the motion link.
-
-        From then on nobody knows which answer belongs to which point, so a motion ends.
-        """
-        if self.activity is not Activity.MOVING:
-            return []
-        return self._abort(Refusal(VerdictCode.CONTROLLER_MISMATCH, problem), now)
-
-    def _abort(self, refusal: Refusal, now: int) -> list[Outgoing]:
-        """End a motion; begin a new conversation where the old one cannot be trusted."""
-        out = self.end(refusal, now)
-        if refusal.code in (VerdictCode.CONTROLLER_MISMATCH, VerdictCode.CONTROLLER_SILENT):
-            out.append(DropLink(refusal.sentence))
-        return out
+        """Take an answer of the controller that cannot belong to anything."""
+        return self._driving.misanswered(problem, now)
 
     def reported(self, message: Message, now: int) -> list[Outgoing]:
         """Take a report of the controller on the state link; a change of its mode stops."""
         before = self.feedback.mode
         self.feedback.take(message, now)
         after = self.feedback.mode
-        if after is before or self._work is None:
+        if after is before:
             return []
         text = f"the controller's mode changed from {before.name} to {after.name}".lower()
-        return self.end(Refusal(VerdictCode.CONTROLLER_STOPPED, text), now)
+        out = self.end(Refusal(VerdictCode.CONTROLLER_STOPPED, text), now)
+        mode = self.modes.mode(after)
+        if mode is not self.modes.mode(before):
+            out += self._tell(ModeMoved(mode, CONTROLLER), now)
+        return out
 
     def path_changed(self, path: ControllerPath, up: bool, now: int) -> list[Outgoing]:
         """Take note that a connection to the controller came or went."""
-        self._up[path] = up
+        self._driving.up[path] = up
         if up or path is ControllerPath.STOP:
             return []
-        if path is ControllerPath.MOTION:
-            self._uplink.lost()
-        else:
-            self.feedback.forget()
-        if self._work is None:
-            return []
+        self._driving.link_lost(path)
         return self.end(
             Refusal(
                 VerdictCode.CONTROLLER_LOST, f"the controller's {path.name.lower()} link was lost"
@@ -286,77 +296,159 @@ class RobotCell:
         )
 
     def end(self, refusal: Refusal, now: int) -> list[Outgoing]:
-        """End whatever is planned or moving, and have the robot stopped.
-
-        Returns:
-            The stop first, then the news for whoever asked for the motion.
-        """
-        work = self._work
-        if work is None:
-            return []
-        self._work = None
-        if work.execution is None:
-            return self._tell(Refused(work.request, refusal), now)
-        out = self._halt(now)
-        return out + self._tell(self._ended(work, refusal), now)
-
-    def _halt(self, now: int) -> list[Outgoing]:
-        self._stopping_since = now
-        self._stop_repeated = now
-        return [self._stop_now(now)]
-
-    def _stop_now(self, now: int) -> ForwardStop:
-        return ForwardStop(self._uplink.stop(now, is_sent=self._up[ControllerPath.MOTION]))
-
-    @staticmethod
-    def _ended(work: _Work, refusal: Refusal | None) -> Ended:
-        assert work.execution is not None
-        duration = work.execution.certified.trajectory.duration
-        return Ended(work.request, refusal, work.plan_time, duration)
+        """End whatever is planned or moving, and have the robot stopped."""
+        return self._driving.end(refusal, now)
 
     def halt(self, refusal: Refusal, now: int) -> list[Outgoing]:
         """Send a stop whether or not we know of a motion, and end what is under way."""
-        moves = self.activity is Activity.MOVING
-        out = self.end(refusal, now)
-        if moves:
-            return out
-        if self._is_seen_moving:
-            return self._halt(now) + out
-        return [self._stop_now(now), *out]
+        return self._driving.halt(refusal, now)
 
     def software_stop(self, by: Holder, reason: str, now: int) -> list[Outgoing]:
         """Stop the robot and latch; anyone may, at any time. The stop leaves first."""
         out = self.halt(Refusal(VerdictCode.STOPPED, f"software stop by {by.name}: {reason}"), now)
-        if self.stop is None:
-            self.stop = LatchedStop(by, reason, now)
-            out += self._tell(StopMoved(self.stop, by), now)
-        return out
+        return out + self._latch(LatchedStop(by, reason, now), now)
+
+    def protective_stop(self, refusal: Refusal, now: int) -> list[Outgoing]:
+        """Stop the robot and latch, because the server found something wrong by itself."""
+        out = self.halt(refusal, now)
+        return out + self._latch(LatchedStop(SERVER, refusal.sentence, now, True), now)
+
+    def _latch(self, stop: LatchedStop, now: int) -> list[Outgoing]:
+        self.modes.disarm()
+        # A software stop takes the place of a protective one: a person's word weighs more.
+        if self.stop is not None and (stop.is_protective or not self.stop.is_protective):
+            return []
+        self.stop = stop
+        return self._tell(StopMoved(stop, stop.by), now)
 
     def reset_stop(self, by: Holder, now: int) -> Refusal | list[Outgoing]:
-        """Unlatch the software stop; moves nothing.
+        """Unlatch the stop; moves nothing, and whoever enabled must press anew.
 
         Returns:
             Why it may not be reset, or the news.
         """
-        refusal = self._permission(by.session, now)
+        refusal = permission(self.authority, by.session, now)
         if refusal is not None:
             return refusal
-        if self.is_busy or self._is_seen_moving:
+        if self.is_busy or self._driving.is_seen_moving:
             return Refusal(VerdictCode.MOVING, "the robot has not come to rest yet")
         if self.stop is None:
             return []
         self.stop = None
+        self.modes.disarm()
         return self._tell(StopMoved(None, by), now)
 
-    def take_authority(self, holder: Holder, now: int, *, beats: bool) -> Refusal | list[Outgoing]:
-        """Give the authority to a connection if it is free.
+    def set_mode(self, by: Holder, mode: int, now: int) -> Refusal | list[Outgoing]:
+        """Set the mode of operation; what moves is stopped first.
+
+        Returns:
+            Why it may not be set, or what follows.
+        """
+        refusal = permission(self.authority, by.session, now)
+        if refusal is not None:
+            return refusal
+        before = self.modes.mode(self.mode)
+        after = self.modes.set_mode(mode)
+        if isinstance(after, Refusal):
+            return after
+        if after is before:
+            return []
+        text = f"{by.name} changed the mode to {after.name.lower().replace('_', ' ')}"
+        out = self.end(Refusal(VerdictCode.MODE_CHANGED, text), now)
+        return out + self._tell(ModeMoved(after, by), now)
+
+    def set_speed(self, by: Holder, override: float, cap: float, now: int) -> Refusal | None:
+        """Set speed override and cap of the tool speed [m/s]; acts on the running motion.
+
+        Returns:
+            Why a value is refused.
+        """
+        refusal = permission(self.authority, by.session, now) or self.modes.set_speed(override, cap)
+        work = self._driving.work
+        if refusal is None and work is not None and work.stored is not None:
+            work.stored.scale(self._share(work))
+        return refusal
+
+    def _share(self, work: Work) -> float:
+        """Return at what part of its planned speed a motion runs under override and cap of now."""
+        cap, planned = self.modes.tool_speed_cap(self.mode), work.planned_cap
+        if cap is None or planned is None:
+            return self.modes.override
+        return self.modes.override * min(1.0, cap / planned)
+
+    @property
+    def has_plan_under_way(self) -> bool:
+        """Whether a motion is being planned."""
+        return self.activity is Activity.PLANNING
+
+    def under_way(self) -> str:
+        """Return what is planned or moves, in words; empty where nothing is."""
+        if self.program is not None:
+            return f"program {self.program.name!r} is under way"
+        if self.activity is not Activity.IDLE:
+            return f"the robot is {self.activity.name.lower()}"
+        return "the robot moves" if self.is_moving else ""
+
+    @property
+    def playing(self) -> StoredRows | None:
+        """The certified trajectory that is played; None while planning, in a jog and at rest."""
+        return self._stored
+
+    @property
+    def _stored(self) -> StoredRows | None:
+        return None if self._driving.work is None else self._driving.work.stored
+
+    def pause(self, by: Holder, now: int) -> Refusal | None:
+        """Bring the motion to rest on its path; None where it does."""
+        refusal = permission(self.authority, by.session, now)
+        stored = self._stored
+        if refusal is None and (stored is None or not stored.pause()):
+            return Refusal(VerdictCode.NOTHING_TO_CONTROL)
+        return refusal
+
+    def program_stop(self, by: Holder, now: int) -> Refusal | list[Outgoing]:
+        """End what is planned or moves, without a latch; anyone in control may."""
+        refusal = permission(self.authority, by.session, now)
+        if refusal is not None:
+            return refusal
+        if self._driving.work is None:
+            return Refusal(VerdictCode.NOTHING_TO_CONTROL)
+        return self.end(Refusal(VerdictCode.PROGRAM_STOPPED), now)
+
+    def resume(self, by: Holder, now: int) -> Refusal | None:
+        """Let a paused motion go on along its path; None where it does."""
+        work = self._driving.work
+        refusal = permission(self.authority, by.session, now)
+        if refusal is not None:
+            return refusal
+        if work is None or work.stored is None or not work.stored.is_paused:
+            return Refusal(VerdictCode.NOTHING_TO_CONTROL)
+        if not self.modes.override:
+            return Refusal(VerdictCode.BAD_ARGUMENT, "the speed override is 0; raise it first")
+        refusal = self.modes.unready(work.kind, by.session, self.mode, now)
+        if refusal is None:
+            work.stored.resume()
+        return refusal
+
+    def take_authority(
+        self, holder: Holder, now: int, *, beats: bool, force: bool = False
+    ) -> Refusal | list[Outgoing]:
+        """Give the authority to a connection if it is free, or take it over by force.
 
         Returns:
             Why it may not have it, or the news; none where it has it already.
         """
         current = self.authority.holder
         if current is not None and current.session != holder.session:
-            return _held_by(current)
+            if not force:
+                return held_by(current)
+            if self.modes.mode(self.mode) is not OperatingMode.AUTOMATIC:
+                text = f"{current.name} may be at the robot: no take-over in manual"
+                return Refusal(VerdictCode.MODE_FORBIDS, text)
+            gone = self.authority.release(current.session, AuthorityReason.TAKEN_OVER)
+            out = self.authority_gone(gone, now)
+            self.authority.request(holder, now, beats=beats)
+            return out + self._tell(AuthorityMoved(Change(holder, AuthorityReason.TAKEN_OVER)), now)
         change = self.authority.request(holder, now, beats=beats)
         return [] if change is None else self._tell(AuthorityMoved(change), now)
 
@@ -375,40 +467,31 @@ class RobotCell:
 
     def shut_down(self, now: int) -> list[Outgoing]:
         """Stop the robot because the server is going down; nothing starts any more."""
-        self._closing = True
+        self.is_closing = True
         return self.end(Refusal(VerdictCode.SHUTTING_DOWN), now)
 
     def tick(self, now: int) -> list[Outgoing]:
         """Advance by one control tick: deadlines, due set-points, arrival."""
         out = self.authority_gone(self.authority.expire(now), now)
-        self._settle_stop(now, out)
-        if self._uplink.stop_overdue(now):
-            out.append(DropLink("a STOP was not answered"))
-        work = self._work
-        if work is None or work.execution is None:
-            return out
-        refusal = work.execution.advance(self.feedback, now)
-        if refusal is not None:
-            return out + self._abort(refusal, now)
-        if work.execution.phase is Phase.ARRIVED:
-            self._work = None
-            return out + self._tell(self._ended(work, None), now)
-        return out + self._send_next(work.execution, now)
+        out += self._driving.settle(now)
+        work = self._driving.work
+        if work is not None and self._has_lost_enabling(work, now):
+            return out + self.end(Refusal(VerdictCode.ENABLING_LOST), now)
+        return out + self._driving.advance(now)
 
-    def _settle_stop(self, now: int, out: list[Outgoing]) -> None:
-        """Leave STOPPING once the robot is seen at rest; repeat the stop until then."""
-        since = self._stopping_since
-        if since is None:
-            return
-        feedback = self.feedback
-        if feedback.position is not None and feedback.received > since and feedback.is_standing:
-            self._stopping_since = None
-        elif now - since > _STOPPING_NS and feedback.position is None:
-            # Without reports nobody can say that it stands; `obstacle` keeps refusing motion.
-            self._stopping_since = None
-        elif now - self._stop_repeated >= _STOP_REPEAT_NS:
-            self._stop_repeated = now
-            out.append(self._stop_now(now))
+    def _has_lost_enabling(self, work: Work, now: int) -> bool:
+        if not self.modes.needs_enabling(self.mode):
+            return False
+        stored = work.stored
+        if stored is not None and stored.is_paused and not any(stored.last.velocity):
+            # It stands on its path; `resume` asks for the enabling device again.
+            return False
+        return not self.modes.is_enabled(work.request.session, now)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a motion of ours is under way or being stopped."""
+        return self._driving.is_busy
 
     @property
     def mode(self) -> ControllerMode:
@@ -416,20 +499,7 @@ class RobotCell:
         return self.feedback.mode
 
     @property
-    def is_busy(self) -> bool:
-        """Whether a motion of ours is under way or being stopped."""
-        return self.activity in (Activity.MOVING, Activity.STOPPING)
-
-    @property
-    def _is_seen_moving(self) -> bool:
-        return self.feedback.position is not None and not self.feedback.is_standing
-
-    @property
     def is_moving(self) -> bool:
         """Whether the robot moves, is about to, or is being stopped, as far as anyone knows."""
         status = self.feedback.status
         return self.is_busy or (status is not None and status.in_motion == TriState.TRUE)
-
-
-def _held_by(holder: Holder) -> Refusal:
-    return Refusal(VerdictCode.HELD_BY_OTHER, f"{holder.name} is in control")

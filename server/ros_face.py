@@ -38,6 +38,7 @@ from .authority import Holder
 from .execution import START_TOLERANCE
 from .jobs import RosPathJob
 from .news import Begun, Ended, News, Refused, Request, StopMoved
+from .operating_mode import MotionKind
 from .outgoing import Close, Outgoing, Send
 from .peer_faults import MOST_FAULTS, PeerFaults
 from .refusal import Refusal
@@ -359,7 +360,9 @@ class RosFace:
             return []
         session, collection = self._waiting
         cell = self._cell
-        obstacle = self._ineligible(self._links[session]) or cell.check(session, now)
+        obstacle = self._ineligible(self._links[session]) or cell.check(
+            session, now, MotionKind.ROS
+        )
         if obstacle is not None and obstacle.code in _BUSY:
             return []
         self._waiting = None
@@ -374,7 +377,7 @@ class RosFace:
             self._settings.approach_speed,
             START_TOLERANCE,
         )
-        return cell.ask(Request(session, self._requests), job)
+        return cell.ask(Request(session, self._requests), job, MotionKind.ROS)
 
     def news(self, news: News, now: int) -> list[Outgoing]:
         """Take note of what became of a trajectory; the client learns it from STATUS."""

@@ -1,7 +1,7 @@
 """What a cell's configuration file may say, with units and bounds, and how it is read.
 
-One TOML file describes one cell. The table `[emulator]` belongs to the emulated controller and is
-left alone here; every other unknown key is refused.
+One TOML file describes one cell, or several by `server_settings`. The table `[emulator]` belongs to
+the emulated controller and is left alone here; every other unknown key is refused.
 """
 
 from __future__ import annotations
@@ -9,14 +9,29 @@ from __future__ import annotations
 import json
 import tomllib
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+)
 
 from openpendant.simplemsg import ByteOrder
 
+from .access.settings import AccessSettings
+from .access.tls import TlsSettings
+
 Port = Annotated[int, Field(ge=0, le=65_535, description="TCP port, 0 for any free one")]
 Seconds = Annotated[float, Field(gt=0, le=3_600)]
+
+OFF = "off"
+"""What a file says of a ROS-Industrial port that nobody listens on; None in here."""
+
+RosPort = Annotated[Port | None, BeforeValidator(lambda value: None if value == OFF else value)]
 
 MAX_FILE = 1_048_576
 """Largest configuration file, bytes; a device or a pipe may have no end."""
@@ -38,26 +53,33 @@ class ConfigurationError(Exception):
         self.problem = problem
 
 
-class _Table(BaseModel):
+class Table(BaseModel):
+    """A table of a configuration file: nothing unknown is taken, nothing changes later."""
+
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
-class Listen(_Table):
-    """Where the server listens."""
+class ListenForAll(Table):
+    """Where the server listens for the pendants of all cells."""
 
     host: str = "127.0.0.1"
     """Address to bind; loopback unless credentials are configured."""
     pendant_port: Port = 11010
     """Pendant protocol."""
-    ros_motion_port: Port = 11000
-    """ROS-Industrial motion connections."""
-    ros_state_port: Port = 11002
-    """ROS-Industrial state connections."""
     max_connections: Annotated[int, Field(ge=1, le=1_024)] = 256
     """Connections at once, all ports together."""
 
 
-class ControllerLink(_Table):
+class Listen(ListenForAll):
+    """Where the server listens."""
+
+    ros_motion_port: RosPort = 11000
+    """ROS-Industrial motion connections, "off" for none."""
+    ros_state_port: RosPort = 11002
+    """ROS-Industrial state connections, "off" for none."""
+
+
+class ControllerLink(Table):
     """The robot controller and how to talk to it."""
 
     host: str = "127.0.0.1"
@@ -72,6 +94,8 @@ class ControllerLink(_Table):
     """Bytes of a real on its wire."""
     points: Literal["full", "simple"] = "full"
     """Type 14 with velocity, acceleration and time, or type 11."""
+    signals: Literal["none", "openpendant"] = "none"
+    """Its inputs and outputs: none, or by our messages, as the emulated controller has them."""
     stop_connection: bool = True
     """Keep a second motion connection for nothing but STOP."""
     reply_deadline: Seconds = 0.5
@@ -99,7 +123,7 @@ class ControllerLink(_Table):
         return round(1e9 * max(0.25, 4 * self.state_period))
 
 
-class RosFace(_Table):
+class RosFace(Table):
     """The ROS-Industrial face: the server looks like a controller."""
 
     allow: tuple[str, ...] = ("127.0.0.1", "::1")
@@ -122,7 +146,7 @@ class RosFace(_Table):
     """Most points of one trajectory."""
 
 
-class Pendants(_Table):
+class Pendants(Table):
     """The pendant face."""
 
     authority_timeout: Annotated[float, Field(ge=0.5, le=60)] = 3.0
@@ -135,25 +159,85 @@ class Pendants(_Table):
     """A connection without any message for so long is closed, s."""
 
 
+class Watchdog(Table):
+    """The process that stops the robot when the server's event loop stands still."""
+
+    deadline: Annotated[float, Field(ge=0.05, le=1.0)] = 0.1
+    """It stops the robot when the loop did not tick for so long, s."""
+
+
+class Modes(Table):
+    """The modes of operation and the enabling device (training)."""
+
+    selector: Literal["server", "controller"] = "server"
+    """Who sets the mode: pendants through the server, or the controller's own selector."""
+    initial: Literal["manual_reduced", "manual_high", "automatic", "recovery"] = "automatic"
+    """The mode at start, where the server's selector rules."""
+    enabling_deadline: Annotated[float, Field(ge=0.05, le=0.25)] = 0.15
+    """The enabling device counts as released after so long without a message, s."""
+
+
+class Jog(Table):
+    """Jogging by hold-to-run and by increments."""
+
+    joint_speed: Annotated[float, Field(gt=0, le=1)] = 0.25
+    """Full jog speed of a joint, of its limit."""
+    tool_speed: Annotated[float, Field(gt=0, le=2)] = 0.25
+    """Full jog speed of the tool, m/s."""
+    rotation_speed: Annotated[float, Field(gt=0, le=6)] = 0.8
+    """Full jog speed about an axis of a frame, rad/s."""
+    lead: Annotated[float, Field(ge=0.01, le=0.1)] = 0.05
+    """How far set-points of a jog are sent ahead of the robot, s."""
+
+
 def _check_name(name: str) -> str:
     if not (name.isprintable() and 1 <= len(name.encode("utf-8", "replace")) <= 32):
         raise ValueError("a name is 1 to 32 bytes of printable characters")
     return name
 
 
-class CellSettings(_Table):
-    """Everything that one cell's configuration file may say to the server."""
+CellName = Annotated[str, AfterValidator(_check_name)]
 
-    name: Annotated[str, AfterValidator(_check_name)] = "cell"
+
+class OwnTables(Table):
+    """What each cell has for itself, however many a server has."""
+
+    name: CellName = "cell"
     """Name of the cell, at most 32 bytes; pendants may ask for it in their hello."""
     robot: str = "ur5"
     """Name of a robot of the catalogue, or path of a robot file."""
-    tick_rate: Annotated[int, Field(ge=50, le=250)] = 100
-    """Control rate, Hz."""
-    listen: Listen = Listen()
     controller: ControllerLink = ControllerLink()
     ros_i: RosFace = RosFace()
+    modes: Modes = Modes()
+    jog: Jog = Jog()
+
+
+class StoreFile(Table):
+    """Where programs and all other documents are kept."""
+
+    path: str = ""
+    """The file; empty for that of the user who starts the server, "off" to keep nothing."""
+
+
+class SharedTables(Table):
+    """What all cells of a server have in common, but for where it listens."""
+
+    tick_rate: Annotated[int, Field(ge=50, le=250)] = 100
+    """Control rate, Hz."""
     pendants: Pendants = Pendants()
+    watchdog: Watchdog = Watchdog()
+    store: StoreFile = StoreFile()
+    tls: TlsSettings = TlsSettings()
+    access: AccessSettings = AccessSettings()
+
+
+class CellSettings(OwnTables, SharedTables):
+    """Everything that one cell's configuration file may say to the server."""
+
+    listen: Listen = Listen()
+
+
+_M = TypeVar("_M", bound=Table)
 
 
 def load_settings(path: Path) -> dict[str, Any]:
@@ -186,20 +270,36 @@ def make_settings(data: dict[str, Any], source: str) -> CellSettings:
     Raises:
         ConfigurationError: the first key that is unknown or out of bounds.
     """
+    return checked(CellSettings, data, source)
+
+
+def checked(model: type[_M], data: object, source: str, owner: str = "") -> _M:
+    """Check plain data against a model and return it.
+
+    Args:
+        model: what is expected.
+        data: as read from TOML.
+        source: file name for the message.
+        owner: whose keys they are, put behind the key; empty for the file's own.
+
+    Raises:
+        ConfigurationError: the first key that is unknown or out of bounds.
+    """
     try:
-        return CellSettings.model_validate(data)
+        return model.model_validate(data)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(part) for part in first["loc"])
         if first["type"] == "extra_forbidden":
-            problem = f"unknown key; known here: {', '.join(_known_keys(first['loc']))}"
+            problem = f"unknown key; known here: {', '.join(_known_keys(model, first['loc']))}"
+        elif first["type"] == "missing":
+            problem = "must be given"
         else:
             problem = f"{first['msg']}; got {first['input']!r}"
-        raise ConfigurationError(source, key, problem) from None
+        raise ConfigurationError(source, f"{key} {owner}".strip(), problem) from None
 
 
-def _known_keys(location: tuple[int | str, ...]) -> list[str]:
-    model: type[BaseModel] = CellSettings
+def _known_keys(model: type[BaseModel], location: tuple[int | str, ...]) -> list[str]:
     for part in location[:-1]:
         annotation = model.model_fields[str(part)].annotation
         if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -207,13 +307,19 @@ def _known_keys(location: tuple[int | str, ...]) -> list[str]:
     return list(model.model_fields)
 
 
-def settings_as_toml(settings: CellSettings) -> str:
-    """Return the settings as a TOML file that would give them again."""
-    lines: list[str] = []
+def settings_as_toml(settings: Table, within: str = "") -> str:
+    """Return settings as a TOML file, or the tables within one, that would give them again.
+
+    Args:
+        settings: a cell's settings, or some of its tables.
+        within: name of the array of tables that they are one element of; empty for a file.
+    """
+    lines: list[str] = [f"[[{within}]]"] if within else []
     tables: list[str] = []
     for name, value in settings.model_dump().items():
         if isinstance(value, dict):
-            tables += ["", f"[{name}]"] + [f"{key} = {_toml(item)}" for key, item in value.items()]
+            table = f"[{within}.{name}]" if within else f"[{name}]"
+            tables += ["", table] + [f"{key} = {_toml(item)}" for key, item in value.items()]
         else:
             lines.append(f"{name} = {_toml(value)}")
     return "\n".join(lines + tables) + "\n"
@@ -221,6 +327,8 @@ def settings_as_toml(settings: CellSettings) -> str:
 
 def _toml(value: object) -> str:
     match value:
+        case None:
+            return _toml(OFF)
         case bool():
             return "true" if value else "false"
         case str():

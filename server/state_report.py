@@ -5,14 +5,20 @@ Owns the filling of these messages from the cell; knows nothing of who listens o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Protocol
-
 from openpendant.simplemsg import JointPosition, Status, TriState, joint_array
-from openpendant.simplemsg.pendant import Activity, State, StateField, StopKind
+from openpendant.simplemsg.pendant import (
+    Activity,
+    EnablingPosition,
+    JogReason,
+    ProgramState,
+    State,
+    StateField,
+)
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from .pendant_replies import stop_kind
 from .robot_cell import RobotCell
+from .robot_view import RobotView
 
 _NO_JOINTS = joint_array(())
 _UNKNOWN_STATUS = Status(
@@ -26,17 +32,7 @@ _UNKNOWN_STATUS = Status(
 )
 
 
-class ToolView(Protocol):
-    """Where the tool is; supplied by the shell, so that the core needs no kinematics."""
-
-    def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""
-
-    def tool_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
-        """Return the speed of the tool point [m/s]."""
-
-
-def state_message(cell: RobotCell, tool: ToolView, sequence: int, now: int) -> State:
+def state_message(cell: RobotCell, tool: RobotView, sequence: int, now: int) -> State:
     """Return the state of a cell; `dropped` is left at 0.
 
     Args:
@@ -49,6 +45,7 @@ def state_message(cell: RobotCell, tool: ToolView, sequence: int, now: int) -> S
     status = feedback.status or _UNKNOWN_STATUS
     holder = cell.authority.holder
     request = cell.request
+    program = cell.program
     seconds, nanoseconds = divmod(now, 1_000_000_000)
     age = feedback.age(now)
     state = State(
@@ -60,7 +57,18 @@ def state_message(cell: RobotCell, tool: ToolView, sequence: int, now: int) -> S
         activity=cell.activity,
         request_id=0 if request is None else request.request_id,
         holder=0 if holder is None else holder.session,
-        stop=StopKind.NONE if cell.stop is None else StopKind.SOFTWARE,
+        stop=stop_kind(cell.stop),
+        operating_mode=cell.modes.mode(cell.mode),
+        enabling=EnablingPosition.RELEASED
+        if holder is None
+        else cell.modes.enabling(holder.session, now),
+        override=cell.modes.override,
+        tool_speed_cap=cell.modes.tool_speed_cap(cell.mode) or 0.0,
+        jog_scale=1.0,
+        jog_reason=JogReason.NONE,
+        jog_joint=-1,
+        program_state=ProgramState.NONE if program is None else program.state,
+        program_line=0 if program is None else program.line,
         link=cell.link_state(now),
         drives_powered=status.drives_powered,
         e_stopped=status.e_stopped,
@@ -76,14 +84,21 @@ def state_message(cell: RobotCell, tool: ToolView, sequence: int, now: int) -> S
         tool_position=(0.0, 0.0, 0.0),
         tool_orientation=(0.0, 0.0, 0.0, 1.0),
     )
+    jog = cell.driven_jog
+    if jog is not None and jog.step is not None:
+        state.jog_scale = jog.step.scale
+        if jog.step.cause is not None:
+            state.jog_reason = JogReason[jog.step.cause.reason.name]
+            state.jog_joint = jog.step.cause.joint
     if feedback.position is not None:
         state.positions = joint_array(feedback.position)
-        state.tool_position, state.tool_orientation = tool.tool_pose(feedback.position)
         state.valid_fields = StateField.POSITION | StateField.TOOL
         if feedback.velocity_known:
             state.velocities = joint_array(feedback.velocity)
-            state.tool_speed = tool.tool_speed(feedback.position, feedback.velocity)
             state.valid_fields |= StateField.VELOCITY
+        state.tool_position, state.tool_orientation, state.tool_speed = tool.tool_motion(
+            feedback.position, feedback.velocity
+        )
     return state
 
 

@@ -22,6 +22,9 @@ from typing import (
 
 from .codes import JOINT_SLOTS, CommType, ReplyCode
 
+MASK = "********"
+"""Stands for a secret wherever a message is shown."""
+
 
 class Direction(Enum):
     """Which way a message travels."""
@@ -84,9 +87,11 @@ class Text(Field):
 
     Attributes:
         size: bytes on the wire.
+        secret: a password or code, shown to nobody; only as the last field.
     """
 
     size: int = 32
+    secret: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +170,12 @@ class Record:
     __slots__ = ()
     FIELDS: ClassVar[dict[str, Field]]
 
+    @classmethod
+    def is_secret(cls, name: str) -> bool:
+        """Tell whether a field holds what is shown to nobody."""
+        field = cls.FIELDS.get(name)
+        return isinstance(field, Text) and field.secret
+
     def _values(self) -> dict[str, object]:
         return {name: getattr(self, name) for name in self.FIELDS}
 
@@ -174,7 +185,10 @@ class Record:
         return self._values() == other._values()
 
     def __repr__(self) -> str:
-        values = ", ".join(f"{name}={value!r}" for name, value in self._values().items())
+        values = ", ".join(
+            f"{name}={MASK if self.is_secret(name) else repr(value)}"
+            for name, value in self._values().items()
+        )
         return f"{type(self).__name__}({values})"
 
 

@@ -29,7 +29,7 @@ from .declaration import (
 )
 from .verdicts import VerdictCode
 
-PROTOCOL_VERSION = 1
+PROTOCOL_VERSION = 2
 """Version of the pendant messages; hello refuses any other."""
 
 MAX_PENDANT_FRAME = 65_532
@@ -55,6 +55,7 @@ class AuthorityAction(IntEnum):
 
     REQUEST = 1
     RELEASE = 2
+    FORCE = 3
 
 
 class AuthorityReason(IntEnum):
@@ -64,6 +65,8 @@ class AuthorityReason(IntEnum):
     RELEASED = 2
     EXPIRED = 3
     CONNECTION_LOST = 4
+    TAKEN_OVER = 5
+    LOGGED_OUT = 6
 
 
 class OutcomeKind(IntEnum):
@@ -80,6 +83,8 @@ class Activity(IntEnum):
     PLANNING = 1
     MOVING = 2
     STOPPING = 3
+    JOGGING = 4
+    PAUSED = 5
 
 
 class LinkState(IntEnum):
@@ -95,6 +100,106 @@ class StopKind(IntEnum):
 
     NONE = 0
     SOFTWARE = 1
+    PROTECTIVE = 2
+
+
+class OperatingMode(IntEnum):
+    """The server's own mode of operation; the numbers 1 to 3 are those of OPC UA Robotics."""
+
+    MANUAL_REDUCED = 1
+    MANUAL_HIGH = 2
+    AUTOMATIC = 3
+    RECOVERY = 4
+
+
+class EnablingPosition(IntEnum):
+    """How far the enabling device (training) is pressed; only the middle position enables."""
+
+    RELEASED = 0
+    HELD = 1
+    PANIC = 2
+
+
+class JogSpace(IntEnum):
+    """What the values of a jog mean."""
+
+    JOINTS = 1
+    TOOL = 2
+
+
+class JogReason(IntEnum):
+    """Why a jog is slower than asked, or stands."""
+
+    NONE = 0
+    JOINT_LIMIT = 1
+    SINGULARITY = 2
+    COLLISION = 3
+    TOOL_SPEED = 4
+    JOINT_SPEED = 5
+    WORKSPACE = 6
+    ELBOW_SPEED = 7
+    DIRECTION = 8
+    REACH = 9
+
+
+class JogEnd(IntEnum):
+    """Why a press ended."""
+
+    RELEASED = 1
+    SILENT = 2
+    CONNECTION_LOST = 3
+    REPLACED = 4
+    STOPPED = 5
+
+
+class LoginKind(IntEnum):
+    """How a connection shows who it is."""
+
+    PASSWORD = 1
+    PAIRING = 2
+
+
+class AccountRole(IntEnum):
+    """What an account may do; each role may do all that the ones before it may."""
+
+    AS_IT_IS = 0
+    VIEWER = 1
+    OPERATOR = 2
+    PROGRAMMER = 3
+    ADMIN = 4
+
+
+class PairingAction(IntEnum):
+    """What a `Pairing` request wants."""
+
+    ISSUE = 1
+    WITHDRAW = 2
+
+
+class MotionControlAction(IntEnum):
+    """What a `MotionControl` request wants of the running motion or program."""
+
+    PAUSE = 1
+    RESUME = 2
+    PROGRAM_STOP = 3
+
+
+class RunKind(IntEnum):
+    """How much of a program is run."""
+
+    ALL = 1
+    STEP_FORWARD = 2
+    STEP_BACKWARD = 3
+
+
+class ProgramState(IntEnum):
+    """What the program is doing."""
+
+    NONE = 0
+    RUNNING = 1
+    PAUSED = 2
+    AT_BREAKPOINT = 3
+    STEPPED = 4
 
 
 class StateField(IntFlag):
@@ -113,6 +218,12 @@ class Capability(IntFlag):
     JOINT_PATH = 4
     POSE_PATH = 8
     SOFTWARE_STOP = 16
+    JOG = 32
+    MODES = 64
+    PAUSE = 128
+    PROGRAMS = 256
+    RECORDING = 512
+    LOGIN = 1024
 
 
 class OperatorAction(IntEnum):
@@ -226,12 +337,12 @@ class Subscribe(Message):
     state_rate: Annotated[float, Real("state messages wanted, 0 for none, else 1 to 125", "Hz")]
 
 
-@message(_request(65005, "authority", "Requests or releases the motion authority."))
+@message(_request(65005, "authority", "Requests, releases or takes over the motion authority."))
 class Authority(Message):
     """AUTHORITY."""
 
     request_id: Annotated[int, Int("chosen by the pendant")]
-    action: Annotated[int, Int("1 request, 2 release", values=AuthorityAction)]
+    action: Annotated[int, Int("1 request, 2 release, 3 take over by role", values=AuthorityAction)]
 
 
 @message(
@@ -246,6 +357,66 @@ class Authority(Message):
 )
 class AuthorityBeat(Topic):
     """AUTHORITY_BEAT: an empty body."""
+
+
+@message(_request(65007, "login", "Shows who is at the pendant, by password or pairing code."))
+class Login(Message):
+    """LOGIN: only where the server asks for it; a software stop never does."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    kind: Annotated[int, Int("1 password, 2 pairing code", values=LoginKind)]
+    name: Annotated[str, Text("account, or the name of a guest")]
+    secret: Annotated[str, Text("password or pairing code", size=128, secret=True)]
+
+
+@message(_request(65008, "set_account", "Adds an account, or gives one another password."))
+class SetAccount(Message):
+    """SET_ACCOUNT: for admins; the verdict comes when the account is saved."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    role: Annotated[
+        int,
+        Int(
+            "of a new account: 1 viewer, 2 operator, 3 programmer, 4 admin; 0 for a new password",
+            values=AccountRole,
+        ),
+    ]
+    name: Annotated[str, Text("the account")]
+    secret: Annotated[str, Text("its new password", size=128, secret=True)]
+
+
+@message(
+    _request(
+        65009,
+        "pairing",
+        "Asks for a pairing code of the cell, or ends it and the guests that it let in.",
+        reply="pairing; verdict for a refusal and for an end",
+    )
+)
+class Pairing(Message):
+    """PAIRING: for admins."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    action: Annotated[int, Int("1 issue, 2 withdraw", values=PairingAction)]
+
+
+@message(
+    Place(
+        65009,
+        "pairing",
+        Direction.FROM_SERVER,
+        "none",
+        _SOURCE,
+        "Tells the pairing code to whoever asked for it.",
+        is_reply=True,
+    )
+)
+class PairingReply(Reply):
+    """PAIRING reply."""
+
+    request_id: Annotated[int, Int("of the request")]
+    lifetime: Annotated[int, Int("the code ends so long after this reply", "s")]
+    code: Annotated[str, Text("as a teacher shows it", size=8, secret=True)]
 
 
 @message(_request(65010, "joint_move", "Moves all joints to a position, in a straight joint line."))
@@ -339,6 +510,138 @@ class ResetStop(Message):
     request_id: Annotated[int, Int("chosen by the pendant")]
 
 
+@message(
+    Place(
+        65016,
+        "enabling",
+        Direction.TO_SERVER,
+        "none",
+        _SOURCE,
+        "TRAINING: position of the enabling device; repeat it every 50 ms while it is held.",
+    )
+)
+class Enabling(Topic):
+    """ENABLING (training): no safety device. Silence for the jog deadline counts as released."""
+
+    position: Annotated[int, Int("0 released, 1 held, 2 panic", values=EnablingPosition)]
+
+
+@message(_request(65017, "set_mode", "Sets the mode of operation; stops what moves."))
+class SetMode(Message):
+    """SET_MODE: refused where the controller's own selector rules."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    mode: Annotated[
+        int,
+        Int(
+            "1 manual reduced speed, 2 manual high speed, 3 automatic, 4 recovery",
+            values=OperatingMode,
+        ),
+    ]
+
+
+@message(_request(65018, "set_speed", "Sets the speed override and the cap of the tool speed."))
+class SetSpeed(Message):
+    """SET_SPEED: acts at once, also on the running motion, which stays on its path."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    override: Annotated[float, Real("fraction of the planned speed, 0 to 1")]
+    tool_speed: Annotated[float, Real("cap of tool and elbow, 0 to leave it as it is", "m/s")]
+
+
+@message(_request(65019, "motion_control", "Pauses, resumes or ends the motion or the program."))
+class MotionControl(Message):
+    """MOTION_CONTROL: a pause stays on the path; a program stop ends what runs, unlatched."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    action: Annotated[int, Int("1 pause, 2 resume, 3 program stop", values=MotionControlAction)]
+
+
+@message(_request(65030, "jog_start", "Begins a jog that lasts as long as its press is beaten."))
+class JogStart(Message):
+    """JOG_START: a press. The verdict comes at once, the outcome when the robot stands again."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    press: Annotated[int, Int("number of the press, higher than any before on this connection")]
+    state_sequence: Annotated[int, Int("sequence of a state message that came of late")]
+    deadline: Annotated[float, Real("the jog ends so long after a beat, 0.05 to 0.25", "s")]
+    space: Annotated[int, Int("1 joints, 2 tool", values=JogSpace)]
+    frame: Annotated[str, Text("tool jog: frame of the axes; base, tool or a named one")]
+    value_count: Annotated[int, Int("slots that are meant: driven joints, or 6 for the tool")]
+    values: Annotated[
+        tuple[float, ...],
+        Reals("-1 to 1: parts of the jog speed; tool: x, y, z, then about x, y, z", ""),
+    ]
+
+
+@message(
+    Place(
+        65031,
+        "jog_beat",
+        Direction.TO_SERVER,
+        "none",
+        _SOURCE,
+        "Keeps a press alive; send one every 50 ms.",
+    )
+)
+class JogBeat(Topic):
+    """JOG_BEAT: one that is late, repeated or of another press does nothing."""
+
+    press: Annotated[int, Int("number of the press")]
+    beat: Annotated[int, Int("counts the beats of the press, from 1")]
+
+
+@message(_request(65032, "jog_release", "Ends a press: the robot ramps to rest at once."))
+class JogRelease(Message):
+    """JOG_RELEASE."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    press: Annotated[int, Int("number of the press")]
+
+
+@message(_request(65033, "jog_step", "Moves by one increment, in a straight line."))
+class JogStep(Message):
+    """JOG_STEP: joints by rad or m, the tool by m along and rad about the axes of a frame."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    speed: Annotated[float, Real("fraction of the jog speed, above 0, up to 1")]
+    space: Annotated[int, Int("1 joints, 2 tool", values=JogSpace)]
+    frame: Annotated[str, Text("tool step: frame of the axes; base, tool or a named one")]
+    value_count: Annotated[int, Int("slots that are meant: driven joints, or 6 for the tool")]
+    values: Annotated[
+        tuple[float, ...], Reals("increments; tool: x, y, z, then about x, y, z", "rad, m")
+    ]
+
+
+@message(_request(65034, "jog_undo", "Moves back along the way of the last jog."))
+class JogUndo(Message):
+    """JOG_UNDO."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    speed: Annotated[float, Real("fraction of the jog speed, above 0, up to 1")]
+
+
+@message(_request(65040, "program_run", "Runs a stored program, or one step of it."))
+class ProgramRun(Message):
+    """PROGRAM_RUN: the outcome comes when the program, or the step, has ended."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    run: Annotated[int, Int("1 all, 2 step forward, 3 step backward", values=RunKind)]
+    line: Annotated[int, Int("line to begin at, 0 for where it stands or the first")]
+    loops: Annotated[int, Int("how often, 0 for until it is stopped")]
+    speed: Annotated[float, Real("fraction of the programmed speeds, above 0, up to 1")]
+    program: Annotated[str, Text("name of the program", size=64)]
+
+
+@message(_request(65041, "home", "Moves all joints to a named position of the robot."))
+class Home(Message):
+    """HOME: `zero` is refused where a limit excludes it or the robot would be singular there."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    speed: Annotated[float, Real("fraction of the joints' largest speed, above 0, up to 1")]
+    target: Annotated[str, Text("home or zero")]
+
+
 @message(_news(65020, "state", "State of the cell, at the rate that the pendant chose."))
 class State(Topic):
     """STATE: the newest only; what a slow reader misses is counted in `dropped`."""
@@ -351,7 +654,18 @@ class State(Topic):
     activity: Annotated[int, Int("0 idle, 1 planning, 2 moving, 3 stopping", values=Activity)]
     request_id: Annotated[int, Int("request that is planned or moving, 0 for none")]
     holder: Annotated[int, Int("session that holds the motion authority, 0 for none")]
-    stop: Annotated[int, Int("latched stop: 0 none, 1 software stop", values=StopKind)]
+    stop: Annotated[int, Int("latched stop: 0 none, 1 software, 2 protective", values=StopKind)]
+    operating_mode: Annotated[int, Int("the server's own mode", values=OperatingMode)]
+    enabling: Annotated[
+        int, Int("the authority's enabling device (training)", values=EnablingPosition)
+    ]
+    override: Annotated[float, Real("speed override, 0 to 1")]
+    tool_speed_cap: Annotated[float, Real("cap of tool and elbow, 0 for none", "m/s")]
+    jog_scale: Annotated[float, Real("part of the asked jog speed that is driven, 0 to 1")]
+    jog_reason: Annotated[int, Int("why it is less than 1", values=JogReason)]
+    jog_joint: Annotated[int, Int("joint at fault, -1 for none")]
+    program_state: Annotated[int, Int("what the program is doing", values=ProgramState)]
+    program_line: Annotated[int, Int("its current line, 0 for none")]
     link: Annotated[int, Int("controller connection: 0 down, 1 up, 2 stale", values=LinkState)]
     drives_powered: Annotated[int, Int("the controller's own, -1 unknown", values=TriState)]
     e_stopped: Annotated[int, Int("the controller's own, -1 unknown", values=TriState)]
@@ -378,7 +692,11 @@ class AuthorityChanged(Topic):
 
     holder: Annotated[int, Int("session that holds it now, 0 for nobody")]
     reason: Annotated[
-        int, Int("1 granted, 2 released, 3 expired, 4 connection lost", values=AuthorityReason)
+        int,
+        Int(
+            "1 granted, 2 released, 3 expired, 4 connection lost, 5 taken over, 6 logged out",
+            values=AuthorityReason,
+        ),
     ]
     client: Annotated[str, Text("name of the new holder's pendant")]
 
@@ -387,10 +705,50 @@ class AuthorityChanged(Topic):
 class StopChanged(Topic):
     """STOP_CHANGED: to every connection of the cell."""
 
-    stop: Annotated[int, Int("latched stop: 0 none, 1 software stop", values=StopKind)]
+    stop: Annotated[int, Int("latched stop: 0 none, 1 software, 2 protective", values=StopKind)]
     session: Annotated[int, Int("who did it, 0 for the server itself")]
     client: Annotated[str, Text("name of that pendant")]
     reason: Annotated[str, Text("as given", size=64)]
+
+
+@message(_news(65023, "authority_wanted", "Somebody asked for the authority that you hold."))
+class AuthorityWanted(Topic):
+    """AUTHORITY_WANTED: to its holder alone."""
+
+    session: Annotated[int, Int("who asked")]
+    client: Annotated[str, Text("name of that pendant")]
+
+
+@message(_news(65024, "mode_changed", "The mode of operation changed."))
+class ModeChanged(Topic):
+    """MODE_CHANGED: to every connection of the cell."""
+
+    mode: Annotated[int, Int("the mode now", values=OperatingMode)]
+    session: Annotated[int, Int("who did it, 0 for the controller")]
+    client: Annotated[str, Text("name of that pendant")]
+
+
+@message(_news(65025, "jog_ended", "A press ended and the robot came to rest."))
+class JogEnded(Topic):
+    """JOG_ENDED: to the connection that pressed, just before the outcome."""
+
+    press: Annotated[int, Int("number of the press")]
+    reason: Annotated[int, Int("why it ended", values=JogEnd)]
+    stop_time: Annotated[float, Real("from the end of the press to rest, as sent", "s")]
+    joint_distance: Annotated[float, Real("farthest that a joint went in that time", "rad, m")]
+    tool_distance: Annotated[float, Real("way of the tool in that time", "m")]
+    positions: Annotated[tuple[float, ...], Reals("where the joints stand", _JOINT_UNIT)]
+
+
+@message(_news(65026, "program_report", "A program came to another line, paused or ended."))
+class ProgramReport(Topic):
+    """PROGRAM_REPORT: to every connection of the cell."""
+
+    state: Annotated[int, Int("what it is doing", values=ProgramState)]
+    line: Annotated[int, Int("its current line, 0 for none")]
+    loop: Annotated[int, Int("which run of it this is, from 1")]
+    program: Annotated[str, Text("name of the program", size=64)]
+    text: Annotated[str, Text("one sentence, empty for none", size=160)]
 
 
 @message(
@@ -409,6 +767,79 @@ class OperatorEvent(Message):
     action: Annotated[int, Int("1 emergency stop, 2 reset", values=OperatorAction)]
 
 
+@message(
+    Place(
+        65110,
+        "read_signals",
+        Direction.TO_CONTROLLER,
+        "read_signals",
+        _SOURCE,
+        "Asks for sixteen digital inputs and outputs; on the motion or the state connection.",
+    )
+)
+class ReadSignals(Message):
+    """READ_SIGNALS request."""
+
+    first: Annotated[int, Int("number of the first signal: 0, 16, 32, …")]
+
+
+@message(
+    Place(
+        65110,
+        "read_signals",
+        Direction.FROM_CONTROLLER,
+        "none",
+        _SOURCE,
+        "Sixteen digital inputs and outputs, and how many of each there are.",
+        is_reply=True,
+    )
+)
+class ReadSignalsReply(Reply):
+    """READ_SIGNALS reply; bit 0 is the signal `first`."""
+
+    first: Annotated[int, Int("number of the first signal, as asked")]
+    inputs: Annotated[int, Int("bits: the inputs", mask=0xFFFF)]
+    outputs: Annotated[int, Int("bits: the outputs", mask=0xFFFF)]
+    input_count: Annotated[int, Int("inputs in all")]
+    output_count: Annotated[int, Int("outputs in all")]
+
+
+@message(
+    Place(
+        65111,
+        "write_outputs",
+        Direction.TO_CONTROLLER,
+        "write_outputs, header only",
+        _SOURCE,
+        "Sets some of sixteen digital outputs; refused where there is no such output.",
+    )
+)
+class WriteOutputs(Message):
+    """WRITE_OUTPUTS: all of the masked outputs, or none."""
+
+    first: Annotated[int, Int("number of the first signal: 0, 16, 32, …")]
+    mask: Annotated[int, Int("bits: the outputs that are set", mask=0xFFFF)]
+    values: Annotated[int, Int("bits: their values", mask=0xFFFF)]
+
+
+@message(
+    Place(
+        65112,
+        "set_inputs",
+        Direction.TO_CONTROLLER,
+        "set_inputs, header only",
+        _SOURCE,
+        "TRAINING: sets inputs of an emulated controller, as its cabling would.",
+    )
+)
+class SetInputs(Message):
+    """SET_INPUTS: all of the masked inputs, or none."""
+
+    first: Annotated[int, Int("number of the first signal: 0, 16, 32, …")]
+    mask: Annotated[int, Int("bits: the inputs that are set", mask=0xFFFF)]
+    values: Annotated[int, Int("bits: their values", mask=0xFFFF)]
+
+
 PENDANT_MESSAGES: tuple[type[Message], ...] = (
     Hello,
     HelloReply,
@@ -418,14 +849,37 @@ PENDANT_MESSAGES: tuple[type[Message], ...] = (
     Subscribe,
     Authority,
     AuthorityBeat,
+    Login,
+    SetAccount,
+    Pairing,
+    PairingReply,
     JointMove,
     PoseMove,
     JointPath,
     PosePath,
     SoftwareStop,
     ResetStop,
+    Enabling,
+    SetMode,
+    SetSpeed,
+    MotionControl,
+    JogStart,
+    JogBeat,
+    JogRelease,
+    JogStep,
+    JogUndo,
+    ProgramRun,
+    Home,
     State,
     AuthorityChanged,
     StopChanged,
+    AuthorityWanted,
+    ModeChanged,
+    JogEnded,
+    ProgramReport,
     OperatorEvent,
+    ReadSignals,
+    ReadSignalsReply,
+    WriteOutputs,
+    SetInputs,
 )

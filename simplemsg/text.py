@@ -10,8 +10,21 @@ import math
 from typing import Any
 
 from .codec import Codec
-from .declaration import Array, CountPlace, Field, Int, Message, Real, Reals, Record, Tail, Text
+from .declaration import (
+    MASK,
+    Array,
+    CountPlace,
+    Field,
+    Int,
+    Message,
+    Real,
+    Reals,
+    Record,
+    Tail,
+    Text,
+)
 from .errors import LocalProtocolError, shown
+from .masking import masked_body
 from .opaque import HeaderOnly, Opaque, message_type
 
 _NON_FINITE = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
@@ -26,7 +39,7 @@ def packet_to_json(message: Message, codec: Codec) -> dict[str, Any]:
 
     Returns:
         `msg_type`, `comm_type`, `reply_code`, `name` and `fields`; the body of an opaque packet
-        is the field `body`, in hexadecimal.
+        is the field `body`, in hexadecimal. A secret is shown as asterisks.
     """
     number = message_type(message)
     return {
@@ -42,7 +55,7 @@ def _fields_to_json(record: Record) -> dict[str, Any]:
     if isinstance(record, HeaderOnly):
         return {}
     if isinstance(record, Opaque):
-        return {"body": record.body.hex()} if record.body else {}
+        return {"body": masked_body(record.msg_type, record.body).hex()} if record.body else {}
     fields: dict[str, Any] = {}
     for name, field in record.FIELDS.items():
         value = getattr(record, name)
@@ -66,6 +79,8 @@ def _value_to_json(field: Field, value: Any) -> Any:
             return [_fields_to_json(record) for record in value]
         case Tail():
             return bytes(value).hex()
+        case Text(secret=True):
+            return MASK if value else ""
     return value
 
 

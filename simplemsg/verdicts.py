@@ -2,7 +2,8 @@
 
 A verdict's number travels in `Verdict` and `Outcome`; its cause and remedy are printed by the
 pendants and in the documentation. Numbers are never reused: 1-19 access, 20-39 state of the cell,
-40-59 the request itself, 60-79 the way to the controller, 80-99 frames, scene and paths.
+40-59 the request itself, 60-79 the way to the controller, 80-99 frames, scene and paths,
+100-109 the store, 110-129 programs, 130-144 accounts and roles.
 """
 
 from __future__ import annotations
@@ -32,6 +33,17 @@ class VerdictCode(IntEnum):
     NOT_STANDING = 26
     STOPPED = 27
     SHUTTING_DOWN = 28
+    MODE_FORBIDS = 29
+    NOT_ENABLED = 30
+    ENABLING_LOST = 31
+    MODE_CHANGED = 32
+    MODE_NOT_OURS = 33
+    PRESS_DEAD = 34
+    PRESS_STALE = 35
+    PROTECTIVE_STOP = 36
+    PAUSED = 37
+    NOTHING_TO_CONTROL = 38
+    PROGRAM_STOPPED = 39
     MALFORMED = 41
     BAD_ARGUMENT = 42
     NOT_FINITE = 43
@@ -70,6 +82,62 @@ class VerdictCode(IntEnum):
     NO_PATH_FOUND = 92
     BAD_CIRCLE = 93
     ZONE_TOO_LARGE = 94
+    REVISION_CONFLICT = 100
+    NOT_FOUND = 101
+    DISK_FULL = 102
+    STORE_READ_ONLY = 103
+    STORE_FAILED = 104
+    STORE_BUSY = 105
+    BAD_NAME = 106
+    TOO_LARGE = 107
+    BAD_DOCUMENT = 108
+    OUT_OF_SEQUENCE = 109
+    PROGRAM_SYNTAX = 110
+    PROGRAM_TOO_LARGE = 111
+    PROGRAM_INVALID = 112
+    PROGRAM_WRONG_ROBOT = 113
+    PROGRAM_UNKNOWN = 114
+    POINT_UNKNOWN = 115
+    POINT_IN_USE = 116
+    POINT_EXISTS = 117
+    POINT_INCONSISTENT = 118
+    CALL_TOO_DEEP = 119
+    INPUT_TIMEOUT = 120
+    PROGRAM_NOT_RUNNING = 121
+    PROGRAM_RUNNING = 122
+    PROGRAM_STUCK = 123
+    NOTHING_TO_UNDO = 124
+    STEP_BACK_REFUSED = 125
+    FLAG_NOT_READ = 126
+    LOGIN_NEEDED = 130
+    LOGIN_FAILED = 131
+    LOCKED_OUT = 132
+    LOGIN_BUSY = 133
+    ROLE_TOO_LOW = 134
+    PAIRING_WRONG = 135
+    NAME_TAKEN = 136
+    BAD_PASSWORD = 137
+    BAD_ACCOUNT_NAME = 138
+    ACCOUNT_EXISTS = 139
+    UNKNOWN_ACCOUNT = 140
+    LAST_ADMIN = 141
+
+    JOG_SILENT = 145
+    NO_JOG_TO_UNDO = 146
+    HOME_REFUSED = 147
+    OUTSIDE_LIMITS = 148
+    SERVER_LATE = 149
+    CELL_FAULTED = 150
+    NO_SIGNAL = 160
+    NO_STORE = 161
+    RECORDING_RUNNING = 170
+    NOT_RECORDING = 171
+    RECORDING_WRONG_ROBOT = 172
+    RECORDING_GAP = 173
+    RECORDING_FELL_BEHIND = 174
+    CHANGE_WHILE_MOVING = 175
+    SIGNALS_UNAVAILABLE = 177
+    ROBOT_FIXED = 178
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,6 +214,48 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "A software stop ended the motion.", "Reset the stop; ask for the motion again."
     ),
     VerdictCode.SHUTTING_DOWN: _entry("The server is going down.", "Start it again."),
+    VerdictCode.MODE_FORBIDS: _entry(
+        "The mode of operation does not allow this kind of motion.",
+        "Set another mode: jog in manual, run in automatic, recovery only leads back inside.",
+    ),
+    VerdictCode.NOT_ENABLED: _entry(
+        "The enabling device (training) is not held in its middle position.",
+        "Let it go, then hold it half pressed and try again.",
+    ),
+    VerdictCode.ENABLING_LOST: _entry(
+        "The enabling device (training) was let go or pressed through; the robot was stopped.",
+        "Let it go, hold it half pressed and ask for the motion again.",
+    ),
+    VerdictCode.MODE_CHANGED: _entry(
+        "The mode of operation was changed; a change stops the robot.",
+        "Hold the enabling device anew and ask again.",
+    ),
+    VerdictCode.MODE_NOT_OURS: _entry(
+        "The mode belongs to the controller's own selector and is only shown here.",
+        "Turn the selector at the controller.",
+    ),
+    VerdictCode.PRESS_DEAD: _entry(
+        "The number of a press was used before; a press that ended never moves again.",
+        "Count presses up on each connection.",
+    ),
+    VerdictCode.PRESS_STALE: _entry(
+        "The press does not quote a state message of the last half second.",
+        "Subscribe to the state and quote the sequence of the newest message.",
+    ),
+    VerdictCode.PROTECTIVE_STOP: _entry(
+        "The server stopped the robot by itself, for the reason that is shown.",
+        "Remove the reason, then reset the stop.",
+    ),
+    VerdictCode.PAUSED: _entry(
+        "A motion is paused on its path.", "Resume it or end it with a program stop."
+    ),
+    VerdictCode.NOTHING_TO_CONTROL: _entry(
+        "No motion or program that could be paused, resumed or ended is there.",
+        "Look at the state.",
+    ),
+    VerdictCode.PROGRAM_STOPPED: _entry(
+        "A program stop ended the motion.", "Start the motion or the program again."
+    ),
     VerdictCode.MALFORMED: _entry(
         "The body does not have the layout of its message type.", "See the protocol reference."
     ),
@@ -277,6 +387,203 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     ),
     VerdictCode.ZONE_TOO_LARGE: _entry(
         "The zone at a corner does not fit its legs.", "Use the largest zone that the text names."
+    ),
+    VerdictCode.REVISION_CONFLICT: _entry(
+        "Somebody else changed the document since it was read; nothing was saved or lost.",
+        "Load the kept revision, make the change there, and save again.",
+    ),
+    VerdictCode.NOT_FOUND: _entry(
+        "The store has no such document, or no longer that revision of it.",
+        "List the documents and their history; choose one of them.",
+    ),
+    VerdictCode.DISK_FULL: _entry(
+        "The disk has no room for the document; what was saved before is untouched.",
+        "Make room on the disk, then save again.",
+    ),
+    VerdictCode.STORE_READ_ONLY: _entry(
+        "The store's file or folder may not be written.",
+        "Correct the permissions or the mount, then start the server again.",
+    ),
+    VerdictCode.STORE_FAILED: _entry(
+        "The store's file cannot be read or written.",
+        "Read the system's words in the text; run the check of the store.",
+    ),
+    VerdictCode.STORE_BUSY: _entry(
+        "The disk does not keep up, or another program holds the store.", "Save again later."
+    ),
+    VerdictCode.BAD_NAME: _entry(
+        "A document cannot have this name.",
+        "Use up to 64 printable characters without / and \\.",
+    ),
+    VerdictCode.TOO_LARGE: _entry(
+        "The document, chunk or file is larger than what is taken.", "Split it, or thin it."
+    ),
+    VerdictCode.BAD_DOCUMENT: _entry(
+        "The text is no document, or the file is no export of a store.",
+        "Read the text: it names the line, the place and what would be accepted.",
+    ),
+    VerdictCode.OUT_OF_SEQUENCE: _entry(
+        "A chunk of a recording is not the next one.",
+        "Go on with the chunk that the text names.",
+    ),
+    VerdictCode.PROGRAM_SYNTAX: _entry(
+        "The text of a program does not follow the grammar.",
+        "Read the text: it names line and column, and what would be accepted there.",
+    ),
+    VerdictCode.PROGRAM_TOO_LARGE: _entry(
+        "A program, or a part of it, is larger than the server takes.",
+        "Split it into programs that call each other.",
+    ),
+    VerdictCode.PROGRAM_INVALID: _entry(
+        "A statement, a point or the order of a program's blocks cannot be as given.",
+        "Read the text: it names the place and what would be accepted.",
+    ),
+    VerdictCode.PROGRAM_WRONG_ROBOT: _entry(
+        "The program was taught on another robot.",
+        "Load it in the cell of that robot, or teach its points anew.",
+    ),
+    VerdictCode.PROGRAM_UNKNOWN: _entry(
+        "There is no program of this name.", "Use a name that the text lists."
+    ),
+    VerdictCode.POINT_UNKNOWN: _entry(
+        "The program has no point of this name.", "Record the point first, or correct the name."
+    ),
+    VerdictCode.POINT_IN_USE: _entry(
+        "The point is used by statements, so it cannot be deleted.",
+        "Delete or change the statements that the text names first.",
+    ),
+    VerdictCode.POINT_EXISTS: _entry(
+        "The program has a point of this name already.",
+        "Choose another name, or touch the point up.",
+    ),
+    VerdictCode.POINT_INCONSISTENT: _entry(
+        "The joints of a point do not put the tool at its pose.",
+        "Touch the point up, or correct its frame or tool.",
+    ),
+    VerdictCode.CALL_TOO_DEEP: _entry(
+        "Programs call each other too deep, or in a circle.",
+        "Use a loop instead of a program that calls itself.",
+    ),
+    VerdictCode.INPUT_TIMEOUT: _entry(
+        "The input did not take the value in time.",
+        "Check what drives the input, or allow more time.",
+    ),
+    VerdictCode.PROGRAM_NOT_RUNNING: _entry(
+        "No program is in a state for this.",
+        "Start the program, or pause it first, as the text says.",
+    ),
+    VerdictCode.PROGRAM_RUNNING: _entry("A program is running.", "Pause or stop it first."),
+    VerdictCode.PROGRAM_STUCK: _entry(
+        "The program goes round without moving or waiting.",
+        "Put a motion, a wait or an input into the loop.",
+    ),
+    VerdictCode.NOTHING_TO_UNDO: _entry("There is no edit to undo or to redo.", "Nothing to do."),
+    VerdictCode.STEP_BACK_REFUSED: _entry(
+        "The program cannot step back from here.", "Start from the wanted statement instead."
+    ),
+    VerdictCode.FLAG_NOT_READ: _entry(
+        "A condition asks for a flag that no input was read into.",
+        "Read an input into the flag before the condition.",
+    ),
+    VerdictCode.JOG_SILENT: _entry(
+        "No beat of the press came within its deadline; the robot ramped to rest.",
+        "Press again; send a beat every 50 ms, or declare a longer deadline (250 ms at most).",
+    ),
+    VerdictCode.NO_JOG_TO_UNDO: _entry(
+        "There is no jog whose way could be taken back.", "An undo works once after each jog."
+    ),
+    VerdictCode.HOME_REFUSED: _entry(
+        "The robot may not go to that position.", "Read the text; the robot file names its home."
+    ),
+    VerdictCode.OUTSIDE_LIMITS: _entry(
+        "A joint stands outside its limits, so only motion back inside is allowed.",
+        "Set the recovery mode and jog the joint back inside.",
+    ),
+    VerdictCode.SERVER_LATE: _entry(
+        "The server did not tick in time and its watchdog stopped the robot.",
+        "Take load off the machine, then reset the stop.",
+    ),
+    VerdictCode.CELL_FAULTED: _entry(
+        "A fault of the server itself stopped this cell; the others go on.",
+        "Start the server again and report what its log says.",
+    ),
+    VerdictCode.LOGIN_NEEDED: _entry(
+        "This needs a role, and the connection has not logged in.",
+        "Log in, or pair with the code that the teacher shows.",
+    ),
+    VerdictCode.LOGIN_FAILED: _entry(
+        "Name or password is wrong, or the account is disabled.",
+        "Type both again; an admin can set another password.",
+    ),
+    VerdictCode.LOCKED_OUT: _entry(
+        "Too many attempts from this address failed.",
+        "Wait as long as the text says; stopping works meanwhile.",
+    ),
+    VerdictCode.LOGIN_BUSY: _entry(
+        "Passwords of others are being checked, or this connection's last one.",
+        "Try again in a few seconds.",
+    ),
+    VerdictCode.ROLE_TOO_LOW: _entry(
+        "The role that was granted does not include this.",
+        "Log in with an account of the role that the text names.",
+    ),
+    VerdictCode.PAIRING_WRONG: _entry(
+        "This is no pairing code of this cell, or no longer.",
+        "Type the code that the teacher shows now.",
+    ),
+    VerdictCode.NAME_TAKEN: _entry("Somebody else is called so already.", "Choose another name."),
+    VerdictCode.BAD_PASSWORD: _entry(
+        "The new password is too easy to guess, too short or too long.",
+        "Use 8 to 128 characters; several words are easy to remember.",
+    ),
+    VerdictCode.BAD_ACCOUNT_NAME: _entry(
+        "Nobody can be called so.",
+        "Use up to 32 bytes of letters and digits, with . _ - or single spaces between.",
+    ),
+    VerdictCode.ACCOUNT_EXISTS: _entry(
+        "There is an account of this name; capitals do not tell names apart.",
+        "Choose another name, or change the account that exists.",
+    ),
+    VerdictCode.UNKNOWN_ACCOUNT: _entry(
+        "There is no account of this name.", "Use a name that the list of users shows."
+    ),
+    VerdictCode.LAST_ADMIN: _entry(
+        "Nobody could manage the accounts that remain.",
+        "Make somebody else admin first, or remove the other accounts.",
+    ),
+    VerdictCode.RECORDING_RUNNING: _entry(
+        "A recording is under way already.", "Stop it first; the text names it."
+    ),
+    VerdictCode.NOT_RECORDING: _entry("No recording is under way.", "Start one first."),
+    VerdictCode.RECORDING_WRONG_ROBOT: _entry(
+        "The recording was made with another robot.", "Play it on the robot that the text names."
+    ),
+    VerdictCode.RECORDING_GAP: _entry(
+        "The recording has a gap in which nobody knows where the robot was.",
+        "Play the part before or after it, or record again; the text says where the gap is.",
+    ),
+    VerdictCode.RECORDING_FELL_BEHIND: _entry(
+        "The disk did not take the samples fast enough, so the recording was ended.",
+        "What was kept can be played; find out what slows the disk.",
+    ),
+    VerdictCode.CHANGE_WHILE_MOVING: _entry(
+        "Frames, tools and what may touch what are not changed while a motion is under way.",
+        "Wait until the robot stands, or stop it.",
+    ),
+    VerdictCode.SIGNALS_UNAVAILABLE: _entry(
+        "The controller does not offer its inputs and outputs to us, or did not answer.",
+        "Ask again once it is connected; a controller of another maker may offer none.",
+    ),
+    VerdictCode.ROBOT_FIXED: _entry(
+        "A cell has one robot, the one of its controller.",
+        "Start a cell for the other robot: openpendant serve with an emulator, and connect there.",
+    ),
+    VerdictCode.NO_SIGNAL: _entry(
+        "The program names an input or an output that the cell does not have.",
+        "Use a signal of the cell, or take the statement out.",
+    ),
+    VerdictCode.NO_STORE: _entry(
+        "This server keeps no documents.", "Name a file with --store, or in the cell file."
     ),
 }
 """Cause and remedy of every code; a test demands that none is missing."""

@@ -15,6 +15,7 @@ from openpendant.controller_emulator.service import Service, loop_time
 from openpendant.controller_emulator.settings import EmulatorSettings
 from openpendant.motion.robot import serial_robot
 from openpendant.server.app import App
+from openpendant.server.cell_shell import ServedCell
 from openpendant.server.settings import make_settings
 from openpendant.tools.packets.faults import FaultProxy
 from openpendant.tools.packets.faulty.fault_script import load_script
@@ -69,7 +70,8 @@ async def cell_behind_faults(script: Path, **link: object) -> AsyncIterator[Faul
         motion, state = await proxy.start()
         controller = {"host": HOST, "motion_port": motion, "state_port": state, **link}
         values = {"robot": ROBOT, "controller": controller, "listen": _ANY_PORTS}
-        app = App(make_settings(values, "test"), serial_robot(ROBOT), planner=PlannerInLine())
+        served = ServedCell(make_settings(values, "test"), serial_robot(ROBOT), PlannerInLine())
+        app = App([served])
         async with app.running() as listening:
             yield FaultedCell(service, proxy, listening.pendant)
     finally:

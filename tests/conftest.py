@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import os
 from collections.abc import Callable, Iterator, Mapping
 
 import pytest
 from hypothesis import HealthCheck, settings
 from virtual_clock import VirtualLoop
+
+from openpendant.server.store.location import STORE_VARIABLE
 
 # The same examples in every run, and no deadline: a busy machine is not a failing test.
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=100)
@@ -28,6 +31,12 @@ def pytest_asyncio_loop_factories(
     if item.get_closest_marker("virtual_clock"):
         return {"virtual": VirtualLoop}
     return {"real": asyncio.new_event_loop}
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _store_of_the_tests(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Keep servers that tests start away from the programs of whoever runs the tests."""
+    os.environ[STORE_VARIABLE] = str(tmp_path_factory.mktemp("store") / "store.db")
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from openpendant.controller_emulator.faults import ViolationKind
 from openpendant.controller_emulator.profiles import GENERIC
 from openpendant.controller_emulator.segment import State
 from openpendant.controller_emulator.servo import StartRule
+from openpendant.controller_emulator.signals import Signals
 from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg import (
     CommType,
@@ -87,6 +88,7 @@ class ControllerRig:
     limits: JointLimits = LIMITS
     is_strict: bool = True
     operator_events: bool = True
+    signals: Signals | None = None
     start_rule: StartRule = field(default_factory=lambda: StartRule(1, 0, 0, 0))
     now: int = 0
     sent: list[tuple[int, Message]] = field(default_factory=list)
@@ -100,6 +102,7 @@ class ControllerRig:
             start_rule=self.start_rule,
             is_strict=self.is_strict,
             operator_events=self.operator_events,
+            signals=self.signals,
             now=self.now,
         )
 

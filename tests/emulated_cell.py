@@ -6,9 +6,11 @@ would see, 4-byte reals included, are the same in every run.
 
 from __future__ import annotations
 
+import dataclasses
 from collections import deque
+from functools import cache
 
-from server_rig import IDENTITY, MS, NoTool, Shell
+from server_rig import IDENTITY, MS, Shell
 
 from openpendant.controller_emulator.assembly import build_controller
 from openpendant.controller_emulator.settings import EmulatorSettings
@@ -18,14 +20,17 @@ from openpendant.server.core import ServerCore
 from openpendant.server.outgoing import (
     Close,
     DropLink,
+    Errand,
     Forward,
     ForwardStop,
     Outgoing,
     Plan,
+    Query,
     Send,
     Spread,
 )
 from openpendant.server.planning import answer
+from openpendant.server.robot_mathematics import RobotMathematics
 from openpendant.server.settings import make_settings
 from openpendant.simplemsg import (
     PENDANT,
@@ -44,15 +49,29 @@ _LINKS = {ControllerPath.MOTION: 1, ControllerPath.STOP: 2}
 class EmulatedCell(Shell):
     """One cell with an emulated robot; 10 ms ticks, the controller runs at 5 ms."""
 
-    def __init__(self, robot: str = "ur5", *, start: str = "home", **settings: object) -> None:
+    def __init__(
+        self,
+        robot: str = "ur5",
+        *,
+        start: str = "home",
+        has_surroundings: bool = False,
+        **settings: object,
+    ) -> None:
+        """Join both ends; with surroundings the robot has a scene, signals and recordings."""
         super().__init__()
         self.robot = robot
         self.now = 1_000_000_000
         self.limits = serial_robot(robot).limits
         emulator = EmulatorSettings.model_validate({"robot": robot, "start": start})
         self.controller = build_controller(emulator, self.now)
+        # Frames and scene are put into the mathematics, so that no two cells may share them.
+        own = RobotMathematics(serial_robot(robot)) if has_surroundings else None
         self.core = ServerCore(
-            make_settings({"robot": robot, **settings}, "test"), self.limits, IDENTITY, NoTool()
+            make_settings({"robot": robot, **settings}, "test"),
+            self.limits,
+            dataclasses.replace(IDENTITY, robot=serial_robot(robot).name),
+            _mathematics(robot) if own is None else own,
+            own,
         )
         self.sent: list[Message] = []
         self._links: dict[int, ControllerPath] = {}
@@ -78,6 +97,8 @@ class EmulatedCell(Shell):
 
     def perform(self, outgoing: list[Outgoing]) -> list[Outgoing]:
         commands: deque[tuple[ControllerPath, Message]] = deque()
+        questions: list[Errand | Plan] = []
+        replies: list[Message] = []
         for item in outgoing:
             match item:
                 case Send(session=session, message=message):
@@ -93,10 +114,22 @@ class EmulatedCell(Shell):
                     commands += [(path, message) for path in _LINKS]
                 case DropLink():
                     self.disconnect(ControllerPath.MOTION)
-                case Plan(job=job):
-                    self.perform(self.core.planned(answer(self.robot, job), self.now))
+                case Query(message=message):
+                    reply = self.controller.answer(_through_wire(message), self.now)
+                    assert reply is not None
+                    replies.append(_through_wire(reply))
+                case Errand() | Plan():
+                    questions.append(item)
         for path, message in commands:
             self._to_controller(path, message)
+        for reply in replies:
+            self.perform(self.core.on_controller(ControllerPath.STATE, reply, 0, self.now))
+        for question in questions:
+            match question:
+                case Errand():
+                    self._run(question)
+                case Plan(job=job):
+                    self.perform(self.core.planned(answer(self.robot, job), self.now))
         return outgoing
 
     def _to_controller(self, path: ControllerPath, message: Message) -> None:
@@ -135,6 +168,11 @@ class EmulatedCell(Shell):
     @property
     def position(self) -> tuple[float, ...]:
         return self.controller.motion(self.now)[0]
+
+
+@cache
+def _mathematics(robot: str) -> RobotMathematics:
+    return RobotMathematics(serial_robot(robot))
 
 
 def _is_stop(message: Message) -> bool:

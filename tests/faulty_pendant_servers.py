@@ -15,10 +15,12 @@ import pytest
 
 from openpendant.server import client_connection
 from openpendant.server.authority import Authority, Change, Holder
+from openpendant.server.driving import Driving
 from openpendant.server.management import answer_management
 from openpendant.server.news import AuthorityMoved, Ended, News
 from openpendant.server.outgoing import Outgoing, Send
 from openpendant.server.pendant_face import PendantFace
+from openpendant.server.pendant_motions import PendantMotions
 from openpendant.server.robot_cell import RobotCell
 from openpendant.server.state_report import state_message
 from openpendant.simplemsg import CommType, Message, Received
@@ -157,12 +159,14 @@ def _told_to_holder_only(patch: pytest.MonkeyPatch) -> None:
 
 
 def _ten_times_as_fast(patch: pytest.MonkeyPatch) -> None:
-    move = RobotCell.move_joints
+    move = PendantMotions._move_joints
 
-    def changed(self: RobotCell, request: Any, goal: Any, speed: float, now: int) -> Any:
-        return move(self, request, goal, min(1.0, 10 * speed), now)
+    def changed(
+        self: PendantMotions, session: int, request_id: int, goal: Any, speed: float, now: int
+    ) -> Any:
+        return move(self, session, request_id, goal, min(1.0, 10 * speed), now)
 
-    patch.setattr(RobotCell, "move_joints", changed)
+    patch.setattr(PendantMotions, "_move_joints", changed)
 
 
 def _fast_and_says_slow(patch: pytest.MonkeyPatch) -> None:
@@ -252,7 +256,7 @@ def _clipped(patch: pytest.MonkeyPatch) -> None:
 
 
 def _no_stop_sent(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(RobotCell, "_halt", lambda self, now: [])
+    patch.setattr(Driving, "_halt", lambda self, now: [])
 
 
 def _wrong_reason(change: AuthorityChanged) -> None:

@@ -18,9 +18,11 @@ from openpendant.motion.robot import serial_robot
 from openpendant.server import app as server_app
 from openpendant.server import cli as server_cli
 from openpendant.server.app import App
+from openpendant.server.cell_shell import ServedCell
 from openpendant.server.jobs import Job
 from openpendant.server.planning import answer
 from openpendant.server.planning_process import Deliver
+from openpendant.server.server_settings import ServerSettings
 from openpendant.server.settings import make_settings
 from openpendant.simplemsg import Ping, codec_for
 from openpendant.simplemsg.journal import Journal
@@ -78,15 +80,18 @@ async def journalled_cell(emulator_file: Path, server_file: Path) -> AsyncIterat
         values = {"robot": ROBOT, "controller": link, "listen": listen}
         settings = make_settings(values, "test")
         second = Journal(server_app.loop_time)
-        app = App(settings, serial_robot(ROBOT), planner=PlannerInLine(), journal=second)
-        with server_cli.kept_journal(second, server_file, settings):
+        app = App([ServedCell(settings, serial_robot(ROBOT), PlannerInLine())], second)
+        with server_cli.kept_journal(second, server_file, ServerSettings((settings,))):
             async with app.running() as listening:
+                ros = listening.ros[settings.name]
+                assert ros.motion is not None
+                assert ros.state is not None
                 yield JournalledCell(
                     service,
                     app,
                     listening.pendant,
-                    (ports.motion, listening.ros_motion),
-                    (ports.state, listening.ros_state),
+                    (ports.motion, ros.motion),
+                    (ports.state, ros.state),
                 )
         await service.close()
         await asyncio.sleep(0.01)

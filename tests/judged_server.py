@@ -11,6 +11,7 @@ from openpendant.controller_emulator.service import Service
 from openpendant.controller_emulator.settings import EmulatorSettings
 from openpendant.motion.robot import serial_robot
 from openpendant.server.app import App
+from openpendant.server.cell_shell import ServedCell
 from openpendant.server.jobs import Job
 from openpendant.server.planning import answer
 from openpendant.server.planning_process import Deliver
@@ -68,13 +69,16 @@ async def running_server() -> AsyncIterator[Options]:
             },
             "test",
         )
-        app = App(settings, serial_robot(ROBOT), planner=LoopPlanner())
+        app = App([ServedCell(settings, serial_robot(ROBOT), LoopPlanner())])
         async with app.running() as ports:
             await asyncio.sleep(0.5)
+            ros = ports.ros[settings.name]
+            assert ros.motion is not None
+            assert ros.state is not None
             yield Options(
                 HOST,
-                ports.ros_motion,
-                ports.ros_state,
+                ros.motion,
+                ros.state,
                 ports.pendant,
                 profile=Profile.GENERIC,
                 may_move=True,

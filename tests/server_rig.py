@@ -9,20 +9,33 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Sequence
+from typing import cast
 
+from memory_store import MemoryStore
 from scripted_controller import Fault, ScriptedController
 from server_clients import Peer, Pendant, RosClient
+from simple_jogger import SimpleJogger
 
 from openpendant.motion.certificate import certify
-from openpendant.motion.errors import MotionError
+from openpendant.motion.errors import BadArgument, FrameUnknown, MotionError
+from openpendant.motion.frames import FrameTree
+from openpendant.motion.jog import JogCaps, Jogger, JogTarget, JointJog, ToolJog
 from openpendant.motion.limits import JointLimits
 from openpendant.motion.ptp import plan_joint_move
 from openpendant.server.controller_path import ControllerPath
 from openpendant.server.core import Port, ServerCore
-from openpendant.server.jobs import Job, JointPathJob, Planned, RosPathJob
+from openpendant.server.jobs import (
+    Job,
+    JointPathJob,
+    JointVector,
+    Planned,
+    PoseGoal,
+    RosPathJob,
+)
 from openpendant.server.outgoing import (
     Close,
     DropLink,
+    Errand,
     Forward,
     ForwardStop,
     Keep,
@@ -33,7 +46,9 @@ from openpendant.server.outgoing import (
 )
 from openpendant.server.pendant_face import Identity
 from openpendant.server.refusal import Refusal, refusal_of
-from openpendant.server.settings import CellSettings, make_settings
+from openpendant.server.settings import CellSettings, Jog, make_settings
+from openpendant.server.store.errors import StoreError
+from openpendant.server.store.requests import Answer, perform
 from openpendant.simplemsg import (
     HeaderOnly,
     JointTrajPt,
@@ -64,13 +79,56 @@ SUCCESS, FAILURE = ReplyCode.SUCCESS, ReplyCode.FAILURE
 
 
 class NoTool:
-    """A tool that stays at the origin."""
+    """The mathematics of a robot whose tool stays at the origin; it is jogged by its joints."""
+
+    def __init__(self, limits: JointLimits = LIMITS) -> None:
+        self._limits = limits
+        self.frames = FrameTree()
+
+    def configuration(self, position: Sequence[float]) -> None:
+        return None
 
     def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
 
-    def tool_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
-        return 0.0
+    def tool_motion(
+        self, position: Sequence[float], velocity: Sequence[float]
+    ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
+        return *self.tool_pose(position), 0.0
+
+    def named_position(self, name: str) -> JointVector:
+        if name not in ("home", "zero"):
+            raise BadArgument("position", name, "home or zero")
+        return (0.0,) * self._limits.dof
+
+    def begin(self, start: Sequence[float], caps: JogCaps) -> Jogger:
+        # The cores use no more of a jogger than the simple one has.
+        return cast("Jogger", SimpleJogger(self._limits, start, caps))
+
+    def caps(self, override: float, settings: Jog, point_speed: float | None) -> JogCaps:
+        top = settings.tool_speed if point_speed is None else point_speed
+        return JogCaps(override, settings.joint_speed, top, settings.rotation_speed, False)
+
+    def joints(self, rates: Sequence[float]) -> JogTarget:
+        return JointJog(tuple(rates))
+
+    def tool(self, values: Sequence[float], frame: str) -> JogTarget:
+        if frame not in ("base", "tool"):
+            raise FrameUnknown(frame, ("base", "tool"))
+        return ToolJog(tuple(values[:3]), tuple(values[3:]))
+
+    def stepped_pose(self, start: Sequence[float], values: Sequence[float], frame: str) -> PoseGoal:
+        if frame not in ("base", "tool"):
+            raise FrameUnknown(frame, ("base", "tool"))
+        return PoseGoal(tuple(values[:3]), (0.0, 0.0, 0.0, 1.0))
+
+    def flange_goal(self, goal: PoseGoal, frame: str) -> PoseGoal:
+        if frame not in self.frames.frames:
+            raise FrameUnknown(frame, tuple(self.frames.frames))
+        return goal
+
+    def way_back(self, way: Sequence[JointVector]) -> tuple[JointVector, ...]:
+        return (way[0],)
 
 
 class Shell(ABC):
@@ -80,7 +138,16 @@ class Shell(ABC):
     now: int
 
     def __init__(self) -> None:
+        self.store = MemoryStore()
         self._peers: dict[int, Peer] = {}
+
+    def _run(self, errand: Errand) -> None:
+        """Have the store do what the core asked for, at once."""
+        try:
+            answer: Answer = perform(self.store, errand.request)
+        except StoreError as error:
+            answer = error
+        self.perform(self.core.errand_done(errand.errand_id, answer, self.now))
 
     @abstractmethod
     def perform(self, outgoing: list[Outgoing]) -> list[Outgoing]:
@@ -200,6 +267,7 @@ class ServerRig(Shell):
 
     def perform(self, outgoing: list[Outgoing]) -> list[Outgoing]:
         commands: deque[Message] = deque()
+        errands: list[Errand] = []
         for item in outgoing:
             self.log.append((self.now, item))
             match item:
@@ -220,10 +288,14 @@ class ServerRig(Shell):
                     self.path(ControllerPath.MOTION, False)
                 case Plan(job=job):
                     self.jobs.append(job)
+                case Errand():
+                    errands.append(item)
                 case Keep():
                     pass
         for command in commands:
             self._command(command)
+        for errand in errands:
+            self._run(errand)
         if self.plans_at_once and self.jobs:
             self.plan()
         return outgoing

@@ -29,7 +29,7 @@ ROOMS: dict[str, tuple[set[str], set[str]]] = {
         {"controller_emulator", "motion", "server", "simplemsg"},
         {"matplotlib", "numpy", "pydantic", "rich", "typer", "yaml"},
     ),
-    "tools/pendants": ({"simplemsg"}, {"rich", "typer"}),
+    "tools/pendants": ({"simplemsg"}, {"rich", "textual", "typer"}),
 }
 
 # What the emulator may know of motion: facts and limits, no mathematics of arms.
@@ -42,6 +42,7 @@ HOMES = {
     "toppra": {"motion/timing.py"},
     "ompl": {"motion/ompl_planner.py"},
     "ruckig": {"motion/jerk_limited.py"},
+    "textual": {"tools/pendants/terminal/app.py"},
     "matplotlib": {"motion/plan_plot.py", "tools/demo_report.py"},
 }
 
@@ -55,14 +56,24 @@ SHELLS = {
     "controller_emulator/console.py",
     "controller_emulator/links.py",
     "controller_emulator/service.py",
+    "server/access/audit_writer.py",
+    "server/access/password_worker.py",
+    "server/access_door.py",
     "server/app.py",
     "server/cli.py",
     "server/client_connection.py",
     "server/controller_connection.py",
+    "server/planning_pool.py",
     "server/planning_process.py",
+    "server/process_access.py",
+    "server/store/writer.py",
+    "server/store_door.py",
+    "server/store_opening.py",
+    "server/watchdog_process.py",
     "simplemsg/journal_writer.py",
 }
 CLOCK_READERS = {
+    "server/watchdog_process.py",
     "motion/ik.py",  # the outer cap on a search
     "motion/plan_cli.py",  # what a plan cost, and the planner's time limit
     "server/planning.py",  # what a plan cost, measured in the worker

@@ -4,7 +4,7 @@
 -- of personal Lua plugins.
 
 local DEFAULT_PORTS = "11000,11002,11010,12000,12002,50240-50242"
-local TYPE_NAMES = { [65100] = "operator_event", [65022] = "stop_changed", [65021] = "authority_changed", [65020] = "state", [65015] = "reset_stop", [65014] = "software_stop", [65013] = "pose_path", [65012] = "joint_path", [65011] = "pose_move", [65010] = "joint_move", [65006] = "authority_beat", [65005] = "authority", [65004] = "subscribe", [65003] = "outcome", [65002] = "verdict", [65001] = "management", [65000] = "hello", [2020] = "motoman_get_dh_parameters", [2018] = "motoman_select_tool", [2017] = "motoman_joint_feedback_ex", [2016] = "motoman_joint_traj_pt_full_ex", [2013] = "motoman_write_mregister", [2012] = "motoman_read_mregister", [2010] = "motoman_write_group_io_reply", [2009] = "motoman_write_group_io", [2008] = "motoman_read_group_io_reply", [2007] = "motoman_read_group_io", [2006] = "motoman_write_single_io_reply", [2005] = "motoman_write_single_io", [2004] = "motoman_read_single_io_reply", [2003] = "motoman_read_single_io", [2002] = "motoman_motion_reply", [2001] = "motoman_motion_ctrl", [15] = "joint_feedback", [14] = "joint_traj_pt_full", [13] = "status", [12] = "joint_traj", [11] = "joint_traj_pt", [10] = "joint_position", [2] = "get_version", [1] = "ping", [20] = "read_input", [21] = "write_output" }
+local TYPE_NAMES = { [65112] = "set_inputs", [65111] = "write_outputs", [65110] = "read_signals", [65100] = "operator_event", [65026] = "program_report", [65025] = "jog_ended", [65024] = "mode_changed", [65023] = "authority_wanted", [65022] = "stop_changed", [65021] = "authority_changed", [65020] = "state", [65041] = "home", [65040] = "program_run", [65034] = "jog_undo", [65033] = "jog_step", [65032] = "jog_release", [65031] = "jog_beat", [65030] = "jog_start", [65019] = "motion_control", [65018] = "set_speed", [65017] = "set_mode", [65016] = "enabling", [65015] = "reset_stop", [65014] = "software_stop", [65013] = "pose_path", [65012] = "joint_path", [65011] = "pose_move", [65010] = "joint_move", [65009] = "pairing", [65008] = "set_account", [65007] = "login", [65006] = "authority_beat", [65005] = "authority", [65004] = "subscribe", [65003] = "outcome", [65002] = "verdict", [65001] = "management", [65000] = "hello", [2020] = "motoman_get_dh_parameters", [2018] = "motoman_select_tool", [2017] = "motoman_joint_feedback_ex", [2016] = "motoman_joint_traj_pt_full_ex", [2013] = "motoman_write_mregister", [2012] = "motoman_read_mregister", [2010] = "motoman_write_group_io_reply", [2009] = "motoman_write_group_io", [2008] = "motoman_read_group_io_reply", [2007] = "motoman_read_group_io", [2006] = "motoman_write_single_io_reply", [2005] = "motoman_write_single_io", [2004] = "motoman_read_single_io_reply", [2003] = "motoman_read_single_io", [2002] = "motoman_motion_reply", [2001] = "motoman_motion_ctrl", [15] = "joint_feedback", [14] = "joint_traj_pt_full", [13] = "status", [12] = "joint_traj", [11] = "joint_traj_pt", [10] = "joint_position", [2] = "get_version", [1] = "ping", [20] = "read_input", [21] = "write_output" }
 local NAMED_OPAQUE = { [20] = "read_input", [21] = "write_output" }
 local VALUES = {
   SpecialSequence = { [-1] = "START_DOWNLOAD", [-2] = "START_STREAMING", [-3] = "END", [-4] = "STOP" },
@@ -15,16 +15,27 @@ local VALUES = {
   MotionResult = { [0] = "SUCCESS", [1] = "BUSY", [2] = "FAILURE", [3] = "INVALID", [4] = "ALARM", [5] = "NOT_READY", [6] = "MP_FAILURE" },
   Subcode = { [3000] = "INVALID_UNSPECIFIED", [3001] = "INVALID_MESSAGE_SIZE", [3002] = "INVALID_HEADER", [3003] = "INVALID_MESSAGE_TYPE", [3004] = "INVALID_GROUP", [3005] = "INVALID_SEQUENCE", [3006] = "INVALID_COMMAND", [3010] = "INVALID_DATA", [3011] = "INVALID_START_POSITION", [3012] = "INVALID_POSITION", [3013] = "INVALID_SPEED", [3014] = "INVALID_ACCELERATION", [3015] = "INVALID_INSUFFICIENT_FIELDS", [3016] = "INVALID_TIME", [3017] = "INVALID_TOOL", [5000] = "NOT_READY_UNSPECIFIED", [5001] = "NOT_READY_ALARM", [5002] = "NOT_READY_ERROR", [5003] = "NOT_READY_EMERGENCY_STOP", [5004] = "NOT_READY_NOT_IN_PLAY", [5005] = "NOT_READY_NOT_REMOTE", [5006] = "NOT_READY_SERVO_OFF", [5007] = "NOT_READY_HOLD", [5008] = "NOT_READY_JOB_NOT_STARTED", [5009] = "NOT_READY_NOT_WAITING", [5010] = "NOT_READY_SKILLSEND", [5011] = "NOT_READY_PFL_ACTIVE", [5012] = "NOT_READY_INCREMENT_REJECTED" },
   IoResult = { [0] = "SUCCESS", [1001] = "READ_ADDRESS_INVALID", [1002] = "WRITE_ADDRESS_INVALID", [1003] = "WRITE_VALUE_INVALID", [1004] = "READ_API_ERROR", [1005] = "WRITE_API_ERROR" },
-  Capability = { { 1, "JOINT_MOVE" }, { 2, "POSE_MOVE" }, { 4, "JOINT_PATH" }, { 8, "POSE_PATH" }, { 16, "SOFTWARE_STOP" } },
-  VerdictCode = { [0] = "ACCEPTED", [1] = "HELLO_FIRST", [2] = "VERSION", [3] = "UNKNOWN_CELL", [4] = "NOT_IN_CONTROL", [5] = "HELD_BY_OTHER", [6] = "ADDRESS_NOT_ALLOWED", [7] = "NOT_AUTOMATIC", [8] = "AUTHORITY_LOST", [20] = "STOP_LATCHED", [21] = "PLANNING", [22] = "MOVING", [23] = "CONTROLLER_DOWN", [24] = "FEEDBACK_STALE", [25] = "CONTROLLER_NOT_READY", [26] = "NOT_STANDING", [27] = "STOPPED", [28] = "SHUTTING_DOWN", [41] = "MALFORMED", [42] = "BAD_ARGUMENT", [43] = "NOT_FINITE", [44] = "WRONG_JOINT_COUNT", [45] = "OUT_OF_RANGE", [46] = "TOO_FAST", [47] = "TOO_SHARP", [48] = "UNREACHABLE", [49] = "BRANCH_CHANGE", [50] = "NOT_TIMEABLE", [51] = "NO_MOTION", [52] = "UNKNOWN_FRAME", [53] = "CERTIFICATE_REFUSED", [54] = "PLANNER_FAILED", [55] = "SEQUENCE", [56] = "TOO_MANY_POINTS", [60] = "CONTROLLER_REFUSED", [61] = "CONTROLLER_SILENT", [62] = "CONTROLLER_LOST", [63] = "CONTROLLER_MISMATCH", [64] = "CONTROLLER_STOPPED", [65] = "NOT_ARRIVED", [66] = "NOT_FOLLOWING", [80] = "FRAME_REFUSED", [81] = "NOT_IN_HISTORY", [82] = "POOR_GEOMETRY", [83] = "BAD_FILE", [84] = "PLATFORM_LIMIT", [85] = "NO_ASSEMBLY", [86] = "NOT_INSTALLED", [87] = "UNKNOWN_OBJECT", [88] = "DUPLICATE_OBJECT", [89] = "START_IN_COLLISION", [90] = "GOAL_IN_COLLISION", [91] = "PATH_IN_COLLISION", [92] = "NO_PATH_FOUND", [93] = "BAD_CIRCLE", [94] = "ZONE_TOO_LARGE" },
+  Capability = { { 1, "JOINT_MOVE" }, { 2, "POSE_MOVE" }, { 4, "JOINT_PATH" }, { 8, "POSE_PATH" }, { 16, "SOFTWARE_STOP" }, { 32, "JOG" }, { 64, "MODES" }, { 128, "PAUSE" }, { 256, "PROGRAMS" }, { 512, "RECORDING" }, { 1024, "LOGIN" } },
+  VerdictCode = { [0] = "ACCEPTED", [1] = "HELLO_FIRST", [2] = "VERSION", [3] = "UNKNOWN_CELL", [4] = "NOT_IN_CONTROL", [5] = "HELD_BY_OTHER", [6] = "ADDRESS_NOT_ALLOWED", [7] = "NOT_AUTOMATIC", [8] = "AUTHORITY_LOST", [20] = "STOP_LATCHED", [21] = "PLANNING", [22] = "MOVING", [23] = "CONTROLLER_DOWN", [24] = "FEEDBACK_STALE", [25] = "CONTROLLER_NOT_READY", [26] = "NOT_STANDING", [27] = "STOPPED", [28] = "SHUTTING_DOWN", [29] = "MODE_FORBIDS", [30] = "NOT_ENABLED", [31] = "ENABLING_LOST", [32] = "MODE_CHANGED", [33] = "MODE_NOT_OURS", [34] = "PRESS_DEAD", [35] = "PRESS_STALE", [36] = "PROTECTIVE_STOP", [37] = "PAUSED", [38] = "NOTHING_TO_CONTROL", [39] = "PROGRAM_STOPPED", [41] = "MALFORMED", [42] = "BAD_ARGUMENT", [43] = "NOT_FINITE", [44] = "WRONG_JOINT_COUNT", [45] = "OUT_OF_RANGE", [46] = "TOO_FAST", [47] = "TOO_SHARP", [48] = "UNREACHABLE", [49] = "BRANCH_CHANGE", [50] = "NOT_TIMEABLE", [51] = "NO_MOTION", [52] = "UNKNOWN_FRAME", [53] = "CERTIFICATE_REFUSED", [54] = "PLANNER_FAILED", [55] = "SEQUENCE", [56] = "TOO_MANY_POINTS", [60] = "CONTROLLER_REFUSED", [61] = "CONTROLLER_SILENT", [62] = "CONTROLLER_LOST", [63] = "CONTROLLER_MISMATCH", [64] = "CONTROLLER_STOPPED", [65] = "NOT_ARRIVED", [66] = "NOT_FOLLOWING", [80] = "FRAME_REFUSED", [81] = "NOT_IN_HISTORY", [82] = "POOR_GEOMETRY", [83] = "BAD_FILE", [84] = "PLATFORM_LIMIT", [85] = "NO_ASSEMBLY", [86] = "NOT_INSTALLED", [87] = "UNKNOWN_OBJECT", [88] = "DUPLICATE_OBJECT", [89] = "START_IN_COLLISION", [90] = "GOAL_IN_COLLISION", [91] = "PATH_IN_COLLISION", [92] = "NO_PATH_FOUND", [93] = "BAD_CIRCLE", [94] = "ZONE_TOO_LARGE", [100] = "REVISION_CONFLICT", [101] = "NOT_FOUND", [102] = "DISK_FULL", [103] = "STORE_READ_ONLY", [104] = "STORE_FAILED", [105] = "STORE_BUSY", [106] = "BAD_NAME", [107] = "TOO_LARGE", [108] = "BAD_DOCUMENT", [109] = "OUT_OF_SEQUENCE", [110] = "PROGRAM_SYNTAX", [111] = "PROGRAM_TOO_LARGE", [112] = "PROGRAM_INVALID", [113] = "PROGRAM_WRONG_ROBOT", [114] = "PROGRAM_UNKNOWN", [115] = "POINT_UNKNOWN", [116] = "POINT_IN_USE", [117] = "POINT_EXISTS", [118] = "POINT_INCONSISTENT", [119] = "CALL_TOO_DEEP", [120] = "INPUT_TIMEOUT", [121] = "PROGRAM_NOT_RUNNING", [122] = "PROGRAM_RUNNING", [123] = "PROGRAM_STUCK", [124] = "NOTHING_TO_UNDO", [125] = "STEP_BACK_REFUSED", [126] = "FLAG_NOT_READ", [130] = "LOGIN_NEEDED", [131] = "LOGIN_FAILED", [132] = "LOCKED_OUT", [133] = "LOGIN_BUSY", [134] = "ROLE_TOO_LOW", [135] = "PAIRING_WRONG", [136] = "NAME_TAKEN", [137] = "BAD_PASSWORD", [138] = "BAD_ACCOUNT_NAME", [139] = "ACCOUNT_EXISTS", [140] = "UNKNOWN_ACCOUNT", [141] = "LAST_ADMIN", [145] = "JOG_SILENT", [146] = "NO_JOG_TO_UNDO", [147] = "HOME_REFUSED", [148] = "OUTSIDE_LIMITS", [149] = "SERVER_LATE", [150] = "CELL_FAULTED", [160] = "NO_SIGNAL", [161] = "NO_STORE", [170] = "RECORDING_RUNNING", [171] = "NOT_RECORDING", [172] = "RECORDING_WRONG_ROBOT", [173] = "RECORDING_GAP", [174] = "RECORDING_FELL_BEHIND", [175] = "CHANGE_WHILE_MOVING", [177] = "SIGNALS_UNAVAILABLE", [178] = "ROBOT_FIXED" },
   OutcomeKind = { [1] = "COMPLETED", [2] = "ABORTED" },
-  AuthorityAction = { [1] = "REQUEST", [2] = "RELEASE" },
+  AuthorityAction = { [1] = "REQUEST", [2] = "RELEASE", [3] = "FORCE" },
+  LoginKind = { [1] = "PASSWORD", [2] = "PAIRING" },
+  AccountRole = { [0] = "AS_IT_IS", [1] = "VIEWER", [2] = "OPERATOR", [3] = "PROGRAMMER", [4] = "ADMIN" },
+  PairingAction = { [1] = "ISSUE", [2] = "WITHDRAW" },
   Motion = { [1] = "PTP", [2] = "LIN" },
-  Activity = { [0] = "IDLE", [1] = "PLANNING", [2] = "MOVING", [3] = "STOPPING" },
-  StopKind = { [0] = "NONE", [1] = "SOFTWARE" },
+  EnablingPosition = { [0] = "RELEASED", [1] = "HELD", [2] = "PANIC" },
+  OperatingMode = { [1] = "MANUAL_REDUCED", [2] = "MANUAL_HIGH", [3] = "AUTOMATIC", [4] = "RECOVERY" },
+  MotionControlAction = { [1] = "PAUSE", [2] = "RESUME", [3] = "PROGRAM_STOP" },
+  JogSpace = { [1] = "JOINTS", [2] = "TOOL" },
+  RunKind = { [1] = "ALL", [2] = "STEP_FORWARD", [3] = "STEP_BACKWARD" },
+  Activity = { [0] = "IDLE", [1] = "PLANNING", [2] = "MOVING", [3] = "STOPPING", [4] = "JOGGING", [5] = "PAUSED" },
+  StopKind = { [0] = "NONE", [1] = "SOFTWARE", [2] = "PROTECTIVE" },
+  JogReason = { [0] = "NONE", [1] = "JOINT_LIMIT", [2] = "SINGULARITY", [3] = "COLLISION", [4] = "TOOL_SPEED", [5] = "JOINT_SPEED", [6] = "WORKSPACE", [7] = "ELBOW_SPEED", [8] = "DIRECTION", [9] = "REACH" },
+  ProgramState = { [0] = "NONE", [1] = "RUNNING", [2] = "PAUSED", [3] = "AT_BREAKPOINT", [4] = "STEPPED" },
   LinkState = { [0] = "DOWN", [1] = "UP", [2] = "STALE" },
   StateField = { { 2, "POSITION" }, { 4, "VELOCITY" }, { 16, "TOOL" } },
-  AuthorityReason = { [1] = "GRANTED", [2] = "RELEASED", [3] = "EXPIRED", [4] = "CONNECTION_LOST" },
+  AuthorityReason = { [1] = "GRANTED", [2] = "RELEASED", [3] = "EXPIRED", [4] = "CONNECTION_LOST", [5] = "TAKEN_OVER", [6] = "LOGGED_OUT" },
+  JogEnd = { [1] = "RELEASED", [2] = "SILENT", [3] = "CONNECTION_LOST", [4] = "REPLACED", [5] = "STOPPED" },
   OperatorAction = { [1] = "EMERGENCY_STOP", [2] = "RESET" },
 }
 local MESSAGES = {
@@ -215,9 +226,30 @@ local MESSAGES = {
   } },
   { type = 65005, name = "authority", filter = "authority", fields = {
     { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
-    { kind = "int", name = "action", meaning = "1 request, 2 release", values = VALUES.AuthorityAction },
+    { kind = "int", name = "action", meaning = "1 request, 2 release, 3 take over by role", values = VALUES.AuthorityAction },
   } },
   { type = 65006, name = "authority_beat", filter = "authority_beat", fields = {} },
+  { type = 65007, name = "login", filter = "login", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "int", name = "kind", meaning = "1 password, 2 pairing code", values = VALUES.LoginKind },
+    { kind = "text", size = 32, name = "name", meaning = "account, or the name of a guest" },
+    { kind = "text", size = 128, name = "secret", meaning = "password or pairing code" },
+  } },
+  { type = 65008, name = "set_account", filter = "set_account", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "int", name = "role", meaning = "of a new account: 1 viewer, 2 operator, 3 programmer, 4 admin; 0 for a new password", values = VALUES.AccountRole },
+    { kind = "text", size = 32, name = "name", meaning = "the account" },
+    { kind = "text", size = 128, name = "secret", meaning = "its new password" },
+  } },
+  { type = 65009, name = "pairing", filter = "pairing", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "int", name = "action", meaning = "1 issue, 2 withdraw", values = VALUES.PairingAction },
+  } },
+  { type = 65009, name = "pairing", filter = "pairing_reply", is_reply = true, fields = {
+    { kind = "int", name = "request_id", meaning = "of the request" },
+    { kind = "int", name = "lifetime", unit = "s", meaning = "the code ends so long after this reply" },
+    { kind = "text", size = 8, name = "code", meaning = "as a teacher shows it" },
+  } },
   { type = 65010, name = "joint_move", filter = "joint_move", fields = {
     { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
     { kind = "real", name = "speed", meaning = "fraction of the joints' largest speed, above 0, up to 1" },
@@ -257,6 +289,65 @@ local MESSAGES = {
   { type = 65015, name = "reset_stop", filter = "reset_stop", fields = {
     { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
   } },
+  { type = 65016, name = "enabling", filter = "enabling", fields = {
+    { kind = "int", name = "position", meaning = "0 released, 1 held, 2 panic", values = VALUES.EnablingPosition },
+  } },
+  { type = 65017, name = "set_mode", filter = "set_mode", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "int", name = "mode", meaning = "1 manual reduced speed, 2 manual high speed, 3 automatic, 4 recovery", values = VALUES.OperatingMode },
+  } },
+  { type = 65018, name = "set_speed", filter = "set_speed", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "real", name = "override", meaning = "fraction of the planned speed, 0 to 1" },
+    { kind = "real", name = "tool_speed", unit = "m/s", meaning = "cap of tool and elbow, 0 to leave it as it is" },
+  } },
+  { type = 65019, name = "motion_control", filter = "motion_control", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "int", name = "action", meaning = "1 pause, 2 resume, 3 program stop", values = VALUES.MotionControlAction },
+  } },
+  { type = 65030, name = "jog_start", filter = "jog_start", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "int", name = "press", meaning = "number of the press, higher than any before on this connection" },
+    { kind = "int", name = "state_sequence", meaning = "sequence of a state message that came of late" },
+    { kind = "real", name = "deadline", unit = "s", meaning = "the jog ends so long after a beat, 0.05 to 0.25" },
+    { kind = "int", name = "space", meaning = "1 joints, 2 tool", values = VALUES.JogSpace },
+    { kind = "text", size = 32, name = "frame", meaning = "tool jog: frame of the axes; base, tool or a named one" },
+    { kind = "int", name = "value_count", meaning = "slots that are meant: driven joints, or 6 for the tool" },
+    { kind = "reals", size = 10, name = "values", meaning = "-1 to 1: parts of the jog speed; tool: x, y, z, then about x, y, z" },
+  } },
+  { type = 65031, name = "jog_beat", filter = "jog_beat", fields = {
+    { kind = "int", name = "press", meaning = "number of the press" },
+    { kind = "int", name = "beat", meaning = "counts the beats of the press, from 1" },
+  } },
+  { type = 65032, name = "jog_release", filter = "jog_release", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "int", name = "press", meaning = "number of the press" },
+  } },
+  { type = 65033, name = "jog_step", filter = "jog_step", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "real", name = "speed", meaning = "fraction of the jog speed, above 0, up to 1" },
+    { kind = "int", name = "space", meaning = "1 joints, 2 tool", values = VALUES.JogSpace },
+    { kind = "text", size = 32, name = "frame", meaning = "tool step: frame of the axes; base, tool or a named one" },
+    { kind = "int", name = "value_count", meaning = "slots that are meant: driven joints, or 6 for the tool" },
+    { kind = "reals", size = 10, name = "values", unit = "rad, m", meaning = "increments; tool: x, y, z, then about x, y, z" },
+  } },
+  { type = 65034, name = "jog_undo", filter = "jog_undo", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "real", name = "speed", meaning = "fraction of the jog speed, above 0, up to 1" },
+  } },
+  { type = 65040, name = "program_run", filter = "program_run", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "int", name = "run", meaning = "1 all, 2 step forward, 3 step backward", values = VALUES.RunKind },
+    { kind = "int", name = "line", meaning = "line to begin at, 0 for where it stands or the first" },
+    { kind = "int", name = "loops", meaning = "how often, 0 for until it is stopped" },
+    { kind = "real", name = "speed", meaning = "fraction of the programmed speeds, above 0, up to 1" },
+    { kind = "text", size = 64, name = "program", meaning = "name of the program" },
+  } },
+  { type = 65041, name = "home", filter = "home", fields = {
+    { kind = "int", name = "request_id", meaning = "chosen by the pendant" },
+    { kind = "real", name = "speed", meaning = "fraction of the joints' largest speed, above 0, up to 1" },
+    { kind = "text", size = 32, name = "target", meaning = "home or zero" },
+  } },
   { type = 65020, name = "state", filter = "state", fields = {
     { kind = "int", name = "sequence", meaning = "counts the cell's state messages; a listener may see gaps" },
     { kind = "int", name = "time_s", unit = "s", meaning = "the server's monotonic time, whole seconds" },
@@ -266,7 +357,16 @@ local MESSAGES = {
     { kind = "int", name = "activity", meaning = "0 idle, 1 planning, 2 moving, 3 stopping", values = VALUES.Activity },
     { kind = "int", name = "request_id", meaning = "request that is planned or moving, 0 for none" },
     { kind = "int", name = "holder", meaning = "session that holds the motion authority, 0 for none" },
-    { kind = "int", name = "stop", meaning = "latched stop: 0 none, 1 software stop", values = VALUES.StopKind },
+    { kind = "int", name = "stop", meaning = "latched stop: 0 none, 1 software, 2 protective", values = VALUES.StopKind },
+    { kind = "int", name = "operating_mode", meaning = "the server's own mode", values = VALUES.OperatingMode },
+    { kind = "int", name = "enabling", meaning = "the authority's enabling device (training)", values = VALUES.EnablingPosition },
+    { kind = "real", name = "override", meaning = "speed override, 0 to 1" },
+    { kind = "real", name = "tool_speed_cap", unit = "m/s", meaning = "cap of tool and elbow, 0 for none" },
+    { kind = "real", name = "jog_scale", meaning = "part of the asked jog speed that is driven, 0 to 1" },
+    { kind = "int", name = "jog_reason", meaning = "why it is less than 1", values = VALUES.JogReason },
+    { kind = "int", name = "jog_joint", meaning = "joint at fault, -1 for none" },
+    { kind = "int", name = "program_state", meaning = "what the program is doing", values = VALUES.ProgramState },
+    { kind = "int", name = "program_line", meaning = "its current line, 0 for none" },
     { kind = "int", name = "link", meaning = "controller connection: 0 down, 1 up, 2 stale", values = VALUES.LinkState },
     { kind = "int", name = "drives_powered", meaning = "the controller's own, -1 unknown", values = VALUES.TriState },
     { kind = "int", name = "e_stopped", meaning = "the controller's own, -1 unknown", values = VALUES.TriState },
@@ -284,17 +384,61 @@ local MESSAGES = {
   } },
   { type = 65021, name = "authority_changed", filter = "authority_changed", fields = {
     { kind = "int", name = "holder", meaning = "session that holds it now, 0 for nobody" },
-    { kind = "int", name = "reason", meaning = "1 granted, 2 released, 3 expired, 4 connection lost", values = VALUES.AuthorityReason },
+    { kind = "int", name = "reason", meaning = "1 granted, 2 released, 3 expired, 4 connection lost, 5 taken over, 6 logged out", values = VALUES.AuthorityReason },
     { kind = "text", size = 32, name = "client", meaning = "name of the new holder's pendant" },
   } },
   { type = 65022, name = "stop_changed", filter = "stop_changed", fields = {
-    { kind = "int", name = "stop", meaning = "latched stop: 0 none, 1 software stop", values = VALUES.StopKind },
+    { kind = "int", name = "stop", meaning = "latched stop: 0 none, 1 software, 2 protective", values = VALUES.StopKind },
     { kind = "int", name = "session", meaning = "who did it, 0 for the server itself" },
     { kind = "text", size = 32, name = "client", meaning = "name of that pendant" },
     { kind = "text", size = 64, name = "reason", meaning = "as given" },
   } },
+  { type = 65023, name = "authority_wanted", filter = "authority_wanted", fields = {
+    { kind = "int", name = "session", meaning = "who asked" },
+    { kind = "text", size = 32, name = "client", meaning = "name of that pendant" },
+  } },
+  { type = 65024, name = "mode_changed", filter = "mode_changed", fields = {
+    { kind = "int", name = "mode", meaning = "the mode now", values = VALUES.OperatingMode },
+    { kind = "int", name = "session", meaning = "who did it, 0 for the controller" },
+    { kind = "text", size = 32, name = "client", meaning = "name of that pendant" },
+  } },
+  { type = 65025, name = "jog_ended", filter = "jog_ended", fields = {
+    { kind = "int", name = "press", meaning = "number of the press" },
+    { kind = "int", name = "reason", meaning = "why it ended", values = VALUES.JogEnd },
+    { kind = "real", name = "stop_time", unit = "s", meaning = "from the end of the press to rest, as sent" },
+    { kind = "real", name = "joint_distance", unit = "rad, m", meaning = "farthest that a joint went in that time" },
+    { kind = "real", name = "tool_distance", unit = "m", meaning = "way of the tool in that time" },
+    { kind = "reals", size = 10, name = "positions", unit = "rad, m for a linear axis", meaning = "where the joints stand" },
+  } },
+  { type = 65026, name = "program_report", filter = "program_report", fields = {
+    { kind = "int", name = "state", meaning = "what it is doing", values = VALUES.ProgramState },
+    { kind = "int", name = "line", meaning = "its current line, 0 for none" },
+    { kind = "int", name = "loop", meaning = "which run of it this is, from 1" },
+    { kind = "text", size = 64, name = "program", meaning = "name of the program" },
+    { kind = "text", size = 160, name = "text", meaning = "one sentence, empty for none" },
+  } },
   { type = 65100, name = "operator_event", filter = "operator_event", fields = {
     { kind = "int", name = "action", meaning = "1 emergency stop, 2 reset", values = VALUES.OperatorAction },
+  } },
+  { type = 65110, name = "read_signals", filter = "read_signals", fields = {
+    { kind = "int", name = "first", meaning = "number of the first signal: 0, 16, 32, …" },
+  } },
+  { type = 65110, name = "read_signals", filter = "read_signals_reply", is_reply = true, fields = {
+    { kind = "int", name = "first", meaning = "number of the first signal, as asked" },
+    { kind = "int", name = "inputs", meaning = "bits: the inputs", keeps = 65536 },
+    { kind = "int", name = "outputs", meaning = "bits: the outputs", keeps = 65536 },
+    { kind = "int", name = "input_count", meaning = "inputs in all" },
+    { kind = "int", name = "output_count", meaning = "outputs in all" },
+  } },
+  { type = 65111, name = "write_outputs", filter = "write_outputs", fields = {
+    { kind = "int", name = "first", meaning = "number of the first signal: 0, 16, 32, …" },
+    { kind = "int", name = "mask", meaning = "bits: the outputs that are set", keeps = 65536 },
+    { kind = "int", name = "values", meaning = "bits: their values", keeps = 65536 },
+  } },
+  { type = 65112, name = "set_inputs", filter = "set_inputs", fields = {
+    { kind = "int", name = "first", meaning = "number of the first signal: 0, 16, 32, …" },
+    { kind = "int", name = "mask", meaning = "bits: the inputs that are set", keeps = 65536 },
+    { kind = "int", name = "values", meaning = "bits: their values", keeps = 65536 },
   } },
 }
 

@@ -21,7 +21,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 FOLDER = Path(__file__).parent
-TARGETS = ("fuzz_decoder", "fuzz_connection", "fuzz_json_bodies", "fuzz_capture_loader")
+TARGETS = (
+    "fuzz_decoder",
+    "fuzz_connection",
+    "fuzz_json_bodies",
+    "fuzz_capture_loader",
+    "fuzz_program_text",
+)
 REGRESSIONS = FOLDER / "regressions"
 _LONGEST_INPUT = 4_096
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 from server_rig import LIMITS
 
-from openpendant.motion.certificate import certify
 from openpendant.motion.ptp import plan_joint_move
-from openpendant.server.execution import Certified, Execution, Phase, start_mismatch
+from openpendant.server.execution import Execution, Phase, start_mismatch
 from openpendant.server.feedback import Feedback
 from openpendant.server.refusal import Refusal
+from openpendant.server.row_sources import StoredRows
 from openpendant.server.settings import ControllerLink
 from openpendant.server.uplinks.generic import GenericUplink
 from openpendant.simplemsg import (
@@ -36,8 +36,7 @@ class Player:
 
     def __init__(self) -> None:
         self.uplink = GenericUplink(LINK, LIMITS.velocity)
-        certified = Certified(TRAJECTORY, certify(TRAJECTORY, LIMITS))
-        self.execution = Execution(certified, LIMITS, self.uplink, LINK, 0)
+        self.execution = Execution(StoredRows(TRAJECTORY, LIMITS), LIMITS, self.uplink, LINK, 0)
         self.feedback = Feedback(2, LINK)
         self.report((0.0, 0.0), 0)
         self.feedback.take(Status(1, 0, 0, 0, 0, 2, 1), 0)

@@ -39,7 +39,7 @@ def test_hello_is_answered_with_who_and_what_is_here() -> None:
 @pytest.mark.parametrize(
     ("message", "code"),
     [
-        (Hello(2, 0.0, "", "x"), V.VERSION),
+        (Hello(99, 0.0, "", "x"), V.VERSION),
         (hello(cell="elsewhere"), V.UNKNOWN_CELL),
         (hello(state_rate=math.nan), V.BAD_ARGUMENT),
         (hello(state_rate=-1.0), V.BAD_ARGUMENT),

@@ -78,7 +78,7 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
         (JointMove(9, 0.5, 3, joint_array((0.1, 0.1))), V.WRONG_JOINT_COUNT),
         (JointPath(9, 1.5, 2, (JointWaypoint(joint_array((0.0, 0.1))),)), V.BAD_ARGUMENT),
         (PosePath(9, 1, 0.5, "base", (PoseWaypoint(NEAR, (0, 0, 0, 2.0)),)), V.BAD_ARGUMENT),
-        (Authority(9, 3), V.BAD_ARGUMENT),
+        (Authority(9, 4), V.BAD_ARGUMENT),
         (Subscribe(9, math.nan), V.BAD_ARGUMENT),
         (Subscribe(9, math.inf), V.BAD_ARGUMENT),
     ],

@@ -30,8 +30,8 @@ def _through_text(planned: Planned) -> dict[str, Any]:
 
 def test_a_trajectory_comes_back_with_every_bit(planned: Planned) -> None:
     again = plan_from_json(4, _through_text(planned), LIMITS, START)
-    assert not isinstance(planned.result, Refusal)
-    assert not isinstance(again.result, Refusal)
+    assert isinstance(planned.result, tuple)
+    assert isinstance(again.result, tuple)
     for name in ("times", "position", "velocity", "acceleration", "waypoint_times"):
         then, now = getattr(planned.result[0], name), getattr(again.result[0], name)
         assert np.array_equal(then, now)

@@ -27,6 +27,6 @@ def test_a_process_that_cannot_be_started_is_logged_and_tried_again(
     monkeypatch.setattr(asyncio, "create_subprocess_exec", refuse)
     monkeypatch.setattr(planning_process, "_RESTART_PAUSE", 0.001)
     with caplog.at_level(logging.ERROR), pytest.raises(asyncio.CancelledError):
-        asyncio.run(PlanningProcess("ur5").keep_up())
+        asyncio.run(PlanningProcess(["ur5"], lambda: None).keep_up())
     assert [record.levelname for record in caplog.records] == ["ERROR", "ERROR"]
     assert "temporarily unavailable" in caplog.text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import socket
 import subprocess
 import sys
@@ -9,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from openpendant.server.cli import main
+from openpendant.server.app import Ports, RosPorts
+from openpendant.server.cli import main, say_ready
 
 FREE_PORTS = ("--pendant-port", "0", "--ros-motion-port", "0", "--ros-state-port", "0")
 
@@ -35,3 +37,69 @@ def test_a_ready_line_that_cannot_be_written_is_no_matter_of_ports() -> None:
     assert said == ["openpendant serve: [Errno 28] No space left on device"]
     assert "Traceback" not in done.stderr
     assert done.returncode == 1
+
+
+ROOM = """
+listen.pendant_port = 0
+[[cells]]
+name = "left"
+controller.motion_port = 1
+[[cells]]
+name = "right"
+"""
+
+
+@pytest.mark.parametrize(
+    "argument",
+    [
+        ("--robot", "ur5"),
+        ("--controller", "127.0.0.1:12000:12002"),
+        ("--ros-motion-port", "0"),
+        ("--points", "simple"),
+    ],
+)
+def test_an_argument_that_speaks_of_one_cell_is_refused_beside_several(
+    argument: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "room.toml"
+    file.write_text(ROOM, encoding="utf-8")
+    assert main(["--config", str(file), *argument]) == 2
+    assert f"arguments: {argument[0]}: speaks of one cell" in capsys.readouterr().err
+
+
+def test_a_file_of_several_cells_is_printed_as_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "room.toml"
+    file.write_text(ROOM.replace("motion_port = 1", "state_port = 1"), encoding="utf-8")
+    assert main(["--config", str(file), "--print-config"]) == 2
+    assert "controller.motion_port of cell 'right'" in capsys.readouterr().err
+    other = ROOM.replace("motion_port = 1", "host = '127.0.0.2'")
+    file.write_text(other, encoding="utf-8")
+    assert main(["--config", str(file), "--pendant-port", "11", "--print-config"]) == 0
+    printed = capsys.readouterr().out
+    assert printed.count("[[cells]]") == 2
+    assert "pendant_port = 11\n" in printed
+
+
+def test_the_ready_line_of_several_cells_names_them(capsys: pytest.CaptureFixture[str]) -> None:
+    ports = Ports(11010, {"left": RosPorts(11000, 11002), "right": RosPorts(None, None)})
+    say_ready(ports, json_output=False)
+    say_ready(ports, json_output=True)
+    text, line = capsys.readouterr().out.splitlines()
+    ready = json.loads(line)
+    assert "cell='left' ros_motion=11000 ros_state=11002 cell='right' ros_motion=off" in text
+    assert (ready["event"], ready["pendant"]) == ("ready", 11010)
+    assert ready["cells"]["left"] == {"ros_motion": 11000, "ros_state": 11002}
+    assert ready["cells"]["right"] == {"ros_motion": None, "ros_state": None}
+
+
+def test_the_ready_line_of_one_cell_has_its_ports_beside_the_pendants(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    ports = Ports(11010, {"cell": RosPorts(11000, 11002)})
+    say_ready(ports, json_output=False)
+    say_ready(ports, json_output=True)
+    text, line = capsys.readouterr().out.splitlines()
+    assert text.startswith("server ready pendant=11010 ros_motion=11000 ros_state=11002 pid=")
+    assert json.loads(line).items() >= {"ros_motion": 11000, "ros_state": 11002}.items()

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from .dissector import lua_dissector
+from .error_page import error_page
 from .page import protocol_page
 from .schemas import schema_files
 from .vectors import vector_files
@@ -18,6 +19,7 @@ def generated_files() -> dict[str, str]:
     """Return every generated file: its path below the documentation's folder, and its text."""
     return {
         "protocol.md": protocol_page(),
+        "errors.md": error_page(),
         f"{GENERATED}/openpendant.lua": lua_dissector(),
         **{f"{GENERATED}/vectors/{name}": text for name, text in vector_files().items()},
         **{f"{GENERATED}/schemas/{name}": text for name, text in schema_files().items()},

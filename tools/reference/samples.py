@@ -7,7 +7,7 @@ from enum import IntFlag
 from typing import Any
 
 from openpendant.simplemsg import Message
-from openpendant.simplemsg.declaration import Array, Field, Int, Real, Reals, Tail, Text
+from openpendant.simplemsg.declaration import MASK, Array, Field, Int, Real, Reals, Tail, Text
 
 _TAIL = b'{"op": "snapshot"}'
 _RECORDS = 2
@@ -18,8 +18,9 @@ _STEP = 1 / 64
 def sample(cls: type[Message]) -> Message:
     """Return a message whose k-th field holds 10 + k (arrays go on in steps of 1/64).
 
-    A field with named values holds the first above 0, a text its field's own name, and the second
-    record goes on where the first one ended. All reals are exact in four bytes.
+    A field with named values holds the first above 0, a text its field's own name, a secret
+    asterisks, because nobody is shown another one, and the second record goes on where the first
+    one ended. All reals are exact in four bytes.
     """
     return _with_true_counts(cls(**_Telling().values(cls.FIELDS)))
 
@@ -55,6 +56,8 @@ class _Zeros:
                 return self.reals(1)[0]
             case Reals():
                 return self.reals(field.count)
+            case Text(secret=True):
+                return self.secret()
             case Text():
                 return self.text(name, field.size)
             case Tail():
@@ -70,6 +73,9 @@ class _Zeros:
         return (0.0,) * count
 
     def text(self, _name: str, _size: int) -> str:
+        return ""
+
+    def secret(self) -> str:
         return ""
 
     def tail(self) -> bytes:
@@ -103,6 +109,9 @@ class _Telling(_Zeros):
     def text(self, name: str, size: int) -> str:
         return name[:size]
 
+    def secret(self) -> str:
+        return MASK
+
     def tail(self) -> bytes:
         return _TAIL
 
@@ -128,6 +137,9 @@ class _Extremes(_Zeros):
 
     def text(self, _name: str, size: int) -> str:
         return "€" * (size // 3) + "x" * (size % 3)
+
+    def secret(self) -> str:
+        return MASK
 
     def tail(self) -> bytes:
         return '{"op": "größer", "values": [null, true, 1e300]}'.encode()

@@ -8,12 +8,15 @@ from typing import Any, Literal
 from pydantic import BaseModel
 
 from openpendant.server.management import Failure, Snapshot, SnapshotRequest
+from openpendant.server.why import WhyReply, WhyRequest
 
 from .notice import NOTICE
 
 BODIES: dict[str, type[BaseModel]] = {
     "snapshot-request": SnapshotRequest,
     "snapshot-reply": Snapshot,
+    "why-request": WhyRequest,
+    "why-reply": WhyReply,
     "failure-reply": Failure,
 }
 """Every body of a management message: requests, replies, and the reply to what was refused."""

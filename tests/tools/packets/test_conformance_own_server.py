@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 import pytest
+from judged_server import LoopPlanner
 
 from openpendant.motion.robot import serial_robot
 from openpendant.server.app import App
-from openpendant.server.jobs import Job, Planned
+from openpendant.server.cell_shell import ServedCell
 from openpendant.server.settings import make_settings
 from openpendant.tools.packets.conformance.client.controller import ScriptedController
 from openpendant.tools.packets.conformance.client.judge import results_of
@@ -23,13 +24,6 @@ from openpendant.tools.pendants.client import Aborted, PendantClient, Refused
 ROBOT = serial_robot("ur5")
 SETUP = Setup(dof=6, limits=ROBOT.limits)
 STANDARD = [scenario for scenario in SCENARIOS if not scenario.is_motoman]
-
-
-class NoPlanner:
-    """Joint moves are timed on the spot; nothing else is asked for here."""
-
-    def submit(self, job: Job, answer: Callable[[Planned], None]) -> None:
-        raise AssertionError(f"no plan was expected: {job}")
 
 
 @asynccontextmanager
@@ -46,7 +40,7 @@ async def our_server(live: LiveController, **controller: object) -> AsyncIterato
         },
         "test",
     )
-    app = App(settings, ROBOT, planner=NoPlanner())
+    app = App([ServedCell(settings, ROBOT, LoopPlanner())])
     async with app.running() as ports:
         pendant = await PendantClient.connect("127.0.0.1", ports.pendant, state_rate=50)
         async with pendant:

@@ -2,11 +2,12 @@ from __future__ import annotations
 
 import inspect
 import json
+from typing import Any
 
 import pytest
 from pydantic import BaseModel
 
-from openpendant.server import management
+from openpendant.server import management, why
 from openpendant.tools.reference.schemas import BODIES, schema_files
 
 SCHEMAS = {name: json.loads(text) for name, text in schema_files().items()}
@@ -15,13 +16,14 @@ SCHEMAS = {name: json.loads(text) for name, text in schema_files().items()}
 def test_every_model_of_the_management_messages_has_its_schema() -> None:
     models = {
         name
-        for name, model in inspect.getmembers(management, inspect.isclass)
+        for module in (management, why)
+        for name, model in inspect.getmembers(module, inspect.isclass)
         if issubclass(model, BaseModel)
-        and model.__module__ == management.__name__
+        and model.__module__ == module.__name__
         and not name.startswith("_")
     }
     told = {body.__name__ for body in BODIES.values()}
-    inside = {name for schema in SCHEMAS.values() for name in schema.get("$defs", {})}
+    inside = {name for schema in SCHEMAS.values() for name in _models_inside(schema)}
     assert models == told | inside
 
 
@@ -29,10 +31,16 @@ def test_every_model_of_the_management_messages_has_its_schema() -> None:
 def test_a_schema_refuses_unknown_keys(name: str) -> None:
     schema = SCHEMAS[name]
     assert schema["additionalProperties"] is False
-    assert all(inner["additionalProperties"] is False for inner in schema.get("$defs", {}).values())
+    assert all(inner["additionalProperties"] is False for inner in _models_inside(schema).values())
 
 
-def test_the_request_schema_names_its_operation() -> None:
-    request = SCHEMAS["snapshot-request.json"]
-    assert request["properties"]["op"]["const"] == "snapshot"
+def _models_inside(schema: dict[str, Any]) -> dict[str, Any]:
+    inside = schema.get("$defs", {}).items()
+    return {name: inner for name, inner in inside if inner["type"] == "object"}
+
+
+@pytest.mark.parametrize("operation", management.OPERATIONS)
+def test_the_request_schema_names_its_operation(operation: str) -> None:
+    request = SCHEMAS[f"{operation}-request.json"]
+    assert request["properties"]["op"]["const"] == operation
     assert request["required"] == ["op"]

@@ -32,8 +32,10 @@ class Actor(Protocol):
 MakeActor = Callable[[Header, "Prompter"], Actor]
 
 
-class Difference(Exception):
+class Difference(BaseException):
     """The process did something else than it did then.
+
+    No `Exception`, so that no part of the application takes it for a fault of its own.
 
     Attributes:
         happening: the event at hand.

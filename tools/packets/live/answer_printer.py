@@ -12,6 +12,7 @@ from typing import Any
 
 from openpendant.simplemsg import Codec, CommType, Message, ProtocolError, ReplyCode, codec_for
 from openpendant.simplemsg.connection import detect_byte_order
+from openpendant.simplemsg.masking import masked_frame
 from openpendant.simplemsg.text import packet_to_json
 
 from ..console import complain
@@ -65,7 +66,8 @@ class AnswerPrinter:
         codec = codec_for(self._codec.dialect, order, self._codec.real_size)
         message, fault = _decoded(answer.piece, codec)
         if message is None:
-            shown_as: dict[str, Any] = {"malformed": fault, "hex": answer.piece.data[:1024].hex()}
+            digits = masked_frame(answer.piece.data)[:1024].hex()
+            shown_as: dict[str, Any] = {"malformed": fault, "hex": digits}
         else:
             shown_as = packet_to_json(message, codec)
             if order is not self._codec.byte_order:

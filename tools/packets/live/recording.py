@@ -1,11 +1,14 @@
 """The relay of a recording: every byte goes on at once, and what went by is written down.
 
-Owns the order and the words of a trace's entries. Pure: entries go to a function, times come in.
+Owns the order and the words of a trace's entries, and that no password gets there. Pure: entries go
+to a function, times come in.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+
+from openpendant.simplemsg.masking import masked_frame
 
 from ..frames import FrameSplitter
 from ..trace import Direction, Entry, Event, Packet
@@ -99,6 +102,7 @@ class RecordingRelay:
     ) -> None:
         self.packets += 1
         time = now - self.began
+        data = masked_frame(data)
         self._write(Packet(time, direction, data, link.port, link.number, is_frame=is_frame))
 
     def _note(self, text: str, link: LinkId, now: int) -> None:

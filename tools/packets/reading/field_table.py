@@ -9,8 +9,17 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from openpendant.simplemsg import Codec, HeaderOnly, Message, Opaque
-from openpendant.simplemsg.declaration import Array, CountPlace, Field, Int, Record, Tail
+from openpendant.simplemsg.declaration import (
+    MASK,
+    Array,
+    CountPlace,
+    Field,
+    Int,
+    Record,
+    Tail,
+)
 from openpendant.simplemsg.layout import HEADER_SIZE, WireForm
+from openpendant.simplemsg.masking import masked_body
 from openpendant.simplemsg.naming import value_name
 
 COUNT = Int("number of records")
@@ -43,7 +52,8 @@ def field_values(message: Message, codec: Codec) -> list[FieldValue]:
     if isinstance(message, HeaderOnly):
         return []
     if isinstance(message, Opaque):
-        body = FieldValue("body", HEADER_SIZE, BODY, message.body, "")
+        shown = masked_body(message.msg_type, message.body)
+        body = FieldValue("body", HEADER_SIZE, BODY, shown, "")
         return [body] if message.body else []
     form = WireForm(codec.byte_order.value, "f" if codec.real_size == 4 else "d")
     return list(_Walk(form).record(message, message.FIELDS, ""))
@@ -61,6 +71,8 @@ class _Walk:
     ) -> Iterator[FieldValue]:
         for name, field in fields.items():
             value = getattr(record, name)
+            if value and record.is_secret(name):
+                value = MASK
             if isinstance(field, Array):
                 yield from self._array(prefix + name, field, value)
             else:

@@ -14,6 +14,7 @@ from typing import Any
 
 from openpendant.simplemsg import ByteOrder, Codec, CommType, Message, ReplyCode, message_type
 from openpendant.simplemsg.declaration import Reals
+from openpendant.simplemsg.masking import masked_frame
 from openpendant.simplemsg.text import packet_to_json
 
 from ..trace import Direction, Event, entry_to_json
@@ -84,12 +85,13 @@ def item_as_json(item: Reading | Event) -> dict[str, Any]:
     if isinstance(item, Event):
         return entry_to_json(item)
     place = entry_to_json(item.packet)
-    digits = place.pop("hex")
+    place.pop("hex")
     place.pop("frame", None)
     answer: dict[str, Any] = {}
     if item.answers is not None and item.latency is not None:
         answer = {"answers": item.answers, "latency": item.latency / _NANOSECONDS}
     if item.message is None:
+        digits = masked_frame(item.packet.data).hex()
         said: dict[str, Any] = {"fault": item.fault, "hex": digits}
     else:
         said = packet_to_json(item.message, item.codec)
@@ -117,7 +119,7 @@ def item_as_line(item: Reading | Event, paint: Paint) -> str:
 
 def _malformed(header: Header | None, name: str, fault: str, data: bytes, paint: Paint) -> str:
     what = f"{name} " if header is not None else ""
-    digits = data[:24].hex() + ("..." if len(data) > 24 else "")
+    digits = masked_frame(data)[:24].hex() + ("..." if len(data) > 24 else "")
     return paint(f"MALFORMED {what}{harmless(fault)}", Style.RED) + f" [{digits}]"
 
 
@@ -248,7 +250,7 @@ def _row(offset: int, path: str, value: str, unit: str, label: str, paint: Paint
 
 
 def _hex_rows(data: bytes) -> Iterator[str]:
-    shown = data[:256]
+    shown = masked_frame(data)[:256]
     for at in range(0, len(shown), 16):
         yield f"{at:>6}  {shown[at : at + 16].hex(' ')}"
     if len(data) > len(shown):

@@ -1,0 +1,225 @@
+"""The mathematics of one robot, as the shell supplies them to the cores (`robot_view`)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from openpendant.motion.collision import CollisionModel, Proximity
+from openpendant.motion.configuration import Configuration, configuration_of
+from openpendant.motion.errors import BadArgument
+from openpendant.motion.frames import BASE, TOOL, FrameTree
+from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogTarget, JointJog, ToolJog
+from openpendant.motion.kinematics import Kinematics
+from openpendant.motion.orientation import quaternion_of_vector
+from openpendant.motion.pose import (
+    Pose,
+    matrix_to_quaternion,
+    quaternion_product,
+    quaternion_to_matrix,
+)
+from openpendant.motion.robot import SerialRobot
+from openpendant.motion.robot_report import robot_data
+from openpendant.motion.scene import Scene
+
+from .jobs import JointVector, PoseGoal
+from .settings import Jog
+
+_NAMED_POSITIONS = ("home", "zero")
+
+_WAY_TOLERANCE = 1e-3
+"""How far the way back may be off the way of the jog, each joint [rad or m]."""
+
+
+class RobotMathematics:
+    """Kinematics, frames and jog mathematics of a serial robot.
+
+    Attributes:
+        frames: the named frames and tools in force; `surround` changes them.
+        scene: what stands around, in force.
+    """
+
+    def __init__(self, robot: SerialRobot) -> None:
+        """Build the models of a robot; takes a while."""
+        self._robot = robot
+        self._kinematics = Kinematics(robot)
+        self.frames = FrameTree.of_robot(self._kinematics.to_base(Pose.identity(), "root"))
+        self.scene = Scene()
+        self._tcp = Pose.identity()
+        self._collision = CollisionModel(self._kinematics)
+        self._jogs = JogModel(self._kinematics, collision=self._collision)
+
+    def surround(self, frames: FrameTree, scene: Scene) -> None:
+        """Let frames, tools and scene rule from now on; a jog under way keeps those that it has.
+
+        Raises:
+            MotionError: the scene does not fit the robot; all stays as it was.
+        """
+        collision = CollisionModel(self._kinematics, scene)
+        tcp = frames[TOOL].pose or Pose.identity()
+        self._jogs = JogModel(self._kinematics, tcp, collision)
+        self.frames, self.scene = frames, scene
+        self._tcp, self._collision = tcp, collision
+
+    @property
+    def specification(self) -> dict[str, Any]:
+        """Limits, Denavit-Hartenberg table and home of the robot, as JSON can hold them."""
+        return robot_data(self._robot)
+
+    @property
+    def flange_link(self) -> str:
+        """Name of the link that tools are bolted to."""
+        return self._robot.tool_link
+
+    def flange(self, position: Sequence[float]) -> Pose:
+        """Return the flange in the base frame at (n,) joints."""
+        return self._kinematics.forward(position)
+
+    def link_pose(self, position: Sequence[float], link: str) -> Pose:
+        """Return a link in the base frame at (n,) joints.
+
+        Raises:
+            FrameUnknown: there is no such link.
+        """
+        return self._kinematics.forward(position, link=link)
+
+    def nearest(self, position: Sequence[float]) -> Proximity | None:
+        """Return the nearest two bodies at (n,) joints; None where there is nothing to check."""
+        return self._collision.distance(position)
+
+    def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""
+        # Without a `Pose`, whose checks take longer than this: each state message asks for it.
+        turn, place = self._kinematics.place(np.array(position, dtype=np.float64))
+        point = place + turn @ self._tcp.position
+        quaternion = matrix_to_quaternion(turn @ self._tcp.rotation)
+        return tuple(point.tolist()), tuple(quaternion.tolist())
+
+    def tool_motion(
+        self, position: Sequence[float], velocity: Sequence[float]
+    ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
+        """Return place [m], quaternion and speed [m/s] of the tool in the base frame."""
+        turn, place, jacobian = self._kinematics.linearise(np.array(position, dtype=np.float64))
+        lever = turn @ self._tcp.position
+        vx, vy, vz, wx, wy, wz = (jacobian @ np.array(velocity)).tolist()
+        x, y, z = lever.tolist()
+        speed = math.hypot(vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x)
+        quaternion = matrix_to_quaternion(turn @ self._tcp.rotation)
+        return tuple((place + lever).tolist()), tuple(quaternion.tolist()), speed
+
+    def flange_goal(self, goal: PoseGoal, frame: str) -> PoseGoal:
+        """Return where the flange is to be in base for the tool to be at a pose.
+
+        Args:
+            goal: the pose of the selected tool.
+            frame: the frame that it is given in; one that stands still.
+
+        Raises:
+            FrameUnknown: there is no such frame.
+            BadArgument: the frame moves.
+        """
+        moving = self.frames.moving_between(frame, BASE)
+        if moving:
+            raise BadArgument("frame", frame, "base, root or a frame that stands still")
+        tool = self.frames.transform(frame, BASE).compose(
+            Pose.from_values(goal.position, goal.orientation)
+        )
+        flange = tool.compose(self._tcp.inverse())
+        return PoseGoal(tuple(flange.position.tolist()), tuple(flange.quaternion.tolist()))
+
+    def configuration(self, position: Sequence[float]) -> Configuration | None:
+        """Return in which of the ways the arm stands; None where its family has no such words."""
+        return configuration_of(self._kinematics, position)
+
+    def named_position(self, name: str) -> JointVector:
+        """Return where the joints are at `home` or `zero`.
+
+        Raises:
+            BadArgument: nobody knows the name.
+            OutOfRange: a joint may not stand at zero.
+        """
+        match name:
+            case "home":
+                return self._robot.home_position
+            case "zero":
+                zero = (0.0,) * self._robot.limits.dof
+                self._robot.limits.check_position(zero)
+                return zero
+        raise BadArgument("position", name, " or ".join(_NAMED_POSITIONS))
+
+    def begin(self, start: Sequence[float], caps: JogCaps) -> Jogger:
+        """Return a jogger that stands at `start` (n,)."""
+        return Jogger(self._jogs, start, caps)
+
+    def caps(self, override: float, settings: Jog, point_speed: float | None) -> JogCaps:
+        """Return the caps of a jog; `point_speed` rules tool and elbow [m/s], None for nothing."""
+        tool_speed = (
+            settings.tool_speed if point_speed is None else min(settings.tool_speed, point_speed)
+        )
+        return JogCaps(override, settings.joint_speed, tool_speed, settings.rotation_speed, False)
+
+    def joints(self, rates: Sequence[float]) -> JogTarget:
+        """Return the target of a joint jog from (n,) shares, -1 to 1."""
+        return JointJog(tuple(rates))
+
+    def tool(self, values: Sequence[float], frame: str) -> JogTarget:
+        """Return the target of a tool jog from (6,) shares along and about the frame's axes."""
+        return ToolJog(tuple(values[:3]), tuple(values[3:]), self._axes(frame))
+
+    def stepped_pose(self, start: Sequence[float], values: Sequence[float], frame: str) -> PoseGoal:
+        """Return the flange in base after a (6,) increment [m, rad] of the tool from `start`.
+
+        The turn is about one axis through the tool point, along (a, b, c) in the frame.
+        """
+        here = self._kinematics.forward(start).compose(self._tcp)
+        axes = self._axes(frame)
+        along = here.rotation if axes is None else quaternion_to_matrix(np.array(axes))
+        position = here.position + along @ np.array(values[:3])
+        turn = quaternion_of_vector(along @ np.array(values[3:]))
+        quaternion = quaternion_product(turn, here.quaternion)
+        return self.flange_goal(
+            PoseGoal(tuple(position.tolist()), tuple(quaternion.tolist())), BASE
+        )
+
+    def way_back(self, way: Sequence[JointVector]) -> tuple[JointVector, ...]:
+        """Return the waypoints that lead back along a way, its start last."""
+        return tuple(reversed(_thinned(way, _WAY_TOLERANCE)))
+
+    def _axes(self, frame: str) -> tuple[float, float, float, float] | None:
+        """Return the axes of a frame in base; None for the tool's own, which move along."""
+        if frame == TOOL:
+            return None
+        moving = self.frames.moving_between(frame, BASE)
+        if moving:
+            raise BadArgument("frame", frame, "base, root, tool or a frame that stands still")
+        x, y, z, w = self.frames.transform(frame, BASE).quaternion.tolist()
+        return x, y, z, w
+
+
+def _thinned(way: Sequence[JointVector], tolerance: float) -> list[JointVector]:
+    """Return the start of a way and what is needed of the rest, its end left out.
+
+    Ramer, Douglas and Peucker's rule without recursion: a stretch is one line where all its points
+    are within the tolerance of it.
+    """
+    points = np.array(way)
+    kept = {0}
+    stretches = [(0, len(way) - 1)]
+    while stretches:
+        first, last = stretches.pop()
+        if last - first < 2:
+            continue
+        line = points[last] - points[first]
+        inner = points[first + 1 : last] - points[first]
+        length = float(line @ line)
+        shares = np.clip(inner @ line / length, 0.0, 1.0) if length else np.zeros(len(inner))
+        gaps = np.abs(inner - shares[:, np.newaxis] * line).max(axis=1)
+        worst = int(gaps.argmax())
+        if gaps[worst] > tolerance:
+            middle = first + 1 + worst
+            kept.add(middle)
+            stretches += [(first, middle), (middle, last)]
+    return [tuple(way[index]) for index in sorted(kept)]

@@ -1,0 +1,25 @@
+"""What frames, tools and scene ask of a robot's mathematics, beside what every motion asks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+from .world import WorldView
+
+if TYPE_CHECKING:
+    from openpendant.motion.collision import Proximity
+
+
+class RobotSurroundings(WorldView, Protocol):
+    """The mathematics of one robot in its scene."""
+
+    @property
+    def specification(self) -> Mapping[str, Any]:
+        """Limits, Denavit-Hartenberg table and home of the robot, as JSON can hold them."""
+
+    def nearest(self, position: Sequence[float]) -> Proximity | None:
+        """Return the nearest two bodies at (n,) joints; None where there is nothing to check."""
+
+    def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""

@@ -1,0 +1,139 @@
+"""Where the set-points of a motion come from, and how a certified trajectory is slowed down.
+
+Owns the making of each set-point as late as it is needed, so that pause and override act on
+everything that has not left yet. When a set-point leaves is `execution`'s business.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
+import numpy as np
+
+from openpendant.motion.limits import JointLimits
+from openpendant.motion.ptp import StraightMove
+from openpendant.motion.time_scaling import ScaledRun
+from openpendant.motion.trajectory import Array, Row, Trajectory
+
+
+class RowSource(Protocol):
+    """Set-points in the order of their times.
+
+    Attributes:
+        last: the set-point that was taken last; the first one before any was taken.
+    """
+
+    last: Row
+
+    @property
+    def next_time(self) -> float | None:
+        """Time of the next set-point from the motion's start [s]; None where none will come."""
+
+    def take(self) -> Row:
+        """Return the next set-point; only where `next_time` is not None."""
+
+
+class StoredRows:
+    """The samples of a certified trajectory, slowed down on their path where that is asked for."""
+
+    def __init__(self, samples: Trajectory | StraightMove, limits: JointLimits) -> None:
+        """Begin at the first sample."""
+        self.last = samples.row(0)
+        self._samples = samples
+        self._limits = limits
+        self._next = 0
+        self._due: Row | None = self.last
+        self._period = samples.row(1).time if len(samples) > 1 else 0.0
+        self._run: ScaledRun | None = None
+        self._has_ended = False
+
+    @property
+    def next_time(self) -> float | None:
+        """Time of the next set-point [s]; None after the last."""
+        if self._run is not None and self._next > 0:
+            return None if self._has_ended else self.last.time + self._period
+        return None if self._due is None else self._due.time
+
+    def take(self) -> Row:
+        """Return the next set-point."""
+        # The first set-point is where the robot stands, at rest, at whatever scale.
+        if self._run is not None and self._next > 0:
+            return self._take_scaled(self._run)
+        assert self._due is not None
+        self.last = self._due
+        self._next += 1
+        more = self._next < len(self._samples)
+        self._due = self._samples.row(self._next) if more else None
+        self._has_ended = not more
+        return self.last
+
+    def _take_scaled(self, run: ScaledRun) -> Row:
+        time = self.last.time + self._period
+        at = round(time * 1e9)
+        state = run.state(at)
+        self.last = Row(
+            time, state.position.tolist(), state.velocity.tolist(), state.acceleration.tolist()
+        )
+        self._has_ended = run.finished(at)
+        return self.last
+
+    @property
+    def waypoints_passed(self) -> int:
+        """How many waypoints after the start the set-points have passed."""
+        passed = self._samples.trajectory().waypoint_times <= self.path_time
+        return max(int(passed.sum()) - 1, 0)
+
+    @property
+    def path_time(self) -> float:
+        """Where the set-points are on the trajectory, as a time of it [s]."""
+        run = self._run
+        return self.last.time if run is None else run.time(self._clock)
+
+    @property
+    def duration(self) -> float:
+        """Of the trajectory [s]."""
+        return self._samples.duration
+
+    def ahead(self, begins: float, ends: float = math.inf) -> Array:
+        """Return the (m, n) samples between two times of the trajectory [s], one or more."""
+        whole = self._samples.trajectory()
+        first = max(int(np.searchsorted(whole.times, begins, side="right")) - 1, 0)
+        last = int(np.searchsorted(whole.times, ends, side="right"))
+        return whole.position[first : max(last, first + 1)]
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether a pause is on, the ramp to it included."""
+        return self._run is not None and self._run.scale_wanted == 0.0
+
+    @property
+    def _clock(self) -> int:
+        return round(self.last.time * 1e9)
+
+    def _scaled(self) -> ScaledRun | None:
+        """Return the run that can be slowed down; None where nothing is left to slow down."""
+        if self._run is None and not self._has_ended:
+            whole = self._samples.trajectory()
+            self._run = ScaledRun(whole, self._limits, started=0)
+        return self._run
+
+    def pause(self) -> bool:
+        """Come to rest on the path as soon as the limits allow; False where all has left."""
+        run = self._scaled()
+        if run is not None:
+            run.pause(self._clock)
+        return run is not None
+
+    def resume(self) -> None:
+        """Go on along the path."""
+        if self._run is not None:
+            self._run.resume(self._clock)
+
+    def scale(self, override: float) -> None:
+        """Tend to a fraction of the planned speed, 0 to 1."""
+        if override == 1.0 and self._run is None:
+            return
+        run = self._scaled()
+        if run is not None:
+            run.set_scale(self._clock, override)

@@ -1,0 +1,72 @@
+"""The way of the tool, for a screen that draws it: thinned to a tolerance, bounded, clearable.
+
+Owns which points of the way are kept. A point is dropped while the straight line past it stays
+within the tolerance; when there is no room any more, the oldest half is thinned by every other one.
+"""
+
+from __future__ import annotations
+
+import math
+
+Point = tuple[float, ...]
+
+TOLERANCE = 5e-4
+"""How far the way may be from the line through the points kept [m]."""
+
+MOST_POINTS = 4_000
+
+
+class ToolTrace:
+    """Where the tool went since it was cleared.
+
+    Attributes:
+        points: (x, y, z) in base, in order [m].
+    """
+
+    def __init__(self, tolerance: float = TOLERANCE, most: int = MOST_POINTS) -> None:
+        """Begin with no point."""
+        self.points: list[Point] = []
+        self._between: list[Point] = []
+        self._tolerance = tolerance
+        self._most = most
+
+    def clear(self) -> None:
+        """Forget the way."""
+        self.points.clear()
+        self._between.clear()
+
+    def add(self, point: Point) -> None:
+        """Take the next place of the tool."""
+        points = self.points
+        if not points:
+            points.append(point)
+            return
+        if math.dist(points[-1], point) < self._tolerance and len(points) == 1:
+            return
+        if len(points) >= 2 and self._is_straight(points[-2], point):
+            self._between.append(points[-1])
+            points[-1] = point
+            return
+        self._between.clear()
+        points.append(point)
+        if len(points) > self._most:
+            half = len(points) // 2
+            points[:half] = points[:half:2]
+
+    def _is_straight(self, begin: Point, end: Point) -> bool:
+        """Tell whether the places since the last kept point lie on the line to a new one."""
+        if len(self._between) >= 50:
+            return False
+        last = self.points[-1]
+        return all(
+            _off_the_line(place, begin, end) <= self._tolerance for place in (*self._between, last)
+        )
+
+
+def _off_the_line(place: Point, begin: Point, end: Point) -> float:
+    way = [b - a for a, b in zip(begin, end, strict=True)]
+    from_begin = [b - a for a, b in zip(begin, place, strict=True)]
+    length = math.fsum(value * value for value in way)
+    along = math.fsum(a * b for a, b in zip(way, from_begin, strict=True))
+    share = min(max(along / length, 0.0), 1.0) if length else 0.0
+    return math.dist(from_begin, [share * value for value in way])

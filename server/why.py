@@ -1,0 +1,97 @@
+"""The answer to "why is it not moving?": every condition of a motion, and the first broken one.
+
+Owns how the chain of `readiness` is told. The conditions themselves, and their order, are
+`readiness`'; cause and remedy are the catalogue's.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Literal
+
+from openpendant.simplemsg.verdicts import CATALOGUE
+
+from .management_bodies import Body
+from .operating_mode import MotionKind
+from .readiness import Finding, examine
+from .robot_cell import RobotCell
+
+
+class Wish(StrEnum):
+    """What somebody would like to do."""
+
+    MOVE = "move"
+    JOG = "jog"
+    PROGRAM = "program"
+
+
+class WhyRequest(Body):
+    """Asks which conditions of a motion hold."""
+
+    op: Literal["why"]
+    kind: Wish = Wish.MOVE
+    whose: Literal["holder", "mine"] = "holder"
+    """Whether for whoever is in control, so that an onlooker may ask, or for the asker."""
+
+
+class ConditionReport(Body):
+    """One condition; code, cause, remedy and text are empty where it holds or was not broken."""
+
+    condition: str
+    meaning: str
+    holds: bool
+    code: int = 0
+    name: str = ""
+    text: str = ""
+    cause: str = ""
+    remedy: str = ""
+
+
+class WhyReply(Body):
+    """The chain of conditions in the order in which they are examined."""
+
+    cell: str
+    kind: Wish
+    ready: bool
+    broken: str
+    """The first condition that is broken; empty where all hold."""
+    conditions: tuple[ConditionReport, ...]
+
+
+def why(cell: RobotCell, name: str, request: WhyRequest, session: int, now: int) -> WhyReply:
+    """Examine every condition of a motion.
+
+    Args:
+        cell: the cell.
+        name: its name.
+        request: what somebody would like to do.
+        session: who asks.
+        now: monotonic time, ns.
+    """
+    holder = cell.authority.holder
+    if request.whose == "holder" and holder is not None:
+        session = holder.session
+    kind = MotionKind[request.kind.name]
+    reports = tuple(_report(finding) for finding in examine(cell, kind, session, now))
+    broken = next((report.condition for report in reports if not report.holds), "")
+    return WhyReply(
+        cell=name, kind=request.kind, ready=not broken, broken=broken, conditions=reports
+    )
+
+
+def _report(finding: Finding) -> ConditionReport:
+    condition, refusal = finding
+    name, meaning = condition.name.lower(), condition.value
+    if refusal is None:
+        return ConditionReport(condition=name, meaning=meaning, holds=True)
+    entry = CATALOGUE[refusal.code]
+    return ConditionReport(
+        condition=name,
+        meaning=meaning,
+        holds=False,
+        code=refusal.code,
+        name=refusal.code.name,
+        text=refusal.sentence,
+        cause=entry.cause,
+        remedy=entry.remedy,
+    )

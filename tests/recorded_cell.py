@@ -1,0 +1,88 @@
+"""A recorder on a hand-driven clock with a store whose answers come when asked for."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+
+from stored_documents import noon
+
+from openpendant.server.errands import Errands
+from openpendant.server.feedback import Feedback
+from openpendant.server.outgoing import Errand, Outgoing
+from openpendant.server.recording import Recorder
+from openpendant.server.recording_document import RecordingDocument
+from openpendant.server.refusal import Refusal
+from openpendant.server.settings import ControllerLink
+from openpendant.server.store.errors import StoreError
+from openpendant.server.store.requests import Answer, perform
+from openpendant.server.store.samples import Row, unpack_rows
+from openpendant.server.store.sqlite_store import open_store
+from openpendant.simplemsg import JointFeedback, ValidField, joint_array
+
+MS = 1_000_000
+JOINTS = ("shoulder", "elbow")
+
+
+class RecordedCell:
+    """A recorder, the reports of a controller with two joints, and a store in a file."""
+
+    def __init__(self, folder: Path, *, answers_at_once: bool = True) -> None:
+        self.store = open_store(folder / "store.db", wall_clock=noon)
+        self.answers_at_once = answers_at_once
+        self.errands = Errands()
+        self.asked: deque[Errand] = deque()
+        self.refuse_with: StoreError | None = None
+        self.recorder = Recorder("two-joints", JOINTS, 0.01, self.errands.ask)
+        self.feedback = Feedback(2, ControllerLink())
+        self.now = 1_000_000_000
+        self.told: list[RecordingDocument | Refusal] = []
+
+    def perform(self, outgoing: list[Outgoing]) -> None:
+        """Carry out errands, at once or when `answer` is called."""
+        self.asked.extend(item for item in outgoing if isinstance(item, Errand))
+        while self.answers_at_once and self.asked:
+            self.answer()
+
+    def answer(self) -> None:
+        """Have the store answer the oldest request."""
+        errand = self.asked.popleft()
+        answer: Answer
+        if self.refuse_with is not None:
+            answer = self.refuse_with
+        else:
+            try:
+                answer = perform(self.store, errand.request)
+            except StoreError as error:
+                answer = error
+        self.perform(self.errands.done(errand.errand_id, answer, self.now))
+
+    def tell(self, ended: RecordingDocument | Refusal, now: int) -> list[Outgoing]:
+        self.told.append(ended)
+        return []
+
+    def start(self, name: str = "arc") -> Refusal | list[Outgoing]:
+        return self._performed(self.recorder.start(name, "ann", self.tell))
+
+    def stop(self) -> Refusal | list[Outgoing]:
+        return self._performed(self.recorder.stop(self.tell))
+
+    def _performed(self, result: Refusal | list[Outgoing]) -> Refusal | list[Outgoing]:
+        if not isinstance(result, Refusal):
+            self.perform(result)
+        return result
+
+    def report(self, position: Sequence[float], after_ms: int = 10) -> None:
+        """Let time pass and the controller report; the recorder sees it twice, as with STATUS."""
+        self.now += after_ms * MS
+        message = JointFeedback(
+            0, int(ValidField.ALL), 0.0, joint_array(position), joint_array(()), joint_array(())
+        )
+        self.feedback.take(message, self.now)
+        self.perform(self.recorder.reported(self.feedback, self.now))
+        self.perform(self.recorder.reported(self.feedback, self.now + MS))
+
+    def rows(self, name: str = "arc") -> list[Row]:
+        chunks = self.store.load_chunks(name, 0, 1_000)
+        return [row for chunk in chunks for row in unpack_rows(chunk, 4)]

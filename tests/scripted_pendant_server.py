@@ -1,0 +1,285 @@
+"""A pendant server that agrees to everything, notes what it was told and when, and says what a
+test has it say."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import ssl
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import Any, TypeVar
+
+from openpendant.simplemsg import (
+    PENDANT,
+    CommType,
+    Connection,
+    Malformed,
+    Message,
+    Ping,
+    ReplyCode,
+    Role,
+    Unasked,
+    joint_array,
+)
+from openpendant.simplemsg.pendant import (
+    Activity,
+    EnablingPosition,
+    Hello,
+    HelloReply,
+    JogEnd,
+    JogEnded,
+    JogReason,
+    JogRelease,
+    JogStart,
+    LinkState,
+    Management,
+    OperatingMode,
+    Outcome,
+    OutcomeKind,
+    ProgramState,
+    State,
+    StateField,
+    StopKind,
+    Verdict,
+)
+from openpendant.simplemsg.verdicts import VerdictCode
+
+SESSION = 7
+DOF = 6
+STATE_PERIOD = 0.04
+
+_M = TypeVar("_M", bound=Message)
+
+
+def state(sequence: int, *, mode: OperatingMode = OperatingMode.MANUAL_REDUCED) -> State:
+    """Return a state of a robot that stands at (0.1, 0.2, …, 0.6)."""
+    return State(
+        sequence=sequence,
+        time_s=0,
+        time_ns=0,
+        age=0.0,
+        dropped=0,
+        activity=Activity.IDLE,
+        request_id=0,
+        holder=0,
+        stop=StopKind.NONE,
+        operating_mode=mode,
+        enabling=EnablingPosition.RELEASED,
+        override=1.0,
+        tool_speed_cap=0.25,
+        jog_scale=1.0,
+        jog_reason=JogReason.NONE,
+        jog_joint=-1,
+        program_state=ProgramState.NONE,
+        program_line=0,
+        link=LinkState.UP,
+        drives_powered=1,
+        e_stopped=0,
+        error_code=0,
+        in_error=0,
+        in_motion=0,
+        mode=2,
+        motion_possible=1,
+        valid_fields=StateField.POSITION | StateField.TOOL,
+        tool_speed=0.0,
+        positions=joint_array([0.125 * (joint + 1) for joint in range(DOF)]),
+        velocities=joint_array(()),
+        tool_position=(0.5, 0.25, 0.75),
+        tool_orientation=(0.0, 0.0, 0.0, 1.0),
+    )
+
+
+class ScriptedPendantServer(asyncio.Protocol):
+    """One connection's other end.
+
+    Attributes:
+        got: what came, with the loop's time [s].
+        refusals: verdict for the next request of a type, with its text.
+        answers: body of the management answer by `op`; what is not here is refused.
+        mode: shown in the states.
+        mutes: nothing is answered any more.
+        completes: motions other than jogs are completed at once.
+    """
+
+    def __init__(self) -> None:
+        self.got: list[tuple[float, Message]] = []
+        self.refusals: dict[type[Message], tuple[VerdictCode, str]] = {}
+        self.answers: dict[str, dict[str, Any]] = {}
+        self.mode = OperatingMode.MANUAL_REDUCED
+        self.mutes = False
+        self.completes = True
+        self.sequence = 0
+        self.port = 0
+        self._jogs: dict[int, int] = {}
+        self._wire = Connection(Role.SERVER, PENDANT, max_frame=65_532)
+        self._transport: asyncio.Transport | None = None
+        self._telling: asyncio.Task[None] | None = None
+
+    # The connection.
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+        self._wire = Connection(Role.SERVER, PENDANT, max_frame=65_532)
+
+    def data_received(self, data: bytes) -> None:
+        now = asyncio.get_running_loop().time()
+        for received in self._wire.receive(data):
+            assert not isinstance(received, Malformed | Unasked), received
+            self.got.append((now, received))
+            if not self.mutes and received.comm_type == CommType.REQUEST:
+                self._answer(received)
+
+    def send(self, message: Message) -> None:
+        assert self._transport is not None
+        self._transport.write(self._wire.send(message))
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        if self._telling is not None:
+            self._telling.cancel()
+
+    def hang_up(self) -> None:
+        if self._transport is not None:
+            self._transport.close()
+
+    def tell_state(self) -> None:
+        self.sequence += 1
+        self.send(state(self.sequence, mode=self.mode))
+
+    # What it answers.
+
+    def _answer(self, message: Message) -> None:
+        match message:
+            case Hello():
+                self.send(self._welcome(message))
+                self.tell_state()
+                self._telling = asyncio.get_running_loop().create_task(self._tell_states())
+            case Ping():
+                self.send(Ping(comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS))
+            case Management():
+                self._manage(message)
+            case _:
+                self._judge(message, getattr(message, "request_id", 0))
+
+    async def _tell_states(self) -> None:
+        while True:
+            await asyncio.sleep(STATE_PERIOD)
+            if not self.mutes:
+                self.tell_state()
+
+    @staticmethod
+    def _welcome(hello: Hello) -> HelloReply:
+        return HelloReply(
+            protocol_version=hello.protocol_version,
+            session=SESSION,
+            capabilities=32,
+            max_frame=65_532,
+            dof=DOF,
+            tick_rate=100.0,
+            max_state_rate=100.0,
+            authority_timeout=3.0,
+            cell=hello.cell or "cell",
+            robot="ur5",
+            server="scripted",
+        )
+
+    def _manage(self, message: Management) -> None:
+        answer = self.answers.get(json.loads(message.body)["op"])
+        refusal = {"code": 42, "text": "no such op"}
+        self.send(
+            Management(
+                request_id=message.request_id,
+                body=json.dumps(refusal if answer is None else answer).encode(),
+                comm_type=CommType.REPLY,
+                reply_code=ReplyCode.FAILURE if answer is None else ReplyCode.SUCCESS,
+            )
+        )
+
+    def _judge(self, message: Message, request_id: int) -> None:
+        code, text = self.refusals.pop(type(message), (VerdictCode.ACCEPTED, ""))
+        self.send(_verdict(request_id, code, text))
+        if code is not VerdictCode.ACCEPTED:
+            return
+        match message:
+            case JogStart():
+                self._jogs[message.press] = request_id
+            case JogRelease():
+                self.end_jog(message.press)
+            case _ if hasattr(message, "speed") and self.completes:
+                self.end_motion(request_id)
+
+    def end_motion(self, request_id: int, code: VerdictCode = VerdictCode.ACCEPTED) -> None:
+        kind = OutcomeKind.ABORTED if code else OutcomeKind.COMPLETED
+        self.send(
+            Outcome(
+                request_id=request_id,
+                outcome=kind,
+                code=code,
+                joint=-1,
+                value=0.0,
+                limit=0.0,
+                plan_time=0.25,
+                motion_time=0.5,
+                text="scripted",
+            )
+        )
+
+    def end_jog(
+        self, press: int, why: JogEnd = JogEnd.RELEASED, code: VerdictCode = VerdictCode.ACCEPTED
+    ) -> None:
+        """Bring the robot to rest after a press."""
+        self.send(
+            JogEnded(
+                press=press,
+                reason=why,
+                stop_time=0.0625,
+                joint_distance=0.03125,
+                tool_distance=0.015625,
+                positions=joint_array([0.5] * DOF),
+            )
+        )
+        self.end_motion(self._jogs.pop(press), code)
+
+    # What came.
+
+    def times(self, kind: type[Message]) -> list[float]:
+        return [at for at, message in self.got if isinstance(message, kind)]
+
+    def all(self, kind: type[_M]) -> list[_M]:
+        return [message for _, message in self.got if isinstance(message, kind)]
+
+    def one(self, kind: type[_M]) -> _M:
+        (found,) = self.all(kind)
+        return found
+
+
+def _verdict(request_id: int, code: VerdictCode, text: str) -> Verdict:
+    return Verdict(
+        request_id=request_id,
+        code=code,
+        joint=2 if code else -1,
+        value=7.0 if code else 0.0,
+        limit=6.25 if code else 0.0,
+        text=text,
+        comm_type=CommType.REPLY,
+        reply_code=ReplyCode.FAILURE if code else ReplyCode.SUCCESS,
+    )
+
+
+@asynccontextmanager
+async def scripted_server(
+    tls: ssl.SSLContext | None = None,
+) -> AsyncIterator[ScriptedPendantServer]:
+    """Listen on a free port of loopback."""
+    server = ScriptedPendantServer()
+    listener = await asyncio.get_running_loop().create_server(
+        lambda: server, "127.0.0.1", 0, ssl=tls
+    )
+    server.port = listener.sockets[0].getsockname()[1]
+    try:
+        yield server
+    finally:
+        listener.close()
+        server.hang_up()
+        await asyncio.sleep(STATE_PERIOD)
