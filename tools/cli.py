@@ -47,8 +47,14 @@ COMMANDS: Mapping[str, Command] = {
     "demo": Command("openpendant.tools.demo", "watch a pendant move an emulated robot"),
     "serve": Command("openpendant.server.cli", "run the pendant server of a cell"),
     "emulate": Command("openpendant.controller_emulator.cli", "run an emulated robot controller"),
+    "pendant": Command("openpendant.tools.pendants.terminal.cli", "a teach pendant in a terminal"),
     "robots": Command("openpendant.motion.cli", "list, show, check, draw and import robots"),
     "plan": Command("openpendant.motion.plan_cli", "plan a motion offline; table, files and plot"),
+    "store": Command("openpendant.server.store.cli", "show, carry and check saved documents"),
+    "users": Command("openpendant.server.access.cli", "list, add and change the accounts"),
+    "audit": Command("openpendant.server.access.audit_cli", "show and check the audit log"),
+    "program": Command("openpendant.server.programs.cli", "check, print and convert programs"),
+    "why": Command("openpendant.tools.why", "ask a server why its robot does not move"),
     "packets": Command("openpendant.tools.packets.cli", "decode and encode simple message packets"),
 }
 
@@ -58,6 +64,7 @@ EXTRA_OF_LIBRARY: Mapping[str, str] = {
     "matplotlib": "plot",
     "ompl": "plan",
     "ruckig": "motion",
+    "textual": "terminal",
 }
 """The extra of the distribution that installs a library which not every sub-command needs."""
 

@@ -234,7 +234,7 @@ def run_demo(
                     "openpendant.server",
                     *("--robot", robot, "--pendant-port", "0", "--ros-motion-port", "0"),
                     *("--ros-state-port", "0", "--json", "--plans", str(plans)),
-                    *("--journal", str(journals.server)),
+                    *("--journal", str(journals.server), "--store", "off"),
                     *("--controller", f"127.0.0.1:{controller['motion']}:{controller['state']}"),
                 ),
             )

@@ -6,6 +6,7 @@ import asyncio
 import os
 import signal
 import time
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -303,7 +304,9 @@ async def test_a_dead_planner_refuses_and_comes_back(start_cell: Any) -> None:
     here = pendant.tool_pose()
     await (await pendant.move_to_pose(lowered(here, 0.02))).done()
 
-    for child in children_of(cell.server.pid):
+    planners = planners_of(cell.server.pid)
+    assert planners
+    for child in planners:
         os.kill(child, signal.SIGSTOP)
         waiting = asyncio.ensure_future(pendant.move_to_pose(here))
         await pendant.wait_until(lambda state: state.activity == Activity.PLANNING)
@@ -318,9 +321,13 @@ async def test_a_dead_planner_refuses_and_comes_back(start_cell: Any) -> None:
     await (await pendant.move_to_pose(here)).done()
 
 
-def children_of(pid: int) -> list[int]:
-    with open(f"/proc/{pid}/task/{pid}/children", encoding="ascii") as children:
-        return [int(child) for child in children.read().split()]
+def planners_of(pid: int) -> list[int]:
+    children = Path(f"/proc/{pid}/task/{pid}/children").read_text(encoding="ascii").split()
+    return [
+        int(child)
+        for child in children
+        if b"planning_process" in Path(f"/proc/{child}/cmdline").read_bytes()
+    ]
 
 
 async def test_the_snapshot_describes_the_cell(start_cell: Any) -> None:

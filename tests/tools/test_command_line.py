@@ -59,7 +59,7 @@ def test_version_is_that_of_the_loaded_code(capsys: pytest.CaptureFixture[str]) 
     ("argument", "hint"),
     [
         ("sevre", "unknown command 'sevre'; did you mean 'serve'?"),
-        ("zzz", "unknown command 'zzz'; known: demo, serve, emulate, robots, plan, packets"),
+        ("zzz", f"unknown command 'zzz'; known: {', '.join(COMMANDS)}"),
         ("--hlep", "unknown option '--hlep'; did you mean '--help'?"),
     ],
 )

@@ -21,6 +21,7 @@ MODULES = (
     "planning",
     "path_accuracy",
     "ticks",
+    "cells",
     "startup",
     "rerun",
 )

@@ -11,6 +11,7 @@ from typing import Any
 
 from openpendant.motion.robot import serial_robot
 from openpendant.server.app import App
+from openpendant.server.cell_shell import ServedCell
 from openpendant.server.controller_path import ControllerPath
 from openpendant.server.core import Port
 from openpendant.server.settings import CellSettings, Pendants
@@ -23,6 +24,7 @@ from openpendant.simplemsg import (
     Status,
     joint_array,
 )
+from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, PROTOCOL_VERSION, Hello
 
 from .table import Benchmark, Sides
@@ -46,6 +48,7 @@ class _Sink:
     def __init__(self, app: App) -> None:
         self.port = Port.PENDANT
         self.address = "127.0.0.1"
+        self.cell = None
         self.session = 0
         self.taken = 0
         self.wire = Connection(Role.SERVER, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
@@ -88,30 +91,25 @@ def _report(app: App, now: int) -> None:
             motion_possible=1,
         ),
     )
+    (cell,) = app.cells
     for report in reports:
-        app.perform(app.core.on_controller(ControllerPath.STATE, report, 0, now))
-
-
-class _StillApp(App):
-    """A server whose clock stands: ticks are called by the benchmark."""
-
-    @staticmethod
-    def now() -> int:
-        return 0
+        cell.perform(cell.core.on_controller(ControllerPath.STATE, report, 0, now))
 
 
 def _app(listeners: int) -> App:
     settings = CellSettings(robot=ROBOT, pendants=Pendants(idle_timeout=3600))
-    app = _StillApp(settings, serial_robot(ROBOT), planner=_NoPlanner())
+    # Its clock stands: ticks are called by the benchmark.
+    app = App([ServedCell(settings, serial_robot(ROBOT), _NoPlanner())], Journal(lambda: 0))
+    (cell,) = app.cells
     for path in ControllerPath:
-        app.perform(app.core.controller_path(path, True, 0))
+        cell.perform(cell.core.controller_path(path, True, 0))
     _report(app, 0)
     for _ in range(listeners):
         sink = _Sink(app)
         hello = Hello(
             protocol_version=PROTOCOL_VERSION, state_rate=100.0, cell="", client="benchmark"
         )
-        app.perform(app.core.receive(sink.session, hello, 0))
+        app.receive(sink.session, hello, 0)
     return app
 
 
@@ -130,7 +128,7 @@ def _tick(listeners: int) -> Iterator[Sides]:
             began = time.perf_counter()
             for _ in range(TICKS):
                 clock += TICK_NS
-                app.perform(app.core.tick(clock))
+                app.cells[0].tick(clock)
             return (time.perf_counter() - began) / TICKS * 1e6
 
         return sample
@@ -156,7 +154,7 @@ def _lateness() -> Iterator[Sides]:
     app = _app(30)
 
     def subject() -> float:
-        return asyncio.run(late(lambda now: app.perform(app.core.tick(now))))
+        return asyncio.run(late(app.cells[0].tick))
 
     def baseline() -> float:
         return asyncio.run(late(lambda now: None))

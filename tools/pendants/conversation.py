@@ -1,7 +1,7 @@
 """The client's side of one connection: requests out, verdicts and outcomes back to whoever waits.
 
 Owns the matching of replies to requests and the end of everything that waits when the connection is
-lost. What the requests mean is `client`'s business.
+lost. What the requests mean is the business of `session` and of what is built on it.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from openpendant.simplemsg.pendant import (
     HelloReply,
     Management,
     Outcome,
+    PairingReply,
     Verdict,
 )
 
@@ -51,6 +52,7 @@ class Conversation(asyncio.Protocol):
     Attributes:
         error: why it is over; None while it goes on.
         closed: set when the connection has ended.
+        heard: when the last bytes came, by the loop's clock [s].
     """
 
     def __init__(self, on_news: Callable[[Message], None]) -> None:
@@ -61,6 +63,7 @@ class Conversation(asyncio.Protocol):
         """
         self.error: PendantError | None = None
         self.closed = asyncio.Event()
+        self.heard = 0.0
         self._on_news = on_news
         self._wire = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
         self._transport: asyncio.Transport | None = None
@@ -75,10 +78,12 @@ class Conversation(asyncio.Protocol):
         """Send at once from now on."""
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
+        self.heard = asyncio.get_running_loop().time()
         transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def data_received(self, data: bytes) -> None:
         """Decode what came and give each message to whoever waits for it."""
+        self.heard = asyncio.get_running_loop().time()
         while True:
             for received in self._wire.receive(data):
                 if not isinstance(received, Malformed | Unasked):
@@ -102,8 +107,10 @@ class Conversation(asyncio.Protocol):
         else:
             self.closed.set()
 
-    def abort(self) -> None:
-        """Break the connection at once."""
+    def abort(self, why: PendantError | None = None) -> None:
+        """Break the connection at once, and tell everything that waits why."""
+        if why is not None:
+            self._end(why)
         if self._transport is not None:
             self._transport.abort()
 
@@ -186,7 +193,11 @@ class Conversation(asyncio.Protocol):
 
     def _take(self, message: Message) -> None:
         match message:
-            case Verdict(request_id=request_id) | Management(request_id=request_id):
+            case (
+                Verdict(request_id=request_id)
+                | Management(request_id=request_id)
+                | PairingReply(request_id=request_id)
+            ):
                 _complete(self._verdicts.get(request_id), message)
             case HelloReply():
                 _complete(self._verdicts.get(HELLO), message)

@@ -25,7 +25,9 @@ from rich.table import Table
 from openpendant.simplemsg.pendant import Activity, Motion, State, StateField
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from .attitude import roll_pitch_yaw
 from .client import MotionHandle, PendantClient, PendantError, Pose, Refused
+from .snapshot import JointFacts
 
 JOINT_STEP = math.radians(12)
 LINE_LENGTH = 0.08
@@ -53,15 +55,6 @@ class TourReport:
     robot: str = ""
     motions: list[dict[str, Any]] = field(default_factory=list)
     poses: int = 0
-
-
-def roll_pitch_yaw(quaternion: tuple[float, ...]) -> tuple[float, float, float]:
-    """Return roll, pitch, yaw [rad] of a quaternion x, y, z, w: R = Rz(yaw) Ry(pitch) Rx(roll)."""
-    x, y, z, w = quaternion
-    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
-    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return roll, pitch, yaw
 
 
 def live_table(state: State | None, names: list[str], units: list[str], doing: str) -> Table:
@@ -101,7 +94,7 @@ class Tour:
         self._console = console
         self._names: list[str] = []
         self._units: list[str] = []
-        self._limits: list[dict[str, Any]] = []
+        self._limits: list[JointFacts] = []
         self._doing = "connecting"
         self.report = TourReport(robot=pendant.hello.robot)
 

@@ -26,7 +26,8 @@ class Refused(PendantError):
         joint: index of the joint at fault, -1 for none.
         value: the value at fault, SI.
         limit: the limit that it breaks, SI.
-        remedy: what to do about it.
+        cause: what happened, in the words of the catalogue; empty for a code of a newer server.
+        remedy: what to do about it; empty likewise.
     """
 
     def __init__(self, code: int, text: str, joint: int, value: float, limit: float) -> None:
@@ -36,7 +37,9 @@ class Refused(PendantError):
         self.joint = joint
         self.value = value
         self.limit = limit
-        self.remedy = CATALOGUE[VerdictCode(code)].remedy if known else ""
+        entry = CATALOGUE[VerdictCode(code)] if known else None
+        self.cause = entry.cause if entry else ""
+        self.remedy = entry.remedy if entry else ""
         name = VerdictCode(code).name if known else str(code)
         super().__init__(f"{name}: {text}")
 

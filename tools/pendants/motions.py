@@ -1,13 +1,13 @@
-"""Poses and motions as the client library hands them out."""
+"""Poses, motions and how they ended, as the client library hands them out."""
 
 from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass
 
-from openpendant.simplemsg.pendant import Outcome, OutcomeKind
+from openpendant.simplemsg.pendant import JogEnd, JogEnded, Outcome, OutcomeKind
 
-from .failures import Aborted
+from .failures import Aborted, PendantError
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +38,39 @@ class MotionResult:
     motion_time: float
 
 
+@dataclass(frozen=True, slots=True)
+class JogAccount:
+    """How a press ended and how the robot came to rest.
+
+    Attributes:
+        press: number of the press.
+        reason: why it ended.
+        stop_time: from the end of the press to rest [s].
+        joint_distance: farthest that a joint went in that time [rad, m for a linear axis].
+        tool_distance: way of the tool in that time [m].
+        positions: (n,) where the joints stand [rad, m].
+    """
+
+    press: int
+    reason: JogEnd
+    stop_time: float
+    joint_distance: float
+    tool_distance: float
+    positions: tuple[float, ...]
+
+    @classmethod
+    def of(cls, message: JogEnded, dof: int) -> JogAccount:
+        """Read the server's account of a robot with so many joints."""
+        return cls(
+            message.press,
+            JogEnd(message.reason),
+            message.stop_time,
+            message.joint_distance,
+            message.tool_distance,
+            message.positions[:dof],
+        )
+
+
 class MotionHandle:
     """A motion that the server accepted and began.
 
@@ -50,6 +83,11 @@ class MotionHandle:
         self.request_id = request_id
         self._outcome = outcome
 
+    @property
+    def is_over(self) -> bool:
+        """Whether it has ended, one way or another."""
+        return self._outcome.done()
+
     async def done(self) -> MotionResult:
         """Wait until the motion ended; cancelling the wait does not stop the robot.
 
@@ -61,3 +99,41 @@ class MotionHandle:
         if outcome.outcome != OutcomeKind.COMPLETED:
             raise Aborted(outcome.code, outcome.text, outcome.joint, outcome.value, outcome.limit)
         return MotionResult(outcome.plan_time, outcome.motion_time)
+
+    async def over_within(self, seconds: float) -> bool:
+        """Wait for the end, at most so long; return whether it came."""
+        await asyncio.wait({self._outcome}, timeout=seconds)
+        return self.is_over
+
+
+class PressHandle(MotionHandle):
+    """The motion of one press of a jog.
+
+    Attributes:
+        press: number of the press.
+    """
+
+    def __init__(
+        self, press: int, motion: MotionHandle, account: asyncio.Future[JogAccount]
+    ) -> None:
+        """Made by the client's jogs."""
+        super().__init__(motion.request_id, motion._outcome)
+        self.press = press
+        self._account = account
+
+    @property
+    def account(self) -> JogAccount | None:
+        """How the robot came to rest; None before."""
+        return self._account.result() if self._account.done() else None
+
+    async def rested(self) -> JogAccount:
+        """Wait until the robot stands again.
+
+        Raises:
+            Aborted: something else than the release ended it: a stop, the enabling device, …
+            ConnectionLost: the connection ended first.
+        """
+        await self.done()
+        if self.account is None:
+            raise PendantError(f"the server gave no account of press {self.press}")
+        return self.account

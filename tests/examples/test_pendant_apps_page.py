@@ -1,0 +1,45 @@
+"""The page for app authors: what it shows is in an example that runs, and it leaves nothing out."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from pathlib import Path
+
+import pytest
+
+from openpendant.simplemsg.pendant import PENDANT_MESSAGES
+from openpendant.tools.pendants.client import PendantClient
+from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
+
+ROOT = Path(__file__).parent.parent.parent
+PAGE = (ROOT / "docs" / "pendant-apps.md").read_text("utf-8")
+EXAMPLES = [path.read_text("utf-8") for path in sorted((ROOT / "examples").glob("*.py"))]
+
+
+def test_every_python_block_is_part_of_an_example() -> None:
+    blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    assert blocks
+    assert [block for block in blocks if not any(block in text for text in EXAMPLES)] == []
+
+
+def test_every_pendant_example_is_listed() -> None:
+    found = {*(ROOT / "examples").glob("*.py"), *(ROOT / "examples").glob("pendant.*")}
+    assert [path.name for path in found if f"(../examples/{path.name})" not in PAGE] == []
+
+
+@pytest.mark.parametrize("client", [PendantClient, RoboAnalyzerClient])
+def test_every_call_is_named(client: type) -> None:
+    inside = {"close", "abort", "login", "subscribe", "take_control", "release_control"}
+    calls = [name for name, _ in inspect.getmembers(client, callable) if name[0] != "_"]
+    missing = [name for name in calls if not re.search(rf"\b{name}\b", PAGE)]
+    assert set(missing) <= inside
+
+
+def test_the_numbers_of_the_messages_are_right() -> None:
+    numbers = {kind.__name__: kind.PLACE.msg_type for kind in PENDANT_MESSAGES}
+    named = re.findall(r"\*{0,2}\b([A-Z]+(?:_[A-Z]+)*)\*{0,2} \((65\d{3})\)", PAGE)
+    assert len(named) >= 12
+    for name, number in named:
+        camel = "".join(part.capitalize() for part in name.split("_"))
+        assert numbers[camel] == int(number), name

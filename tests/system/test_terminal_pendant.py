@@ -1,0 +1,165 @@
+"""The command `openpendant pendant` in a pseudo-terminal, with the server and the emulator."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import math
+import os
+import re
+import sys
+import termios
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from openpendant.simplemsg.pendant import Activity, EnablingPosition, OperatingMode, StopKind
+from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.tools.pendants.client import PendantClient, Refused
+
+pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+
+SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
+CTRL_Q = "\x11"
+STEP = math.radians(0.5)
+
+_ESCAPES = re.compile(r"\x1b(\[[0-9;?>$]*[a-zA-Z]|\][^\x07]*\x07|[=>])")
+
+
+class Terminal:
+    """The keyboard and the screen of one process."""
+
+    def __init__(self, process: asyncio.subprocess.Process, end: int) -> None:
+        self.process = process
+        self._end = end
+        self._output = b""
+        self._grown = asyncio.Event()
+
+    def read(self) -> None:
+        with contextlib.suppress(OSError):  # the other end has closed
+            self._output += os.read(self._end, 65_536)
+        self._grown.set()
+
+    def strike(self, keys: str) -> None:
+        os.write(self._end, keys.encode())
+
+    @property
+    def text(self) -> str:
+        """All that was written so far, without colours and places."""
+        return _ESCAPES.sub("", self._output.decode("utf-8", "replace"))
+
+    async def shows(self, text: str) -> None:
+        async with asyncio.timeout(15 * SCALE):
+            while text not in self.text:
+                self._grown.clear()
+                await self._grown.wait()
+
+
+@asynccontextmanager
+async def terminal(port: int) -> AsyncIterator[Terminal]:
+    ours, theirs = os.openpty()
+    termios.tcsetwinsize(theirs, (45, 130))
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "openpendant.tools", "pendant", f"127.0.0.1:{port}"),
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        env={**os.environ, "TERM": "xterm-256color"},
+        start_new_session=True,
+    )
+    os.close(theirs)
+    made = Terminal(process, ours)
+    asyncio.get_running_loop().add_reader(ours, made.read)
+    try:
+        yield made
+    finally:
+        asyncio.get_running_loop().remove_reader(ours)
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+        os.close(ours)
+
+
+async def until(pendant: PendantClient, holds: Callable[[Any], bool]) -> None:
+    await pendant.wait_until(holds, within=15 * SCALE)
+
+
+async def step_two_joints(shown: Terminal, observer: PendantClient) -> int:
+    """Step joint 1 up and joint 2 down; return how often it took.
+
+    A machine that stalls makes the watchdog stop a step, and the server let enabling go.
+    """
+    start = observer.joints()
+    for attempt in range(1, 6):
+        assert observer.state is not None
+        if observer.state.enabling != EnablingPosition.HELD:
+            shown.strike("v")
+            await until(observer, lambda s: s.enabling == EnablingPosition.HELD)
+        shown.strike("qs")
+        with contextlib.suppress(TimeoutError):
+            await observer.wait_until(
+                lambda s: abs(s.positions[0] - start[0]) > STEP / 2, within=3 * SCALE
+            )
+            await until(observer, lambda s: s.activity == Activity.IDLE and s.in_motion == 0)
+            return attempt
+    raise AssertionError("no step moved the robot")
+
+
+async def test_it_jogs_records_stops_and_is_left(start_cell: Any, tmp_path: Path) -> None:
+    cell = await start_cell(server=("--store", str(tmp_path / "store.db")))
+    observer = await cell.ready_pendant(client="observer")
+    before = observer.joints()
+    async with terminal(cell.ports["pendant"]) as shown:
+        await shown.shows("pendant–server: up")
+        shown.strike("cm1")
+        await until(observer, lambda s: s.operating_mode == OperatingMode.MANUAL_REDUCED)
+        assert observer.state is not None
+        assert observer.state.holder != 0
+        steps = await step_two_joints(shown, observer)
+        first, second, *others = observer.joints()
+        assert before[0] < first <= before[0] + steps * STEP + 1e-4
+        assert before[1] > second >= before[1] - steps * STEP - 1e-4
+        assert others == pytest.approx(before[2:], abs=1e-4)
+
+        shown.strike("npick\r")
+        await shown.shows("pick, revision 1")
+        shown.strike("1")
+        await shown.shows("pick, revision 2")
+        program = await observer.manage({"op": "programs.load", "name": "pick"})
+        assert "move PTP P1" in program["body"]
+
+        shown.strike(" ")
+        await until(observer, lambda s: s.stop == StopKind.SOFTWARE)
+        await shown.shows("software stop by terminal: space bar")
+        await until(observer, lambda s: s.enabling == EnablingPosition.RELEASED)
+
+        shown.strike(CTRL_Q)
+        assert await asyncio.wait_for(shown.process.wait(), 10 * SCALE) == 0
+    await until(observer, lambda s: s.holder == 0)
+    assert (await cell.end())["violations"] == 0
+
+
+async def test_a_held_key_moves_and_silence_ends_it_within_the_deadline(start_cell: Any) -> None:
+    cell = await start_cell(server=("--store", "off"))
+    observer = await cell.ready_pendant(client="observer")
+    async with terminal(cell.ports["pendant"]) as shown:
+        await shown.shows("pendant–server: up")
+        shown.strike("cm1")
+        await until(observer, lambda s: s.operating_mode == OperatingMode.MANUAL_REDUCED)
+        shown.strike("v/")
+        await until(observer, lambda s: s.enabling == EnablingPosition.HELD)
+        for _ in range(30):
+            shown.strike("q")
+            await asyncio.sleep(0.033)
+        began = asyncio.get_running_loop().time()
+        await until(observer, lambda s: s.activity == Activity.IDLE)
+        # The deadline of 0.25 s, the ramp, and a busy machine.
+        assert asyncio.get_running_loop().time() - began < 1.5 * SCALE
+        assert observer.joints()[0] > 0.05
+        with pytest.raises(Refused) as refused:
+            await observer.take_control()
+        assert refused.value.code == VerdictCode.HELD_BY_OTHER
+    assert (await cell.end())["violations"] == 0

@@ -1,0 +1,82 @@
+"""`openpendant pendant`: arguments, places where it cannot run, exit codes."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import sys
+
+import pytest
+
+from openpendant.tools.cli import ExitCode
+from openpendant.tools.cli import main as openpendant
+from openpendant.tools.pendants.terminal.cli import FAILED, USAGE, _address, main
+
+
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [
+        ("robot", ("robot", 11010)),
+        ("robot:12", ("robot", 12)),
+        ("[::1]:12", ("::1", 12)),
+        ("[::1]", ("::1", 11010)),
+        ("::1", ("::1", 11010)),
+    ],
+)
+def test_the_server_is_a_host_and_maybe_a_port(text: str, address: tuple[str, int]) -> None:
+    assert _address(text) == address
+
+
+@pytest.mark.parametrize("text", ["", ":12", "robot:", "robot:0", "robot:65536", "robot:x", "[]:1"])
+def test_what_is_no_server_is_refused(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([text]) == USAGE
+    error = capsys.readouterr().err
+    assert "accepted: HOST or HOST:PORT" in error
+    assert error.count("\n") == 1
+
+
+def test_without_a_terminal_it_says_what_works_there(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([]) == USAGE
+    assert "this is no terminal; --plain" in capsys.readouterr().err
+
+
+def test_an_unknown_option_is_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--speed", "7"]) == USAGE
+    assert "--speed" in capsys.readouterr().err
+
+
+def test_a_certificate_that_is_none_is_named(
+    capsys: pytest.CaptureFixture[str], tmp_path: object
+) -> None:
+    assert main(["--plain", "--ca", f"{tmp_path}/none.pem"]) == USAGE
+    assert "none.pem" in capsys.readouterr().err
+
+
+def test_a_server_that_is_not_there_is_one_line_and_no_traceback(
+    capsys: pytest.CaptureFixture[str], unused_tcp_port: int
+) -> None:
+    assert main([f"127.0.0.1:{unused_tcp_port}", "--plain"]) == FAILED
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_without_textual_it_says_what_to_install(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return True
+
+    def absent(name: str, package: str | None = None) -> object:
+        if name == "textual":
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+        return real(name, package)
+
+    real = importlib.import_module
+    errors = Terminal()
+    monkeypatch.setattr(importlib, "import_module", absent)
+    for stream in ("stdin", "stdout"):
+        monkeypatch.setattr(sys, stream, Terminal())
+    monkeypatch.setattr(sys, "stderr", errors)
+    assert openpendant(["pendant"]) == ExitCode.NOT_INSTALLED
+    assert "pip install 'openpendant[terminal]'" in errors.getvalue()
+    assert errors.getvalue().count("\n") == 1

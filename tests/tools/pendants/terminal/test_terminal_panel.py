@@ -1,0 +1,425 @@
+"""What each key of the terminal pendant asks for, in which situation."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from panel_rig import MS, PROGRAM, PanelRig
+
+from openpendant.simplemsg.pendant import (
+    Activity,
+    LinkState,
+    ModeChanged,
+    OperatingMode,
+    ProgramState,
+    RunKind,
+    StopChanged,
+    StopKind,
+)
+from openpendant.tools.pendants.terminal import commands as do
+from openpendant.tools.pendants.terminal.commands import Command
+from openpendant.tools.pendants.terminal.enabling_toggle import TIMEOUT_NS
+from openpendant.tools.pendants.terminal.keyboard import KEYBOARD, STOP_KEY, Intent, Page, legend
+from openpendant.tools.pendants.terminal.prompts import Choice, Entry, Wanted
+from openpendant.tools.pendants.terminal.taught_program import (
+    Change,
+    DeleteStatement,
+    RecordPoint,
+    TaughtProgram,
+    TouchUp,
+)
+
+HALF_DEGREE = math.radians(0.5)
+
+
+@pytest.fixture
+def rig() -> PanelRig:
+    return PanelRig()
+
+
+@pytest.mark.parametrize(
+    ("keys", "command"),
+    [
+        ("x", do.ResetStop()),
+        ("c", do.GiveControl()),
+        ("b", do.UndoJog()),
+        ("?", do.AskWhy()),
+        ("9", do.StopProgram()),
+        ("8", do.Pause()),
+        ("-", do.SetSpeed(0.75)),
+        ("+", do.SetSpeed(1.0)),
+        ("<", do.SetSpeed(1.0, 0.1)),
+        (">", do.SetSpeed(1.0, 0.5)),
+        ("m1", do.SetMode(OperatingMode.MANUAL_REDUCED)),
+        ("m2", do.SetMode(OperatingMode.MANUAL_HIGH)),
+        ("m3", do.SetMode(OperatingMode.AUTOMATIC)),
+        ("m4", do.SetMode(OperatingMode.RECOVERY)),
+        ("01", do.GoHome("home")),
+        ("02", do.GoHome("zero")),
+        ("C1", do.TakeControl(force=True)),
+        ("1", do.EditProgram(RecordPoint("PTP"))),
+        ("2", do.EditProgram(RecordPoint("PTP", 0))),
+        ("31", do.EditProgram(TouchUp(0))),
+        ("41", do.EditProgram(DeleteStatement(0))),
+        ("51", do.RunProgram("pick", RunKind.ALL)),
+        ("52", do.RunProgram("pick", RunKind.ALL, 9)),
+        ("53", do.RunProgram("pick", RunKind.ALL, loops=0)),
+        ("6", do.RunProgram("pick", RunKind.STEP_FORWARD)),
+        ("7", do.RunProgram("pick", RunKind.STEP_BACKWARD)),
+    ],
+)
+def test_each_key_asks_for_its_command(rig: PanelRig, keys: str, command: Command) -> None:
+    rig.open()
+    rig.state(tool_speed_cap=0.25)
+    assert rig.strike(*keys) == [command]
+
+
+def test_control_is_asked_for_by_whoever_has_none(rig: PanelRig) -> None:
+    rig.state(holder=0)
+    assert rig.strike("c") == [do.TakeControl()]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"activity": Activity.PAUSED},
+        {"program_state": ProgramState.PAUSED},
+        {"program_state": ProgramState.AT_BREAKPOINT},
+        {"program_state": ProgramState.STEPPED},
+    ],
+)
+def test_what_is_paused_is_resumed_by_the_same_key(rig: PanelRig, changes: dict[str, Any]) -> None:
+    rig.state(**changes)
+    assert rig.strike("8") == [do.Resume()]
+
+
+# Stop.
+
+
+@pytest.mark.parametrize("before", ["", "m", "n", "nabc", "=", "*", "0", "v", "/q", "C"])
+def test_the_space_bar_stops_whatever_was_struck_before(rig: PanelRig, before: str) -> None:
+    rig.strike(*before)
+    asked = rig.panel.key(STOP_KEY, rig.now)
+    assert asked[0] == do.SoftwareStop("space bar")
+    assert rig.panel.question is None
+
+
+def test_the_space_bar_stops_an_onlooker_s_cell_on_stale_values_too(rig: PanelRig) -> None:
+    rig.state(holder=0, link=LinkState.STALE)
+    rig.wait(1000, fresh=False)
+    assert rig.strike(STOP_KEY) == [do.SoftwareStop("space bar")]
+
+
+def test_a_stop_without_a_link_says_so_and_leaves_once_linked() -> None:
+    rig = PanelRig(connected=False)
+    assert rig.strike(STOP_KEY) == []
+    assert "hardware button" in rig.said
+    (stop,) = rig.panel.connected()
+    assert isinstance(stop, do.SoftwareStop)
+    assert rig.panel.connected() == []
+
+
+def test_a_step_that_was_gathered_does_not_leave_after_a_stop(rig: PanelRig) -> None:
+    rig.panel.key("q", rig.now)
+    rig.panel.key(STOP_KEY, rig.now)
+    assert rig.wait(500) == []
+
+
+@pytest.mark.parametrize("key", [key for key in KEYBOARD if key != STOP_KEY])
+def test_no_key_but_the_space_bar_does_anything_without_a_link(key: str) -> None:
+    rig = PanelRig(connected=False)
+    rig.panel.cell.lost("nobody listens")
+    assert rig.strike(key, "1", "enter") == []
+
+
+# Jogs.
+
+
+def test_a_key_makes_one_step_of_its_joint(rig: PanelRig) -> None:
+    assert rig.strike("w") == [do.Step("", ((1, HALF_DEGREE),))]
+    assert rig.strike("s") == [do.Step("", ((1, -HALF_DEGREE),))]
+
+
+def test_two_keys_in_quick_succession_step_two_joints_at_once(rig: PanelRig) -> None:
+    assert rig.panel.key("q", rig.now) == []
+    rig.now += 50 * MS
+    assert rig.strike("d") == [do.Step("", ((0, HALF_DEGREE), (2, -HALF_DEGREE)))]
+
+
+def test_keys_further_apart_make_two_steps(rig: PanelRig) -> None:
+    assert rig.strike("q") == [do.Step("", ((0, HALF_DEGREE),))]
+    assert rig.strike("d") == [do.Step("", ((2, -HALF_DEGREE),))]
+
+
+def test_the_tool_steps_by_length_and_angle_in_the_chosen_frame(rig: PanelRig) -> None:
+    rig.strike("tab")
+    assert rig.strike("e") == [do.Step("base", ((2, 0.001),))]
+    rig.strike("tab")
+    assert rig.strike("h") == [do.Step("tool", ((5, -HALF_DEGREE),))]
+    rig.strike("shift+tab", "shift+tab", "shift+tab")
+    assert rig.panel.jog.frame == "table"
+
+
+def test_a_key_while_the_robot_moves_does_nothing_and_is_not_kept(rig: PanelRig) -> None:
+    rig.state(activity=Activity.MOVING)
+    assert rig.strike("q") == []
+    assert "still moving" in rig.said
+    rig.state()
+    assert rig.wait(1000) == []
+
+
+@pytest.mark.parametrize("key", ["q", "/q", "=3=5\n"])
+def test_nothing_is_moved_on_a_stale_display(rig: PanelRig, key: str) -> None:
+    rig.wait(400, fresh=False)
+    asked = [
+        command
+        for each in key
+        for command in rig.panel.key("enter" if each == "\n" else each, rig.now)
+    ]
+    assert asked == []
+    assert rig.panel.tick(rig.now + 100 * MS) == []
+    assert "STALE" in rig.said
+
+
+def test_an_axis_that_is_not_there_is_named(rig: PanelRig) -> None:
+    assert rig.strike("u") == []
+    assert rig.said == "no axis 7 in joints; accepted: 1 to 6"
+
+
+def test_a_held_key_pulses_and_no_pulse_outlives_the_longest_deadline(rig: PanelRig) -> None:
+    rig.strike("/")
+    assert rig.panel.key("q", rig.now) == [do.Pulse("", ((0, 1),), 0.25)]
+    rig.now += 33 * MS
+    assert rig.panel.key("q", rig.now) == [do.Pulse("", ((0, 1),), 0.25)]
+    assert rig.wait(1000) == []
+
+
+def test_two_held_keys_move_two_joints_and_none_longer_than_its_own_key(rig: PanelRig) -> None:
+    rig.strike("/")
+    rig.panel.key("q", rig.now)
+    rig.now += 100 * MS
+    assert rig.panel.key("s", rig.now) == [do.Pulse("", ((0, 1), (1, -1)), 0.15)]
+    rig.now += 90 * MS
+    (pulse,) = rig.panel.key("s", rig.now)
+    assert isinstance(pulse, do.Pulse)
+    assert pulse.axes == ((0, 1), (1, -1))
+    assert pulse.deadline == pytest.approx(0.06)
+    rig.now += 20 * MS
+    assert rig.panel.key("s", rig.now) == [do.Pulse("", ((1, -1),), 0.25)]
+
+
+def test_the_other_direction_of_a_held_axis_replaces_the_first(rig: PanelRig) -> None:
+    rig.strike("/")
+    rig.panel.key("q", rig.now)
+    assert rig.panel.key("a", rig.now) == [do.Pulse("", ((0, -1),), 0.25)]
+
+
+def test_caps_lock_moves_nothing_and_is_named(rig: PanelRig) -> None:
+    assert rig.strike("Q") == []
+    assert "Caps Lock" in rig.said
+
+
+# Enabling (training).
+
+
+def test_enabling_is_a_toggle_that_lets_go_after_seconds_without_a_key(rig: PanelRig) -> None:
+    assert rig.strike("v") == [do.Enable(True)]
+    assert rig.wait(TIMEOUT_NS // MS - 200) == []
+    assert rig.wait(400) == [do.Enable(False)]
+    assert "no key for 5 s" in rig.said
+    assert not rig.panel.enabling.is_on
+
+
+def test_any_key_shows_that_somebody_is_there(rig: PanelRig) -> None:
+    rig.strike("v")
+    for _ in range(5):
+        assert rig.wait(4000) == []
+        rig.strike("f1")
+    assert rig.panel.enabling.is_on
+
+
+@pytest.mark.parametrize("key", ["v", "escape"])
+def test_enabling_is_let_go_by_its_key_and_by_escape(rig: PanelRig, key: str) -> None:
+    rig.strike("v")
+    assert rig.strike(key) == [do.Enable(False)]
+
+
+def test_a_stop_lets_enabling_go(rig: PanelRig) -> None:
+    rig.strike("v")
+    assert rig.strike(STOP_KEY) == [do.SoftwareStop("space bar"), do.Enable(False)]
+
+
+@pytest.mark.parametrize(
+    "news",
+    [
+        StopChanged(stop=StopKind.SOFTWARE, session=9, client="bench-2", reason="fire"),
+        ModeChanged(mode=OperatingMode.AUTOMATIC, session=9, client="bench-2"),
+    ],
+)
+def test_a_stop_or_a_mode_of_another_lets_enabling_go(
+    rig: PanelRig, news: StopChanged | ModeChanged
+) -> None:
+    rig.strike("v")
+    panel = rig.panel
+    asked = panel.stop_changed(news) if isinstance(news, StopChanged) else panel.mode_changed(news)
+    assert asked == [do.Enable(False)]
+    assert "bench-2" in rig.said
+
+
+def test_a_reset_by_another_is_told_and_lets_nothing_go(rig: PanelRig) -> None:
+    rig.strike("v")
+    news = StopChanged(stop=StopKind.NONE, session=9, client="bench-2", reason="")
+    assert rig.panel.stop_changed(news) == []
+    assert rig.said == "stop reset by bench-2"
+
+
+def test_enabling_that_the_server_does_not_take_is_not_shown_as_held(rig: PanelRig) -> None:
+    rig.strike("v")
+    assert rig.panel.not_enabled() == [do.Enable(False)]
+    assert not rig.panel.enabling.is_on
+
+
+def test_a_lost_link_lets_everything_go_and_nothing_comes_back(rig: PanelRig) -> None:
+    rig.strike("v", "m")
+    rig.panel.key("q", rig.now)
+    rig.panel.lost("cable")
+    rig.panel.cell.is_connected = True
+    assert rig.panel.connected() == []
+    assert rig.wait(6000) == []
+    assert (rig.panel.enabling.is_on, rig.panel.question) == (False, None)
+
+
+# Questions.
+
+
+@pytest.mark.parametrize("key", ["5", "q", "escape", "enter", "left"])
+def test_any_other_key_says_no_to_a_choice(rig: PanelRig, key: str) -> None:
+    rig.strike("m")
+    assert isinstance(rig.panel.question, Choice)
+    assert rig.strike(key) == []
+    assert rig.panel.question is None
+
+
+def test_letters_that_are_typed_jog_nothing(rig: PanelRig) -> None:
+    assert rig.strike("n", *"qwe", "backspace", "tab") == []
+    assert rig.panel.question == Entry(Wanted.PROGRAM, "qw")
+    assert rig.strike("enter") == [do.OpenProgram("qw")]
+    assert rig.panel.page is Page.PROGRAM
+
+
+def test_a_typed_text_has_an_end(rig: PanelRig) -> None:
+    rig.strike("n", *"q" * 200)
+    assert rig.panel.question == Entry(Wanted.PROGRAM, "q" * 64)
+
+
+@pytest.mark.parametrize(
+    ("text", "command"),
+    [
+        ("3=-45", do.MoveJoint(2, math.radians(-45))),
+        ("z=400", do.MoveTool(2, 0.4)),
+    ],
+)
+def test_a_typed_target_is_one_axis_in_the_units_of_the_screen(
+    rig: PanelRig, text: str, command: Command
+) -> None:
+    assert rig.strike("=", *text, "enter") == [command]
+
+
+@pytest.mark.parametrize(
+    "text", ["", "3", "3=", "0=1", "7=1", "xy=1", "3=nan", "3=inf", "3=4,5", "q=1", "²=1"]
+)
+def test_what_is_no_target_is_refused_with_what_would_be(rig: PanelRig, text: str) -> None:
+    assert rig.strike("=", *text, "enter") == []
+    assert "accepted" in rig.said
+
+
+def test_a_step_size_is_typed_or_taken_from_the_ladder(rig: PanelRig) -> None:
+    rig.strike("*", *"2mm", "enter")
+    assert (rig.panel.jog.step.millimetres, rig.panel.jog.step.degrees) == (2.0, 0.5)
+    rig.strike("]")
+    assert (rig.panel.jog.step.millimetres, rig.panel.jog.step.degrees) == (5.0, 2.5)
+    rig.strike("[", "[", "[", "[")
+    assert (rig.panel.jog.step.millimetres, rig.panel.jog.step.degrees) == (0.1, 0.05)
+
+
+@pytest.mark.parametrize("text", ["", "2", "0mm", "-1mm", "101mm", "46deg", "nanmm", "1,5mm"])
+def test_what_is_no_step_size_is_refused(rig: PanelRig, text: str) -> None:
+    before = rig.panel.jog.step
+    rig.strike("*", *text, "enter")
+    assert rig.panel.jog.step == before
+    assert "accepted" in rig.said
+
+
+# Programs.
+
+
+def test_without_a_program_the_keys_say_how_to_open_one(rig: PanelRig) -> None:
+    for key in "1234567":
+        assert rig.strike(key) == []
+    assert "n opens one" in rig.said
+
+
+def test_an_empty_program_takes_a_point_and_nothing_else(rig: PanelRig) -> None:
+    rig.open(TaughtProgram("new", 1))
+    for key in "234":
+        assert rig.strike(key) == []
+    assert "1 records" in rig.said
+    assert rig.strike("1") == [do.EditProgram(RecordPoint("PTP"))]
+
+
+def test_a_point_recorded_in_a_frame_is_gone_to_in_a_line(rig: PanelRig) -> None:
+    rig.open()
+    rig.strike("tab")
+    assert rig.strike("1") == [do.EditProgram(RecordPoint("LIN"))]
+
+
+def test_a_statement_without_a_point_cannot_be_touched_up(rig: PanelRig) -> None:
+    rig.open()
+    rig.strike("f5", "down")
+    assert rig.strike("3") == []
+    assert rig.said == "wait 2 s moves to no point"
+
+
+def test_edits_are_undone_and_made_again(rig: PanelRig) -> None:
+    rig.open()
+    assert rig.strike("ctrl+z") == [do.EditProgram(Change.UNDO)]
+    assert rig.strike("ctrl+y") == [do.EditProgram(Change.REDO)]
+
+
+def test_what_was_appended_is_selected_and_the_selection_stays_inside(rig: PanelRig) -> None:
+    rig.open()
+    longer = TaughtProgram("pick", 4, (*PROGRAM.lines, "move PTP P2"), (*PROGRAM.targets, "P2"))
+    rig.open(longer)
+    assert rig.panel.teaching.selected == 3
+    rig.open(PROGRAM)
+    assert rig.panel.teaching.selected == 2
+
+
+def test_each_edit_names_the_revision_that_it_was_made_from() -> None:
+    record = PROGRAM.request(RecordPoint("LIN", 1))
+    assert record == {
+        "op": "programs.record",
+        "name": "pick",
+        "expected_revision": 3,
+        "point": "P2",
+        "move": {"statement": "move", "way": "LIN", "point": "P2"},
+        "at": 1,
+    }
+    assert PROGRAM.request(TouchUp(2))["point"] == "P1"
+    assert PROGRAM.request(DeleteStatement(1))["edit"]["first"] == 1
+    assert PROGRAM.request(Change.UNDO)["op"] == "programs.undo"
+
+
+def test_a_message_that_repeats_is_counted(rig: PanelRig) -> None:
+    for _ in range(3):
+        rig.panel.messages.add("no")
+    assert rig.panel.messages.lines[-1] == "no (×3)"
+
+
+def test_the_legend_names_every_intent_but_the_turning_of_pages() -> None:
+    shown = legend(6)
+    intents = {meaning for meaning in KEYBOARD.values() if isinstance(meaning, Intent)}
+    missing = {intent for intent in intents if intent.value not in shown}
+    assert missing == {Intent.LAST_FRAME, Intent.NEXT_PAGE, Intent.LAST_PAGE}

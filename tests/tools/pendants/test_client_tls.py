@@ -1,0 +1,61 @@
+"""The client over TLS: it encrypts, and trusts nobody whom it was not told to trust."""
+
+from __future__ import annotations
+
+import shutil
+import ssl
+import subprocess
+from pathlib import Path
+
+import pytest
+from scripted_pendant_server import scripted_server
+
+from openpendant.simplemsg.pendant import Login
+from openpendant.tools.pendants.client import PendantClient
+
+OPENSSL = shutil.which("openssl")
+pytestmark = [
+    pytest.mark.realtime,
+    pytest.mark.asyncio,
+    pytest.mark.skipif(OPENSSL is None, reason="no openssl to make a certificate with"),
+]
+
+
+@pytest.fixture(scope="module")
+def certificate(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """A certificate that signed itself, and its key."""
+    folder = tmp_path_factory.mktemp("tls")
+    paths = folder / "server.pem", folder / "server.key"
+    command = [
+        *(OPENSSL or "openssl", "req", "-x509", "-newkey", "ec", "-nodes", "-days", "2"),
+        *("-pkeyopt", "ec_paramgen_curve:prime256v1", "-subj", "/CN=pendant server"),
+        *("-addext", "subjectAltName=IP:127.0.0.1"),
+        *("-keyout", str(paths[1]), "-out", str(paths[0])),
+    ]
+    subprocess.run(command, check=True, capture_output=True, timeout=60)
+    return paths
+
+
+def server_side(certificate: tuple[Path, Path]) -> ssl.SSLContext:
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(*certificate)
+    return context
+
+
+async def test_a_trusted_server_is_talked_to(certificate: tuple[Path, Path]) -> None:
+    trusted = ssl.create_default_context(cafile=str(certificate[0]))
+    async with scripted_server(server_side(certificate)) as server:
+        async with await PendantClient.connect(
+            "127.0.0.1", server.port, tls=trusted, user="ada", password="correct horse"
+        ) as pendant:
+            await pendant.next_state()
+        assert server.one(Login).name == "ada"
+
+
+async def test_a_server_that_nobody_vouches_for_is_not(certificate: tuple[Path, Path]) -> None:
+    async with scripted_server(server_side(certificate)) as server:
+        with pytest.raises(ssl.SSLCertVerificationError):
+            await PendantClient.connect(
+                "127.0.0.1", server.port, tls=ssl.create_default_context(), password="secret"
+            )
+        assert server.got == []

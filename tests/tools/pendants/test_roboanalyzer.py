@@ -1,0 +1,212 @@
+"""RoboAnalyzer's calls by their names, and what each of them asks of the server."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import pytest
+from scripted_pendant_server import ScriptedPendantServer, scripted_server
+
+from openpendant.simplemsg.pendant import (
+    Enabling,
+    Hello,
+    Home,
+    JointMove,
+    Management,
+    Motion,
+    OperatingMode,
+    PoseMove,
+)
+from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.tools.pendants.attitude import quaternion_of, roll_pitch_yaw
+from openpendant.tools.pendants.failures import Refused, WrongArgument
+from openpendant.tools.pendants.loop_thread import LoopThread
+from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
+
+pytestmark = pytest.mark.realtime
+
+THE_TWELVE = [
+    "RoboAnalyzerClient",  # the constructor, which selects the robot
+    "ClearTrace",
+    "IncrementA",
+    "IncrementB",
+    "IncrementC",
+    "IncrementX",
+    "IncrementY",
+    "IncrementZ",
+    "IncrementJointAngle",
+    "IncrementJointAngles",
+    "SetHomePosition",
+    "UpdateJointAngles",
+]
+MORE = ["ShowAvailableRobots", "LoadRobot", "DisplayRobot", "UpdateRobot", "DisposeRobot"]
+
+ARM = {"name": "j", "unit": "rad", "lower": -math.pi, "upper": math.pi}
+RAIL = {"name": "rail", "unit": "m", "lower": 0.0, "upper": 2.0}
+SNAPSHOT = {"cell": "left", "robot": "ur5", "joints": [RAIL, *[ARM] * 5]}
+CELLS = {
+    "cells": [
+        {"cell": "left", "robot": "ur5", "dof": 6},
+        {"cell": "right", "robot": "puma560", "dof": 6},
+    ]
+}
+
+
+@pytest.fixture
+def server() -> Iterator[ScriptedPendantServer]:
+    thread = LoopThread("scripted server")
+    with thread.entered(scripted_server()) as running:
+        running.mode = OperatingMode.AUTOMATIC
+        running.answers = {"snapshot": SNAPSHOT, "cells": CELLS, "clear_trace": {"trace_since": 9}}
+        yield running
+    thread.end()
+
+
+@pytest.fixture
+def robot(server: ScriptedPendantServer) -> Iterator[RoboAnalyzerClient]:
+    with RoboAnalyzerClient("127.0.0.1", server.port, speed=0.5) as connected:
+        yield connected
+
+
+@pytest.mark.parametrize("name", [*THE_TWELVE, *MORE])
+def test_each_call_of_the_original_is_there_by_its_name(name: str) -> None:
+    if name == RoboAnalyzerClient.__name__:
+        assert len(THE_TWELVE) == 12
+    else:
+        assert callable(getattr(RoboAnalyzerClient, name))
+
+
+def test_joint_positions_are_degrees_and_millimetres(
+    server: ScriptedPendantServer, robot: RoboAnalyzerClient
+) -> None:
+    robot.UpdateJointAngles([500.0, 90.0, -90.0, 0.0, 45.0, 180.0])
+    move = server.one(JointMove)
+    expected = [0.5, math.pi / 2, -math.pi / 2, 0.0, math.pi / 4, math.pi]
+    assert move.joints[:6] == pytest.approx(expected, abs=1e-6)
+    assert move.speed == 0.5
+
+
+def test_joint_increments_start_where_the_robot_stands(
+    server: ScriptedPendantServer, robot: RoboAnalyzerClient
+) -> None:
+    robot.IncrementJointAngle(1, -100.0)
+    robot.IncrementJointAngles([0.0, 0.0, 0.0, 0.0, 0.0, 90.0])
+    here = [0.125, 0.25, 0.375, 0.5, 0.625, 0.75]
+    one, many = server.all(JointMove)
+    assert one.joints[:6] == pytest.approx([0.025, *here[1:]], abs=1e-6)
+    assert many.joints[:6] == pytest.approx([*here[:5], 0.75 + math.pi / 2], abs=1e-6)
+
+
+def test_home_is_asked_for_by_name(
+    server: ScriptedPendantServer, robot: RoboAnalyzerClient
+) -> None:
+    robot.SetHomePosition()
+    assert server.one(Home).target == "home"
+
+
+@pytest.mark.parametrize(("axis", "index"), [("X", 0), ("Y", 1), ("Z", 2)])
+def test_x_y_and_z_are_straight_lines_along_the_axes_of_base(
+    server: ScriptedPendantServer, robot: RoboAnalyzerClient, axis: str, index: int
+) -> None:
+    getattr(robot, f"Increment{axis}")(-25.0)
+    expected = [0.5, 0.25, 0.75]
+    expected[index] -= 0.025
+    move = server.one(PoseMove)
+    assert move.position == pytest.approx(expected, abs=1e-6)
+    assert (move.motion, move.frame, move.orientation) == (Motion.LIN, "base", (0, 0, 0, 1))
+
+
+@pytest.mark.parametrize(("angle", "index"), [("A", 0), ("B", 1), ("C", 2)])
+def test_a_b_and_c_change_the_values_of_roll_pitch_and_yaw(
+    server: ScriptedPendantServer, robot: RoboAnalyzerClient, angle: str, index: int
+) -> None:
+    getattr(robot, f"Increment{angle}")(30.0)
+    move = server.one(PoseMove)
+    expected = [0.0, 0.0, 0.0]
+    expected[index] = math.radians(30.0)
+    assert roll_pitch_yaw(move.orientation) == pytest.approx(expected, abs=1e-6)
+    assert move.position == (0.5, 0.25, 0.75)
+
+
+@pytest.mark.parametrize(
+    "angles", [(0.1, 0.2, 0.3), (3.0, -1.5, -3.0), (-math.pi, 0.0, 1.0), (0.5, 1.5, 2.5)]
+)
+def test_roll_pitch_yaw_and_quaternion_lead_back_to_each_other(
+    angles: tuple[float, float, float],
+) -> None:
+    back = quaternion_of(*roll_pitch_yaw(quaternion_of(*angles)))
+    dot = sum(a * b for a, b in zip(back, quaternion_of(*angles), strict=True))
+    assert abs(dot) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_where_the_robot_is_comes_in_degrees_and_millimetres(robot: RoboAnalyzerClient) -> None:
+    posture = robot.UpdateRobot()
+    assert posture.joints[0] == pytest.approx(125.0, abs=1e-4)
+    assert posture.joints[1] == pytest.approx(math.degrees(0.25), abs=1e-4)
+    assert (posture.x, posture.y, posture.z) == (500.0, 250.0, 750.0)
+    assert (posture.a, posture.b, posture.c) == (0.0, 0.0, 0.0)
+
+
+def test_what_the_robot_is_comes_in_degrees_and_millimetres(robot: RoboAnalyzerClient) -> None:
+    display = robot.DisplayRobot()
+    assert (display.name, display.cell) == ("ur5", "left")
+    rail, arm, *_ = display.joints
+    assert (rail.unit, rail.upper) == ("mm", 2000.0)
+    assert arm.unit == "°"
+    assert arm.lower == pytest.approx(-180.0)
+
+
+def test_the_trace_is_cleared_by_a_documented_message(
+    server: ScriptedPendantServer, robot: RoboAnalyzerClient
+) -> None:
+    robot.ClearTrace()
+    assert server.all(Management)[-1].body == b'{"op": "clear_trace"}'
+
+
+@pytest.mark.parametrize("name", ["puma560", "right"])
+def test_a_robot_is_selected_by_its_name_or_its_cell(
+    server: ScriptedPendantServer, robot: RoboAnalyzerClient, name: str
+) -> None:
+    assert robot.ShowAvailableRobots() == ["ur5", "puma560"]
+    robot.LoadRobot(name)
+    assert [hello.cell for hello in server.all(Hello)] == ["", "right"]
+
+
+def test_a_robot_that_is_not_there_is_refused_with_those_that_are(
+    server: ScriptedPendantServer,
+) -> None:
+    with pytest.raises(WrongArgument, match=r"no robot 'kr6'.*ur5 \(cell left\), puma560"):
+        RoboAnalyzerClient("127.0.0.1", server.port, "kr6")
+
+
+def test_in_a_manual_mode_each_motion_is_enabled(
+    server: ScriptedPendantServer, robot: RoboAnalyzerClient
+) -> None:
+    robot.IncrementX(1.0)
+    assert server.all(Enabling) == []
+    server.mode = OperatingMode.MANUAL_REDUCED
+    robot.UpdateRobot()
+    robot.IncrementX(1.0)
+    robot.UpdateRobot()
+    assert [message.position for message in server.all(Enabling)] == [0, 1, 0]
+
+
+def test_a_wrong_count_or_joint_never_leaves(
+    server: ScriptedPendantServer, robot: RoboAnalyzerClient
+) -> None:
+    with pytest.raises(WrongArgument, match="5 angles; the robot has 6 joints"):
+        robot.UpdateJointAngles([0.0] * 5)
+    with pytest.raises(WrongArgument, match="7 increments; the robot has 6 joints"):
+        robot.IncrementJointAngles([0.0] * 7)
+    with pytest.raises(WrongArgument, match="no joint 0; the robot has joints 1 to 6"):
+        robot.IncrementJointAngle(0, 1.0)
+    assert server.all(JointMove) == []
+
+
+def test_what_the_server_refuses_arrives_as_its_refusal(
+    server: ScriptedPendantServer, robot: RoboAnalyzerClient
+) -> None:
+    server.refusals[PoseMove] = (VerdictCode.UNREACHABLE, "too far")
+    with pytest.raises(Refused, match="too far"):
+        robot.IncrementZ(9000.0)

@@ -1,0 +1,179 @@
+"""The blocking client: the same calls as the asyncio client, from ordinary threads."""
+
+from __future__ import annotations
+
+import inspect
+import threading
+import time
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from scripted_pendant_server import ScriptedPendantServer, scripted_server
+
+from openpendant.simplemsg.pendant import (
+    Enabling,
+    EnablingPosition,
+    JogBeat,
+    JogRelease,
+    JogStart,
+    OperatingMode,
+    SetMode,
+)
+from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.tools.pendants.client import ConnectionLost, PendantClient, Refused
+from openpendant.tools.pendants.loop_thread import LoopThread
+from openpendant.tools.pendants.sync_client import SyncPendantClient
+
+pytestmark = pytest.mark.realtime
+
+ASYNC_ONLY = {"abort"}
+SYNC_ONLY: set[str] = set()
+DIFFERENT_DEFAULTS = {("jog", "longest"), ("jog_tool", "longest")}
+
+
+def calls(client: type) -> dict[str, inspect.Signature]:
+    return {
+        name: inspect.signature(member)
+        for name, member in inspect.getmembers(client, callable)
+        if not name.startswith("_")
+    }
+
+
+def test_both_clients_have_the_same_calls_with_the_same_arguments() -> None:
+    blocking, asynchronous = calls(SyncPendantClient), calls(PendantClient)
+    assert set(asynchronous) - set(blocking) == ASYNC_ONLY
+    assert set(blocking) - set(asynchronous) == SYNC_ONLY
+    for name, signature in blocking.items():
+        for argument, here in signature.parameters.items():
+            there = asynchronous[name].parameters[argument]
+            assert here.kind == there.kind, f"{name}({argument})"
+            if (name, argument) not in DIFFERENT_DEFAULTS:
+                assert here.default == there.default, f"{name}({argument})"
+        assert list(signature.parameters) == list(asynchronous[name].parameters), name
+
+
+@pytest.fixture
+def server() -> Iterator[ScriptedPendantServer]:
+    thread = LoopThread("scripted server")
+    with thread.entered(scripted_server()) as running:
+        yield running
+    thread.end()
+
+
+@pytest.fixture
+def pendant(server: ScriptedPendantServer) -> Iterator[SyncPendantClient]:
+    with SyncPendantClient.connect("127.0.0.1", server.port) as connected:
+        connected.next_state()
+        yield connected
+
+
+def test_motions_block_until_they_have_ended(pendant: SyncPendantClient) -> None:
+    with pendant.control():
+        assert pendant.in_control
+        result = pendant.move_joints(pendant.joints(), speed=0.2).done()
+        assert result.plan_time == 0.25
+        assert pendant.step({0: 0.1}).done(within=5).motion_time == 0.5
+
+
+def test_a_wait_can_be_bounded(server: ScriptedPendantServer, pendant: SyncPendantClient) -> None:
+    server.completes = False
+    motion = pendant.home()
+    with pytest.raises(TimeoutError):
+        motion.done(within=0.05)
+    assert not motion.is_over
+
+
+def test_a_jog_is_held_while_the_program_waits_and_released_after(
+    server: ScriptedPendantServer, pendant: SyncPendantClient
+) -> None:
+    with pendant.enabling(), pendant.jog({0: 0.5}) as jog:
+        jog.hold(0.3)
+    assert jog.account is not None
+    assert len(server.all(JogBeat)) >= 3
+    assert len(server.all(JogRelease)) == 1
+    pendant.next_state()
+    assert server.all(Enabling)[-1].position == EnablingPosition.RELEASED
+
+
+def test_an_error_in_the_block_releases_the_jog(
+    server: ScriptedPendantServer, pendant: SyncPendantClient
+) -> None:
+    with pytest.raises(ZeroDivisionError), pendant.jog_tool(z=0.5):
+        _ = 1 / 0
+    assert len(server.all(JogRelease)) == 1
+
+
+def test_a_program_that_hangs_lets_go_after_the_bound(
+    server: ScriptedPendantServer, pendant: SyncPendantClient
+) -> None:
+    with pendant.jog({0: 0.5}, longest=0.2):
+        time.sleep(0.8)
+        start, last = server.times(JogStart)[0], server.times(JogBeat)[-1]
+    assert last - start < 0.45
+
+
+def test_a_refused_call_raises_in_the_callers_thread(
+    server: ScriptedPendantServer, pendant: SyncPendantClient
+) -> None:
+    server.refusals[SetMode] = (VerdictCode.NOT_IN_CONTROL, "nobody is")
+    with pytest.raises(Refused, match="nobody is"):
+        pendant.set_mode(OperatingMode.AUTOMATIC)
+
+
+def test_states_are_yielded_and_never_twice(pendant: SyncPendantClient) -> None:
+    seen = [state.sequence for state, _ in zip(pendant.states(), range(4), strict=False)]
+    assert seen == sorted(set(seen))
+
+
+def test_threads_may_share_one_client(pendant: SyncPendantClient) -> None:
+    with ThreadPoolExecutor(8) as pool:
+        motions = list(pool.map(lambda _: pendant.home(), range(40)))
+        results = list(pool.map(lambda motion: motion.done(within=10), motions))
+    assert len({motion.request_id for motion in motions}) == 40
+    assert {result.motion_time for result in results} == {0.5}
+
+
+def test_a_blocking_call_in_a_callback_is_refused_not_deadlocked(
+    pendant: SyncPendantClient,
+) -> None:
+    failures: list[str] = []
+    heard = threading.Event()
+
+    def ask_back(_: object) -> None:
+        try:
+            pendant.pause()
+        except RuntimeError as error:
+            failures.append(str(error))
+        heard.set()
+
+    pendant.background.on_state = ask_back
+    assert heard.wait(5)
+    assert "callback" in failures[0]
+
+
+def test_a_lost_link_ends_what_blocks(
+    server: ScriptedPendantServer, pendant: SyncPendantClient
+) -> None:
+    server.completes = False
+    motion = pendant.home()
+    pendant.background.abort()
+    with pytest.raises(ConnectionLost):
+        motion.done(within=5)
+
+
+def test_a_closed_client_says_so_and_leaves_no_thread(server: ScriptedPendantServer) -> None:
+    before = threading.active_count()
+    pendant = SyncPendantClient.connect("127.0.0.1", server.port)
+    pendant.close()
+    pendant.close()
+    assert threading.active_count() == before
+    with pytest.raises(RuntimeError, match="closed"):
+        pendant.pause()
+
+
+def test_a_connection_that_nobody_takes_leaves_no_thread() -> None:
+    before = threading.active_count()
+    with pytest.raises(OSError, match=r"127\.0\.0\.1"):
+        SyncPendantClient.connect("127.0.0.1", 1)
+    assert threading.active_count() == before

@@ -1,0 +1,92 @@
+"""`openpendant why`: its table, its exit codes, and what it says where nobody answers."""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from openpendant.tools import why
+
+Answer = Callable[[dict[str, Any]], None]
+
+HOLDS = {"condition": "link", "meaning": "the controller is connected", "holds": True}
+BROKEN = {
+    "condition": "stop",
+    "meaning": "no stop is latched",
+    "holds": False,
+    "code": 20,
+    "name": "STOP_LATCHED",
+    "text": "software stop by anna: tea",
+    "cause": "The software stop is latched.",
+    "remedy": "Reset it.",
+}
+
+
+def answer(*conditions: dict[str, Any]) -> dict[str, Any]:
+    broken = next((each["condition"] for each in conditions if not each["holds"]), "")
+    return {
+        "cell": "left",
+        "kind": "move",
+        "ready": not broken,
+        "broken": broken,
+        "conditions": list(conditions),
+    }
+
+
+@pytest.fixture
+def server_says(monkeypatch: pytest.MonkeyPatch) -> Answer:
+    def put(said: dict[str, Any]) -> None:
+        async def ask(*_: object) -> dict[str, Any]:
+            return said
+
+        monkeypatch.setattr(why, "_ask", ask)
+
+    return put
+
+
+def test_a_ready_cell_is_exit_code_0(
+    server_says: Answer, capsys: pytest.CaptureFixture[str]
+) -> None:
+    server_says(answer(HOLDS))
+    assert why.main([]) == 0
+    assert "cell left is ready for a move" in capsys.readouterr().out
+
+
+def test_the_first_broken_condition_is_marked_with_cause_and_remedy(
+    server_says: Answer, capsys: pytest.CaptureFixture[str]
+) -> None:
+    server_says(answer(HOLDS, BROKEN, {**BROKEN, "condition": "limits"}))
+    assert why.main([]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert [line for line in lines if line.startswith(">")] == [
+        "> NO  stop        no stop is latched"
+    ]
+    assert "remedy: Reset it." in lines
+    assert any("software stop by anna: tea" in line for line in lines)
+
+
+def test_json_is_the_whole_answer(server_says: Answer, capsys: pytest.CaptureFixture[str]) -> None:
+    server_says(answer(HOLDS, BROKEN))
+    assert why.main(["--json"]) == 1
+    assert json.loads(capsys.readouterr().out) == answer(HOLDS, BROKEN)
+
+
+def test_nobody_there_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+        assert why.main([f"127.0.0.1:{port}"]) == 69
+    shown = capsys.readouterr().err
+    assert shown.startswith("openpendant why: nobody answers at")
+    assert shown.count("\n") == 1
+
+
+@pytest.mark.parametrize("address", ["host:", ":1", "host:0", "host:70000", "host:x"])
+def test_an_address_that_is_none_is_wrong_usage(address: str) -> None:
+    with pytest.raises(SystemExit) as ended:
+        why.main([address])
+    assert ended.value.code == 2

@@ -1,0 +1,151 @@
+"""A room in one server process: 30 robots that all jog, each with a pendant that listens at 100 Hz.
+
+The emulated controllers are two other processes, the pendants a third. The idle control is a 100 Hz
+timer of this process, which does nothing else meanwhile: what the machine does to it, it does to
+the server as well.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+from .peers import process
+from .table import Benchmark, Bound, Judged, Sides
+
+ROBOTS = 30
+WINDOW = 8.0
+"""Length of one sample [s]."""
+
+SERVER, PEERS = 0, 1
+"""Places of the server, and of emulators and pendants: nobody shall wait for who wakes it."""
+
+_EMULATORS = 2
+_ROBOT = "ur5"
+_TIMEOUT = 120.0
+
+
+def benchmarks() -> list[Benchmark]:
+    """Return how late the ticks are and what the server takes of a processor."""
+    late = Bound(10.0, judged=Judged.VALUE)
+    share = Bound(80.0, aim=60.0, judged=Judged.VALUE)
+    name = f"cells: {ROBOTS} jogs and listeners"
+    return [
+        Benchmark(f"{name}, tick p99 late", "ms", partial(_room, "late_p99"), late, 3),
+        Benchmark(f"{name}, processor of the server", "%", partial(_room, "cpu"), share, 3),
+    ]
+
+
+@contextmanager
+def _room(figure: str) -> Iterator[Sides]:
+    with running_room(ROBOTS) as (server, cells):
+        idle = 0.0
+
+        def subject() -> float:
+            nonlocal idle
+            account, idle = observed(server, cells, WINDOW)
+            if account["jogging"] < 90.0:
+                raise RuntimeError(f"the robots did not jog: {account}")
+            print(f"  {account}", file=sys.stderr)
+            return float(account[figure])
+
+        yield Sides(subject, (lambda: idle) if figure == "late_p99" else None)
+
+
+@contextmanager
+def running_room(robots: int) -> Iterator[tuple[dict[str, Any], list[str]]]:
+    """Run emulated robots and one server for all of them.
+
+    Yields:
+        The server's ready line and the names of its cells.
+    """
+    with ExitStack() as stack:
+        controllers: list[dict[str, int]] = []
+        for part in range(_EMULATORS):
+            count = robots * (part + 1) // _EMULATORS - robots * part // _EMULATORS
+            ready: dict[str, Any] = stack.enter_context(
+                process(
+                    *("openpendant.controller_emulator", "--robot", _ROBOT, "--json"),
+                    *("--motion-port", "0", "--state-port", "0", "--count", str(count)),
+                    place=PEERS,
+                )
+            )
+            controllers += ready.get("controllers", [ready])
+        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="openpendant-bench-"))
+        cells = [f"robot {number}" for number in range(1, robots + 1)]
+        file = Path(folder) / "room.toml"
+        file.write_text(_room_file(cells, controllers), encoding="utf-8")
+        command = ("openpendant.server", "--json", "--config", str(file))
+        server = stack.enter_context(process(*command, place=SERVER))
+        yield server, cells
+
+
+def _room_file(cells: list[str], controllers: list[dict[str, int]]) -> str:
+    tables = "".join(
+        f'[[cells]]\nname = "{name}"\nrobot = "{_ROBOT}"\n'
+        f'modes.initial = "manual_reduced"\n'
+        f"controller = {{motion_port = {at['motion']}, state_port = {at['state']}}}\n"
+        for name, at in zip(cells, controllers, strict=True)
+    )
+    return f"listen.pendant_port = 0\n{tables}"
+
+
+def observed(
+    server: dict[str, Any], cells: list[str], seconds: float
+) -> tuple[dict[str, Any], float]:
+    """Have all pendants jog for a while.
+
+    Returns:
+        Their account, and the 99th percentile of the idle timer's lateness meanwhile [ms].
+    """
+    command = [sys.executable, "-m", "openpendant.tools.bench.jogging_pendants"]
+    command += [str(server["pendant"]), str(server["pid"]), str(seconds), str(PEERS), *cells]
+    idle = _IdleTimer()
+    thread = Thread(target=idle.run)
+    thread.start()
+    try:
+        done = subprocess.run(
+            command, capture_output=True, text=True, timeout=_TIMEOUT, check=False
+        )
+    finally:
+        idle.is_over = True
+        thread.join()
+    if done.returncode:
+        raise RuntimeError(done.stderr)
+    account: dict[str, Any] = json.loads(done.stdout)
+    return account, idle.late_p99
+
+
+class _IdleTimer:
+    """A timer at 100 Hz that has nothing to do.
+
+    Attributes:
+        is_over: tells it to end.
+        late_p99: of a hundred ticks one was later [ms].
+    """
+
+    def __init__(self) -> None:
+        self.is_over = False
+        self.late_p99 = 0.0
+
+    def run(self) -> None:
+        """Tick until told to end."""
+        asyncio.run(self._ticks())
+
+    async def _ticks(self) -> None:
+        now: Callable[[], float] = asyncio.get_running_loop().time
+        begin, late = now(), list[float]()
+        while not self.is_over:
+            due = begin + (len(late) + 1) / 100
+            await asyncio.sleep(due - now())
+            late.append(now() - due)
+        self.late_p99 = sorted(late)[len(late) * 99 // 100] * 1e3

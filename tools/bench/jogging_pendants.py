@@ -1,0 +1,252 @@
+"""Pendants that all jog at once, one in each cell of a server, and what they saw of its ticks.
+
+Runs as a process of its own, `python -m openpendant.tools.bench.jogging_pendants PORT PID SECONDS
+PLACE CELL...`, and prints one JSON object. Each state message carries the time of its tick, so what
+a pendant hears tells how late the server's ticks were, whatever network and pendant add.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import sys
+from collections import Counter
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Message, Role, joint_array
+from openpendant.simplemsg.pendant import (
+    MAX_PENDANT_FRAME,
+    PROTOCOL_VERSION,
+    Activity,
+    Authority,
+    AuthorityAction,
+    Enabling,
+    EnablingPosition,
+    Hello,
+    HelloReply,
+    JogBeat,
+    JogEnd,
+    JogEnded,
+    JogSpace,
+    JogStart,
+    Outcome,
+    OutcomeKind,
+    State,
+    Verdict,
+)
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from .peers import pin
+
+PERIOD_NS = 10_000_000
+"""Between two ticks of the server."""
+
+_BEAT = 0.05
+_TURN = 40
+"""Beats until the direction is reversed, by a new press that takes over."""
+
+_SETTLE = 2.0
+"""Until all have taken control and jog [s]."""
+
+
+class JoggingPendant(asyncio.Protocol):
+    """One pendant: listens at 100 Hz and holds a key.
+
+    Attributes:
+        ticks: times of the ticks that it was told of [ns].
+        jogging: state messages that told of a jog.
+        dropped: state messages that it was too slow for.
+        ended: how often a jog was refused or ended for each reason.
+    """
+
+    def __init__(self, cell: str, is_tool: bool) -> None:
+        """Make a pendant of a cell that jogs the tool or the joints."""
+        self.ticks: list[int] = []
+        self.jogging = 0
+        self.dropped = 0
+        self.ended: Counter[str] = Counter()
+        self._cell = cell
+        self._is_tool = is_tool
+        self._wire = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
+        self._dof = 0
+        self._state: State | None = None
+        self._press = 0
+        self._beats = 0
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Say hello."""
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+        self._write(Hello(PROTOCOL_VERSION, 100.0, self._cell, "bench"))
+
+    def _write(self, *messages: Message) -> None:
+        self._transport.write(b"".join(self._wire.send(message) for message in messages))
+
+    def data_received(self, data: bytes) -> None:
+        """Take control when welcomed; note ticks."""
+        for message in self._wire.receive(data):
+            match message:
+                case State():
+                    self._state = message
+                    self.ticks.append(message.time_s * 1_000_000_000 + message.time_ns)
+                    self.jogging += message.activity == Activity.JOGGING
+                    self.dropped = message.dropped
+                case HelloReply():
+                    self._dof = message.dof
+                    self._write(Authority(1, AuthorityAction.REQUEST))
+                case Verdict(code=code) if code != VerdictCode.ACCEPTED:
+                    self._press_again(code)
+                case Outcome(outcome=OutcomeKind.ABORTED, code=code):
+                    self._press_again(code)
+                case JogEnded(reason=reason) if reason != JogEnd.REPLACED:
+                    self.ended[JogEnd(reason).name] += 1
+
+    def _press_again(self, code: int) -> None:
+        """Let the key go, because a jog was refused or ended; the next beat is another press."""
+        self.ended[VerdictCode(code).name] += 1
+        self._beats = 0
+
+    def forget(self) -> None:
+        """Begin the account anew."""
+        self.ticks.clear()
+        self.jogging = 0
+        self.ended.clear()
+
+    def beat(self) -> None:
+        """Hold the enabling device (training) and the key; turn round now and then."""
+        if self._state is None:
+            return
+        enabling = Enabling(EnablingPosition.HELD)
+        if self._beats % _TURN == 0:
+            self._press += 1
+            self._beats = 0
+            self._write(enabling, self._start(self._state))
+        else:
+            self._write(enabling, JogBeat(self._press, self._beats))
+        self._beats += 1
+
+    def _start(self, state: State) -> JogStart:
+        rate = 0.3 if self._press % 2 else -0.3
+        if self._is_tool:
+            space, frame, values = JogSpace.TOOL, "base", [0.0, 0.0, -rate, 0.0, 0.0, 0.0]
+        else:
+            space, frame, values = JogSpace.JOINTS, "", [rate] * self._dof
+        return JogStart(
+            1 + self._press,
+            self._press,
+            state.sequence,
+            0.25,
+            space,
+            frame,
+            len(values),
+            joint_array(values),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Account:
+    """What was seen of a server in one run.
+
+    Attributes:
+        late_p50: median lateness of a tick [ms].
+        late_p99: of a hundred ticks one was later [ms].
+        late_most: the latest [ms].
+        cpu: share of one processor that the server took, percent.
+        jogging: share of the state messages that told of a jog, percent.
+        dropped: state messages that a pendant was too slow for.
+        ended: how often a jog was refused or ended for each reason.
+    """
+
+    late_p50: float
+    late_p99: float
+    late_most: float
+    cpu: float
+    jogging: float
+    dropped: int
+    ended: dict[str, int]
+
+
+def lateness(ticks: list[int], period: int = PERIOD_NS) -> list[int]:
+    """Return how late each due tick was [ns]; one that was skipped is as late as the next.
+
+    No tick is early, and most are hardly late: on the circle of one period, due time lies where
+    ticks begin behind the widest gap.
+
+    Args:
+        ticks: times of the ticks [ns], rising.
+        period: between two due ticks [ns].
+    """
+    phases = sorted({tick % period for tick in ticks})
+    gaps = [(phase - phases[at - 1]) % period or period for at, phase in enumerate(phases)]
+    phase = phases[gaps.index(max(gaps))]
+    due = ticks[0] - (ticks[0] - phase) % period
+    late = []
+    for tick in ticks:
+        while due <= tick:
+            late.append(tick - due)
+            due += period
+    return late
+
+
+def _processor_time(pid: int) -> float:
+    """Return what a process has used of the processors so far [s]; Linux only."""
+    fields = Path(f"/proc/{pid}/stat").read_text("ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+async def _run(port: int, pid: int, seconds: float, cells: list[str]) -> Account:
+    loop = asyncio.get_running_loop()
+    pendants = [JoggingPendant(cell, bool(number % 2)) for number, cell in enumerate(cells)]
+    for pendant in pendants:
+        await loop.create_connection(partial(_same, pendant), "127.0.0.1", port)
+    keys = [loop.create_task(_hold(pendant, at)) for at, pendant in enumerate(pendants)]
+    await asyncio.sleep(_SETTLE)
+    for pendant in pendants:
+        pendant.forget()
+    began, used = loop.time(), _processor_time(pid)
+    await asyncio.sleep(seconds)
+    cpu = (_processor_time(pid) - used) / (loop.time() - began)
+    for key in keys:
+        key.cancel()
+    await asyncio.gather(*keys, return_exceptions=True)
+    late = sorted(lateness(pendants[0].ticks))
+    heard = sum(len(pendant.ticks) for pendant in pendants)
+    ended: Counter[str] = Counter()
+    for pendant in pendants:
+        ended += pendant.ended
+    return Account(
+        late[len(late) // 2] / 1e6,
+        late[len(late) * 99 // 100] / 1e6,
+        late[-1] / 1e6,
+        100 * cpu,
+        100 * sum(pendant.jogging for pendant in pendants) / heard,
+        sum(pendant.dropped for pendant in pendants),
+        dict(ended),
+    )
+
+
+def _same(pendant: JoggingPendant) -> JoggingPendant:
+    return pendant
+
+
+async def _hold(pendant: JoggingPendant, number: int) -> None:
+    """Beat until cancelled; the pendants do not beat in step."""
+    await asyncio.sleep(_BEAT * (number % 10) / 10)
+    while True:
+        pendant.beat()
+        await asyncio.sleep(_BEAT)
+
+
+def main(argv: list[str]) -> None:
+    """Run, and print the account as one JSON object."""
+    port, pid, seconds, place, *cells = argv
+    pin(0, int(place))
+    account = asyncio.run(_run(int(port), int(pid), float(seconds), cells))
+    print(json.dumps({name: getattr(account, name) for name in Account.__slots__}))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

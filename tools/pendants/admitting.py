@@ -1,0 +1,63 @@
+"""What an admin does at his pendant: a pairing code for a class, accounts, and passwords."""
+
+from __future__ import annotations
+
+from openpendant.simplemsg.pendant import (
+    AccountRole,
+    Pairing,
+    PairingAction,
+    PairingReply,
+    SetAccount,
+)
+
+from .failures import ConnectionLost
+from .session import PendantSession
+
+
+class Admitting(PendantSession):
+    """Who may use the cell; the server refuses all of it to whoever is no admin."""
+
+    async def issue_pairing_code(self) -> str:
+        """Return a code that makes whoever types it an operator of this cell.
+
+        It is shown to a class, and ends after a quarter of an hour or as the server's settings say.
+
+        Raises:
+            Refused: this connection is no admin's.
+            ConnectionLost: the connection ended.
+        """
+        reply = await self._ask(
+            lambda request_id: Pairing(request_id=request_id, action=PairingAction.ISSUE)
+        )
+        if not isinstance(reply, PairingReply):
+            raise ConnectionLost(f"the server answered with {reply}")
+        return reply.code
+
+    async def end_pairing(self) -> None:
+        """End the cell's code, and let its guests do no more than look on.
+
+        Raises:
+            Refused: this connection is no admin's.
+            ConnectionLost: the connection ended.
+        """
+        await self._ask(
+            lambda request_id: Pairing(request_id=request_id, action=PairingAction.WITHDRAW)
+        )
+
+    async def add_account(self, name: str, role: AccountRole, password: str) -> None:
+        """Add an account; returns when it is kept.
+
+        Raises:
+            Refused: name or password is not taken, or this connection is no admin's.
+            WrongArgument: name or password is too long.
+            ConnectionLost: the connection ended.
+        """
+        await self._ask(
+            lambda request_id: SetAccount(
+                request_id=request_id, role=role, name=name, secret=password
+            )
+        )
+
+    async def set_password(self, name: str, password: str) -> None:
+        """Give an account another password, which logs out whoever uses it; raises as above."""
+        await self.add_account(name, AccountRole.AS_IT_IS, password)

@@ -1,0 +1,248 @@
+"""The client's authority, modes, speeds, enabling (training) and stops."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator, Callable
+from types import TracebackType
+from typing import Self
+
+from openpendant.simplemsg import Message
+from openpendant.simplemsg.pendant import (
+    Authority,
+    AuthorityAction,
+    AuthorityBeat,
+    AuthorityChanged,
+    AuthorityWanted,
+    Enabling,
+    EnablingPosition,
+    MotionControl,
+    MotionControlAction,
+    OperatingMode,
+    ResetStop,
+    SetMode,
+    SetSpeed,
+    SoftwareStop,
+)
+
+from .failures import ConnectionLost, PendantError
+from .session import PendantSession, end_task
+
+BEAT_PERIOD = 0.05
+"""Enabling and jog presses are repeated so often while they are held [s]."""
+
+
+class EnablingDevice:
+    """The enabling device (training) of this connection; no safety device.
+
+    A context manager: half pressed inside, let go outside. The positions are repeated by the event
+    loop, so a program that hangs has let go as far as the server is concerned.
+
+    Attributes:
+        position: how far it is pressed.
+    """
+
+    def __init__(self, write: Callable[[Message], None]) -> None:
+        """Made by `PendantClient.enabling`."""
+        self.position = EnablingPosition.RELEASED
+        self._write = write
+        self._repeating: asyncio.Task[None] | None = None
+
+    async def __aenter__(self) -> Self:
+        # After a stop the server wants to see it let go before it counts as held again.
+        self.let_go()
+        self.hold()
+        self._repeating = asyncio.get_running_loop().create_task(self._repeat())
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await end_task(self._repeating)
+        with contextlib.suppress(ConnectionLost):
+            self.let_go()
+
+    def hold(self) -> None:
+        """Press it half way: what the mode allows may move."""
+        self._put(EnablingPosition.HELD)
+
+    def press_through(self) -> None:
+        """Press it through, as in a fright; the robot stops until it was let go."""
+        self._put(EnablingPosition.PANIC)
+
+    def let_go(self) -> None:
+        """Let it go; what moves is stopped, in the modes that need it."""
+        self._put(EnablingPosition.RELEASED)
+
+    def _put(self, position: EnablingPosition) -> None:
+        self.position = position
+        self._write(Enabling(position=position))
+
+    async def _repeat(self) -> None:
+        with contextlib.suppress(ConnectionLost):
+            while True:
+                await asyncio.sleep(BEAT_PERIOD)
+                self._write(Enabling(position=self.position))
+
+
+class Operating(PendantSession):
+    """What a client does beside moving: who is in control, in which mode, how fast, and stops."""
+
+    _beating: asyncio.Task[None] | None = None
+    _in_control = False
+
+    @property
+    def in_control(self) -> bool:
+        """Whether this connection holds the motion authority, as far as it was told."""
+        return self._in_control
+
+    async def close(self) -> None:
+        """End the connection; what it was moving is stopped by the server."""
+        await end_task(self._beating)
+        await super().close()
+
+    async def take_control(self, *, force: bool = False) -> None:
+        """Request the motion authority and keep it with beats until released.
+
+        Args:
+            force: take it over from whoever has it; needs the role, and the automatic mode.
+
+        Raises:
+            Refused: somebody else has it.
+            ConnectionLost: the connection ended.
+        """
+        action = AuthorityAction.FORCE if force else AuthorityAction.REQUEST
+        await self._ask(lambda request_id: Authority(request_id=request_id, action=action))
+        self._in_control = True
+        await end_task(self._beating)
+        self._beating = asyncio.get_running_loop().create_task(
+            self._beat(self.hello.authority_timeout / 3)
+        )
+
+    async def _beat(self, period: float) -> None:
+        with contextlib.suppress(ConnectionLost):
+            while True:
+                await asyncio.sleep(period)
+                self._conversation.write(AuthorityBeat())
+
+    async def release_control(self) -> None:
+        """Give the motion authority back.
+
+        Raises:
+            Refused: we do not have it.
+            ConnectionLost: the connection ended.
+        """
+        await end_task(self._beating)
+        action = AuthorityAction.RELEASE
+        await self._ask(lambda request_id: Authority(request_id=request_id, action=action))
+        self._in_control = False
+
+    @contextlib.asynccontextmanager
+    async def control(
+        self,
+        *,
+        force: bool = False,
+        wanted: Callable[[AuthorityWanted], None] | None = None,
+    ) -> AsyncIterator[None]:
+        """Hold the motion authority for the length of the context.
+
+        Args:
+            force: take it over from whoever has it; needs the role, and the automatic mode.
+            wanted: called when somebody asks for it; takes the place of `on_wanted` meanwhile.
+        """
+        await self.take_control(force=force)
+        before = self.on_wanted
+        if wanted is not None:
+            self.on_wanted = wanted
+        try:
+            yield
+        finally:
+            self.on_wanted = before
+            with contextlib.suppress(PendantError):
+                await self.release_control()
+
+    def _authority_moved(self, change: AuthorityChanged) -> None:
+        self._in_control = change.holder == self.hello.session
+        if not self._in_control and self._beating is not None:
+            self._beating.cancel()
+
+    def enabling(self) -> EnablingDevice:
+        """Return the enabling device (training): `async with pendant.enabling():`."""
+        return EnablingDevice(self._conversation.write)
+
+    async def set_mode(self, mode: OperatingMode) -> None:
+        """Set the mode of operation; what moves is stopped.
+
+        Raises:
+            Refused: not in control, or the controller's own selector rules.
+            ConnectionLost: the connection ended.
+        """
+        await self._ask(lambda request_id: SetMode(request_id=request_id, mode=mode))
+
+    async def set_speed(self, override: float, *, tool_speed: float = 0.0) -> None:
+        """Set the speed override, which acts on the running motion too, and the tool's cap.
+
+        Args:
+            override: fraction of the planned speed, 0 to 1.
+            tool_speed: cap of tool and elbow [m/s]; 0 leaves it as it is.
+
+        Raises:
+            Refused: not in control, or a value is out of bounds.
+            ConnectionLost: the connection ended.
+        """
+        await self._ask(
+            lambda request_id: SetSpeed(
+                request_id=request_id, override=override, tool_speed=tool_speed
+            )
+        )
+
+    async def pause(self) -> None:
+        """Bring the motion or program to rest on its path.
+
+        Raises:
+            Refused: not in control, or nothing moves that could be paused.
+            ConnectionLost: the connection ended.
+        """
+        await self._control_motion(MotionControlAction.PAUSE)
+
+    async def resume(self) -> None:
+        """Let what is paused go on along its path.
+
+        Raises:
+            Refused: not in control, not enabled where the mode asks for it, or nothing is paused.
+            ConnectionLost: the connection ended.
+        """
+        await self._control_motion(MotionControlAction.RESUME)
+
+    async def program_stop(self) -> None:
+        """End the motion or program; nothing is latched.
+
+        Raises:
+            Refused: not in control, or nothing runs.
+            ConnectionLost: the connection ended.
+        """
+        await self._control_motion(MotionControlAction.PROGRAM_STOP)
+
+    async def _control_motion(self, action: MotionControlAction) -> None:
+        await self._ask(lambda request_id: MotionControl(request_id=request_id, action=action))
+
+    async def stop(self, reason: str = "stop") -> None:
+        """Stop the robot and latch the software stop; anybody may. It is no safety device.
+
+        Raises:
+            ConnectionLost: the connection ended.
+        """
+        await self._ask(lambda request_id: SoftwareStop(request_id=request_id, reason=reason))
+
+    async def reset_stop(self) -> None:
+        """Unlatch the stop; moves nothing.
+
+        Raises:
+            Refused: we do not have the motion authority, or the robot still moves.
+            ConnectionLost: the connection ended.
+        """
+        await self._ask(lambda request_id: ResetStop(request_id=request_id))

@@ -1,0 +1,259 @@
+"""One connection to a pendant server: hello, login, requests, and what comes unasked.
+
+Owns the connection's life. Knows nothing of motion; `observing`, `operating`, `moves` and `jogging`
+are built on it, and `client` joins them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import ssl
+from collections.abc import Callable
+from types import TracebackType
+from typing import Self, TypeVar
+
+from openpendant.simplemsg import Message, Ping
+from openpendant.simplemsg.pendant import (
+    PROTOCOL_VERSION,
+    AuthorityChanged,
+    AuthorityWanted,
+    Capability,
+    Hello,
+    HelloReply,
+    JogEnded,
+    Login,
+    LoginKind,
+    ModeChanged,
+    ProgramReport,
+    State,
+    StopChanged,
+)
+
+from .conversation import HELLO, Conversation
+from .failures import ConnectionLost, WrongArgument
+from .motions import MotionHandle
+
+DEFAULT_PORT = 11010
+"""The server's pendant port where its configuration says nothing else."""
+
+_PING_PERIOD = 5.0
+
+_SILENCE = 15.0
+"""A server that says nothing for so long, not even to a ping, is gone [s]."""
+
+_News = TypeVar("_News", bound=Message)
+
+
+class PendantSession:
+    """One connection to a pendant server.
+
+    The callbacks run on the event loop, so they must not block; what they raise goes to the loop's
+    exception handler, and the connection goes on.
+
+    Attributes:
+        hello: what the server said of itself.
+        state: the newest state message, None before the first.
+        on_state: called with every state message.
+        on_authority: called when the motion authority changes hands.
+        on_wanted: called when somebody asks for the authority that we hold.
+        on_stop: called when a stop is latched or reset.
+        on_mode: called when the mode of operation changes.
+        on_program: called when a program comes to another line, pauses or ends.
+    """
+
+    hello: HelloReply
+
+    def __init__(self) -> None:
+        """Use `connect` instead."""
+        self.state: State | None = None
+        self.on_state: Callable[[State], None] | None = None
+        self.on_authority: Callable[[AuthorityChanged], None] | None = None
+        self.on_wanted: Callable[[AuthorityWanted], None] | None = None
+        self.on_stop: Callable[[StopChanged], None] | None = None
+        self.on_mode: Callable[[ModeChanged], None] | None = None
+        self.on_program: Callable[[ProgramReport], None] | None = None
+        self._conversation = Conversation(self._take_news)
+        self._state_rate = 0.0
+        self._keeping: asyncio.Task[None] | None = None
+
+    @classmethod
+    async def connect(
+        cls,
+        host: str = "127.0.0.1",
+        port: int = DEFAULT_PORT,
+        *,
+        client: str = "pendant",
+        cell: str = "",
+        state_rate: float = 25.0,
+        tls: ssl.SSLContext | None = None,
+        user: str = "",
+        password: str | None = None,
+        pairing: str | None = None,
+    ) -> Self:
+        """Connect, say hello and, where a secret is given, log in.
+
+        Args:
+            host: address of the server.
+            port: its pendant port.
+            client: name of this pendant, shown to others; at most 32 bytes.
+            cell: name of the cell, empty for the only one.
+            state_rate: state messages wanted, Hz; 0 for none, which also rules out jogs.
+            tls: how to encrypt and whom to trust; None for an unencrypted connection.
+            user: account, or with a pairing code the name of a guest.
+            password: of the account.
+            pairing: code that the teacher shows, instead of a password.
+
+        Returns:
+            A connected client; close it, or use it as a context manager.
+
+        Raises:
+            OSError: nobody listens there, or the certificate is not trusted.
+            Refused: the server does not want us.
+            ConnectionLost: the connection ended before the hello was answered.
+            WrongArgument: a text is too long, or both password and pairing code are given.
+        """
+        pendant = cls()
+        loop = asyncio.get_running_loop()
+        name = host if tls is not None else None
+        await loop.create_connection(
+            lambda: pendant._conversation, host, port, ssl=tls, server_hostname=name
+        )
+        try:
+            await pendant._say_hello(client, cell, state_rate)
+            if password is not None or pairing is not None:
+                await pendant.login(user, password=password, pairing=pairing)
+        except BaseException:
+            await pendant.close()
+            raise
+        return pendant
+
+    def _begin_work(self) -> None:
+        """Set up what works only once hello was answered."""
+        self._keeping = asyncio.get_running_loop().create_task(self._keep_alive())
+
+    async def _say_hello(self, client: str, cell: str, state_rate: float) -> None:
+        hello = Hello(
+            protocol_version=PROTOCOL_VERSION, state_rate=state_rate, cell=cell, client=client
+        )
+        reply = await self._conversation.ask(hello, HELLO)
+        if not isinstance(reply, HelloReply):
+            raise ConnectionLost(f"the server answered hello with {reply}")
+        self.hello = reply
+        self._state_rate = state_rate
+        self._begin_work()
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        await self.close()
+
+    async def close(self) -> None:
+        """End the connection; what it was moving is stopped by the server."""
+        await end_task(self._keeping)
+        self._conversation.close()
+        await self._conversation.closed.wait()
+
+    def abort(self) -> None:
+        """Break the connection at once, as a program that dies would."""
+        self._conversation.abort()
+
+    async def login(
+        self, user: str, *, password: str | None = None, pairing: str | None = None
+    ) -> None:
+        """Show who is at this pendant; a stop never needs it.
+
+        Raises:
+            Refused: name, password or code is wrong, or there were too many attempts.
+            WrongArgument: not exactly one of password and pairing code is given.
+            ConnectionLost: the connection ended.
+        """
+        if (password is None) == (pairing is None):
+            raise WrongArgument("give either a password or a pairing code")
+        kind = LoginKind.PASSWORD if pairing is None else LoginKind.PAIRING
+        secret = password if pairing is None else pairing
+        request_id = self._conversation.new_request()
+        request = Login(request_id=request_id, kind=kind, name=user, secret=secret or "")
+        await self._conversation.ask(request, request_id)
+
+    def offers(self, capability: Capability) -> bool:
+        """Tell whether the server offers something to this connection."""
+        return bool(self.hello.capabilities & capability)
+
+    # Requests, for the classes that are built on this one.
+
+    async def _ask(self, make: Callable[[int], Message]) -> Message:
+        """Send a request that is made with a fresh request id; return what answered it."""
+        request_id = self._conversation.new_request()
+        return await self._conversation.ask(make(request_id), request_id)
+
+    async def _begin(self, make: Callable[[int], Message]) -> MotionHandle:
+        """Send a motion request that is made with a fresh request id; return the motion."""
+        request_id = self._conversation.new_request()
+        return await self._conversation.begin_motion(make(request_id), request_id)
+
+    async def _keep_alive(self) -> None:
+        """Let the server hear of us, and end the connection once it falls silent."""
+        loop = asyncio.get_running_loop()
+        with contextlib.suppress(ConnectionLost):
+            while True:
+                await asyncio.sleep(_PING_PERIOD)
+                if loop.time() - self._conversation.heard > _SILENCE:
+                    text = f"the server said nothing for {_SILENCE:g} s"
+                    self._conversation.abort(ConnectionLost(text))
+                self._conversation.write(Ping())
+
+    # What comes unasked.
+
+    def _take_news(self, message: Message) -> None:
+        match message:
+            case State():
+                self.state = message
+                self._state_came(message)
+                _tell(self.on_state, message)
+            case AuthorityChanged():
+                self._authority_moved(message)
+                _tell(self.on_authority, message)
+            case AuthorityWanted():
+                _tell(self.on_wanted, message)
+            case StopChanged():
+                _tell(self.on_stop, message)
+            case ModeChanged():
+                _tell(self.on_mode, message)
+            case ProgramReport():
+                _tell(self.on_program, message)
+            case JogEnded():
+                self._jog_ended(message)
+
+    def _state_came(self, state: State) -> None:
+        """Take note of a state message; for the class that shows them."""
+
+    def _authority_moved(self, change: AuthorityChanged) -> None:
+        """Take note that the authority changed hands; for the class that holds it."""
+
+    def _jog_ended(self, account: JogEnded) -> None:
+        """Take note of how a press came to rest; for the class that presses."""
+
+
+def _tell(callback: Callable[[_News], None] | None, news: _News) -> None:
+    """Call a user's callback; what it raises must not break the connection."""
+    if callback is None:
+        return
+    try:
+        callback(news)
+    except Exception as error:
+        text = f"a callback raised on {type(news).__name__}"
+        asyncio.get_running_loop().call_exception_handler({"message": text, "exception": error})
+
+
+async def end_task(task: asyncio.Task[None] | None) -> None:
+    """Cancel a task and wait until it is over."""
+    if task is not None:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)

@@ -1,0 +1,59 @@
+"""What the server tells of a cell when asked for everything at once, as plain typed data."""
+
+from __future__ import annotations
+
+from typing import Literal, TypedDict
+
+
+class JointFacts(TypedDict):
+    """One driven joint, controller side; rad, or m for a linear axis, and per second."""
+
+    name: str
+    unit: Literal["rad", "m"]
+    lower: float
+    upper: float
+    velocity: float
+    acceleration: float
+
+
+class Owner(TypedDict):
+    """Who holds the motion authority."""
+
+    session: int
+    client: str
+
+
+class LatchedStop(TypedDict):
+    """The latched stop: who, and why."""
+
+    session: int
+    client: str
+    reason: str
+
+
+class Snapshot(TypedDict):
+    """A cell as it was when it was asked.
+
+    Attributes:
+        cell: its name.
+        robot: name of the robot.
+        joints: its driven joints, base to tip.
+        frames: names of the frames that a pose or a tool jog may use.
+        activity: what it is doing, in lower case.
+        link: the controller connection: down, up or stale.
+        mode: the controller's own mode.
+        owner: who holds the motion authority; None for nobody.
+        stop: the latched stop; None where there is none.
+        obstacle: why no motion may start now; empty where it may.
+    """
+
+    cell: str
+    robot: str
+    joints: list[JointFacts]
+    frames: list[str]
+    activity: str
+    link: str
+    mode: str
+    owner: Owner | None
+    stop: LatchedStop | None
+    obstacle: str

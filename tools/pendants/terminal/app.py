@@ -1,0 +1,142 @@
+"""The screen of the terminal pendant, by textual: keys in, texts out.
+
+Owns layout and colours. Decides nothing: every key goes to the core, every text comes from it.
+Pasted text goes nowhere, so that no clipboard moves a robot.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import ClassVar
+
+from textual import events
+from textual.app import App, ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Horizontal, Vertical
+from textual.screen import Screen
+from textual.widgets import Static
+
+from . import lcd, screen_text, words
+from .connection import Connect, Connection
+from .keyboard import legend
+from .panel import Panel
+
+TICK = 0.04
+"""Time between two looks at the clock and two pictures [s]."""
+
+_MESSAGES = 6
+
+_TEXTS = ("lamps", "status", "banner", "lcd", "jog", "joints", "program", "messages", "keys")
+
+
+class PendantScreen(Screen[None]):
+    """The one screen; it has no widget that could take a key away."""
+
+    def __init__(self, panel: Panel, connection: Connection) -> None:
+        """Make a screen.
+
+        Args:
+            panel: the core.
+            connection: carries out what the core asks for.
+        """
+        super().__init__()
+        self._panel = panel
+        self._connection = connection
+        self._texts = {name: _text(name) for name in _TEXTS}
+        self._shown: dict[str, str] = {}
+
+    def compose(self) -> ComposeResult:
+        """Lay the texts out."""
+        texts = self._texts
+        yield from (texts["lamps"], texts["status"], texts["banner"])
+        with Horizontal(id="middle"):
+            with Vertical(id="left"):
+                yield from (texts["lcd"], texts["jog"])
+            with Vertical(id="right"):
+                yield from (texts["joints"], texts["program"])
+        yield from (texts["messages"], texts["keys"])
+
+    def on_mount(self) -> None:
+        """Begin to look at the clock."""
+        self.set_interval(TICK, self._tick)
+
+    def on_key(self, event: events.Key) -> None:
+        """Hand a key to the core; nothing else may act on it."""
+        event.stop()
+        event.prevent_default()
+        printable = event.character is not None and event.character.isprintable()
+        key = event.character if printable and event.character else event.key
+        self._connection.perform(self._panel.key(key, time.monotonic_ns()))
+
+    def _tick(self) -> None:
+        now = time.monotonic_ns()
+        self._connection.perform(self._panel.tick(now))
+        self._draw(now)
+
+    def _draw(self, now: int) -> None:
+        panel = self._panel
+        banner = words.banner(panel.cell, now)
+        self._put("lamps", screen_text.lamp_line(panel, now))
+        self._put("status", screen_text.status_line(panel, now))
+        self._put("banner", banner)
+        self._put("lcd", "\n".join(lcd.page(panel, now)))
+        self._put("jog", screen_text.jog_line(panel, now))
+        self._put("joints", screen_text.joint_table(panel))
+        self._put("program", screen_text.program_list(panel))
+        self._put("messages", screen_text.message_list(panel, _MESSAGES))
+        self._put("keys", legend(panel.cell.dof))
+        self._texts["banner"].set_class(bool(banner), "shown")
+        bad = panel.cell.is_stopped or panel.cell.is_stale(now)
+        self._texts["lcd"].set_class(bad, "bad")
+
+    def _put(self, name: str, text: str) -> None:
+        """Show a text where it has changed: an idle pendant draws nothing."""
+        if self._shown.get(name) != text:
+            self._shown[name] = text
+            self._texts[name].update(text)
+
+
+def _text(name: str) -> Static:
+    """Return a text that is shown as it is: a program's brackets are no markup."""
+    return Static(id=name, markup=False)
+
+
+class PendantApp(App[None]):
+    """The terminal pendant."""
+
+    ENABLE_COMMAND_PALETTE = False
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("ctrl+q,ctrl+c", "quit", "Quit", priority=True, show=False)
+    ]
+    CSS = """
+    Static { height: auto; }
+    #middle { height: auto; }
+    #left { width: 44; height: auto; padding-right: 1; }
+    #right { width: 1fr; height: auto; }
+    #lcd { border: heavy $success; width: 24; padding: 0 1; margin: 0 1; }
+    #lcd.bad { border: heavy $error; }
+    #banner { background: $warning; color: $text; display: none; }
+    #banner.shown { display: block; }
+    #program { margin-top: 1; }
+    #messages { border-top: solid $secondary; height: 7; }
+    #keys { border-top: solid $secondary; color: $text-muted; }
+    """
+
+    def __init__(self, connect: Connect, panel: Panel | None = None) -> None:
+        """Make a pendant.
+
+        Args:
+            connect: makes a connection to the server.
+            panel: the core; a new one if None.
+        """
+        super().__init__()
+        self.panel = Panel() if panel is None else panel
+        self._connection = Connection(self.panel, connect)
+
+    def get_default_screen(self) -> PendantScreen:
+        """Return the one screen."""
+        return PendantScreen(self.panel, self._connection)
+
+    def on_mount(self) -> None:
+        """Begin to connect."""
+        self.run_worker(self._connection.run(), name="connection")

@@ -1,0 +1,165 @@
+"""`openpendant pendant`: a teach pendant in a terminal.
+
+Owns arguments, messages to the user and exit codes. Exit codes: 0 ended by the user, 1 no server
+to print about, 2 wrong usage or no terminal, 69 textual is not installed, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import getpass
+import importlib
+import ssl
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..client import DEFAULT_PORT, PendantClient, PendantError
+from .connection import Connect
+from .plain_status import status_once
+
+OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+
+# Newer typers carry their own click, older ones import it; this names its error in both.
+_TyperUsageError: type[Exception] = typer.BadParameter.mro()[2]
+
+_STATE_RATE = 25.0
+
+app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+class _Failed(Exception):
+    """The server could not be asked; the text is for the user."""
+
+
+class _Unusable(Exception):
+    """Arguments or a place that the pendant cannot run with; the text is for the user."""
+
+
+def main(argv: Sequence[str]) -> int:
+    """Run `openpendant pendant` and return its exit code.
+
+    Args:
+        argv: the arguments after `pendant`.
+    """
+    try:
+        result = app(args=list(argv), prog_name="openpendant pendant", standalone_mode=False)
+    except _TyperUsageError as error:
+        describe = getattr(error, "format_message", error.__str__)
+        return _fail(describe(), USAGE)
+    except _Unusable as error:
+        return _fail(str(error), USAGE)
+    except _Failed as error:
+        return _fail(str(error), FAILED)
+    except typer.Abort:
+        return _fail("interrupted", INTERRUPTED)
+    return result if isinstance(result, int) else OK
+
+
+def _fail(text: str, code: int) -> int:
+    print(f"openpendant pendant: {text}", file=sys.stderr)
+    return code
+
+
+@app.command()
+def pendant(
+    server: Annotated[
+        str, typer.Argument(metavar="[HOST[:PORT]]", help="The pendant server.")
+    ] = f"127.0.0.1:{DEFAULT_PORT}",
+    cell: Annotated[str, typer.Option(help="Name of the cell; not needed for the only one.")] = "",
+    name: Annotated[str, typer.Option(help="Name of this pendant, shown to others.")] = "terminal",
+    user: Annotated[str, typer.Option(help="Account; its password is asked for.")] = "",
+    pairing: Annotated[bool, typer.Option(help="Ask for a pairing code.")] = False,
+    ca: Annotated[
+        Path | None, typer.Option(help="Certificate of the server; encrypts the connection.")
+    ] = None,
+    plain: Annotated[
+        bool, typer.Option(help="Print once how the robot stands, and end; needs no terminal.")
+    ] = False,
+) -> None:
+    """A teach pendant in a terminal: jog, teach, run and stop.
+
+    The space bar is always the software stop. It is no safety device: keep a wired emergency stop
+    at hand.
+    """
+    host, port = _address(server)
+    # textual draws on standard error.
+    if not (plain or all(each.isatty() for each in (sys.stdin, sys.stdout, sys.stderr))):
+        raise _Unusable("this is no terminal; --plain prints once how the robot stands")
+    if not plain:
+        _check_textual()
+    secret = _secret(user, pairing)
+    tls = _tls(ca)
+
+    async def connect() -> PendantClient:
+        return await PendantClient.connect(
+            host,
+            port,
+            client=name,
+            cell=cell,
+            state_rate=_STATE_RATE,
+            tls=tls,
+            user=user,
+            password=None if pairing else secret,
+            pairing=secret if pairing else None,
+        )
+
+    if plain:
+        print(_status(connect))
+    else:
+        from .app import PendantApp
+
+        PendantApp(connect).run(mouse=False)
+
+
+def _check_textual() -> None:
+    """Fail before anything is asked where the screen cannot be drawn.
+
+    Raises:
+        ModuleNotFoundError: textual is not installed; the command says how to install it.
+    """
+    importlib.import_module("textual")
+
+
+def _status(connect: Connect) -> str:
+    """Return how the robot stands.
+
+    Raises:
+        _Failed: the server is not there, or does not want us.
+    """
+    try:
+        return asyncio.run(status_once(connect))
+    except (OSError, PendantError, TimeoutError) as error:
+        raise _Failed(str(error) or type(error).__name__) from None
+
+
+def _address(text: str) -> tuple[str, int]:
+    """Return host and port of `HOST`, `HOST:PORT`, `[HOST]:PORT` or a bare IPv6 address."""
+    host, port = text, str(DEFAULT_PORT)
+    if text.startswith("["):
+        host, _, rest = text[1:].partition("]")
+        port = rest.removeprefix(":") or port
+    elif text.count(":") == 1:
+        host, _, port = text.partition(":")
+    if not host or not (port.isascii() and port.isdigit() and 1 <= int(port) <= 65_535):
+        raise _Unusable(f"{text!r} is no server; accepted: HOST or HOST:PORT, PORT 1 to 65535")
+    return host, int(port)
+
+
+def _secret(user: str, pairing: bool) -> str | None:
+    """Ask for what shows who is there; never an argument, where every user could read it."""
+    if pairing:
+        return getpass.getpass("Pairing code: ")
+    return getpass.getpass(f"Password of {user}: ") if user else None
+
+
+def _tls(ca: Path | None) -> ssl.SSLContext | None:
+    if ca is None:
+        return None
+    try:
+        return ssl.create_default_context(cafile=str(ca))
+    except (OSError, ssl.SSLError) as error:
+        raise _Unusable(f"{ca}: {error}") from None

@@ -1,0 +1,186 @@
+"""What the terminal pendant wants done: plain values that its shell turns into calls of the client.
+
+Angles are rad, lengths m. Owns nothing but their form.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from openpendant.simplemsg.pendant import OperatingMode, RunKind
+
+from .taught_program import ProgramEdit
+
+JOINTS = ""
+"""Stands for the joints where a frame is chosen."""
+
+
+@dataclass(frozen=True, slots=True)
+class SoftwareStop:
+    """Stop the robot and latch."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class ResetStop:
+    """Unlatch the stop."""
+
+
+@dataclass(frozen=True, slots=True)
+class TakeControl:
+    """Ask for the motion authority, or take it over by role."""
+
+    force: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class GiveControl:
+    """Give the motion authority back."""
+
+
+@dataclass(frozen=True, slots=True)
+class Enable:
+    """Press the enabling device (training) half way, or let it go."""
+
+    held: bool
+
+
+@dataclass(frozen=True, slots=True)
+class SetMode:
+    """Set the mode of operation."""
+
+    mode: OperatingMode
+
+
+@dataclass(frozen=True, slots=True)
+class SetSpeed:
+    """Set the speed override, and the cap of the tool's speed [m/s] unless 0."""
+
+    override: float
+    tool_speed: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Pulse:
+    """Jog for a moment; without another pulse the robot ramps to rest at the deadline.
+
+    Attributes:
+        frame: of the axes; `JOINTS` for joints.
+        axes: each axis from 0 with its direction, 1 or -1.
+        deadline: how long [s].
+    """
+
+    frame: str
+    axes: tuple[tuple[int, int], ...]
+    deadline: float
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Jog by one increment of some axes.
+
+    Attributes:
+        frame: of the axes; `JOINTS` for joints.
+        increments: each axis from 0 with its increment [rad, m].
+    """
+
+    frame: str
+    increments: tuple[tuple[int, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class UndoJog:
+    """Go back along the way of the last jog."""
+
+
+@dataclass(frozen=True, slots=True)
+class GoHome:
+    """Move all joints to a named position, `home` or `zero`."""
+
+    target: str
+
+
+@dataclass(frozen=True, slots=True)
+class MoveJoint:
+    """Move one joint, from 0, to a position [rad, m]; the others stay."""
+
+    joint: int
+    target: float
+
+
+@dataclass(frozen=True, slots=True)
+class MoveTool:
+    """Move the tool along one axis of base, 0 to 2, to a coordinate [m], in a straight line."""
+
+    axis: int
+    target: float
+
+
+@dataclass(frozen=True, slots=True)
+class AskWhy:
+    """Ask the server why the robot does not move."""
+
+
+@dataclass(frozen=True, slots=True)
+class OpenProgram:
+    """Load a program, or make an empty one where there is none of that name."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class EditProgram:
+    """Change the open program and load it anew."""
+
+    edit: ProgramEdit
+
+
+@dataclass(frozen=True, slots=True)
+class RunProgram:
+    """Run a program or a step of it."""
+
+    name: str
+    run: RunKind
+    line: int = 0
+    loops: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """Pause on the path."""
+
+
+@dataclass(frozen=True, slots=True)
+class Resume:
+    """Go on along the path."""
+
+
+@dataclass(frozen=True, slots=True)
+class StopProgram:
+    """End the program or motion; nothing is latched."""
+
+
+Command: TypeAlias = (
+    SoftwareStop
+    | ResetStop
+    | TakeControl
+    | GiveControl
+    | Enable
+    | SetMode
+    | SetSpeed
+    | Pulse
+    | Step
+    | UndoJog
+    | GoHome
+    | MoveJoint
+    | MoveTool
+    | AskWhy
+    | OpenProgram
+    | EditProgram
+    | RunProgram
+    | Pause
+    | Resume
+    | StopProgram
+)

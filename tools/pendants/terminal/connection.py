@@ -1,0 +1,103 @@
+"""Keeps the pendant connected: connect, tell the core what comes, and again after a loss.
+
+Owns the way from news of the client library to the core. A new connection begins as an observer;
+nothing that moved or was held before comes back by itself.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Awaitable, Callable
+
+from openpendant.simplemsg.pendant import (
+    AuthorityChanged,
+    AuthorityWanted,
+    ModeChanged,
+    ProgramReport,
+    State,
+    StopChanged,
+)
+
+from ..client import PendantClient, PendantError
+from .commands import Command
+from .panel import Panel
+from .performer import Performer
+
+RETRY = 2.0
+"""Wait so long before the next attempt [s]."""
+
+Connect = Callable[[], Awaitable[PendantClient]]
+
+
+class Connection:
+    """The connection of one pendant, while there is one."""
+
+    def __init__(self, panel: Panel, connect: Connect) -> None:
+        """Make one that has not begun.
+
+        Args:
+            panel: the core that is told everything.
+            connect: makes a connection; raises `OSError` or `PendantError`.
+        """
+        self._panel = panel
+        self._connect = connect
+        self._performer: Performer | None = None
+
+    def perform(self, commands: list[Command]) -> None:
+        """Carry out commands; without a connection there is nobody to ask."""
+        if self._performer is not None:
+            self._performer.perform(commands)
+
+    async def run(self) -> None:
+        """Stay connected until cancelled."""
+        while True:
+            try:
+                await self._once()
+            except (OSError, PendantError, TimeoutError) as error:
+                reason = str(error) or type(error).__name__
+                self._panel.lost(f"{reason}; trying again each {RETRY:g} s")
+            except KeyError as error:
+                self._panel.lost(f"the server's snapshot has no {error}; is it another version?")
+            await asyncio.sleep(RETRY)
+
+    async def _once(self) -> None:
+        async with await self._connect() as client:
+            performer = Performer(client, self._panel)
+            try:
+                self._listen(client)
+                self._panel.cell.connected(client.hello, await client.snapshot())
+                self._performer = performer
+                performer.perform(self._panel.connected())
+                async for _ in client.states():
+                    pass
+            finally:
+                self._performer = None
+                await performer.close()
+
+    def _listen(self, client: PendantClient) -> None:
+        client.on_state = self._state_came
+        client.on_authority = self._authority_moved
+        client.on_wanted = self._wanted
+        client.on_stop = self._stop_moved
+        client.on_mode = self._mode_moved
+        client.on_program = self._program_moved
+
+    def _state_came(self, state: State) -> None:
+        self._panel.cell.take_state(state, time.monotonic_ns())
+
+    def _authority_moved(self, change: AuthorityChanged) -> None:
+        self._panel.cell.authority_changed(change)
+
+    def _wanted(self, wanted: AuthorityWanted) -> None:
+        self._panel.messages.add(f"{wanted.client} asks for control; c gives it up")
+
+    def _stop_moved(self, change: StopChanged) -> None:
+        self.perform(self._panel.stop_changed(change))
+
+    def _mode_moved(self, change: ModeChanged) -> None:
+        self.perform(self._panel.mode_changed(change))
+
+    def _program_moved(self, report: ProgramReport) -> None:
+        if report.text:
+            self._panel.messages.add(f"{report.program}: {report.text}")

@@ -1,0 +1,205 @@
+"""The pages of a display of 20 columns and 4 rows, as the keypad of the second paper has one.
+
+Owns the text of each page: exactly four rows of exactly twenty ASCII characters, on any state of
+the cell. Works for any device that can show them; angles in degrees, lengths in millimetres.
+"""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Callable, Iterable
+
+from ..attitude import roll_pitch_yaw
+from . import words
+from .commands import JOINTS
+from .jog_keys import JogKind
+from .keyboard import Page
+from .panel import Panel
+from .prompts import Choice, Entry
+
+COLUMNS, ROWS = 20, 4
+
+_ASCII = str.maketrans({"°": "d", "–": "-", "×": "x", "±": "~", "’": "'", "…": "."})
+_JOINTS_SHOWN = 6
+
+
+def page(panel: Panel, now: int) -> tuple[str, str, str, str]:
+    """Return the page that is shown: a question, or the page that was chosen.
+
+    Args:
+        panel: the pendant.
+        now: monotonic time [ns].
+    """
+    question = panel.question
+    if isinstance(question, Choice):
+        return _screen(_choice(question))
+    if isinstance(question, Entry):
+        return _screen(_entry(question))
+    return _screen(_PAGES[panel.page](panel, now))
+
+
+def _screen(lines: Iterable[str]) -> tuple[str, str, str, str]:
+    rows = [_row(line) for line in lines][:ROWS]
+    first, second, third, fourth = [*rows, *[" " * COLUMNS] * (ROWS - len(rows))]
+    return first, second, third, fourth
+
+
+def _row(text: str) -> str:
+    """Return a text cut or filled to one row of printable ASCII."""
+    plain = text.translate(_ASCII).encode("ascii", "replace").decode()
+    printable = "".join(each if each.isprintable() else "?" for each in plain)
+    return printable[:COLUMNS].ljust(COLUMNS)
+
+
+def _spread(left: str, right: str) -> str:
+    room = max(0, COLUMNS - len(right))
+    return f"{left[:room]:<{room}}{right}"
+
+
+def _head(panel: Panel, now: int) -> str:
+    """Return the first row of most pages: what is wrong, else mode, frame, step and enabling."""
+    cell = panel.cell
+    if not cell.is_connected:
+        return "NO LINK"
+    if cell.is_stopped:
+        return f"STOP {cell.stopped_by}"
+    if cell.is_stale(now):
+        age = cell.age(now)
+        return "STALE" if age is None else f"STALE {age:.1f} s"
+    held = f"EN{panel.enabling.seconds_left(now)}s" if panel.enabling.is_on else "en--"
+    control = "*" if cell.in_control else "o"
+    return _spread(f"{words.mode_name(cell)} {_frame(panel)}", f"{control} {held}")
+
+
+def _frame(panel: Panel) -> str:
+    return "JOINT" if panel.jog.frame == JOINTS else panel.jog.frame.upper()
+
+
+def _jog(panel: Panel) -> str:
+    """Return how the jog keys work now."""
+    if panel.jog.kind is JogKind.HOLD:
+        return "hold"
+    return f"{panel.jog.step.degrees:g}deg {panel.jog.step.millimetres:g}mm"
+
+
+def _mode(panel: Panel, now: int) -> list[str]:
+    cell = panel.cell
+    left = panel.enabling.seconds_left(now)
+    return [
+        _head(panel, now),
+        f"Jog {_frame(panel)} {_jog(panel)}",
+        f"Control: {words.owner(cell)}",
+        f"Enabling: {f'{left} s left' if left else 'let go'}",
+    ]
+
+
+def _joints(panel: Panel, now: int) -> list[str]:
+    positions = panel.cell.positions
+    if positions is None:
+        return [_head(panel, now), "no joint values"]
+    cells = [
+        _joint(index, value, panel.cell.joints[index]["unit"] == "m")
+        for index, value in enumerate(positions)
+    ]
+    first = min(2 * panel.scroll, max(0, len(cells) - _JOINTS_SHOWN + len(cells) % 2))
+    shown = cells[first : first + _JOINTS_SHOWN]
+    return [_head(panel, now), *("".join(shown[i : i + 2]) for i in range(0, len(shown), 2))]
+
+
+def _joint(index: int, value: float, linear: bool) -> str:
+    """Return one joint in half a row; a number that needs more room loses its decimals."""
+    shown = value * 1000 if linear else math.degrees(value)
+    text = f"{shown:.2f}" if abs(shown) < 1000 else f"{shown:.0f}"
+    return f"{(index + 1) % 10}:{text[:7]:>7} "
+
+
+def _pose(panel: Panel, now: int) -> list[str]:
+    state = panel.cell.state
+    if state is None or not panel.cell.knows_tool:
+        return [_head(panel, now), "no tool pose"]
+    angles = map(math.degrees, roll_pitch_yaw(state.tool_orientation))
+    rows = zip("XYZ", state.tool_position, "ABC", angles, strict=True)
+    return [
+        _head(panel, now),
+        *(f"{x}{1000 * mm:8.1f} {a}{degrees:8.1f} " for x, mm, a, degrees in rows),
+    ]
+
+
+def _speed(panel: Panel, now: int) -> list[str]:
+    state = panel.cell.state
+    if state is None:
+        return [_head(panel, now), "no values"]
+    cap = f"{1000 * state.tool_speed_cap:.0f} mm/s" if state.tool_speed_cap else "none"
+    return [
+        _head(panel, now),
+        _spread("Override", f"{100 * state.override:.0f} %"),
+        _spread("Tool cap", cap),
+        _spread("Tool now", f"{1000 * state.tool_speed:.0f} mm/s"),
+    ]
+
+
+def _program(panel: Panel, now: int) -> list[str]:
+    program = panel.teaching.program
+    if program is None:
+        return [_head(panel, now), "No program is open"]
+    head = _spread(program.name, words.program_state(panel.cell) or f"r{program.revision}")
+    if not program.lines:
+        return [head, "empty"]
+    running = running_statement(panel)
+    first = max(0, min(panel.teaching.selected - 1, len(program.lines) - (ROWS - 1)))
+    shown = range(first, min(first + ROWS - 1, len(program.lines)))
+    return [head, *(_statement(panel, index, running) for index in shown)]
+
+
+def running_statement(panel: Panel) -> int | None:
+    """Return the statement that is run now, from 0; None for none of the open program."""
+    state = panel.cell.state
+    if panel.teaching.program is None or state is None or not state.program_line:
+        return None
+    return panel.teaching.program.index_of(state.program_line)
+
+
+def _statement(panel: Panel, index: int, running: int | None) -> str:
+    assert panel.teaching.program is not None
+    selected = ">" if index == panel.teaching.selected else " "
+    run = "=" if index == running else " "
+    return f"{selected}{run}{index + 1} {panel.teaching.program.lines[index].strip()}"
+
+
+def _wrapped(lines: Iterable[str], scroll: int) -> list[str]:
+    rows = [row for line in lines for row in textwrap.wrap(line, COLUMNS) or [""]]
+    first = max(0, min(scroll, len(rows) - ROWS))
+    return rows[first : first + ROWS]
+
+
+def _messages(panel: Panel, now: int) -> list[str]:
+    lines = tuple(reversed(panel.messages.lines))
+    return _wrapped(lines, panel.scroll) or ["No messages"]
+
+
+def _why(panel: Panel, now: int) -> list[str]:
+    return _wrapped(panel.why, panel.scroll) or ["Why not moving?", "? asks the server"]
+
+
+_PAGES: dict[Page, Callable[[Panel, int], list[str]]] = {
+    Page.MODE: _mode,
+    Page.JOINTS: _joints,
+    Page.POSE: _pose,
+    Page.SPEED: _speed,
+    Page.PROGRAM: _program,
+    Page.MESSAGES: _messages,
+    Page.WHY: _why,
+}
+
+
+def _choice(question: Choice) -> list[str]:
+    options = [f"{key} {text}" for key, (text, _) in question.options.items()]
+    pairs = [options[i : i + 2] for i in range(0, len(options), 2)]
+    rows = ["".join(f"{each[:9]:<10}" for each in pair) for pair in pairs]
+    return [question.title, *rows, *[""] * (2 - len(rows)), "other key: no"]
+
+
+def _entry(question: Entry) -> list[str]:
+    shown = question.text[-(COLUMNS - 1) :] + "_"
+    return [question.wanted.value, shown, "Enter: done", "Esc: no  SPACE: stop"]

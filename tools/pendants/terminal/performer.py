@@ -1,0 +1,233 @@
+"""Carries out what the pendant's core wants, by calls of the client library.
+
+Owns the order of what must not overtake each other: one jog request at a time is under way and
+another meanwhile is dropped, never kept, while a stop goes out beside everything. What comes of a
+command is told in a sentence. Decides nothing.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Coroutine, Iterable
+from typing import Any
+
+from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..client import EnablingDevice, PendantClient, PendantError, Pose, Refused
+from ..motions import MotionHandle
+from . import commands as do
+from .cell_view import CellView
+from .commands import JOINTS, Command
+from .explanation import why_lines, why_request
+from .panel import Panel
+from .taught_program import ProgramEdit, TaughtProgram
+
+MOVE_SPEED = 0.1
+"""Fraction of the joints' largest speed of a move to a typed target; the override comes on top."""
+
+_AXES = ("x", "y", "z", "a", "b", "c")
+
+
+class Performer:
+    """The hands of one pendant on one connection."""
+
+    def __init__(self, client: PendantClient, panel: Panel) -> None:
+        """Make one for a connection that stands.
+
+        Args:
+            client: the connection.
+            panel: is told what comes of each command.
+        """
+        self._client = client
+        self._panel = panel
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._jog: asyncio.Task[None] | None = None
+        self._enabling: EnablingDevice | None = None
+        self._enabling_turn = asyncio.Lock()
+
+    def perform(self, commands: Iterable[Command]) -> None:
+        """Begin to carry out commands; returns at once."""
+        for command in commands:
+            if isinstance(command, do.Pulse | do.Step):
+                if self._jog is None or self._jog.done():
+                    self._jog = self._begin(self._jogged(command))
+            else:
+                self._begin(self._carry_out(command))
+
+    def _begin(self, work: Coroutine[Any, Any, None]) -> asyncio.Task[None]:
+        task = asyncio.get_running_loop().create_task(self._told(work))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return task
+
+    async def _told(self, work: Coroutine[Any, Any, None]) -> None:
+        try:
+            await work
+        except Refused as refused:
+            name = refused.code.name if isinstance(refused.code, VerdictCode) else refused.code
+            remedy = f" -> {refused.remedy}" if refused.remedy else ""
+            self._panel.messages.add(f"{name}: {refused.text or refused.cause}{remedy}")
+            if refused.code in (VerdictCode.NOT_ENABLED, VerdictCode.ENABLING_LOST):
+                self.perform(self._panel.not_enabled())
+        except PendantError as error:
+            self._panel.messages.add(str(error))
+        except (KeyError, ValueError) as error:
+            self._panel.messages.add(f"the server's answer cannot be read: {error!r}")
+
+    async def close(self) -> None:
+        """Give up what is under way; the connection is the caller's to close."""
+        for task in self._tasks:
+            task.cancel()
+        await asyncio.gather(*self._tasks, return_exceptions=True)
+        await self._enable(False)
+
+    # Jogs.
+
+    async def _jogged(self, command: do.Pulse | do.Step) -> None:
+        if isinstance(command, do.Pulse):
+            await self._pulse(command)
+        else:
+            # Over once it has begun: the next one is refused by the server while this one moves.
+            motion = await self._step(command)
+            self._begin(self._ended(motion, ""))
+
+    async def _pulse(self, pulse: do.Pulse) -> None:
+        """Press and never beat: the server ends the press at its deadline."""
+        signs = {axis: float(sign) for axis, sign in pulse.axes}
+        if pulse.frame == JOINTS:
+            jog = self._client.jog(signs, deadline=pulse.deadline, longest=0.0)
+        else:
+            jog = self._client.jog_tool(
+                **{_AXES[axis]: sign for axis, sign in signs.items()},
+                frame=pulse.frame,
+                deadline=pulse.deadline,
+                longest=0.0,
+            )
+        await jog.__aenter__()
+
+    async def _step(self, step: do.Step) -> MotionHandle:
+        if step.frame == JOINTS:
+            return await self._client.step(dict(step.increments))
+        increments = {_AXES[axis]: value for axis, value in step.increments}
+        return await self._client.step_tool(**increments, frame=step.frame)
+
+    # Everything else.
+
+    async def _carry_out(self, command: Command) -> None:
+        client = self._client
+        match command:
+            case do.SoftwareStop(reason=reason):
+                await client.stop(reason)
+            case do.ResetStop():
+                await client.reset_stop()
+            case do.Enable(held=held):
+                await self._enable(held)
+            case do.TakeControl(force=force):
+                await client.take_control(force=force)
+            case do.GiveControl():
+                await client.release_control()
+            case do.SetMode(mode=mode):
+                await client.set_mode(mode)
+            case do.SetSpeed(override=override, tool_speed=cap):
+                await client.set_speed(override, tool_speed=cap)
+            case do.Pause():
+                await client.pause()
+            case do.Resume():
+                await client.resume()
+            case do.StopProgram():
+                await client.program_stop()
+            case do.AskWhy():
+                request = why_request(self._cell.mode)
+                self._panel.explained(why_lines(await client.manage(dict(request))))
+            case do.OpenProgram(name=name):
+                await self._open(name)
+            case do.EditProgram(edit=edit):
+                await self._edit(edit)
+            case _:
+                motion, name = await self._motion(command)
+                self._panel.messages.add(f"{name} began")
+                await self._ended(motion, name)
+
+    @property
+    def _cell(self) -> CellView:
+        return self._panel.cell
+
+    async def _enable(self, held: bool) -> None:
+        async with self._enabling_turn:
+            if self._enabling is not None:
+                await self._enabling.__aexit__(None, None, None)
+                self._enabling = None
+            if held:
+                self._enabling = self._client.enabling()
+                await self._enabling.__aenter__()
+
+    async def _motion(self, command: Command) -> tuple[MotionHandle, str]:
+        """Begin a motion; return it with its name."""
+        client = self._client
+        match command:
+            case do.UndoJog():
+                return await client.undo_jog(), "undo of the jog"
+            case do.GoHome(target=target):
+                return await client.home(target), f"way to {target}"
+            case do.MoveJoint(joint=joint, target=value):
+                goal = list(client.joints())
+                goal[joint] = value
+                return await client.move_joints(goal, speed=MOVE_SPEED), f"joint {joint + 1}"
+            case do.MoveTool(axis=axis, target=value):
+                here = client.tool_pose()
+                x, y, z = (value if i == axis else old for i, old in enumerate(here.position))
+                pose = Pose((x, y, z), here.orientation)
+                move = client.move_to_pose(pose, motion=Motion.LIN, speed=MOVE_SPEED)
+                return await move, f"tool along {_AXES[axis]}"
+            case do.RunProgram(name=name, run=run, line=line, loops=loops):
+                motion = await client.run_program(name, run=run, line=line, loops=loops)
+                return motion, f"program {name}"
+        raise AssertionError(f"{command} is no motion")
+
+    async def _ended(self, motion: MotionHandle, name: str) -> None:
+        """Wait for the end of a motion; a failure is told by whoever awaits this."""
+        await motion.done()
+        if name:
+            self._panel.messages.add(f"{name} ended")
+
+    # Programs.
+
+    async def _open(self, name: str) -> None:
+        try:
+            program = await self._load(name)
+        except Refused as refused:
+            if refused.code not in (VerdictCode.NOT_FOUND, VerdictCode.PROGRAM_UNKNOWN):
+                raise
+            await self._client.manage({"op": "programs.create", "name": name})
+            self._panel.messages.add(f"{name} is new and empty")
+            program = await self._load(name)
+        self._panel.opened(program)
+
+    async def _edit(self, edit: ProgramEdit) -> None:
+        program = self._panel.teaching.program
+        if program is None:
+            return
+        try:
+            await self._client.manage(program.request(edit))
+        finally:
+            # After a refusal too: somebody else may have saved another revision.
+            self._panel.opened(await self._load(program.name))
+
+    async def _load(self, name: str) -> TaughtProgram:
+        text, revision = await self._body(name, "text", None)
+        document, _ = await self._body(name, "json", revision)
+        return TaughtProgram.read(revision, text, json.loads(document))
+
+    async def _body(self, name: str, form: str, revision: int | None) -> tuple[str, int]:
+        """Load one form of a program, which comes in parts where it is long."""
+        parts: list[str] = []
+        offset: int | None = 0
+        while offset is not None:
+            request = {"op": "programs.load", "name": name, "format": form, "offset": offset}
+            answer = await self._client.manage(request | {"revision": revision})
+            parts.append(answer["body"])
+            revision, offset = int(answer["revision"]), answer["next"]
+        assert revision is not None
+        return "".join(parts), revision

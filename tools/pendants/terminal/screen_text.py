@@ -1,0 +1,107 @@
+"""What the full screen shows around the display: lamps, status, joints, program, messages.
+
+Owns these texts. Every sign is a word; colours come on top, elsewhere.
+"""
+
+from __future__ import annotations
+
+import math
+
+from . import words
+from .commands import JOINTS
+from .enabling_toggle import TIMEOUT_NS
+from .jog_keys import PULSE_NS, JogKind
+from .lcd import running_statement
+from .panel import Panel
+
+_BAR = 16
+_SHOWN_LINES = 6
+
+
+def lamp_line(panel: Panel, now: int) -> str:
+    """Return the three lamps."""
+    return "   ".join(str(lamp) for lamp in words.lamps(panel.cell, now))
+
+
+def status_line(panel: Panel, now: int) -> str:
+    """Return who, in which mode, what, and how old that is."""
+    cell, state = panel.cell, panel.cell.state
+    stale = "STALE, " if cell.is_stale(now) else ""
+    speed = "?" if state is None else f"{100 * state.override:.0f} %"
+    mode = "?" if cell.mode is None else "{} ({})".format(*words.MODES[cell.mode])
+    return (
+        f"{cell.robot} in {cell.cell}   control: {words.owner(cell)}   mode: {mode}   "
+        f"speed: {speed}   {words.activity(cell)}   {stale}{_age(cell.age(now))}"
+    )
+
+
+def _age(age: float | None) -> str:
+    """Return an age; what is fresh is not counted, or the line would never rest."""
+    if age is None:
+        return "no state"
+    return f"{age:.1f} s old" if age >= 0.1 else "age below 0.1 s"
+
+
+def jog_line(panel: Panel, now: int) -> str:
+    """Return what the jog keys and the enabling toggle do now."""
+    jog = panel.jog
+    frame = "joints" if jog.frame == JOINTS else f"frame {jog.frame}"
+    if jog.kind is JogKind.STEP:
+        how = f"steps of {jog.step.degrees:g}° or {jog.step.millimetres:g} mm"
+    else:
+        how = f"held: stops {PULSE_NS // 1_000_000} ms after the last key stroke"
+    limit = TIMEOUT_NS // 1_000_000_000
+    if panel.enabling.is_on:
+        enabling = f"HELD, {panel.enabling.seconds_left(now)} s left"
+    else:
+        enabling = f"let go; v holds it until {limit} s without a key"
+    return f"jog: {frame}, {how}\nenabling (training): {enabling}"
+
+
+def joint_table(panel: Panel) -> str:
+    """Return each joint with its value and where it stands between its limits."""
+    positions = panel.cell.positions
+    if positions is None:
+        return "no joint values"
+    width = max(len(joint["name"]) for joint in panel.cell.joints)
+    rows = []
+    for number, (joint, value) in enumerate(
+        zip(panel.cell.joints, positions, strict=True), start=1
+    ):
+        shown = (
+            f"{math.degrees(value):9.2f} °" if joint["unit"] == "rad" else f"{1000 * value:9.1f} mm"
+        )
+        part = (value - joint["lower"]) / (joint["upper"] - joint["lower"])
+        rows.append(f"{number:2} {joint['name']:<{width}} {shown} {_bar(part)}")
+    return "\n".join(rows)
+
+
+def _bar(part: float) -> str:
+    """Return a bar with a mark at a part of its length; outside of it an arrow says so."""
+    if not 0.0 <= part <= 1.0:
+        return "[<" + "!" * (_BAR - 1) + "]" if part < 0 else "[" + "!" * (_BAR - 1) + ">]"
+    place = min(int(part * _BAR), _BAR - 1)
+    return "[" + "·" * place + "|" + "·" * (_BAR - 1 - place) + "]"
+
+
+def program_list(panel: Panel) -> str:
+    """Return the statements round the selected one; `>` is selected, `=` runs."""
+    program = panel.teaching.program
+    if program is None:
+        return "no program is open; n opens one"
+    running = running_statement(panel)
+    selected = panel.teaching.selected
+    first = max(0, min(selected - _SHOWN_LINES // 2, len(program.lines) - _SHOWN_LINES))
+    shown = list(enumerate(program.lines))[first : first + _SHOWN_LINES]
+    state = words.program_state(panel.cell)
+    head = f"{program.name}, revision {program.revision}{f', {state}' if state else ''}"
+    rows = [
+        f"{'>' if i == selected else ' '}{'=' if i == running else ' '}{i + 1:4} {line}"
+        for i, line in shown
+    ]
+    return "\n".join([head, *(rows or ["empty; 1 records where the robot stands"])])
+
+
+def message_list(panel: Panel, rows: int) -> str:
+    """Return the newest messages, the newest last."""
+    return "\n".join(panel.messages.lines[-rows:])

@@ -1,0 +1,110 @@
+"""`openpendant why`: asks a server which condition keeps its robot from moving.
+
+Speaks the public protocol as an onlooker; takes no authority and moves nothing. Exit codes: 0
+ready, 1 not ready, 2 wrong usage, 69 nobody answered or the server does not want us.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import sys
+from typing import Any
+
+from .pendants.client import DEFAULT_PORT, PendantClient, PendantError
+
+_READY, _NOT_READY, _UNAVAILABLE = 0, 1, 69
+_TIMEOUT = 5.0
+_KINDS = ("move", "jog", "program")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command.
+
+    Args:
+        argv: arguments behind `openpendant why`; None takes those of the process.
+
+    Returns:
+        The exit code, see above.
+    """
+    arguments = _parser().parse_args(sys.argv[1:] if argv is None else argv)
+    host, port = arguments.server
+    try:
+        answer = asyncio.run(_ask(host, port, arguments.cell, arguments.kind))
+    except TimeoutError:
+        return _complain(f"{host}:{port} did not answer within {_TIMEOUT:g} s")
+    except OSError as error:
+        return _complain(f"nobody answers at {host}:{port}: {error.strerror or error}")
+    except PendantError as error:
+        return _complain(f"{host}:{port}: {error}")
+    print(json.dumps(answer, indent=2, ensure_ascii=False) if arguments.json else table(answer))
+    return _READY if answer["ready"] else _NOT_READY
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="openpendant why",
+        description="Ask a server why its robot does not move.",
+        epilog="Exit code: 0 where it could move, 1 where a condition is broken.",
+    )
+    parser.add_argument(
+        "server",
+        nargs="?",
+        type=_address,
+        default=("127.0.0.1", DEFAULT_PORT),
+        metavar="HOST[:PORT]",
+        help=f"the pendant server (default: 127.0.0.1:{DEFAULT_PORT})",
+    )
+    parser.add_argument("--cell", default="", help="name of the cell, where it serves several")
+    parser.add_argument("--kind", choices=_KINDS, default="move", help="what shall move it")
+    parser.add_argument("--json", action="store_true", help="print the whole answer as JSON")
+    return parser
+
+
+def _address(text: str) -> tuple[str, int]:
+    host, colon, port = text.rpartition(":")
+    if not colon:
+        return text, DEFAULT_PORT
+    if not (host and port.isascii() and port.isdigit() and 1 <= int(port) <= 65_535):
+        raise argparse.ArgumentTypeError(f"{text!r} is no HOST[:PORT] with a port of 1 to 65535")
+    return host, int(port)
+
+
+async def _ask(host: str, port: int, cell: str, kind: str) -> dict[str, Any]:
+    async with asyncio.timeout(_TIMEOUT):
+        pendant = await PendantClient.connect(
+            host, port, client="openpendant why", cell=cell, state_rate=0.0
+        )
+        async with pendant:
+            return await pendant.manage({"op": "why", "kind": kind})
+
+
+def table(answer: dict[str, Any]) -> str:
+    """Return the chain as lines: what holds, what is broken, and what to do about the first."""
+    broken = answer["broken"]
+    verdict = "is ready" if answer["ready"] else "is not ready"
+    lines = [f"cell {answer['cell']} {verdict} for a {answer['kind']}", ""]
+    for condition in answer["conditions"]:
+        mark = "ok" if condition["holds"] else "NO"
+        first = ">" if condition["condition"] == broken else " "
+        lines.append(f"{first} {mark}  {condition['condition']:<10}  {condition['meaning']}")
+        if not condition["holds"]:
+            lines.append(f"                      {condition['text']}")
+    if not answer["ready"]:
+        first_broken = next(each for each in answer["conditions"] if each["condition"] == broken)
+        lines += [
+            "",
+            f"cause:  {first_broken['cause']} ({first_broken['name']}, {first_broken['code']})",
+            f"remedy: {first_broken['remedy']}",
+        ]
+    return "\n".join(lines)
+
+
+def _complain(text: str) -> int:
+    print(f"openpendant why: {text}", file=sys.stderr)
+    return _UNAVAILABLE
+
+
+if __name__ == "__main__":
+    sys.exit(main())
