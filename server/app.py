@@ -21,23 +21,23 @@ from openpendant.simplemsg.journal import Journal
 
 from .access.admission import Login
 from .access.audit import AuditEntry, AuditEvent
+from .access.desk import CoreAccess
+from .access.door import AbsentAccess, AccessDoor
 from .access.exposure import clear_text_fault
 from .access.grants import Granted
 from .access.lockout import SECOND_NS
+from .access.opening import exposure_of
 from .access.pairing import PairingCodes
-from .access_desk import CoreAccess
-from .access_door import AbsentAccess, AccessDoor
-from .access_opening import exposure_of
-from .access_record import PasswordNumbers
+from .access.record import PasswordNumbers
 from .cell_shell import CellShell, ServedCell
 from .cells import Cells, Routed
 from .client_connection import ClientConnection
 from .core import Port, ServerCore
-from .pendant_face import Identity
-from .planning_pool import PlanningPool
+from .pendant.face import Identity
+from .planning.pool import PlanningPool
 from .robot_mathematics import RobotMathematics
-from .store_door import AbsentStore, StoreDoor
-from .watchdog_process import Watchdog
+from .store.door import AbsentStore, StoreDoor
+from .watchdog.process import Watchdog
 
 log = logging.getLogger("openpendant.server")
 

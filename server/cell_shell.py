@@ -17,14 +17,13 @@ from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 
 from .access.account_changes import AccountChange
 from .access.admission import VerifyJob
-from .access_door import AccessDoor
-from .access_record import outcome_to_json
+from .access.door import AccessDoor
+from .access.record import outcome_to_json
 from .client_connection import ClientConnection
 from .controller_connection import ControllerConnection
 from .controller_path import ControllerPath
 from .core import Port, ServerCore
 from .errand_record import answer_to_json
-from .jobs import Planned
 from .outgoing import (
     Answer,
     ChangeAccount,
@@ -41,13 +40,14 @@ from .outgoing import (
     Send,
     Spread,
 )
-from .plan_record import plan_to_json
-from .plan_store import PlanStore
-from .planning_process import Planner
+from .planning.jobs import Planned
+from .planning.plan_record import plan_to_json
+from .planning.plan_store import PlanStore
+from .planning.process import Planner
 from .refusal import Refusal
 from .settings import CellSettings
+from .store.door import StoreDoor
 from .store.requests import Answer as StoreAnswer
-from .store_door import StoreDoor
 
 log = logging.getLogger("openpendant.server")
 

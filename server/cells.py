@@ -16,7 +16,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from .core import Port, ServerCore
 from .outgoing import Close, Outgoing, Send
-from .pendant_replies import verdict
+from .pendant.replies import verdict
 from .refusal import Refusal
 
 _LISTED_BYTES = 90

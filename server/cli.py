@@ -30,10 +30,10 @@ from .server_settings import ServerSettings, make_server_settings, server_settin
 from .settings import OFF, ConfigurationError, load_settings
 
 if TYPE_CHECKING:
-    from .access_opening import OpenedAccess
+    from .access.opening import OpenedAccess
     from .app import Ports
     from .cell_shell import ServedCell
-    from .plan_store import PlanStore
+    from .planning.plan_store import PlanStore
 
 OK, FAILED, USAGE, PORT_TAKEN = 0, 1, 2, 3
 
@@ -106,7 +106,7 @@ def serve(
         stream=sys.stderr,
     )
     # Imported here so that --help and a wrong configuration answer without loading pinocchio.
-    from .access_opening import opened_access
+    from .access.opening import opened_access
     from .app import ListenFailed
 
     try:
@@ -197,8 +197,8 @@ async def _run(
     journal_file: Path | None,
 ) -> None:
     from .app import App, loop_time  # here for the same reason as in `serve`
-    from .store_opening import opened_store
-    from .watchdog_targets import watchdog_of
+    from .store.opening import opened_store
+    from .watchdog.targets import watchdog_of
 
     loop = asyncio.get_running_loop()
     interrupted = asyncio.Event()
@@ -224,7 +224,7 @@ def _served(
     settings: ServerSettings, robots: list[SerialRobot], plans: Path | None
 ) -> list[ServedCell]:
     from .cell_shell import ServedCell  # here for the same reason as in `serve`
-    from .plan_store import PlanStore
+    from .planning.plan_store import PlanStore
 
     def store(number: int) -> PlanStore | None:
         if plans is None:

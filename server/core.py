@@ -13,26 +13,26 @@ from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg import CommType, Malformed, Ping, Received, Unasked, accepted, refused
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from .access_desk import CoreAccess
-from .audit_trail import AuditTrail
-from .cell_surroundings import CellSurroundings
+from .access.audit_trail import AuditTrail
+from .access.desk import CoreAccess
 from .controller_path import ControllerPath
 from .errands import Errands
-from .jobs import Planned
 from .news import LatchedStop, News, StopMoved
 from .outgoing import Answer, Close, ForwardStop, Outgoing, Send
-from .pendant_face import Identity, PendantFace
-from .pendant_replies import stop_changed
+from .pendant.face import Identity, PendantFace
+from .pendant.replies import stop_changed
+from .planning.jobs import Planned
 from .refusal import Refusal
 from .robot_cell import SERVER, RobotCell
-from .robot_surroundings import RobotSurroundings
 from .robot_view import RobotView
-from .ros_face import RosFace, RosPort
+from .ros.face import RosFace, RosPort
 from .settings import CellSettings
 from .store.documents import Heading
 from .store.requests import Answer as StoreAnswer
-from .tick_watch import TickWatch, late_refusal
 from .uplinks.generic import GenericUplink
+from .watchdog.tick_watch import TickWatch, late_refusal
+from .world.cell_surroundings import CellSurroundings
+from .world.robot_surroundings import RobotSurroundings
 
 
 class Port(Enum):

@@ -13,9 +13,9 @@ from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
 from .store import errors
 from .store.documents import Document, Extent, Heading
+from .store.door import NoStore
 from .store.errors import StoreError
 from .store.requests import Answer
-from .store_door import NoStore
 
 _ERRORS: dict[str, type[StoreError]] = {
     kind.__name__: kind

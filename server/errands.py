@@ -9,8 +9,8 @@ from __future__ import annotations
 from itertools import count
 
 from .outgoing import Errand, Outgoing
+from .store.questions import Then
 from .store.requests import Answer, Request
-from .store_questions import Then
 
 
 class Errands:

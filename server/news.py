@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from openpendant.simplemsg.pendant import OperatingMode
 
 from .authority import Change, Holder
+from .driving.stop_account import StopAccount
 from .refusal import Refusal
-from .stop_account import StopAccount
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,8 @@ from openpendant.simplemsg import Message
 from .access.account_changes import AccountChange
 from .access.admission import VerifyJob
 from .controller_path import ControllerPath
-from .jobs import Job
-from .plan_store import StoredMotion
+from .planning.jobs import Job
+from .planning.plan_store import StoredMotion
 from .store.requests import Request
 
 

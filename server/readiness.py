@@ -15,11 +15,11 @@ from openpendant.simplemsg.pendant import Activity, LinkState, OperatingMode
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .authority import Authority, Holder
-from .feedback import Feedback
+from .driving.feedback import Feedback
 from .news import LatchedStop
 from .operating_mode import MotionKind, OperatingModes
+from .playback.running_program import RunningProgram
 from .refusal import Refusal
-from .running_program import RunningProgram
 
 
 class Condition(Enum):

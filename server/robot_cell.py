@@ -30,13 +30,15 @@ from openpendant.simplemsg.pendant import (
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .authority import Authority, Change, Holder
-from .certified import Certified
 from .controller_path import ControllerPath
-from .driving import Driving, Listener, Work
-from .execution import start_mismatch
-from .feedback import Feedback
-from .jobs import MotionJob, Planned
-from .jogging import JogRows
+from .driving.certified import Certified
+from .driving.driving import Driving, Listener, Work
+from .driving.execution import start_mismatch
+from .driving.feedback import Feedback
+from .driving.row_sources import StoredRows
+from .driving.stop_account import StopAccount
+from .jog.jogging import JogRows
+from .jog.press import Press
 from .joint_slots import JointSlots
 from .news import (
     AuthorityMoved,
@@ -50,13 +52,11 @@ from .news import (
 )
 from .operating_mode import MotionKind, OperatingModes
 from .outgoing import Outgoing, Plan
-from .press import Press
+from .planning.jobs import MotionJob, Planned
+from .playback.running_program import RunningProgram
 from .readiness import examine, examine_cell, held_by, permission
 from .refusal import Refusal, refusal_of
-from .row_sources import StoredRows
-from .running_program import RunningProgram
 from .settings import CellSettings
-from .stop_account import StopAccount
 
 if TYPE_CHECKING:
     from openpendant.motion.jog import JogTarget

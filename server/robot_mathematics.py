@@ -25,7 +25,7 @@ from openpendant.motion.robot import SerialRobot
 from openpendant.motion.robot_report import robot_data
 from openpendant.motion.scene import Scene
 
-from .jobs import JointVector, PoseGoal
+from .planning.jobs import JointVector, PoseGoal
 from .settings import Jog
 
 _NAMED_POSITIONS = ("home", "zero")

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
-from .jobs import JointVector, PoseGoal
+from .planning.jobs import JointVector, PoseGoal
 from .settings import Jog
 
 if TYPE_CHECKING:

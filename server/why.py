@@ -11,8 +11,8 @@ from typing import Literal
 
 from openpendant.simplemsg.verdicts import CATALOGUE
 
-from .management_bodies import Body
 from .operating_mode import MotionKind
+from .pendant.management_bodies import Body
 from .readiness import Finding, examine
 from .robot_cell import RobotCell
 

@@ -29,7 +29,7 @@ from openpendant.server.outgoing import (
     Send,
     Spread,
 )
-from openpendant.server.planning import answer
+from openpendant.server.planning.planner import answer
 from openpendant.server.robot_mathematics import RobotMathematics
 from openpendant.server.settings import make_settings
 from openpendant.simplemsg import (

@@ -15,14 +15,14 @@ import pytest
 
 from openpendant.server import client_connection
 from openpendant.server.authority import Authority, Change, Holder
-from openpendant.server.driving import Driving
-from openpendant.server.management import answer_management
+from openpendant.server.driving.driving import Driving
 from openpendant.server.news import AuthorityMoved, Ended, News
 from openpendant.server.outgoing import Outgoing, Send
-from openpendant.server.pendant_face import PendantFace
-from openpendant.server.pendant_motions import PendantMotions
+from openpendant.server.pendant.face import PendantFace
+from openpendant.server.pendant.management import answer_management
+from openpendant.server.pendant.motions import PendantMotions
+from openpendant.server.pendant.state_report import state_message
 from openpendant.server.robot_cell import RobotCell
-from openpendant.server.state_report import state_message
 from openpendant.simplemsg import CommType, Message, Received
 from openpendant.simplemsg.pendant import (
     AuthorityChanged,
@@ -88,7 +88,7 @@ def _shown_as(values: Callable[[State], dict[str, Any]]) -> Plant:
             state = make(*arguments)
             return dataclasses.replace(state, **values(state))
 
-        patch.setattr("openpendant.server.pendant_face.state_message", changed)
+        patch.setattr("openpendant.server.pendant.face.state_message", changed)
 
     return plant
 
@@ -224,7 +224,7 @@ def _snapshot_fails(patch: pytest.MonkeyPatch) -> None:
     def changed(*arguments: Any) -> Any:
         return dataclasses.replace(answer(*arguments), ok=False)
 
-    patch.setattr("openpendant.server.pendant_face.answer_management", changed)
+    patch.setattr("openpendant.server.pendant.face.answer_management", changed)
 
 
 def _topic_ignored(patch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ from server_rig import IDENTITY, LIMITS, NoTool, ServerRig
 
 from openpendant.server.access.accounts import AccountBook
 from openpendant.server.access.audit import AuditEvent
-from openpendant.server.access_desk import CoreAccess
+from openpendant.server.access.desk import CoreAccess
 from openpendant.server.core import Port, ServerCore
 from openpendant.server.outgoing import ChangeAccount, CheckPassword, Outgoing
 from openpendant.simplemsg.pendant import Login, LoginKind

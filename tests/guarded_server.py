@@ -15,15 +15,15 @@ from openpendant.motion.robot import serial_robot
 from openpendant.server import cli
 from openpendant.server.access.account_store import StoredAccounts
 from openpendant.server.access.accounts import Account
+from openpendant.server.access.opening import opened_access
 from openpendant.server.access.passwords import SALT_BYTES, ScryptCost, hash_password
 from openpendant.server.access.roles import Role
 from openpendant.server.access.secret import Secret
-from openpendant.server.access_opening import opened_access
 from openpendant.server.app import App, loop_time
 from openpendant.server.cell_shell import ServedCell
 from openpendant.server.server_settings import make_server_settings
+from openpendant.server.store.opening import opened_store
 from openpendant.server.store.sqlite_store import open_store
-from openpendant.server.store_opening import opened_store
 from openpendant.simplemsg.journal import Journal
 
 ROBOT = "ur5"

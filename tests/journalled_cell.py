@@ -19,9 +19,9 @@ from openpendant.server import app as server_app
 from openpendant.server import cli as server_cli
 from openpendant.server.app import App
 from openpendant.server.cell_shell import ServedCell
-from openpendant.server.jobs import Job
-from openpendant.server.planning import answer
-from openpendant.server.planning_process import Deliver
+from openpendant.server.planning.jobs import Job
+from openpendant.server.planning.planner import answer
+from openpendant.server.planning.process import Deliver
 from openpendant.server.server_settings import ServerSettings
 from openpendant.server.settings import make_settings
 from openpendant.simplemsg import Ping, codec_for

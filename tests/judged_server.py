@@ -12,9 +12,9 @@ from openpendant.controller_emulator.settings import EmulatorSettings
 from openpendant.motion.robot import serial_robot
 from openpendant.server.app import App
 from openpendant.server.cell_shell import ServedCell
-from openpendant.server.jobs import Job
-from openpendant.server.planning import answer
-from openpendant.server.planning_process import Deliver
+from openpendant.server.planning.jobs import Job
+from openpendant.server.planning.planner import answer
+from openpendant.server.planning.process import Deliver
 from openpendant.server.settings import make_settings
 from openpendant.tools.packets.conformance.server.checks import Profile
 from openpendant.tools.packets.conformance.server.target import Options

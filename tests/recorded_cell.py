@@ -8,11 +8,11 @@ from pathlib import Path
 
 from stored_documents import noon
 
+from openpendant.server.driving.feedback import Feedback
 from openpendant.server.errands import Errands
-from openpendant.server.feedback import Feedback
 from openpendant.server.outgoing import Errand, Outgoing
-from openpendant.server.recording import Recorder
-from openpendant.server.recording_document import RecordingDocument
+from openpendant.server.recording.document import RecordingDocument
+from openpendant.server.recording.recorder import Recorder
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings import ControllerLink
 from openpendant.server.store.errors import StoreError

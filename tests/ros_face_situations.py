@@ -7,8 +7,8 @@ from server_rig import ServerRig, ready
 
 from openpendant.server.controller_path import ControllerPath
 from openpendant.server.core import Port
-from openpendant.server.jobs import RosPathJob
 from openpendant.server.outgoing import Plan
+from openpendant.server.planning.jobs import RosPathJob
 from openpendant.simplemsg import CommType, ControllerMode, Status
 from openpendant.simplemsg.pendant import Activity
 

@@ -24,14 +24,6 @@ from openpendant.motion.limits import JointLimits
 from openpendant.motion.ptp import plan_joint_move
 from openpendant.server.controller_path import ControllerPath
 from openpendant.server.core import Port, ServerCore
-from openpendant.server.jobs import (
-    Job,
-    JointPathJob,
-    JointVector,
-    Planned,
-    PoseGoal,
-    RosPathJob,
-)
 from openpendant.server.outgoing import (
     Close,
     DropLink,
@@ -44,7 +36,15 @@ from openpendant.server.outgoing import (
     Send,
     Spread,
 )
-from openpendant.server.pendant_face import Identity
+from openpendant.server.pendant.face import Identity
+from openpendant.server.planning.jobs import (
+    Job,
+    JointPathJob,
+    JointVector,
+    Planned,
+    PoseGoal,
+    RosPathJob,
+)
 from openpendant.server.refusal import Refusal, refusal_of
 from openpendant.server.settings import CellSettings, Jog, make_settings
 from openpendant.server.store.errors import StoreError

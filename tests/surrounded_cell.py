@@ -10,17 +10,17 @@ from typing import Any
 from stored_documents import noon
 
 from openpendant.motion.robot import SerialRobot, serial_robot
-from openpendant.server.cell_surroundings import CellSurroundings
 from openpendant.server.errands import Errands
 from openpendant.server.news import News
 from openpendant.server.outgoing import Errand, Outgoing, Query, Send
-from openpendant.server.program_operations import Asker
+from openpendant.server.playback.operations import Asker
 from openpendant.server.robot_cell import RobotCell
 from openpendant.server.robot_mathematics import RobotMathematics
 from openpendant.server.settings import make_settings
 from openpendant.server.store.errors import StoreError
 from openpendant.server.store.requests import Answer, perform
 from openpendant.server.store.sqlite_store import open_store
+from openpendant.server.world.cell_surroundings import CellSurroundings
 from openpendant.simplemsg import JointFeedback, Message, ReplyCode, ValidField, joint_array
 from openpendant.simplemsg.pendant import Management
 from openpendant.simplemsg.verdicts import VerdictCode

@@ -58,25 +58,25 @@ SHELLS = {
     "controller_emulator/service.py",
     "server/access/audit_writer.py",
     "server/access/password_worker.py",
-    "server/access_door.py",
+    "server/access/door.py",
     "server/app.py",
     "server/cli.py",
     "server/client_connection.py",
     "server/controller_connection.py",
-    "server/planning_pool.py",
-    "server/planning_process.py",
-    "server/process_access.py",
+    "server/planning/pool.py",
+    "server/planning/process.py",
+    "server/access/process_access.py",
     "server/store/writer.py",
-    "server/store_door.py",
-    "server/store_opening.py",
-    "server/watchdog_process.py",
+    "server/store/door.py",
+    "server/store/opening.py",
+    "server/watchdog/process.py",
     "simplemsg/journal_writer.py",
 }
 CLOCK_READERS = {
-    "server/watchdog_process.py",
+    "server/watchdog/process.py",
     "motion/ik.py",  # the outer cap on a search
     "motion/plan_cli.py",  # what a plan cost, and the planner's time limit
-    "server/planning.py",  # what a plan cost, measured in the worker
+    "server/planning/planner.py",  # what a plan cost, measured in the worker
 }
 
 

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from ..recording_document import GAP, TIME
+from ..recording.document import GAP, TIME
 from .documents import DocumentKind, Heading
 from .errors import BadDocument
 from .samples import Row, columns_of

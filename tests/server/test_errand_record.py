@@ -12,6 +12,7 @@ from openpendant.server.errand_record import (
     answer_to_json,
 )
 from openpendant.server.store.documents import Document, DocumentKind, Extent, Heading
+from openpendant.server.store.door import NoStore
 from openpendant.server.store.errors import (
     BadName,
     Conflict,
@@ -22,7 +23,6 @@ from openpendant.server.store.errors import (
     TooLarge,
 )
 from openpendant.server.store.requests import Answer
-from openpendant.server.store_door import NoStore
 
 HEADING = Heading(DocumentKind.PROGRAM, "größe", 3, 20, "teacher", "2026-01-01T00:00:00+00:00")
 

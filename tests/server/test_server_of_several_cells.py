@@ -17,10 +17,10 @@ from openpendant.motion.robot import serial_robot
 from openpendant.server import cli
 from openpendant.server.app import App, loop_time
 from openpendant.server.cell_shell import ServedCell
-from openpendant.server.jobs import Job
 from openpendant.server.outgoing import Outgoing
-from openpendant.server.planning import answer
-from openpendant.server.planning_process import Deliver
+from openpendant.server.planning.jobs import Job
+from openpendant.server.planning.planner import answer
+from openpendant.server.planning.process import Deliver
 from openpendant.server.server_settings import ServerSettings, make_server_settings
 from openpendant.simplemsg.journal import Journal
 from openpendant.tools.packets.rerun import main as rerun

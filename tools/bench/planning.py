@@ -19,8 +19,8 @@ from openpendant.motion.ompl_planner import ompl_is_installed
 from openpendant.motion.planner import BUILT_IN, DEFAULT_PLANNER, plan_free_path
 from openpendant.motion.robot import serial_robot
 from openpendant.motion.scene import Box, Scene, SceneObject
-from openpendant.server.jobs import JointPathJob
-from openpendant.server.planning import answer
+from openpendant.server.planning.jobs import JointPathJob
+from openpendant.server.planning.planner import answer
 from openpendant.server.refusal import Refusal
 
 from .table import Benchmark, Bound, Judged, Missing, Sides

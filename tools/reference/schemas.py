@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel
 
-from openpendant.server.management import Failure, Snapshot, SnapshotRequest
+from openpendant.server.pendant.management import Failure, Snapshot, SnapshotRequest
 from openpendant.server.why import WhyReply, WhyRequest
 
 from .notice import NOTICE
@@ -34,7 +34,7 @@ def schema_files() -> dict[str, str]:
 
 def _schema(name: str, body: type[BaseModel]) -> str:
     schema: dict[str, Any] = {
-        "$comment": NOTICE.replace("simplemsg/", "server/management.py"),
+        "$comment": NOTICE.replace("simplemsg/", "server/pendant/management.py"),
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         **body.model_json_schema(mode=_MODES[name.rpartition("-")[2]]),
     }

@@ -10,20 +10,20 @@ from guarded_rig import GuardedRig
 from server_clients import Pendant
 
 from openpendant.server.access.audit import AuditEvent
-from openpendant.server.access.roles import LEAST_ROLE, Permission
-from openpendant.server.access_operations import AccessOperation
-from openpendant.server.management import OPERATIONS
-from openpendant.server.permissions import (
+from openpendant.server.access.operations import AccessOperation
+from openpendant.server.access.permissions import (
     FREE,
     FREE_OPERATIONS,
     OF_MESSAGE,
     OF_OPERATION,
     permission_of,
 )
-from openpendant.server.program_operations import Operation
-from openpendant.server.recording_operations import RecordingOperation
+from openpendant.server.access.roles import LEAST_ROLE, Permission
+from openpendant.server.pendant.management import OPERATIONS
+from openpendant.server.playback.operations import Operation
+from openpendant.server.recording.operations import RecordingOperation
 from openpendant.server.refusal import Refusal
-from openpendant.server.world_operations import WorldOperation
+from openpendant.server.world.operations import WorldOperation
 from openpendant.simplemsg import CommType, Message
 from openpendant.simplemsg.declaration import Direction
 from openpendant.simplemsg.pendant import (

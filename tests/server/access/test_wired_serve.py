@@ -12,7 +12,7 @@ from judged_server import LoopPlanner
 from openpendant.motion.robot import serial_robot
 from openpendant.server import cli
 from openpendant.server.access.audit_writer import AuditLog
-from openpendant.server.access_opening import opened_access
+from openpendant.server.access.opening import opened_access
 from openpendant.server.app import App
 from openpendant.server.cell_shell import ServedCell
 from openpendant.server.client_connection import ClientConnection

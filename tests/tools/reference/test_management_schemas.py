@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 from pydantic import BaseModel
 
-from openpendant.server import management, why
+from openpendant.server import why
+from openpendant.server.pendant import management
 from openpendant.tools.reference.schemas import BODIES, schema_files
 
 SCHEMAS = {name: json.loads(text) for name, text in schema_files().items()}

@@ -13,9 +13,9 @@ from openpendant.motion.errors import MotionError
 from openpendant.motion.robot import serial_robot
 from openpendant.server.access.account_changes import AccountChange
 from openpendant.server.access.admission import VerifyJob
+from openpendant.server.access.door import AbsentAccess, DeliverChange
 from openpendant.server.access.password_worker import Deliver as DeliverCheck
-from openpendant.server.access_door import AbsentAccess, DeliverChange
-from openpendant.server.access_record import (
+from openpendant.server.access.record import (
     AccessRecordError,
     book_from_json,
     check_from_json,
@@ -26,10 +26,10 @@ from openpendant.server.cell_shell import CellShell, ServedCell
 from openpendant.server.client_connection import ClientConnection
 from openpendant.server.core import Port
 from openpendant.server.errand_record import ErrandRecordError, answer_from_json
-from openpendant.server.jobs import Job
-from openpendant.server.management import snapshot
-from openpendant.server.plan_record import PlanRecordError, plan_from_json
-from openpendant.server.planning_process import Deliver
+from openpendant.server.pendant.management import snapshot
+from openpendant.server.planning.jobs import Job
+from openpendant.server.planning.plan_record import PlanRecordError, plan_from_json
+from openpendant.server.planning.process import Deliver
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings import CellSettings
 from openpendant.server.store.requests import Answer, Request

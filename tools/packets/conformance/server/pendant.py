@@ -390,7 +390,7 @@ async def _management(target: Target) -> Finding:
 @check(
     "PS24",
     "a snapshot is given, and is the cell that hello named",
-    "server/management.py: snapshot, everything a pendant needs to know once",
+    "server/pendant/management.py: snapshot, everything a pendant needs to know once",
     Section.PENDANT,
     profiles=OURS,
 )

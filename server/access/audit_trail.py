@@ -1,0 +1,130 @@
+"""What happens in a cell, as entries of the audit log: who moved, stopped, changed what, and when.
+
+Owns which news is noted and in what words. It watches and never decides; logins and refusals are
+noted by `access` itself.
+"""
+
+from __future__ import annotations
+
+from openpendant.simplemsg.pendant import AuthorityReason
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..authority import Holder
+from ..news import AuthorityMoved, Begun, Ended, ModeMoved, News, Request, StopMoved
+from ..playback.running_program import RunningProgram
+from ..robot_cell import RobotCell
+from ..store.documents import Heading
+from .admission import Login
+from .audit import AuditEntry, AuditEvent, Detail
+from .grants import Record
+
+
+class AuditTrail:
+    """Notes what happens in one cell."""
+
+    def __init__(self, record: Record, login: Login, cell: RobotCell, name: str) -> None:
+        """Watch a cell.
+
+        Args:
+            record: takes the entries; must not block.
+            login: who the connections are.
+            cell: the cell.
+            name: its name.
+        """
+        self._record = record
+        self._login = login
+        self._cell = cell
+        self._name = name
+        self._holder: Holder | None = None
+        self._program: RunningProgram | None = None
+
+    def news(self, news: News, now: int) -> None:
+        """Note what happened."""
+        match news:
+            case AuthorityMoved():
+                self._authority(news, now)
+            case Begun(request=request):
+                event = AuditEvent.MOTION_BEGAN
+                if self._cell.driven_jog is not None:
+                    event = AuditEvent.JOG_BEGAN
+                self._of_request(event, request, now)
+            case Ended(request=request):
+                event = AuditEvent.MOTION_ENDED if news.jog is None else AuditEvent.JOG_ENDED
+                refusal = news.refusal
+                code = VerdictCode.ACCEPTED if refusal is None else refusal.code
+                text = "" if refusal is None else refusal.sentence
+                self._of_request(event, request, now, code=int(code), text=text)
+            case StopMoved(stop=None, by=by):
+                self._note(AuditEvent.RESET, by, now)
+            case StopMoved(stop=stop, by=by) if stop is not None:
+                is_protective = stop.is_protective
+                self._note(AuditEvent.STOP, by, now, reason=stop.reason, protective=is_protective)
+            case ModeMoved(mode=mode, by=by):
+                self._note(AuditEvent.MODE, by, now, mode=mode.name.lower())
+
+    def _authority(self, news: AuthorityMoved, now: int) -> None:
+        before, self._holder = self._holder, news.change.holder
+        reason = news.change.reason
+        if self._holder is None:
+            how = reason.name.lower().replace("_", " ")
+            self._note(AuditEvent.AUTHORITY_ENDED, before, now, reason=how)
+        elif reason is AuthorityReason.TAKEN_OVER:
+            self._note(AuditEvent.AUTHORITY_FORCED, self._holder, now)
+        else:
+            self._note(AuditEvent.AUTHORITY_TAKEN, self._holder, now)
+
+    def _of_request(self, event: AuditEvent, request: Request, now: int, **detail: Detail) -> None:
+        by = self._holder
+        if by is None or by.session != request.session:
+            by = Holder(request.session, "")
+        more: dict[str, Detail] = {"request": request.request_id}
+        if self._program is not None:
+            more["program"] = self._program.name
+        self._note(event, by, now, **more, **detail)
+
+    def watch(self, now: int) -> None:
+        """Note that a program began or ended; called once a tick."""
+        program = self._cell.program
+        before, self._program = self._program, program
+        if (before is None) == (program is None):
+            return
+        if program is not None:
+            self._note(AuditEvent.PROGRAM_BEGAN, self._holder, now, program=program.name)
+        elif before is not None:
+            self._note(AuditEvent.PROGRAM_ENDED, self._holder, now, program=before.name)
+
+    def saved(self, heading: Heading, now: int) -> None:
+        """Note that a document was changed."""
+        detail: dict[str, Detail] = {
+            "kind": heading.kind.value,
+            "document": heading.name,
+            "revision": heading.revision,
+            "deleted": heading.deleted,
+        }
+        self._record(
+            AuditEntry(
+                AuditEvent.DOCUMENT_CHANGED,
+                now,
+                who=heading.saved_by,
+                cell=self._name,
+                detail=detail,
+            )
+        )
+
+    def _note(self, event: AuditEvent, by: Holder | None, now: int, **detail: Detail) -> None:
+        """Note what somebody did, under the name of his account where he has one."""
+        session = 0 if by is None else by.session
+        visitor = self._login.visitors.find(session)
+        if visitor is not None and visitor.grant is not None:
+            self._login.visitors.note(event, visitor, now, **detail)
+            return
+        entry = AuditEntry(
+            event,
+            now,
+            who="" if by is None else by.name,
+            source="" if visitor is None else visitor.address,
+            session=session,
+            cell=self._name,
+            detail=detail,
+        )
+        self._record(entry)

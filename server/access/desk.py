@@ -1,0 +1,306 @@
+"""What the pendants of a cell ask about access: logging in, pairing, sessions and accounts.
+
+Owns the messages of it; the rules are those of `access`. A password is checked, and an account is
+changed, elsewhere: the core asks for it by an `Outgoing`, and is told by an event.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import count
+
+from pydantic import ValidationError
+
+from openpendant.simplemsg import Message
+from openpendant.simplemsg.pendant import (
+    AccountRole,
+    LoginKind,
+    Pairing,
+    PairingAction,
+    PairingReply,
+    SetAccount,
+)
+from openpendant.simplemsg.pendant import Login as LoginRequest
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..outgoing import ChangeAccount, CheckPassword, Outgoing, Send
+from ..pendant.replies import verdict
+from ..playback.operations import Asker
+from ..refusal import Refusal
+from . import operations as op
+from .account_changes import AccountAction, AccountChange
+from .accounts import AccountBook
+from .admission import Login
+from .audit import AuditEntry, AuditEvent
+from .grants import Basis, Granted, Record
+from .lockout import SECOND_NS
+from .pairing import Chooser
+from .permissions import permission_of
+from .roles import Permission, Role
+from .secret import Secret
+
+_LONGEST_TEXT = 400
+
+_ROLES = {
+    AccountRole.VIEWER: Role.VIEWER,
+    AccountRole.OPERATOR: Role.OPERATOR,
+    AccountRole.PROGRAMMER: Role.PROGRAMMER,
+    AccountRole.ADMIN: Role.ADMIN,
+}
+
+
+def _forget(entry: AuditEntry) -> None:
+    """Take an entry where no log is kept."""
+
+
+def _single_user() -> Login:
+    return Login(AccountBook(), single_user_host=True, record=_forget)
+
+
+@dataclass(frozen=True, slots=True)
+class CoreAccess:
+    """What a core needs to know who is who; left out, everybody on this machine is its user.
+
+    Attributes:
+        login: who the connections are; one for all cells of a process.
+        record: takes what is to be noted in the audit log; must not block.
+        chooser: where pairing codes come from.
+        numbers: of changes of accounts.
+    """
+
+    login: Login = field(default_factory=_single_user)
+    record: Record = _forget
+    chooser: Chooser = field(default_factory=random.SystemRandom)
+    numbers: Iterator[int] = field(default_factory=partial(count, 1))
+
+
+Regranted = Callable[[int, int], list[Outgoing]]
+"""Told that a session may do other things from now on, and the time [ns]."""
+
+_Answer = Callable[[Refusal | None], list[Outgoing]]
+
+
+class AccessDesk:
+    """Who the pendants of one cell are."""
+
+    def __init__(self, access: CoreAccess, cell: str, regranted: Regranted) -> None:
+        """Know nobody yet.
+
+        Args:
+            access: the login of the process.
+            cell: name of the cell.
+            regranted: called when what a session may do has changed.
+        """
+        self._login = access.login
+        self._record = access.record
+        self._chooser = access.chooser
+        self._cell = cell
+        self._regranted = regranted
+        self._logins: dict[int, tuple[int, int]] = {}
+        self._changes: dict[int, tuple[AccountChange, int, _Answer]] = {}
+        self._numbers = access.numbers
+
+    # Who is here.
+
+    def welcomed(self, session: int, address: str, client: str, now: int) -> None:
+        """Take a connection that completed hello."""
+        self._login.welcomed(session, address, client, self._cell, now)
+
+    def closed(self, session: int, now: int) -> None:
+        """Forget a connection."""
+        self._login.closed(session, now)
+
+    def may(self, session: int, permission: Permission) -> bool:
+        """Tell whether a connection may do something."""
+        return self._login.may(session, permission) is None
+
+    def name_of(self, session: int, client: str) -> str:
+        """Return how a connection is shown: by its account, else by its name in the hello."""
+        grant = self._login.grant_of(session)
+        is_own = grant is None or grant.basis is Basis.SINGLE_USER
+        return client if grant is None or is_own else grant.name
+
+    def refusal(self, session: int, message: Message, now: int) -> Refusal | None:
+        """Return why a connection may not ask something, and note it; None where it may."""
+        permission = permission_of(message)
+        if permission is None:
+            return None
+        refusal = self._login.may(session, permission)
+        if refusal is not None:
+            self._note(AuditEvent.REFUSED, session, now, wanted=permission.value)
+        return refusal
+
+    def _note(self, event: AuditEvent, session: int, now: int, **detail: str) -> None:
+        visitor = self._login.visitors.find(session)
+        if visitor is not None:
+            self._login.visitors.note(event, visitor, now, **detail)
+
+    # Logging in.
+
+    def log_in(self, session: int, message: LoginRequest, now: int) -> list[Outgoing]:
+        """Begin to log in by password, or pair at once."""
+        request_id, secret = message.request_id, Secret(message.secret)
+        match message.kind:
+            case LoginKind.PASSWORD:
+                job = self._login.try_password(session, message.name, secret, now)
+                if isinstance(job, Refusal):
+                    return [Send(session, verdict(request_id, job))]
+                self._logins[job.job_id] = session, request_id
+                return [CheckPassword(job)]
+            case LoginKind.PAIRING:
+                paired = self._login.pair(session, secret, message.name, now)
+                return self._granted(session, request_id, paired, now)
+        text = f"kind {message.kind}; accepted: 1 password, 2 pairing code"
+        return [Send(session, verdict(request_id, Refusal(VerdictCode.BAD_ARGUMENT, text)))]
+
+    def verified(self, job_id: int, is_right: bool | None, now: int) -> list[Outgoing]:
+        """Take the outcome of a password check; None where it could not be made."""
+        asked = self._logins.pop(job_id, None)
+        if asked is None:
+            return []
+        if is_right is None:
+            outcome: Granted | Refusal = self._login.not_verified(job_id)
+        else:
+            outcome = self._login.verified(job_id, is_right, now)
+        return self._granted(*asked, outcome, now)
+
+    def _granted(
+        self, session: int, request_id: int, outcome: Granted | Refusal, now: int
+    ) -> list[Outgoing]:
+        if isinstance(outcome, Refusal):
+            return [Send(session, verdict(request_id, outcome))]
+        # Whoever logs in as somebody else loses the authority first, as somebody else would.
+        return [*self._regranted(session, now), Send(session, verdict(request_id))]
+
+    # Pairing codes.
+
+    def pairing(self, session: int, message: Pairing, now: int) -> list[Outgoing]:
+        """Issue the cell's pairing code, or end it."""
+        match message.action:
+            case PairingAction.ISSUE:
+                code = self._login.issue_pairing(session, now, self._chooser)
+                if isinstance(code, Refusal):
+                    return [Send(session, verdict(message.request_id, code))]
+                lifetime = (code.expires - now) // SECOND_NS
+                return [Send(session, PairingReply(message.request_id, lifetime, code.shown))]
+            case PairingAction.WITHDRAW:
+                ended = self._login.withdraw_pairing(session, now)
+                if isinstance(ended, Refusal):
+                    return [Send(session, verdict(message.request_id, ended))]
+                out = [item for guest in ended for item in self._regranted(guest.session, now)]
+                return [*out, Send(session, verdict(message.request_id))]
+        text = f"action {message.action}; accepted: 1 issue, 2 withdraw"
+        refusal = Refusal(VerdictCode.BAD_ARGUMENT, text)
+        return [Send(session, verdict(message.request_id, refusal))]
+
+    # Accounts.
+
+    def set_account(self, session: int, message: SetAccount, now: int) -> list[Outgoing]:
+        """Add an account, or give one another password."""
+
+        def answer(refusal: Refusal | None) -> list[Outgoing]:
+            return [Send(session, verdict(message.request_id, refusal))]
+
+        if message.role not in {*_ROLES, AccountRole.AS_IT_IS}:
+            text = f"role {message.role}; accepted: 0 for a new password, 1 to 4 for a new account"
+            return answer(Refusal(VerdictCode.BAD_ARGUMENT, text))
+        role = _ROLES.get(AccountRole(message.role))
+        action = AccountAction.SET_PASSWORD if role is None else AccountAction.ADD
+        return self._change(session, answer, action, message.name, role, Secret(message.secret))
+
+    def _change(
+        self,
+        session: int,
+        answer: _Answer,
+        action: AccountAction,
+        name: str,
+        role: Role | None = None,
+        password: Secret | None = None,
+    ) -> list[Outgoing]:
+        grant = self._login.grant_of(session)
+        author = "" if grant is None else grant.name
+        change = AccountChange(next(self._numbers), author, action, name, role, password)
+        self._changes[change.number] = change, session, answer
+        return [ChangeAccount(change)]
+
+    def account_changed(self, number: int, refusal: Refusal | None, now: int) -> list[Outgoing]:
+        """Take the outcome of a change; what follows from it for others is told by the book."""
+        asked = self._changes.pop(number, None)
+        if asked is None:
+            return []
+        change, session, answer = asked
+        if refusal is None:
+            role = "" if change.role is None else change.role.value
+            about = {"action": change.action.value, "account": change.name, "new_role": role}
+            self._note(AuditEvent.ACCOUNT_CHANGED, session, now, **about)
+        return answer(refusal)
+
+    # Management requests.
+
+    def operation(self, body: bytes, asker: Asker, now: int) -> list[Outgoing]:
+        """Carry out a management request about access."""
+        try:
+            asked = op.ACCESS_OPERATION.validate_json(body)
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+            where = ".".join(str(part) for part in first["loc"])
+            text = f"{where}: {first['msg']}"[-_LONGEST_TEXT:]
+            return asker.refuse(Refusal(VerdictCode.BAD_ARGUMENT, text))
+
+        def answer(refusal: Refusal | None) -> list[Outgoing]:
+            return asker.answer() if refusal is None else asker.refuse(refusal)
+
+        session = asker.session
+        match asked:
+            case op.WhoAmI():
+                return asker.answer(**self._about(session))
+            case op.Logout():
+                ended = self._login.logout(session, now)
+                out = [] if ended is None else self._regranted(session, now)
+                return [*out, *asker.answer()]
+            case op.ListSessions():
+                return asker.answer(sessions=self._sessions())
+            case op.ListUsers():
+                return asker.answer(users=self._users())
+            case op.RemoveUser(name=name):
+                return self._change(session, answer, AccountAction.REMOVE, name)
+            case op.SetUserRole(name=name, role=role):
+                return self._change(session, answer, AccountAction.SET_ROLE, name, role)
+            case op.DisableUser(op="users.disable", name=name):
+                return self._change(session, answer, AccountAction.DISABLE, name)
+            case op.DisableUser(name=name):
+                return self._change(session, answer, AccountAction.ENABLE, name)
+
+    def _about(self, session: int) -> dict[str, object]:
+        grant = self._login.grant_of(session)
+        allowed = [each.value for each in Permission if self.may(session, each)]
+        return {
+            "session": session,
+            "name": "" if grant is None else grant.name,
+            "role": "" if grant is None else grant.role.value,
+            "basis": "" if grant is None else grant.basis.value,
+            "permissions": allowed,
+        }
+
+    def _sessions(self) -> list[dict[str, object]]:
+        return [
+            {
+                "session": visitor.session,
+                "client": visitor.client,
+                "address": visitor.address,
+                "name": "" if visitor.grant is None else visitor.grant.name,
+                "role": "" if visitor.grant is None else visitor.grant.role.value,
+            }
+            for visitor in self._login.visitors
+            if visitor.cell == self._cell
+        ]
+
+    def _users(self) -> list[dict[str, object]]:
+        accounts = sorted(self._login.accounts, key=lambda account: account.key)
+        return [
+            {"name": account.name, "role": account.role.value, "disabled": account.disabled}
+            for account in accounts
+        ]

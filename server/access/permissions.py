@@ -1,0 +1,185 @@
+"""Which permission each request of a pendant needs: the one table of it.
+
+Owns nothing else: which role has a permission is `access.roles`' business, who has a role
+`access.admission`'s. What is in no table needs the highest role, so that an operation that somebody
+adds and forgets here is refused rather than open.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+
+from openpendant.simplemsg import Message
+from openpendant.simplemsg.pendant import (
+    Authority,
+    AuthorityAction,
+    Hello,
+    Home,
+    JogRelease,
+    JogStart,
+    JogStep,
+    JogUndo,
+    JointMove,
+    JointPath,
+    Login,
+    Management,
+    MotionControl,
+    Pairing,
+    PoseMove,
+    PosePath,
+    ProgramRun,
+    ResetStop,
+    SetAccount,
+    SetMode,
+    SetSpeed,
+    SoftwareStop,
+    Subscribe,
+)
+
+from .roles import Permission
+
+FREE: frozenset[type[Message]] = frozenset({Hello, Login, SoftwareStop, JogRelease})
+"""What anybody may ask: to come in, to stop, and to end a press of his own."""
+
+OF_MESSAGE: Mapping[type[Message], Permission] = {
+    Subscribe: Permission.OBSERVE,
+    Authority: Permission.MOVE,
+    JointMove: Permission.MOVE,
+    PoseMove: Permission.MOVE,
+    JointPath: Permission.MOVE,
+    PosePath: Permission.MOVE,
+    Home: Permission.MOVE,
+    JogStart: Permission.MOVE,
+    JogStep: Permission.MOVE,
+    JogUndo: Permission.MOVE,
+    SetSpeed: Permission.MOVE,
+    MotionControl: Permission.RUN_PROGRAM,
+    ProgramRun: Permission.RUN_PROGRAM,
+    ResetStop: Permission.RESET,
+    SetMode: Permission.SET_MODE,
+    SetAccount: Permission.MANAGE_USERS,
+    Pairing: Permission.PAIR_GUESTS,
+}
+"""The permission that a request with a layout of its own needs."""
+
+FREE_OPERATIONS = frozenset({"access.whoami", "access.logout"})
+"""Management operations about nobody but who asks."""
+
+OF_OPERATION: Mapping[str, Permission] = {
+    **dict.fromkeys(
+        (
+            "snapshot",
+            "why",
+            "programs.list",
+            "programs.load",
+            "programs.history",
+            "programs.check",
+            "programs.dry_run_progress",
+            "recordings.list",
+            "recordings.describe",
+            "frames.show",
+            "frames.transform",
+            "scene.show",
+            "scene.nearest",
+            "signals.read",
+            "robots.list",
+            "robots.describe",
+            "trace.show",
+        ),
+        Permission.OBSERVE,
+    ),
+    **dict.fromkeys(
+        ("programs.breakpoints", "programs.dry_run", "recordings.play", "trace.clear"),
+        Permission.RUN_PROGRAM,
+    ),
+    **dict.fromkeys(
+        (
+            "programs.create",
+            "programs.save",
+            "programs.delete",
+            "programs.rename",
+            "programs.edit",
+            "programs.record",
+            "programs.touch_up",
+            "programs.undo",
+            "programs.redo",
+            "recordings.start",
+            "recordings.stop",
+            "recordings.trim",
+            "recordings.rename",
+            "recordings.delete",
+        ),
+        Permission.EDIT_PROGRAM,
+    ),
+    **dict.fromkeys(
+        (
+            "frames.add",
+            "frames.move",
+            "frames.rename",
+            "frames.remove",
+            "frames.teach",
+            "frames.import",
+        ),
+        Permission.CHANGE_FRAMES,
+    ),
+    **dict.fromkeys(
+        (
+            "tools.import",
+            "tools.add",
+            "tools.move",
+            "tools.remove",
+            "tools.select",
+            "tools.calibrate",
+        ),
+        Permission.CHANGE_TOOLS,
+    ),
+    **dict.fromkeys(
+        (
+            "scene.add",
+            "scene.remove",
+            "scene.move",
+            "scene.allow",
+            "scene.forbid",
+            "scene.attach",
+            "scene.detach",
+            "scene.import",
+            "robots.load",
+        ),
+        Permission.CHANGE_SCENE,
+    ),
+    "signals.set": Permission.SET_OUTPUT,
+    "access.sessions": Permission.PAIR_GUESTS,
+    **dict.fromkeys(
+        ("users.list", "users.remove", "users.set_role", "users.disable", "users.enable"),
+        Permission.MANAGE_USERS,
+    ),
+}
+"""The permission that a management operation needs, by the value of `op`."""
+
+
+def operation_of(body: bytes) -> str:
+    """Return which operation a management body names; empty where it names none."""
+    try:
+        asked = json.loads(body)
+    except (ValueError, RecursionError):
+        return ""
+    named = asked.get("op") if isinstance(asked, dict) else None
+    return named if isinstance(named, str) else ""
+
+
+def permission_of(message: Message) -> Permission | None:
+    """Return what a request needs; None where anybody that completed hello may ask it."""
+    match message:
+        case Authority(action=AuthorityAction.RELEASE):
+            return None
+        case Authority(action=AuthorityAction.FORCE):
+            return Permission.FORCE_AUTHORITY
+        case Management(body=body):
+            operation = operation_of(body)
+            if operation in FREE_OPERATIONS:
+                return None
+            return OF_OPERATION.get(operation, Permission.MANAGE_USERS)
+    if type(message) in FREE:
+        return None
+    return OF_MESSAGE.get(type(message), Permission.MANAGE_USERS)

@@ -1,0 +1,86 @@
+"""The last look at each set-point before it leaves for the controller.
+
+A trajectory was certified as a whole; this checks every single sample once more, against the limits
+and against the sample that left before it, with its own few lines of arithmetic. What fails here is
+a fault of ours (a mixed-up trajectory, a skipped sample), and the motion is aborted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from openpendant.motion.limits import JointLimits
+from openpendant.motion.trajectory import Row
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..refusal import Refusal
+
+VELOCITY_SLACK = 1.0 + 1e-6
+ACCELERATION_SLACK = 1.0 + 1e-3
+
+_TIME_ROUNDING = 1e-9
+
+
+class DepartureCheck:
+    """Checks the set-points of one motion in the order in which they leave."""
+
+    def __init__(self, limits: JointLimits, start: Sequence[float] | None = None) -> None:
+        """Make a check that has seen no sample yet; the first one must be at rest.
+
+        Args:
+            limits: the joints' limits.
+            start: (n,) where a jog begins [rad or m]. A joint that is beyond its limit there may
+                come back and never go farther; None where all joints must be inside.
+        """
+        self._limits = limits
+        self._last: Row | None = None
+        self._lower, self._upper = list(limits.lower), list(limits.upper)
+        if start is not None:
+            self._lower = [min(pair) for pair in zip(limits.lower, start, strict=True)]
+            self._upper = [max(pair) for pair in zip(limits.upper, start, strict=True)]
+
+    def check(self, row: Row) -> Refusal | None:
+        """Check the next sample.
+
+        Returns:
+            Why it must not leave; None where it may.
+        """
+        limits, last = self._limits, self._last
+        step = 0.0 if last is None else row.time - last.time
+        if last is not None and not step > _TIME_ROUNDING:
+            return _refusal("does not advance in time", -1, row.time, last.time)
+        before = [0.0] * limits.dof if last is None else last.velocity
+        for joint, (position, velocity) in enumerate(zip(row.position, row.velocity, strict=True)):
+            # Each comparison is written so that a value that is not a number fails.
+            if not self._lower[joint] <= position <= self._upper[joint]:
+                bound = self._lower if position < self._lower[joint] else self._upper
+                return _refusal("is out of range", joint, position, bound[joint])
+            if not abs(velocity) <= limits.velocity[joint] * VELOCITY_SLACK:
+                return _refusal("is too fast", joint, velocity, limits.velocity[joint])
+            gain = limits.acceleration[joint] * ACCELERATION_SLACK * step
+            change = velocity - before[joint]
+            if not abs(change) <= gain:
+                return _refusal("changes its velocity too fast", joint, change, gain)
+            if last is None:
+                continue
+            # Between two samples the acceleration stays within its limit, so the way differs from
+            # that of the mean velocity by a quarter of what the limit allows at most.
+            way = position - last.position[joint] - 0.5 * (velocity + before[joint]) * step
+            if not abs(way) <= 0.25 * gain * step + _TIME_ROUNDING:
+                return _refusal("jumps", joint, position, last.position[joint])
+        self._last = row
+        self._close_in(row)
+        return None
+
+    def _close_in(self, row: Row) -> None:
+        """Let a joint that came back towards its range not leave again."""
+        limits = self._limits
+        for joint, position in enumerate(row.position):
+            self._lower[joint] = min(limits.lower[joint], max(self._lower[joint], position))
+            self._upper[joint] = max(limits.upper[joint], min(self._upper[joint], position))
+
+
+def _refusal(what: str, joint: int, value: float, limit: float) -> Refusal:
+    where = "the set-point" if joint < 0 else f"joint {joint + 1}"
+    text = f"{where} {what}: {value:g} against {limit:g}; it was not sent"
+    return Refusal(VerdictCode.CERTIFICATE_REFUSED, text, joint, value, limit)

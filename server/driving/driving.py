@@ -1,0 +1,306 @@
+"""The one motion of a cell: from the first set-point to arrival, abortion or stop.
+
+Owns what is planned or moved, the conversation with the controller about it, and the stop that is
+repeated until the robot is seen at rest. It asks nobody whether the robot may move: that is the
+cell's business, which begins and ends motions here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from openpendant.motion.limits import JointLimits
+from openpendant.simplemsg import Message
+from openpendant.simplemsg.pendant import Activity, JogEnd
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..controller_path import ControllerPath
+from ..jog.jogging import JogRows
+from ..news import Begun, Ended, News, Refused, Request
+from ..operating_mode import MotionKind
+from ..outgoing import DropLink, Forward, ForwardStop, Keep, Outgoing
+from ..planning.plan_store import StoredMotion
+from ..refusal import Refusal
+from ..settings import ControllerLink
+from ..uplinks.generic import GenericUplink
+from .certified import Certified
+from .execution import Execution, Phase
+from .feedback import Feedback
+from .row_sources import StoredRows
+
+_STOPPING_NS = 5_000_000_000
+_STOP_REPEAT_NS = 100_000_000
+
+Listener = Callable[[News, int], list[Outgoing]]
+OnFault = Callable[[Refusal, int], list[Outgoing]]
+
+
+@dataclass(slots=True)
+class Work:
+    """A motion between its request and its end."""
+
+    request: Request
+    kind: MotionKind
+    job_id: int
+    planned_cap: float | None = None
+    plan_time: float = 0.0
+    duration: float = 0.0
+    execution: Execution | None = None
+
+    @property
+    def stored(self) -> StoredRows | None:
+        """The certified trajectory that is played; None while planning and in a jog."""
+        rows = None if self.execution is None else self.execution.rows
+        return rows if isinstance(rows, StoredRows) else None
+
+    @property
+    def jog(self) -> JogRows | None:
+        """The jog that is driven."""
+        rows = None if self.execution is None else self.execution.rows
+        return rows if isinstance(rows, JogRows) else None
+
+
+class Driving:
+    """What a cell plans or moves, and how it stops.
+
+    Attributes:
+        work: the motion between its request and its end; None for none.
+        up: which connections to the controller are there.
+    """
+
+    def __init__(
+        self,
+        link: ControllerLink,
+        limits: JointLimits,
+        feedback: Feedback,
+        tell: Listener,
+        on_fault: OnFault,
+    ) -> None:
+        """Make a drive that stands.
+
+        Args:
+            link: how to talk to the controller.
+            limits: joint limits, controller side.
+            feedback: what the controller says of itself.
+            tell: told all news; returns what is to be written because of them.
+            on_fault: told where a set-point failed its last look; returns the protective stop.
+        """
+        self.work: Work | None = None
+        self.up = dict.fromkeys(ControllerPath, False)
+        self._limits = limits
+        self._link = link
+        self._uplink = GenericUplink(link, limits.velocity)
+        self._feedback = feedback
+        self._tell = tell
+        self._on_fault = on_fault
+        self._stopping_since: int | None = None
+        self._stop_repeated = 0
+        self._motions = 0
+
+    @property
+    def activity(self) -> Activity:
+        """What the cell is doing."""
+        if self._stopping_since is not None:
+            return Activity.STOPPING
+        work = self.work
+        if work is None:
+            return Activity.IDLE
+        if work.execution is None:
+            return Activity.PLANNING
+        if work.kind is MotionKind.JOG and work.jog is not None:
+            return Activity.JOGGING
+        is_paused = work.stored is not None and work.stored.is_paused
+        return Activity.PAUSED if is_paused else Activity.MOVING
+
+    @property
+    def request(self) -> Request | None:
+        """The request that is being planned or moved."""
+        return None if self.work is None else self.work.request
+
+    @property
+    def driven_jog(self) -> JogRows | None:
+        """The jog that is driven, None where none is."""
+        return None if self.work is None else self.work.jog
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a motion of ours is under way or being stopped."""
+        return self.is_driving or self._stopping_since is not None
+
+    @property
+    def is_driving(self) -> bool:
+        """Whether set-points of a motion are being sent."""
+        if self._stopping_since is not None or self.work is None:
+            return False
+        return self.work.execution is not None
+
+    @property
+    def is_seen_moving(self) -> bool:
+        """Whether the controller reports that the robot moves."""
+        return self._feedback.position is not None and not self._feedback.is_standing
+
+    def play(self, work: Work, certified: Certified, override: float, now: int) -> list[Outgoing]:
+        """Start a certified trajectory, at a fraction of its speed."""
+        rows = StoredRows(certified.trajectory, self._limits)
+        rows.scale(override)
+        work.duration = certified.trajectory.duration
+        out = self._start(work, self._execution(rows, now), now)
+        if work.execution is not None:
+            self._motions += 1
+            out.append(Keep(StoredMotion(self._motions, now, work.plan_time, certified)))
+        return out
+
+    def drive(self, work: Work, rows: JogRows, lead: float, now: int) -> list[Outgoing]:
+        """Start a jog; its set-points are made as it goes and leave `lead` [s] ahead."""
+        return self._start(work, self._execution(rows, now, lead, start=rows.way[0]), now)
+
+    def _execution(
+        self,
+        rows: StoredRows | JogRows,
+        now: int,
+        lead: float | None = None,
+        start: Sequence[float] | None = None,
+    ) -> Execution:
+        return Execution(
+            rows,
+            self._limits,
+            self._uplink,
+            self._link,
+            now,
+            lead=lead,
+            known_error=self._feedback.error,
+            start=start,
+        )
+
+    def _start(self, work: Work, execution: Execution, now: int) -> list[Outgoing]:
+        first = execution.next_point(now)
+        if isinstance(first, Refusal):
+            return self._tell(Refused(work.request, first), now)
+        work.execution = execution
+        self.work = work
+        out: list[Outgoing] = [] if first is None else [Forward(first)]
+        return out + self._tell(Begun(work.request), now)
+
+    def answered(self, reply: Message, pending: int, now: int) -> list[Outgoing]:
+        """Take an answer of the controller on the motion link.
+
+        Args:
+            reply: the answer.
+            pending: answers that the link still owes.
+            now: monotonic time, ns.
+        """
+        work = self.work
+        refusal = self._uplink.answer(reply, pending)
+        if work is None or work.execution is None:
+            return []
+        if refusal is not None:
+            return self._abort(refusal, now)
+        return self._send_next(work.execution, now)
+
+    def _send_next(self, execution: Execution, now: int) -> list[Outgoing]:
+        point = execution.next_point(now)
+        if isinstance(point, Refusal):
+            return self._abort(point, now)
+        return [] if point is None else [Forward(point)]
+
+    def misanswered(self, problem: str, now: int) -> list[Outgoing]:
+        """Take an answer that nobody asked for, or that cannot be read, on the motion link.
+
+        From then on nobody knows which answer belongs to which point, so a motion ends.
+        """
+        if not self.is_driving:
+            return []
+        return self._abort(Refusal(VerdictCode.CONTROLLER_MISMATCH, problem), now)
+
+    def _abort(self, refusal: Refusal, now: int) -> list[Outgoing]:
+        """End a motion; begin a new conversation where the old one cannot be trusted."""
+        if refusal.code is VerdictCode.CERTIFICATE_REFUSED:
+            return self._on_fault(refusal, now)
+        out = self.end(refusal, now)
+        if refusal.code in (VerdictCode.CONTROLLER_MISMATCH, VerdictCode.CONTROLLER_SILENT):
+            out.append(DropLink(refusal.sentence))
+        return out
+
+    def link_lost(self, path: ControllerPath) -> None:
+        """Forget what was said on a connection that was lost."""
+        if path is ControllerPath.MOTION:
+            self._uplink.lost()
+        else:
+            self._feedback.forget()
+
+    def end(self, refusal: Refusal, now: int) -> list[Outgoing]:
+        """End whatever is planned or moving, and have the robot stopped.
+
+        Returns:
+            The stop first, then the news for whoever asked for the motion.
+        """
+        work = self.work
+        if work is None:
+            return []
+        self.work = None
+        if work.execution is None:
+            return self._tell(Refused(work.request, refusal), now)
+        out = self._halt(now)
+        return out + self._tell(self._ended(work, refusal, now), now)
+
+    def _halt(self, now: int) -> list[Outgoing]:
+        self._stopping_since = now
+        self._stop_repeated = now
+        return [self._stop_now(now)]
+
+    def _stop_now(self, now: int) -> ForwardStop:
+        return ForwardStop(self._uplink.stop(now, is_sent=self.up[ControllerPath.MOTION]))
+
+    @staticmethod
+    def _ended(work: Work, refusal: Refusal | None, now: int) -> Ended:
+        jog = work.jog
+        if jog is None:
+            return Ended(work.request, refusal, work.plan_time, work.duration)
+        jog.press.end(JogEnd.STOPPED, now)
+        return Ended(work.request, refusal, 0.0, jog.last.time, jog.account())
+
+    def halt(self, refusal: Refusal, now: int) -> list[Outgoing]:
+        """Send a stop whether or not we know of a motion, and end what is under way."""
+        moves = self.is_driving
+        out = self.end(refusal, now)
+        if moves:
+            return out
+        if self.is_seen_moving:
+            return self._halt(now) + out
+        return [self._stop_now(now), *out]
+
+    def advance(self, now: int) -> list[Outgoing]:
+        """Look at the motion once a tick: due set-points, arrival, what aborts it."""
+        work = self.work
+        if work is None or work.execution is None:
+            return []
+        if work.jog is not None and work.jog.press.is_overdue(now):
+            # Before the next set-point leaves, so that it is the first of the ramp (promise 1).
+            work.jog.release(JogEnd.SILENT, now)
+        refusal = work.execution.advance(self._feedback, now)
+        if refusal is not None:
+            return self._abort(refusal, now)
+        if work.execution.phase is Phase.ARRIVED:
+            self.work = None
+            return self._tell(self._ended(work, None, now), now)
+        return self._send_next(work.execution, now)
+
+    def settle(self, now: int) -> list[Outgoing]:
+        """Leave STOPPING once the robot is seen at rest; repeat the stop until then."""
+        since = self._stopping_since
+        out: list[Outgoing] = []
+        if self._uplink.stop_overdue(now):
+            out.append(DropLink("a STOP was not answered"))
+        if since is None:
+            return out
+        feedback = self._feedback
+        if feedback.position is not None and feedback.received > since and feedback.is_standing:
+            self._stopping_since = None
+        elif now - since > _STOPPING_NS and feedback.position is None:
+            # Without reports nobody can say that it stands; `obstacle` keeps refusing motion.
+            self._stopping_since = None
+        elif now - self._stop_repeated >= _STOP_REPEAT_NS:
+            self._stop_repeated = now
+            out.append(self._stop_now(now))
+        return out

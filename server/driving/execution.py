@@ -1,0 +1,185 @@
+"""Playing one motion through an uplink, at most `lead` ahead of the robot.
+
+Owns when the next set-point is due, when a motion has arrived and what aborts it. It never makes a
+set-point: it sends those of its source, in order, each once, after a last look at each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+
+from openpendant.motion.limits import JointLimits
+from openpendant.motion.trajectory import Trajectory
+from openpendant.simplemsg import Message
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..refusal import Refusal
+from ..settings import ControllerLink
+from ..uplinks.generic import GenericUplink, SetPoint
+from .departure import DepartureCheck
+from .feedback import Feedback
+from .following import LONGEST_LAG, Following
+from .row_sources import RowSource
+
+ARRIVAL_TOLERANCE = 1e-3
+"""A joint this close to the goal has arrived [rad or m]; the ROS-I client takes 0.005."""
+
+START_TOLERANCE = 0.01
+"""Largest distance between where a motion starts and where the robot stands [rad or m]."""
+
+_SETTLING_NS = 2_000_000_000
+
+
+class Phase(Enum):
+    """How far a motion has come."""
+
+    SENDING = "points are being sent"
+    SETTLING = "all points are sent, the robot has not come to rest at the goal yet"
+    ARRIVED = "the robot stands at the goal"
+
+
+class Execution:
+    """One motion under way.
+
+    Attributes:
+        rows: where its set-points come from.
+        phase: how far it has come.
+        started: time of the first set-point [ns].
+    """
+
+    def __init__(
+        self,
+        rows: RowSource,
+        limits: JointLimits,
+        uplink: GenericUplink,
+        link: ControllerLink,
+        now: int,
+        *,
+        lead: float | None = None,
+        known_error: int = 0,
+        start: Sequence[float] | None = None,
+    ) -> None:
+        """Make a motion that starts now; `next_point` gives its first set-point at once.
+
+        Args:
+            rows: where the set-points come from; the first is at rest.
+            limits: joint limits for the last look at each set-point.
+            uplink: writes set-points and reads answers.
+            link: how to talk to the controller.
+            now: monotonic time, ns.
+            lead: how far set-points leave ahead of the robot [s]; the link's where left out.
+            known_error: error that the controller shows already; it ends no motion by itself.
+            start: (n,) where a jog begins, which may be beyond a limit; None for all else.
+        """
+        self.rows = rows
+        self.phase = Phase.SENDING
+        self.started = now
+        self._uplink = uplink
+        self._lead = round((link.lead if lead is None else lead) * 1e9)
+        self._departure = DepartureCheck(limits, start)
+        self._following = Following(now)
+        self._known_error = known_error
+        self._sent = 0
+
+    def next_point(self, now: int) -> Message | Refusal | None:
+        """Return the next set-point where one is due and the last one was answered.
+
+        Returns:
+            The message; None where none is due; a refusal where it failed the last look.
+        """
+        due = self.rows.next_time
+        if due is None or self._uplink.awaiting:
+            return None
+        if self.phase is Phase.SETTLING:
+            # A new press after all had left: the pause between must not be caught up with.
+            self.phase = Phase.SENDING
+            self._following.go_on(due, now)
+        if round(due * 1e9) > now - self._following.base + self._lead:
+            return None
+        before = self.rows.last.time
+        row = self.rows.take()
+        refusal = self._departure.check(row)
+        if refusal is not None:
+            return refusal
+        point = self._uplink.point(SetPoint(self._sent, row, row.time - before), now)
+        self._following.sent(row)
+        self._sent += 1
+        return point
+
+    def advance(self, feedback: Feedback, now: int) -> Refusal | None:
+        """Look at the controller's reports once a tick.
+
+        Returns:
+            Why the motion must end, None while all is well; `phase` tells whether it arrived.
+        """
+        overdue = self._uplink.overdue(now)
+        if overdue is not None:
+            return overdue
+        if feedback.is_lost(now):
+            age = feedback.age(now)
+            seen = "never" if age is None else f"{age / 1e6:.0f} ms ago"
+            return Refusal(VerdictCode.FEEDBACK_STALE, f"the last position report came {seen}")
+        if feedback.broken:
+            return Refusal(VerdictCode.NOT_FINITE, "the controller reports a position that is none")
+        fault = feedback.fault or self._new_error(feedback)
+        if fault:
+            return Refusal(VerdictCode.CONTROLLER_STOPPED, fault)
+        if self.rows.next_time is None and not self._uplink.awaiting:
+            return self._settle(feedback, now)
+        self._following.update(feedback)
+        if self._following.lag > LONGEST_LAG:
+            text = f"the robot is {self._following.lag:.2f} s behind the points that it was sent"
+            return Refusal(
+                VerdictCode.NOT_FOLLOWING, text, value=self._following.lag, limit=LONGEST_LAG
+            )
+        return None
+
+    def _new_error(self, feedback: Feedback) -> str:
+        """Say which error appeared since the motion began; empty for none."""
+        error = feedback.error
+        if error == self._known_error:
+            return ""
+        self._known_error = error
+        return f"the controller went into error {error}" if error else ""
+
+    def _settle(self, feedback: Feedback, now: int) -> Refusal | None:
+        self.phase = Phase.SETTLING
+        end = self._following.base + round(self.rows.last.time * 1e9)
+        final = self.rows.last.position
+        # A report from before the end of the motion says nothing about its end.
+        if feedback.received < end or feedback.position is None:
+            return None
+        gaps = [abs(at - goal) for at, goal in zip(feedback.position, final, strict=True)]
+        if max(gaps) <= ARRIVAL_TOLERANCE and feedback.is_standing:
+            self.phase = Phase.ARRIVED
+            return None
+        if now < end + _SETTLING_NS:
+            return None
+        worst = max(range(len(gaps)), key=gaps.__getitem__)
+        return Refusal(
+            VerdictCode.NOT_ARRIVED,
+            f"{_SETTLING_NS / 1e9:g} s after the end of the motion joint {worst + 1} is"
+            f" {gaps[worst]:.6f} from its goal",
+            worst,
+            feedback.position[worst],
+            final[worst],
+        )
+
+
+def start_mismatch(trajectory: Trajectory, feedback: Feedback) -> Refusal | None:
+    """Tell whether a planned motion still starts where the robot stands."""
+    if feedback.position is None or not feedback.is_standing:
+        return Refusal(VerdictCode.NOT_STANDING, "the robot is not at rest")
+    for joint, (planned, actual) in enumerate(
+        zip(trajectory.position[0].tolist(), feedback.position, strict=True)
+    ):
+        if abs(planned - actual) > START_TOLERANCE:
+            return Refusal(
+                VerdictCode.NOT_STANDING,
+                f"joint {joint + 1} stands at {actual:.6f}, the motion starts at {planned:.6f}",
+                joint,
+                actual,
+                planned,
+            )
+    return None

@@ -1,0 +1,167 @@
+"""What the controller last said of itself, and how old that is.
+
+Owns the rule when a report is fresh enough to start from and when it is too old to go on
+(promise 5). Positions are controller side.
+"""
+
+from __future__ import annotations
+
+from openpendant.simplemsg import (
+    ControllerMode,
+    JointFeedback,
+    JointPosition,
+    Message,
+    Status,
+    TriState,
+    ValidField,
+)
+
+from ..settings import ControllerLink
+
+STANDING_SPEED = 1e-3
+"""A joint slower than this stands [rad/s or m/s]; the 4-byte report of a resting joint is exact."""
+
+# A look-up, because it is asked for many times a tick and an enum takes long to make.
+_UNKNOWN = ControllerMode.UNKNOWN
+_MODES = {mode.value: mode for mode in (ControllerMode.MANUAL, ControllerMode.AUTO)}
+
+LARGEST_VALUE = 1e3
+"""No joint is reported beyond this [rad, m or their rates]; a greater number is an error."""
+
+
+class Feedback:
+    """The newest joint state and status of the controller.
+
+    Attributes:
+        position: (n,) joint positions [rad or m]; None before the first report.
+        velocity: (n,) joint velocities [rad/s or m/s], from the report or from two positions.
+        velocity_known: whether a velocity was reported or could be worked out.
+        status: the controller's last status; None before the first.
+        received: time of the last joint report [ns].
+        broken: a report held a value that no joint has; motion is impossible until one is sound.
+    """
+
+    def __init__(self, dof: int, link: ControllerLink) -> None:
+        """Make a feedback that knows nothing yet, for a robot of `dof` driven joints."""
+        self.position: tuple[float, ...] | None = None
+        self.velocity: tuple[float, ...] = (0.0,) * dof
+        self.velocity_known = False
+        self.status: Status | None = None
+        self.received = 0
+        self.broken = False
+        self._dof = dof
+        self._fresh_age = link.fresh_age_ns
+        self._abort_age = link.abort_age_ns
+        self._full = False
+
+    def take(self, message: Message, now: int) -> None:
+        """Take a report of the controller; other messages are none of our business."""
+        match message:
+            case JointFeedback(valid_fields=valid, positions=positions):
+                if valid & ValidField.POSITION:
+                    reported = valid & ValidField.VELOCITY
+                    self._full = True
+                    self._take_joints(positions, message.velocities if reported else None, now)
+            case JointPosition(joints=joints):
+                # A controller that sends both kinds repeats itself in the poorer one.
+                if not self._full:
+                    self._take_joints(joints, None, now)
+            case Status():
+                self.status = message
+
+    def _take_joints(
+        self, positions: tuple[float, ...], velocities: tuple[float, ...] | None, now: int
+    ) -> None:
+        position = positions[: self._dof]
+        if not _sound(position):
+            self.broken = True
+            return
+        velocity = None if velocities is None else velocities[: self._dof]
+        if velocity is not None and _sound(velocity):
+            self.velocity = velocity
+            self.velocity_known = True
+        elif self.position is not None and now > self.received:
+            step = (now - self.received) / 1e9
+            self.velocity = tuple(
+                (new - old) / step for new, old in zip(position, self.position, strict=True)
+            )
+            self.velocity_known = True
+        self.broken = False
+        self.position = position
+        self.received = now
+
+    def forget(self) -> None:
+        """Forget everything, because the state connection was lost."""
+        self.position = None
+        self.status = None
+        self.velocity_known = False
+        self.velocity = (0.0,) * self._dof
+        self.broken = False
+        self._full = False
+
+    def age(self, now: int) -> int | None:
+        """Return the age of the last joint report [ns]; None before the first."""
+        return None if self.position is None else now - self.received
+
+    def is_fresh(self, now: int) -> bool:
+        """Tell whether a new motion may start from the last report."""
+        return self.position is not None and now - self.received <= self._fresh_age
+
+    def is_lost(self, now: int) -> bool:
+        """Tell whether the last report is so old that a motion must be aborted."""
+        return self.position is None or now - self.received > self._abort_age
+
+    @property
+    def is_standing(self) -> bool:
+        """Whether the robot stands, as far as the controller and the joints tell."""
+        if self.status is not None and self.status.in_motion == TriState.TRUE:
+            return False
+        return self.velocity_known and all(abs(speed) <= STANDING_SPEED for speed in self.velocity)
+
+    @property
+    def complaint(self) -> str:
+        """What keeps the controller from moving, in its own words; empty for nothing."""
+        status = self.status
+        if status is None:
+            return "it has not reported its status yet"
+        if status.e_stopped == TriState.TRUE:
+            return "its emergency stop is active"
+        if status.drives_powered == TriState.FALSE:
+            return "its drives have no power"
+        # Some controllers show their last error until the next trajectory; those say at the same
+        # time that one would start.
+        if self.error and status.motion_possible != TriState.TRUE:
+            return f"it is in error {self.error}"
+        if status.motion_possible == TriState.FALSE:
+            return "it says that motion is not possible"
+        return ""
+
+    @property
+    def error(self) -> int:
+        """The error that the controller shows, 0 for none, -1 for one without a number."""
+        if self.status is None or self.status.in_error != TriState.TRUE:
+            return 0
+        return self.status.error_code or -1
+
+    @property
+    def fault(self) -> str:
+        """What ended a running motion, in the controller's words; empty for nothing."""
+        status = self.status
+        if status is None:
+            return ""
+        if status.e_stopped == TriState.TRUE:
+            return "the controller's emergency stop became active"
+        if status.drives_powered == TriState.FALSE:
+            return "the controller's drives lost their power"
+        return ""
+
+    @property
+    def mode(self) -> ControllerMode:
+        """The controller's own operating mode."""
+        status = self.status
+        return _UNKNOWN if status is None else _MODES.get(status.mode, _UNKNOWN)
+
+
+def _sound(values: tuple[float, ...]) -> bool:
+    """Tell whether all values are such as a joint can have; what is not a number is not."""
+    return all(abs(value) <= LARGEST_VALUE for value in values)

@@ -1,0 +1,246 @@
+"""Jogging as pendants ask for it: presses, beats, releases, increments, undo.
+
+Owns the translation of jog messages into questions to the cell, and who is pressing what. When a
+press dies is `press`' rule, whether a jog may start is the cell's, and the mathematics are behind
+`RobotView`.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+from openpendant.motion.errors import MotionError
+from openpendant.simplemsg.pendant import JogEnd, JogSpace, JogStart, JogStep, JogUndo, Motion
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..news import Request
+from ..operating_mode import MotionKind
+from ..outgoing import Outgoing
+from ..pendant.arguments import speed_fault
+from ..planning.jobs import JointPathJob, JointVector, MotionJob, PoseJob
+from ..refusal import Refusal, refusal_of
+from ..robot_cell import RobotCell
+from ..robot_view import RobotView
+from ..settings import Jog
+from .jogging import JogRows
+from .press import PressCounter
+
+if TYPE_CHECKING:
+    from openpendant.motion.jog import JogCaps, JogTarget
+
+RECENT_NS = 500_000_000
+"""A press must quote a state message that is no older than this."""
+
+_TOOL_VALUES = 6
+
+
+class RecentStates:
+    """The state messages of the last half second, so that a press can quote one."""
+
+    def __init__(self) -> None:
+        self._sent: deque[tuple[int, int]] = deque()
+
+    def sent(self, sequence: int, now: int) -> None:
+        """Note a state message that left."""
+        self._sent.append((sequence, now))
+        while now - self._sent[0][1] > RECENT_NS:
+            self._sent.popleft()
+
+    def fault(self, sequence: int, now: int) -> Refusal | None:
+        """Return why a press must not quote this message."""
+        for number, at in self._sent:
+            if number == sequence and now - at <= RECENT_NS:
+                return None
+        newest = self._sent[-1][0] if self._sent else 0
+        text = f"the press quotes state {sequence}; the newest is {newest}"
+        return Refusal(VerdictCode.PRESS_STALE, text)
+
+
+class JogDesk:
+    """All jogging of one cell.
+
+    Attributes:
+        states: the state messages that a press may quote.
+    """
+
+    def __init__(self, cell: RobotCell, settings: Jog, model: RobotView) -> None:
+        """Make a desk where nothing is pressed."""
+        self.states = RecentStates()
+        self._cell = cell
+        self._settings = settings
+        self._model = model
+        self._presses = PressCounter()
+        self._last_way: tuple[JointVector, ...] = ()
+
+    # Presses.
+
+    def start(self, session: int, message: JogStart, now: int) -> Refusal | list[Outgoing]:
+        """Begin a press, or let it take over from another of the same connection.
+
+        Returns:
+            Why it is refused, or what follows; the verdict comes as news.
+        """
+        press = self._presses.begin(session, message.press, message.deadline, now)
+        if isinstance(press, Refusal):
+            return press
+        refusal = self.states.fault(message.state_sequence, now)
+        if refusal is not None:
+            return refusal
+        target = self._target(message)
+        if isinstance(target, Refusal):
+            return target
+        running = self._cell.driven_jog
+        if running is not None and running.press.session != session:
+            running = None
+        refusal = self._cell.check(session, now, MotionKind.JOG, steered=running is not None)
+        if refusal is not None:
+            return refusal
+        if not self._cell.modes.override:
+            return Refusal(VerdictCode.BAD_ARGUMENT, "the speed override is 0; raise it first")
+        request = Request(session, message.request_id)
+        if running is not None:
+            return self._cell.take_over_jog(request, running, target, press, now)
+        self._cell.authority.beat(session, now)
+        start = self._cell.standing_at
+        rows = JogRows(self._model.begin(start, self._caps()), start, target, press)
+        return self._cell.jog(request, rows, self._settings.lead, now)
+
+    def _caps(self) -> JogCaps:
+        modes = self._cell.modes
+        cap = modes.tool_speed_cap(self._cell.mode)
+        return self._model.caps(modes.override, self._settings, cap)
+
+    def _target(self, message: JogStart) -> JogTarget | Refusal:
+        refusal = self._count_fault(message.space, message.value_count)
+        if refusal is not None:
+            return refusal
+        values = message.values[: message.value_count]
+        try:
+            if message.space == JogSpace.JOINTS:
+                return self._model.joints(values)
+            return self._model.tool(values, message.frame)
+        except MotionError as error:
+            return refusal_of(error)
+
+    def _count_fault(self, space: int, count: int) -> Refusal | None:
+        if space == JogSpace.JOINTS:
+            return self._cell.slots.count_fault(count)
+        if space != JogSpace.TOOL:
+            return Refusal(VerdictCode.BAD_ARGUMENT, f"space {space}; accepted: 1 joints, 2 tool")
+        if count != _TOOL_VALUES:
+            text = f"{count} values for the tool; accepted: 6, x, y, z and about x, y, z"
+            return Refusal(VerdictCode.BAD_ARGUMENT, text, value=count, limit=_TOOL_VALUES)
+        return None
+
+    def beat(self, session: int, press: int, beat: int, now: int) -> None:
+        """Take a beat; it keeps the authority as well."""
+        jog = self._cell.driven_jog
+        if jog is not None:
+            jog.press.take_beat(session, press, beat, now)
+        self._cell.authority.beat(session, now)
+
+    def release(self, session: int, press: int, now: int) -> Refusal | None:
+        """End a press; the robot ramps to rest.
+
+        Returns:
+            Why there is nothing to release.
+        """
+        jog = self._cell.driven_jog
+        if jog is None or (jog.press.session, jog.press.number) != (session, press):
+            return Refusal(VerdictCode.NOTHING_TO_CONTROL, f"press {press} is not held")
+        jog.release(JogEnd.RELEASED, now)
+        return None
+
+    def closed(self, session: int) -> None:
+        """Forget a connection; that the robot stops is the authority's business."""
+        self._presses.forget(session)
+
+    def tick(self, now: int) -> None:
+        """End a press whose beats stayed away; let changed caps rule."""
+        jog = self._cell.driven_jog
+        if jog is None:
+            return
+        if jog.press.ended is None and jog.press.is_overdue(now):
+            jog.release(JogEnd.SILENT, now)
+        self._last_way = tuple(jog.way)
+
+    def respeed(self, now: int) -> None:
+        """Let the override and caps of now rule the jog that is driven; 0 brings it to rest."""
+        jog = self._cell.driven_jog
+        if jog is None:
+            return
+        if self._cell.modes.override:
+            jog.limit(self._caps())
+        else:
+            jog.release(JogEnd.STOPPED, now)
+
+    # Increments and undo.
+
+    def step(self, session: int, message: JogStep, now: int) -> Refusal | list[Outgoing]:
+        """Move by one increment.
+
+        Returns:
+            Why it is refused, or what follows; the verdict comes as news.
+        """
+        refusal = (
+            self._cell.check(session, now, MotionKind.JOG)
+            or speed_fault(message.speed)
+            or self._count_fault(message.space, message.value_count)
+        )
+        if refusal is not None:
+            return refusal
+        start = self._cell.standing_at
+        values = message.values[: message.value_count]
+        if message.space == JogSpace.TOOL:
+            try:
+                goal = self._model.stepped_pose(start, values, message.frame)
+            except MotionError as error:
+                return refusal_of(error)
+            job: MotionJob = PoseJob(
+                self._cell.new_job_id(),
+                start,
+                (goal,),
+                "base",
+                Motion.LIN,
+                message.speed * self._settings.joint_speed,
+                tool_speed=self._point_speed(),
+            )
+        else:
+            target = self._cell.slots.position([a + b for a, b in zip(start, values, strict=True)])
+            if isinstance(target, Refusal):
+                return target
+            job = self._joint_job((target,), message.speed)
+        self._cell.authority.beat(session, now)
+        self._last_way = (start,)
+        return self._cell.ask(Request(session, message.request_id), job, MotionKind.JOG)
+
+    def undo(self, session: int, message: JogUndo, now: int) -> Refusal | list[Outgoing]:
+        """Move back along the way of the last jog; a second undo has nothing to take back.
+
+        Returns:
+            Why it is refused, or what follows; the verdict comes as news.
+        """
+        refusal = self._cell.check(session, now, MotionKind.JOG) or speed_fault(message.speed)
+        if refusal is not None:
+            return refusal
+        if not self._last_way:
+            return Refusal(VerdictCode.NO_JOG_TO_UNDO)
+        waypoints = self._model.way_back(self._last_way)
+        self._last_way = ()
+        self._cell.authority.beat(session, now)
+        job = self._joint_job(waypoints, message.speed)
+        return self._cell.ask(Request(session, message.request_id), job, MotionKind.JOG)
+
+    def _joint_job(self, waypoints: tuple[JointVector, ...], speed: float) -> JointPathJob:
+        return JointPathJob(
+            self._cell.new_job_id(),
+            self._cell.standing_at,
+            waypoints,
+            speed * self._settings.joint_speed,
+            tool_speed=self._point_speed(),
+        )
+
+    def _point_speed(self) -> float:
+        cap = self._cell.modes.tool_speed_cap(self._cell.mode)
+        return min(self._settings.tool_speed, cap or self._settings.tool_speed)

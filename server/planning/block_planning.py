@@ -1,0 +1,282 @@
+"""From a block of a program's moves to one trajectory; runs in the planning process.
+
+Owns where a taught point is now: at its joints while these put its tool where its pose says, else
+at its pose, reached in its own configuration. So a point of a user frame moves with the frame, and
+one taught with a tool that was measured anew keeps its place. Owns the speeds of the moves, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from openpendant.motion.certificate import Certificate, certify
+from openpendant.motion.configuration import Configuration, Elbow, Shoulder, Wrist
+from openpendant.motion.errors import MotionError, NoMotion, SegmentRefused, ZoneTooLarge
+from openpendant.motion.frames import BASE, FLANGE, TOOL, FrameTree
+from openpendant.motion.ik import solve
+from openpendant.motion.joint_curves import Path
+from openpendant.motion.kinematics import Kinematics
+from openpendant.motion.pose import Pose
+from openpendant.motion.segment_planning import plan_path
+from openpendant.motion.timing import SegmentRule, time_path
+from openpendant.motion.tool_speed import ToolSpeedLimit, reduced_speed, tool_point
+from openpendant.motion.trajectory import Array, Trajectory
+
+from ..programs.block_segments import segments_of
+from ..programs.errors import PointInconsistent
+from ..programs.motion_blocks import BlockMove, MotionBlock
+from ..programs.points import ArmConfiguration, PointPose, TeachPoint, check_consistency
+from ..programs.statements import SpeedKind
+from ..refusal import Refusal, refusal_of
+from .jobs import BlockJob, JointVector
+
+_SAME_PLACE = 1e-6
+_SAME_TURN = 1e-5
+_KNOT = 1e-9
+
+
+class BlockFault(Exception):
+    """A block that cannot be planned.
+
+    Attributes:
+        place: the move at fault, by its place in the block.
+        error: what is wrong with it.
+    """
+
+    def __init__(self, place: int, error: MotionError) -> None:
+        super().__init__(str(error))
+        self.place = place
+        self.error = error
+
+    @property
+    def is_standing(self) -> bool:
+        """Whether the robot stands where it is to go, so that nothing is wrong."""
+        return isinstance(self.error, NoMotion)
+
+
+@dataclass(frozen=True, slots=True)
+class LegSpeedLimit(ToolSpeedLimit):
+    """The speed limit of a point of the arm on one stretch of a path, and none elsewhere.
+
+    Attributes:
+        begins: where the stretch begins on the path.
+        ends: where it ends.
+    """
+
+    begins: float = 0.0
+    ends: float = 0.0
+
+    def slope(self, path: Path, s: Array) -> Array:
+        """Return the (m,) |dp/ds| at path positions s (m,), 0 away from the stretch."""
+        # Without zero arguments, because a dataclass with slots is not the class it was written as.
+        everywhere = ToolSpeedLimit.slope(self, path, s)
+        slack = _KNOT * path.length
+        inside = (s >= self.begins - slack) & (s <= self.ends + slack)
+        return np.where(inside, everywhere, 0.0)
+
+
+class Places:
+    """Where points, frames and tools of one cell are."""
+
+    def __init__(self, kinematics: Kinematics, frames: FrameTree) -> None:
+        """Look at a robot and its frames."""
+        self._kinematics = kinematics
+        self._frames = frames
+
+    def forward(self, joints: JointVector, frame: str, tool: str) -> Pose:
+        """Return where joints put a tool in a frame.
+
+        Raises:
+            FrameUnknown: there is no such frame or tool, or the frame moves.
+        """
+        at_base = self._frames.transform(BASE, frame)
+        tip = self._frames.transform(tool, FLANGE)
+        return at_base.compose(self._kinematics.forward(joints)).compose(tip)
+
+    def flange(self, pose: PointPose) -> Pose:
+        """Return where the flange has to be in the base frame for a pose.
+
+        Raises:
+            FrameUnknown: there is no such frame or tool, or the frame moves.
+        """
+        tip = self._frames.transform(pose.tool, FLANGE)
+        return self._frames.transform(pose.frame, BASE).compose(pose.pose).compose(tip.inverse())
+
+    def tip(self, point: TeachPoint) -> tuple[float, ...]:
+        """Return x, y, z of a point's tool in the flange [m]; of the selected one without a pose.
+
+        Raises:
+            FrameUnknown: there is no such tool.
+        """
+        tool = TOOL if point.pose is None else point.pose.tool
+        return tuple(self._frames.transform(tool, FLANGE).position.tolist())
+
+    def joints(self, point: TeachPoint) -> JointVector:
+        """Return the joints that a point stands for.
+
+        Raises:
+            MotionError: its frame or tool is unknown, or its pose cannot be reached.
+        """
+        if point.pose is None:
+            return point.joints
+        try:
+            check_consistency(
+                point,
+                self.forward,
+                position_tolerance=_SAME_PLACE,
+                rotation_tolerance=_SAME_TURN,
+            )
+        except PointInconsistent:
+            solution = solve(
+                self._kinematics,
+                self.flange(point.pose),
+                point.joints,
+                configuration=_flags(point.configuration),
+            )
+            return tuple(solution.joint_position.tolist())
+        return point.joints
+
+    def check(self, point: TeachPoint) -> None:
+        """Refuse a point that the robot cannot stand at.
+
+        Raises:
+            MotionError: its frame or tool is unknown, its pose cannot be reached, or a joint would
+                be outside its range.
+        """
+        self._kinematics.limits.check_position(self.joints(point))
+
+    def resolved(self, move: BlockMove) -> BlockMove:
+        """Return a move whose points are said by joints alone.
+
+        Raises:
+            MotionError: a point cannot be reached.
+        """
+        return replace(
+            move,
+            target=self._settled(move.target),
+            via=tuple(self._settled(point) for point in move.via),
+        )
+
+    def _settled(self, point: TeachPoint) -> TeachPoint:
+        return replace(point, joints=self.joints(point), pose=None)
+
+
+def plan_block(
+    kinematics: Kinematics,
+    start: JointVector,
+    block: MotionBlock,
+    frames: FrameTree,
+    speed: float,
+    cap: float | None,
+) -> tuple[Trajectory, Certificate]:
+    """Plan and certify the moves of a block from where the robot stands.
+
+    Args:
+        kinematics: the robot.
+        start: (n,) controller side [rad or m].
+        block: the moves.
+        frames: the named frames and tools.
+        speed: fraction of the programmed speeds.
+        cap: largest speed of tool and elbow [m/s]; None for no cap.
+
+    Raises:
+        BlockFault: a move cannot be made.
+    """
+    places = Places(kinematics, frames)
+    moves: list[BlockMove] = []
+    for place, move in enumerate(block.moves):
+        try:
+            moves.append(places.resolved(move))
+        except MotionError as error:
+            raise BlockFault(place, error) from error
+    segments = segments_of(MotionBlock(tuple(moves)), places.flange, kinematics.forward)
+    try:
+        (path,) = plan_path(kinematics, start, segments)
+        caps = _speed_limits(kinematics, places, block.moves, path, speed, cap)
+        rules = [SegmentRule(speed_fraction=_fraction(move)) for move in _by_leg(block.moves, path)]
+        limits = kinematics.limits
+        trajectory = time_path(path, limits, speed=speed, segments=rules, tool_speed=caps)
+        return trajectory, certify(
+            trajectory, limits, start=start, tool_speed=[each for each in caps if _is_plain(each)]
+        )
+    except SegmentRefused as error:
+        raise BlockFault(error.segment, error.reason) from error
+    except ZoneTooLarge as error:
+        raise BlockFault(error.waypoint, error) from error
+    except MotionError as error:
+        raise BlockFault(0, error) from error
+
+
+def plan_block_job(
+    kinematics: Kinematics, job: BlockJob
+) -> tuple[Trajectory, Certificate] | Refusal:
+    """Return the certified trajectory of a job's block, or the refusal of the move at fault."""
+    try:
+        return plan_block(kinematics, job.start, job.block, job.frames, job.speed, job.tool_speed)
+    except BlockFault as fault:
+        if fault.is_standing:
+            return refusal_of(fault.error)
+        return placed_refusal(fault, job.block.moves[fault.place], job.lines[fault.place])
+
+
+def placed_refusal(fault: BlockFault, move: BlockMove, line: int) -> Refusal:
+    """Return the refusal of a move, with program, line and point named."""
+    refusal = refusal_of(fault.error)
+    where = f"{move.program}, line {line}, point {move.target.name}"
+    return replace(refusal, text=f"{where}: {refusal.sentence}")
+
+
+def _by_leg(moves: Sequence[BlockMove], path: Path) -> list[BlockMove]:
+    """Return the move of each way between two waypoints; a spline is one move through several."""
+    legs = len(path.waypoint_knots) - 1
+    return list(moves) if legs == len(moves) else [moves[0]] * legs
+
+
+def _fraction(move: BlockMove) -> float:
+    speed = move.move.speed
+    return speed.value if speed.kind is SpeedKind.FRACTION else 1.0
+
+
+def _speed_limits(
+    kinematics: Kinematics,
+    places: Places,
+    moves: Sequence[BlockMove],
+    path: Path,
+    speed: float,
+    cap: float | None,
+) -> list[ToolSpeedLimit]:
+    """Return the cap of the mode on every tool of the block, and the tool speeds of its moves."""
+    found: list[ToolSpeedLimit] = []
+    if cap is not None:
+        for tip in dict.fromkeys(places.tip(move.target) for move in moves):
+            found += reduced_speed(kinematics, cap, tool=tip)
+    ends = path.knots[path.waypoint_knots]
+    for place, move in enumerate(_by_leg(moves, path)):
+        asked = move.move.speed
+        if asked.kind is SpeedKind.TOOL:
+            point = tool_point(kinematics, places.tip(move.target))
+            begins, end = float(ends[place]), float(ends[place + 1])
+            found.append(
+                LegSpeedLimit("tool", point, asked.value * speed, "m/s", begins=begins, ends=end)
+            )
+    return found
+
+
+def _is_plain(limit: ToolSpeedLimit) -> bool:
+    """Tell whether a limit holds on the whole path, so that samples alone can be held to it."""
+    return not isinstance(limit, LegSpeedLimit)
+
+
+def _flags(configuration: ArmConfiguration | None) -> Configuration | None:
+    if configuration is None:
+        return None
+    return Configuration(
+        Shoulder(configuration.shoulder),
+        Elbow(configuration.elbow),
+        Wrist(configuration.wrist),
+        # The nearest to the taught joints is meant, wherever a moved frame has put the pose.
+        turns=None,
+    )

@@ -1,0 +1,115 @@
+"""Dry runs in the planning process, in slices, so that no motion waits long for one.
+
+Owns the memory between slices: what was planned is kept in this process, and a slice walks through
+it again for nothing. A process that does not have it begins anew, so nothing depends on it.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
+
+from openpendant.motion.errors import MotionError
+from openpendant.motion.kinematics import Kinematics
+from openpendant.motion.trajectory import Trajectory
+
+from ..programs.dry_run import dry_run, reachability
+from ..programs.dry_run_results import BlockPlan, BlockRefused, ToolSample
+from ..programs.motion_blocks import MotionBlock
+from ..programs.points import TeachPoint
+from ..programs.printer import statement_lines
+from ..refusal import Refusal, refusal_of
+from .block_planning import BlockFault, Places, placed_refusal, plan_block
+from .jobs import DryRunFound, DryRunJob, DryRunSlice, JointVector
+
+MOST_DRY_RUNS = 4
+"""Dry runs whose plans are kept at once; the oldest is forgotten."""
+
+_SAMPLE_PERIOD = 0.1
+
+_Known: TypeAlias = dict[tuple[JointVector, MotionBlock], BlockPlan | BlockRefused]
+
+
+class _SliceOver(Exception):
+    """The time of a slice is up."""
+
+
+class DryRuns:
+    """The dry runs of one planning process."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[str, _Known] = OrderedDict()
+
+    def slice(
+        self, kinematics: Kinematics, job: DryRunJob, expired: Callable[[], bool]
+    ) -> DryRunFound | DryRunSlice:
+        """Walk on; at least one block is planned in each slice.
+
+        Args:
+            kinematics: the robot.
+            job: the dry run.
+            expired: tells whether the time of the slice is up.
+        """
+        known = self._known.setdefault(job.run_id, {})
+        self._known.move_to_end(job.run_id)
+        while len(self._known) > MOST_DRY_RUNS:
+            self._known.popitem(last=False)
+        lines = {name: statement_lines(each) for name, each in job.linked.programs.items()}
+        before = len(known)
+
+        def plan(start: JointVector, block: MotionBlock) -> BlockPlan | BlockRefused:
+            key = (start, block)
+            if key not in known:
+                if len(known) > before and expired():
+                    raise _SliceOver
+                known[key] = _planned(kinematics, job, start, block, lines)
+            return known[key]
+
+        try:
+            found = dry_run(job.linked, job.start, plan)
+        except _SliceOver:
+            return DryRunSlice(len(known))
+        del self._known[job.run_id]
+        places = Places(kinematics, job.frames)
+        main = job.linked.programs[job.linked.main]
+        return DryRunFound(found, reachability(main, lambda point: _unreachable(places, point)))
+
+
+def _unreachable(places: Places, point: TeachPoint) -> Refusal | None:
+    try:
+        places.check(point)
+    except MotionError as error:
+        return refusal_of(error)
+    return None
+
+
+def _planned(
+    kinematics: Kinematics,
+    job: DryRunJob,
+    start: JointVector,
+    block: MotionBlock,
+    lines: dict[str, tuple[int, ...]],
+) -> BlockPlan | BlockRefused:
+    try:
+        trajectory, _ = plan_block(kinematics, start, block, job.frames, 1.0, job.tool_speed)
+    except BlockFault as fault:
+        if fault.is_standing:
+            return BlockPlan(0.0, start)
+        move = block.moves[fault.place]
+        refusal = placed_refusal(fault, move, lines[move.program][move.index])
+        return BlockRefused(fault.place, refusal)
+    path = _tool_path(kinematics, trajectory)
+    return BlockPlan(trajectory.duration, trajectory.final, tuple(path))
+
+
+def _tool_path(kinematics: Kinematics, trajectory: Trajectory) -> Sequence[ToolSample]:
+    """Return where the tool link is, about every tenth of a second and at the end."""
+    period = trajectory.duration / max(len(trajectory) - 1, 1)
+    every = max(round(_SAMPLE_PERIOD / period), 1) if period else 1
+    chosen = sorted({*range(0, len(trajectory), every), len(trajectory) - 1})
+    samples: list[ToolSample] = []
+    for index in chosen:
+        x, y, z = kinematics.forward(trajectory.position[index]).position.tolist()
+        samples.append((float(trajectory.times[index]), x, y, z))
+    return samples

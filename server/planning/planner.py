@@ -1,0 +1,171 @@
+"""What the planning process does: from a job to a certified trajectory or a refusal.
+
+Runs in a worker process and nowhere else, because inverse kinematics and TOPP-RA hold the
+interpreter for milliseconds. Owns which planner a job needs; each answer passed the certificate.
+"""
+
+from __future__ import annotations
+
+import time
+from functools import cache
+
+import numpy as np
+
+from openpendant.motion.certificate import Certificate, certify
+from openpendant.motion.errors import MotionError
+from openpendant.motion.kinematics import Kinematics
+from openpendant.motion.paths import JointSpline, joint_path_through_poses, linear_legs
+from openpendant.motion.pose import Pose
+from openpendant.motion.ptp import plan_joint_move
+from openpendant.motion.robot import serial_robot
+from openpendant.motion.scene import Scene
+from openpendant.motion.timing import time_legs, time_path
+from openpendant.motion.tool_speed import ToolSpeedLimit, reduced_speed
+from openpendant.motion.trajectory import Trajectory
+from openpendant.simplemsg.pendant import Motion
+
+from ..refusal import Refusal, refusal_of
+from ..ros.planning import plan_ros_path
+from .block_planning import plan_block_job
+from .dry_run_planning import DryRuns
+from .jobs import (
+    BlockJob,
+    DryRunJob,
+    Job,
+    JointPathJob,
+    Planned,
+    PoseJob,
+    RosPathJob,
+)
+from .recording_job import PlaybackAccount, RecordingJob
+from .recording_planning import RecordingUnplayable, plan_recording
+from .way_check import check_running, collision_on
+from .way_check_job import WayCheckJob, WayFree
+
+_SLICE = 0.2
+"""How long a slice of a dry run may hold up the next job, beside one plan [s]."""
+
+_dry_runs = DryRuns()
+
+
+@cache
+def kinematics_of(robot: str) -> Kinematics:
+    """Return the kinematics of a robot; made once in each process."""
+    return Kinematics(serial_robot(robot))
+
+
+def answer(robot: str, job: Job) -> Planned:
+    """Plan a job and certify the result.
+
+    Args:
+        robot: name or file of the robot.
+        job: what to plan.
+
+    Returns:
+        The trajectory with its certificate, or the refusal; never raises for a motion that cannot
+        be made.
+    """
+    began = time.perf_counter()
+    kinematics = kinematics_of(robot)
+    if isinstance(job, DryRunJob):
+        found = _dry_runs.slice(kinematics, job, lambda: time.perf_counter() - began > _SLICE)
+        return Planned(job.job_id, found, time.perf_counter() - began)
+    if isinstance(job, WayCheckJob):
+        return Planned(job.job_id, _looked(kinematics, job), time.perf_counter() - began)
+    playback: PlaybackAccount | None = None
+    if isinstance(job, RecordingJob):
+        result, playback = _played_back(kinematics, job)
+    else:
+        result = _certified(kinematics, job)
+    if isinstance(result, tuple) and job.scene is not None:
+        result = _free(kinematics, result, job.scene)
+    return Planned(job.job_id, result, time.perf_counter() - began, playback)
+
+
+def _free(
+    kinematics: Kinematics, certified: tuple[Trajectory, Certificate], scene: Scene
+) -> tuple[Trajectory, Certificate] | Refusal:
+    """Return a certified motion, or why it may not be made in a scene."""
+    try:
+        refusal = collision_on(kinematics, certified[0].position, scene)
+    except MotionError as error:
+        refusal = refusal_of(error)
+    return refusal or certified
+
+
+def _looked(kinematics: Kinematics, job: WayCheckJob) -> Refusal | WayFree:
+    try:
+        return check_running(kinematics, job)
+    except MotionError as error:
+        return refusal_of(error)
+
+
+def _played_back(
+    kinematics: Kinematics, job: RecordingJob
+) -> tuple[tuple[Trajectory, Certificate] | Refusal, PlaybackAccount | None]:
+    caps = _caps(kinematics, job.tool_speed)
+    try:
+        trajectory, account = plan_recording(kinematics, job, caps)
+        certificate = certify(trajectory, kinematics.limits, start=job.start, tool_speed=caps)
+    except RecordingUnplayable as unplayable:
+        return unplayable.refusal, None
+    except MotionError as error:
+        return refusal_of(error), None
+    return (trajectory, certificate), account
+
+
+def _certified(
+    kinematics: Kinematics, job: PoseJob | JointPathJob | RosPathJob | BlockJob
+) -> tuple[Trajectory, Certificate] | Refusal:
+    if isinstance(job, BlockJob):
+        return plan_block_job(kinematics, job)
+    try:
+        trajectory = _plan(kinematics, job)
+        return trajectory, certify(trajectory, kinematics.limits, start=job.start)
+    except MotionError as error:
+        return refusal_of(error)
+
+
+def warm_up(robot: str) -> None:
+    """Load the libraries and run each once, so that the first job is as fast as the next."""
+    kinematics = kinematics_of(robot)
+    home = serial_robot(robot).home_position
+    limits = kinematics.limits
+    aside = tuple(
+        value + (0.01 if value + 0.01 <= upper else -0.01)
+        for value, upper in zip(home, limits.upper, strict=True)
+    )
+    answer(robot, JointPathJob(0, home, (aside, home), speed=0.5))
+
+
+def _plan(kinematics: Kinematics, job: PoseJob | JointPathJob | RosPathJob) -> Trajectory:
+    limits = kinematics.limits
+    match job:
+        case JointPathJob():
+            caps = _caps(kinematics, job.tool_speed)
+            if len(job.waypoints) == 1 and not caps:
+                return plan_joint_move(job.start, job.waypoints[0], limits, speed=job.speed)
+            path = JointSpline([job.start, *job.waypoints], limits)
+            return time_path(path, limits, speed=job.speed, tool_speed=caps)
+        case RosPathJob():
+            return plan_ros_path(job, limits)
+        case PoseJob():
+            return _plan_poses(kinematics, job)
+
+
+def _plan_poses(kinematics: Kinematics, job: PoseJob) -> Trajectory:
+    limits = kinematics.limits
+    poses = [Pose.from_values(goal.position, goal.orientation) for goal in job.goals]
+    caps = _caps(kinematics, job.tool_speed)
+    if job.motion is Motion.LIN:
+        legs = linear_legs(kinematics, job.start, poses, frame=job.frame)
+        return time_legs(legs, limits, speed=job.speed, tool_speed=caps)
+    waypoints = joint_path_through_poses(kinematics, job.start, poses, frame=job.frame)
+    if len(poses) == 1 and not caps:
+        return plan_joint_move(job.start, waypoints[-1], limits, speed=job.speed)
+    path = JointSpline(np.array(waypoints), limits)
+    return time_path(path, limits, speed=job.speed, tool_speed=caps)
+
+
+def _caps(kinematics: Kinematics, tool_speed: float | None) -> tuple[ToolSpeedLimit, ...]:
+    return () if tool_speed is None else reduced_speed(kinematics, tool_speed)

@@ -1,0 +1,229 @@
+"""One planning process and the shell round it.
+
+A job goes to a child process as a length-prefixed pickle on its standard input, the answer comes
+back on its standard output, so that neither side ever blocks the event loop and the death of either
+ends the other: the child sees the end of its input, the server the end of its output. It has one
+job in hand at a time; who waits for a process is `planning_pool`'s business.
+
+Run as a module it is the child: `python -m openpendant.server.planning_process ROBOT...`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import pickle
+import signal
+import struct
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import BinaryIO, Protocol
+
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..refusal import Refusal
+from .jobs import Job, Planned
+
+log = logging.getLogger("openpendant.server")
+
+_LENGTH = struct.Struct("<I")
+_NICENESS = 10
+_RESTART_PAUSE = 0.5
+_LONGEST_PAUSE = 10.0
+_LONGEST_PLAN = 30.0
+_FAREWELL = 0.5
+
+Deliver = Callable[[Planned], None]
+
+
+class Planner(Protocol):
+    """Takes jobs and delivers answers later; tests supply one that answers at once."""
+
+    def submit(self, job: Job, deliver: Deliver) -> None:
+        """Plan a job; `deliver` is called with the answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A job on its way.
+
+    Attributes:
+        robot: name or file of the robot that it is for.
+        job: what to plan.
+        deliver: called with the answer.
+    """
+
+    robot: str
+    job: Job
+    deliver: Deliver
+
+    def fail(self) -> None:
+        """Answer that no plan will come."""
+        self.deliver(Planned(self.job.job_id, Refusal(VerdictCode.PLANNER_FAILED), 0.0))
+
+
+class PlanningProcess:
+    """A warm, niced child process that plans one job after the other.
+
+    Attributes:
+        is_down: it could not be started or never got warm, and the next attempt is yet to come.
+        is_warm: its libraries are loaded.
+    """
+
+    def __init__(self, robots: Sequence[str], on_change: Callable[[], None]) -> None:
+        """Make a planner for some robots; `keep_up` starts its process.
+
+        Args:
+            robots: names or files of the robots that it is warm for.
+            on_change: called when it became free, or went down.
+        """
+        self.is_down = False
+        self.is_warm = False
+        self._robots = robots
+        self._on_change = on_change
+        self._process: asyncio.subprocess.Process | None = None
+        self._in_hand: tuple[Task, asyncio.TimerHandle] | None = None
+
+    @property
+    def is_free(self) -> bool:
+        """Whether it would begin a job at once, or as soon as it is warm."""
+        return self._process is not None and self._in_hand is None
+
+    def give(self, task: Task) -> None:
+        """Have a free process plan a job."""
+        assert self._process is not None
+        assert self._process.stdin is not None
+        timer = asyncio.get_running_loop().call_later(_LONGEST_PLAN, self._give_up, task)
+        self._in_hand = (task, timer)
+        data = pickle.dumps((task.robot, task.job))
+        self._process.stdin.write(_LENGTH.pack(len(data)) + data)
+
+    def _give_up(self, task: Task) -> None:
+        """End a process that has not answered for too long; `keep_up` starts another."""
+        log.error("planning job %d took more than %g s", task.job.job_id, _LONGEST_PLAN)
+        if self._process is not None:
+            self._process.kill()
+
+    async def keep_up(self) -> None:
+        """Run the process, and another when it ends; until cancelled."""
+        pause = _RESTART_PAUSE
+        while True:
+            try:
+                await self._run_once()
+                log.error("the planning process ended; starting another")
+            except OSError as error:
+                # Out of memory or processes, say: that may pass, and until then the server serves.
+                log.error("the planning process failed, trying again: %s", error)
+            finally:
+                # One that was warm is back at once, and jobs may wait for that.
+                was_warm, self.is_warm, self.is_down = self.is_warm, False, not self.is_warm
+                self._fail_in_hand()
+                self._on_change()
+            # One that never gets warm would otherwise burn a core with its attempts.
+            pause = _RESTART_PAUSE if was_warm else min(2 * pause, _LONGEST_PAUSE)
+            await asyncio.sleep(pause)
+
+    async def _run_once(self) -> None:
+        process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            "-m",
+            __name__,
+            *self._robots,
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+        )
+        self._process = process
+        self.is_down = False
+        self._on_change()
+        try:
+            await self._read_answers(process)
+        finally:
+            self._process = None
+            await _end(process)
+
+    async def _read_answers(self, process: asyncio.subprocess.Process) -> None:
+        assert process.stdout is not None
+        while True:
+            try:
+                (size,) = _LENGTH.unpack(await process.stdout.readexactly(_LENGTH.size))
+                planned = pickle.loads(await process.stdout.readexactly(size))
+            except asyncio.IncompleteReadError:
+                return
+            if planned is None:
+                self.is_warm = True
+                continue
+            assert self._in_hand is not None
+            task, timer = self._in_hand
+            timer.cancel()
+            self._in_hand = None
+            task.deliver(planned)
+            self._on_change()
+
+    def _fail_in_hand(self) -> None:
+        if self._in_hand is None:
+            return
+        task, timer = self._in_hand
+        self._in_hand = None
+        timer.cancel()
+        task.fail()
+
+
+async def _end(process: asyncio.subprocess.Process) -> None:
+    """End the child by closing its input, by force where it is busy with a plan."""
+    assert process.stdin is not None
+    process.stdin.close()
+    try:
+        code = await asyncio.wait_for(process.wait(), _FAREWELL)
+    except TimeoutError:
+        process.kill()
+        code = await process.wait()
+    log.info("planning process %d ended with %d", process.pid, code)
+
+
+def run_child(robots: Sequence[str]) -> None:
+    """Answer jobs until the server closes the pipe; the body of the child process."""
+    try:
+        _answer_jobs(robots)
+    except BrokenPipeError:
+        # The server was killed. Python would complain once more when it flushes what is left.
+        os._exit(1)
+
+
+def _answer_jobs(robots: Sequence[str]) -> None:
+    # The terminal's Ctrl-C goes to the whole group; the server decides when planning ends.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.nice(_NICENESS)
+    jobs = sys.stdin.buffer
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    # Whatever a library prints must not end up between the answers.
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+
+    from .planner import answer, warm_up
+
+    for robot in robots:
+        warm_up(robot)
+    _send(answers, None)
+    while True:
+        head = jobs.read(_LENGTH.size)
+        if len(head) < _LENGTH.size:
+            return
+        robot, job = pickle.loads(jobs.read(_LENGTH.unpack(head)[0]))
+        try:
+            planned = answer(robot, job)
+        except Exception as error:
+            # A fault of ours; the pendant is told, the process and its libraries stay warm.
+            text = f"{type(error).__name__}: {error}"
+            planned = Planned(job.job_id, Refusal(VerdictCode.PLANNER_FAILED, text), 0.0)
+        _send(answers, planned)
+
+
+def _send(answers: BinaryIO, planned: Planned | None) -> None:
+    data = pickle.dumps(planned, protocol=pickle.HIGHEST_PROTOCOL)
+    answers.write(_LENGTH.pack(len(data)) + data)
+    answers.flush()
+
+
+if __name__ == "__main__":
+    run_child(sys.argv[1:])

@@ -1,0 +1,1 @@
+"""Teach and playback: the programs of a cell, edited and run by its pendants."""

@@ -1,0 +1,67 @@
+"""What pendants are told of programs in the store: lists, new revisions, conflicts.
+
+Owns the fields of these answers. A change is acknowledged from the store's own answer only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..outgoing import Outgoing
+from ..refusal import Refusal
+from ..store.documents import DocumentKind, Heading
+from ..store.errors import Conflict, StoreError
+from ..store.requests import Answer
+from .operations import Asker
+from .shelf import StoredProgram
+
+MOST_LISTED = 150
+"""Programs in one answer."""
+
+
+def conflict(name: str, expected: int, found: StoredProgram) -> Refusal | None:
+    """Return the refusal with both revisions where a change was made from another than is kept."""
+    if found.revision == expected:
+        return None
+    kind, kept = DocumentKind.PROGRAM, found.revision
+    return Conflict(kind, name, expected, kept, found.saved_by, found.saved_at).refusal()
+
+
+def listed(found: Answer, asker: Asker, first: int) -> list[Outgoing]:
+    """Answer with some of the headings, from one on."""
+    if isinstance(found, StoreError):
+        return asker.refuse(found.refusal())
+    assert isinstance(found, tuple)
+    headings = [each for each in found if isinstance(each, Heading)]
+    end = first + MOST_LISTED
+    return asker.answer(
+        programs=[
+            {
+                "name": each.name,
+                "revision": each.revision,
+                "size": each.size,
+                "saved_by": each.saved_by,
+                "saved_at": each.saved_at,
+                "deleted": each.deleted,
+            }
+            for each in headings[first:end]
+        ],
+        next=end if end < len(headings) else None,
+    )
+
+
+def saved(found: Answer, asker: Asker) -> list[Outgoing]:
+    """Answer after the store has a change: the point that is acknowledged is on the disk."""
+    if isinstance(found, StoreError):
+        return asker.refuse(found.refusal())
+    assert isinstance(found, Heading)
+    return asker.answer(name=found.name, revision=found.revision)
+
+
+def renamed(copy: Heading, deleted: Answer, asker: Asker) -> list[Outgoing]:
+    """Answer after the old name is gone, or say that it is still there."""
+    if isinstance(deleted, StoreError):
+        refusal = deleted.refusal()
+        text = f"{copy.name!r} was saved, but the old name is still there: {refusal.sentence}"
+        return asker.refuse(replace(refusal, text=text))
+    return asker.answer(name=copy.name, revision=copy.revision)

@@ -1,0 +1,86 @@
+"""All that pendants can do with programs in one cell: keep them, edit them, run them.
+
+Owns how its parts are joined and which of them answers a management request. Decides nothing.
+"""
+
+from __future__ import annotations
+
+from pydantic import ValidationError
+
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..outgoing import Outgoing
+from ..planning.jobs import Planned
+from ..refusal import Refusal
+from ..robot_cell import RobotCell
+from ..robot_view import RobotView
+from ..store.questions import AskStore
+from . import operations as op
+from .desk import ProgramDesk, ToAll
+from .dry_run_desk import DryRunDesk
+from .library import ProgramLibrary
+from .operations import OPERATION, Asker
+from .shelf import ProgramShelf
+from .surroundings import BareSurroundings
+
+_LONGEST_TEXT = 400
+
+
+class CellPrograms:
+    """The programs of one cell.
+
+    Attributes:
+        desk: runs them.
+    """
+
+    def __init__(
+        self,
+        cell: RobotCell,
+        robot: RobotView,
+        ask: AskStore,
+        to_all: ToAll,
+        *,
+        cell_name: str,
+        robot_name: str,
+    ) -> None:
+        """Join the parts.
+
+        Args:
+            cell: the cell.
+            robot: the mathematics of the robot.
+            ask: asks the store.
+            to_all: sends a message to every pendant of the cell.
+            cell_name: name of the cell.
+            robot_name: name of the robot.
+        """
+        shelf = ProgramShelf(ask, robot_name, cell.limits)
+        self.desk = ProgramDesk(cell, robot, shelf, BareSurroundings(), to_all)
+        self._library = ProgramLibrary(ask, shelf, cell, robot, robot_name)
+        self._dry_runs = DryRunDesk(cell, robot, shelf, cell_name)
+
+    def operation(self, body: bytes, asker: Asker, now: int) -> list[Outgoing]:
+        """Carry out a management request about programs; the answer may come later."""
+        try:
+            asked = OPERATION.validate_json(body)
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_input=False)[0]
+            where = ".".join(str(part) for part in first["loc"])
+            text = f"{where}: {first['msg']}"[-_LONGEST_TEXT:]
+            return asker.refuse(Refusal(VerdictCode.BAD_ARGUMENT, text))
+        match asked:
+            case op.SetBreakpoints(name=name, statements=statements):
+                self.desk.set_breakpoints(name, frozenset(statements), now)
+                return asker.answer(name=name, statements=sorted(set(statements)))
+            case op.StartDryRun(name=name):
+                return self._dry_runs.start(name, asker)
+            case op.DryRunProgress():
+                return self._dry_runs.progress(asker)
+        return self._library.handle(asked, asker, now)
+
+    def planned(self, planned: Planned) -> list[Outgoing] | None:
+        """Take an answer of the planning process; None where it is to a motion."""
+        return self._dry_runs.planned(planned)
+
+    def closed(self, session: int) -> None:
+        """Forget a connection that ended."""
+        self._library.closed(session)

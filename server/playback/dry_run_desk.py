@@ -1,0 +1,167 @@
+"""Dry runs as pendants ask for them: what would happen if a program ran, while nothing moves.
+
+Owns the one dry run of a cell: it goes to the planning process slice by slice, so that motions are
+planned in between, and its findings are cut to what fits an answer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import count
+
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..outgoing import Outgoing, Plan
+from ..planning.jobs import DryRunFound, DryRunJob, DryRunSlice, Planned
+from ..programs.dry_run_results import DryRun, ToolSample
+from ..programs.linking import Linked
+from ..programs.printer import statement_lines
+from ..refusal import Refusal
+from ..robot_cell import RobotCell
+from ..robot_view import RobotView
+from .operations import Asker
+from .shelf import ProgramShelf
+
+MOST_VERDICTS = 100
+"""Verdicts in an answer, those that refuse first."""
+
+MOST_SAMPLES = 250
+"""Samples of the tool's way in an answer."""
+
+_LONGEST_TEXT = 120
+
+
+@dataclass(slots=True)
+class _DryRun:
+    """The dry run under way."""
+
+    asker: Asker
+    linked: Linked | None = None
+    job: DryRunJob | None = None
+    planned: int = 0
+
+
+class DryRunDesk:
+    """The dry runs of one cell."""
+
+    def __init__(self, cell: RobotCell, robot: RobotView, shelf: ProgramShelf, name: str) -> None:
+        """Make a desk.
+
+        Args:
+            cell: knows where the robot stands.
+            robot: knows the frames.
+            shelf: the programs.
+            name: of the cell.
+        """
+        self._cell = cell
+        self._robot = robot
+        self._shelf = shelf
+        self._name = name
+        self._numbers = count(1)
+        self._current: _DryRun | None = None
+
+    def start(self, program: str, asker: Asker) -> list[Outgoing]:
+        """Begin a dry run; the answer comes when it is done."""
+        if self._current is not None:
+            text = "a dry run is under way; accepted: after it"
+            return asker.refuse(Refusal(VerdictCode.PROGRAM_RUNNING, text))
+        if self._cell.feedback.position is None:
+            return asker.refuse(Refusal(VerdictCode.FEEDBACK_STALE))
+        self._current = current = _DryRun(asker)
+        return self._shelf.fetch_linked(program, lambda found, _: self._loaded(current, found))
+
+    def _loaded(self, current: _DryRun, linked: Linked | Refusal) -> list[Outgoing]:
+        position = self._cell.feedback.position
+        if isinstance(linked, Refusal) or position is None:
+            self._current = None
+            refusal = linked if isinstance(linked, Refusal) else None
+            return current.asker.refuse(refusal or Refusal(VerdictCode.FEEDBACK_STALE))
+        run_id = f"{self._name} {next(self._numbers)}"
+        cap = self._cell.modes.tool_speed_cap(self._cell.mode)
+        current.linked = linked
+        current.job = DryRunJob(0, run_id, tuple(position), linked, self._robot.frames, cap)
+        return self._next_slice(current, current.job)
+
+    def _next_slice(self, current: _DryRun, before: DryRunJob) -> list[Outgoing]:
+        job = DryRunJob(
+            self._cell.new_job_id(),
+            before.run_id,
+            before.start,
+            before.linked,
+            before.frames,
+            before.tool_speed,
+        )
+        current.job = job
+        return [Plan(job)]
+
+    def progress(self, asker: Asker) -> list[Outgoing]:
+        """Tell how far the dry run is."""
+        current = self._current
+        return asker.answer(
+            running=current is not None, blocks=0 if current is None else current.planned
+        )
+
+    def planned(self, planned: Planned) -> list[Outgoing] | None:
+        """Take an answer of the planning process; None where it is not to a dry run of ours."""
+        current = self._current
+        if current is None or current.job is None or current.job.job_id != planned.job_id:
+            return None
+        match planned.result:
+            case DryRunSlice(planned=blocks):
+                current.planned = max(current.planned, blocks)
+                return self._next_slice(current, current.job)
+            case DryRunFound() as found:
+                self._current = None
+                return current.asker.answer(**_told(current.job.linked, found))
+            case Refusal() as refusal:
+                self._current = None
+                return current.asker.refuse(refusal)
+        return None
+
+
+def _told(linked: Linked, found: DryRunFound) -> dict[str, object]:
+    """Return the findings as JSON data that fits an answer."""
+    run = found.run
+    lines = {name: statement_lines(program) for name, program in linked.programs.items()}
+    verdicts = sorted(run.moves, key=lambda verdict: verdict.refusal is None)
+    points = sorted(found.points, key=lambda verdict: verdict.refusal is None)
+    return {
+        "program": linked.main,
+        "duration": run.duration,
+        "endless": run.endless,
+        "complete": run.complete,
+        "refused": len(run.refusals) + sum(each.refusal is not None for each in found.points),
+        "moves": [
+            {
+                "program": each.program,
+                "line": lines[each.program][each.index],
+                "point": each.point,
+                "zone_used": each.zone_used,
+                **_refused(each.refusal),
+            }
+            for each in verdicts[:MOST_VERDICTS]
+        ],
+        "points": [
+            {"point": each.point, **_refused(each.refusal)} for each in points[:MOST_VERDICTS]
+        ],
+        "not_walked": [
+            {"program": name, "line": lines[name][index]}
+            for name, index in run.not_walked[:MOST_VERDICTS]
+        ],
+        "path": [[round(value, 6) for value in sample] for sample in _thinned(run)],
+    }
+
+
+def _refused(refusal: Refusal | None) -> dict[str, object]:
+    if refusal is None:
+        return {"reachable": True}
+    return {"reachable": False, "code": int(refusal.code), "text": refusal.sentence[:_LONGEST_TEXT]}
+
+
+def _thinned(run: DryRun) -> list[ToolSample]:
+    """Return some samples of the tool's way, its end among them."""
+    every = -(-len(run.path) // MOST_SAMPLES) or 1
+    chosen = list(run.path[::every])
+    if run.path and chosen[-1] != run.path[-1]:
+        chosen.append(run.path[-1])
+    return chosen

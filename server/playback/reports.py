@@ -1,0 +1,87 @@
+"""How a run of a program is told: as a state, as a report, and where a line of its text is."""
+
+from __future__ import annotations
+
+from openpendant.simplemsg.pendant import ProgramReport, ProgramState
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..pendant.replies import cut
+from ..programs.linking import Linked
+from ..programs.printer import statement_lines
+from ..programs.run_messages import PauseReason, RunState, RunStatus
+from ..refusal import Refusal
+from .running_program import RunningProgram
+
+_NAME_BYTES = 64
+_TEXT_BYTES = 160
+
+_PAUSES = {
+    PauseReason.BREAKPOINT: ProgramState.AT_BREAKPOINT,
+    PauseReason.STEP: ProgramState.STEPPED,
+}
+
+
+def program_state(status: RunStatus) -> ProgramState:
+    """Return what a program is doing; NONE before its start and after its end."""
+    match status.state:
+        case RunState.RUNNING:
+            return ProgramState.RUNNING
+        case RunState.PAUSED:
+            return _PAUSES.get(status.pause, ProgramState.PAUSED)
+    return ProgramState.NONE
+
+
+def running_program(main: str, status: RunStatus) -> RunningProgram | None:
+    """Return what everybody may see of a program; None where it is not under way.
+
+    Args:
+        main: name of the program that was asked for.
+        status: of its run.
+    """
+    state = program_state(status)
+    if state is ProgramState.NONE:
+        return None
+    if not status.stack:
+        return RunningProgram(main, state, 0)
+    return RunningProgram(status.stack[-1].program, state, status.stack[-1].line)
+
+
+def program_report(main: str, status: RunStatus, ended: Refusal | None) -> ProgramReport:
+    """Return the message that tells where a program is.
+
+    Args:
+        main: name of the program that was asked for.
+        status: of its run.
+        ended: what ended it from outside; None for nothing.
+    """
+    place = status.stack[-1] if status.stack else None
+    return ProgramReport(
+        state=program_state(status),
+        line=0 if place is None else place.line,
+        loop=status.passes,
+        program=cut(main if place is None else place.program, _NAME_BYTES),
+        text=cut(_text(status, ended), _TEXT_BYTES),
+    )
+
+
+def _text(status: RunStatus, ended: Refusal | None) -> str:
+    refusal = ended or status.failure
+    if refusal is not None:
+        return refusal.sentence
+    if status.state is RunState.FINISHED:
+        return "finished"
+    if status.approaching:
+        return "on the slow way to its first point"
+    return ""
+
+
+def start_index(linked: Linked, line: int) -> int | Refusal:
+    """Return the number of the statement on a line, from 0; of the first for line 0."""
+    lines = statement_lines(linked.programs[linked.main])
+    if not line:
+        return 0
+    if line in lines:
+        return lines.index(line)
+    accepted = f"0, or {lines[0]} to {lines[-1]}" if lines else "0, the program is empty"
+    text = f"no statement is on line {line} of {linked.main!r}; accepted: {accepted}"
+    return Refusal(VerdictCode.BAD_ARGUMENT, text, value=line)

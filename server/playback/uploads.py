@@ -1,0 +1,58 @@
+"""Programs that are too long for one frame, as they come in part by part.
+
+Owns the order of the parts and the bound on what waits; one program for each connection.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ..programs.document import MOST_JSON_BYTES
+from ..programs.errors import BadValue, ProgramTooLarge
+from .operations import SaveProgram
+
+
+@dataclass(slots=True)
+class _Upload:
+    """What came so far, and of what."""
+
+    name: str
+    parts: int
+    bodies: list[str] = field(default_factory=list)
+    characters: int = 0
+
+
+class Uploads:
+    """The programs that are under way to the server."""
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self._under_way: dict[int, _Upload] = {}
+
+    def forget(self, session: int) -> None:
+        """Forget what a connection sent so far."""
+        self._under_way.pop(session, None)
+
+    def add(self, session: int, asked: SaveProgram) -> str | None:
+        """Take a part; return the whole after the last.
+
+        Raises:
+            BadValue: another part is due.
+            ProgramTooLarge: the whole would be too long.
+        """
+        upload = self._under_way.pop(session, None)
+        if asked.part == 1:
+            upload = _Upload(asked.name, asked.parts)
+        due = 1 if upload is None else len(upload.bodies) + 1
+        fits = upload is not None and (upload.name, upload.parts) == (asked.name, asked.parts)
+        if upload is None or not fits or asked.part != due or asked.part > asked.parts:
+            text = f"is {asked.part} of {asked.parts} of {asked.name!r}; accepted: from 1 on, each"
+            raise BadValue("the part", f"{text} in its turn")
+        upload.bodies.append(asked.body)
+        upload.characters += len(asked.body)
+        if upload.characters > MOST_JSON_BYTES:
+            raise ProgramTooLarge("characters of a program", upload.characters, MOST_JSON_BYTES)
+        if asked.part == asked.parts:
+            return "".join(upload.bodies)
+        self._under_way[session] = upload
+        return None

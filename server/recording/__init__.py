@@ -1,0 +1,1 @@
+"""Continuous recordings: taken from the robot, kept, and played back."""

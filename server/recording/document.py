@@ -1,0 +1,119 @@
+"""What a recording is in the store: the description in its document and the columns of its rows.
+
+Owns the columns, what counts as a gap between two reports, and how a description is read. A gap is
+marked in the row that ends it and never filled; the samples of a file without that column may have
+gaps, too, which their times then tell. Knows no robot and no clock.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..refusal import Refusal
+
+TIME, GAP = "t", "gap"
+
+GAP_PERIODS = 2.5
+"""Reports further apart than so many of their periods have a gap between them."""
+
+
+class RecordingDocument(BaseModel):
+    """The body of a recording's document.
+
+    What was counted is of a recording that was stopped; of one that a crash ended it is not known
+    before its samples are read, and `finished` is false.
+    """
+
+    model_config = ConfigDict(extra="ignore", frozen=True)
+
+    columns: tuple[str, ...] = Field(min_length=2, max_length=256)
+    """Names of the values of a row: the time [s], each joint [rad or m], and the mark of a gap."""
+    robot: str = ""
+    """The robot; empty where a file did not say."""
+    joints: tuple[str, ...] = ()
+    """Names of the joints."""
+    period: float = Field(0.01, gt=0, le=10)
+    """How often the controller was expected to report [s]."""
+    finished: bool = False
+    """It was stopped, not cut off."""
+    samples: int = 0
+    """Rows."""
+    duration: float = 0.0
+    """From the first to the last row [s]."""
+    rate: float = 0.0
+    """Rows a second, gaps left out [Hz]."""
+    gaps: int = 0
+    """Gaps between rows."""
+    longest_gap: float = 0.0
+    """The longest of them [s]."""
+
+
+@dataclass(frozen=True, slots=True)
+class Extract:
+    """What a recording's description says of its rows.
+
+    Attributes:
+        width: values of a row.
+        joints: places of the joints in a row.
+    """
+
+    width: int
+    joints: tuple[int, ...]
+
+
+def new_document(robot: str, joints: Sequence[str], period: float) -> RecordingDocument:
+    """Return the description of a recording that begins."""
+    numbered = tuple(f"j{number}" for number in range(1, len(joints) + 1))
+    return RecordingDocument(
+        columns=(TIME, *numbered, GAP), robot=robot, joints=tuple(joints), period=period
+    )
+
+
+def read_document(name: str, body: str) -> RecordingDocument | Refusal:
+    """Return a recording's description.
+
+    Args:
+        name: of the recording, for the refusal.
+        body: of its document.
+    """
+    try:
+        return RecordingDocument.model_validate_json(body)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+        where = ".".join(str(part) for part in first["loc"])
+        text = f"recording {name!r}: {where}: {first['msg']}"
+        return Refusal(VerdictCode.BAD_DOCUMENT, text[:400])
+
+
+def write_document(document: RecordingDocument) -> str:
+    """Return the body of a recording's document."""
+    return json.dumps(document.model_dump(), ensure_ascii=False)
+
+
+def extract_for(name: str, document: RecordingDocument, robot: str, dof: int) -> Extract | Refusal:
+    """Return where the joints are in the rows, if the recording is one of this robot.
+
+    Args:
+        name: of the recording, for the refusal.
+        document: its description.
+        robot: name of the robot that is to play it.
+        dof: number of its joints.
+    """
+    if document.robot and document.robot != robot:
+        text = f"recording {name!r} was made with {document.robot!r}; this robot is {robot!r}"
+        return Refusal(VerdictCode.RECORDING_WRONG_ROBOT, text)
+    columns = document.columns
+    joints = tuple(place for place, column in enumerate(columns[1:], 1) if column != GAP)
+    if columns[0] != TIME or len(joints) != dof:
+        text = (
+            f"recording {name!r} has the columns {', '.join(columns)[:120]}; accepted:"
+            f" {TIME}, then one for each of {dof} joints"
+        )
+        return Refusal(VerdictCode.RECORDING_WRONG_ROBOT, text, value=len(joints), limit=dof)
+    return Extract(len(columns), joints)

@@ -1,0 +1,117 @@
+"""The management requests about recordings, as JSON.
+
+Owns the fields of each request; what a request does is told by `desk`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+
+from ..planning.recording_job import FASTEST, MOST_REPEATS, SLOWEST
+
+PREFIX = "recordings."
+
+Time = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class _Operation(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+
+
+class ListRecordings(_Operation):
+    """Asks which recordings there are, and which one is under way."""
+
+    op: Literal["recordings.list"]
+    first: Annotated[int, Field(ge=0)] = 0
+    """How many to leave out at the beginning."""
+
+
+class DescribeRecording(_Operation):
+    """Asks for the description of a recording: robot, joints, rate, duration, gaps."""
+
+    op: Literal["recordings.describe"]
+    name: str
+
+
+class StartRecording(_Operation):
+    """Begins a recording; answered once its document is kept."""
+
+    op: Literal["recordings.start"]
+    name: str
+
+
+class StopRecording(_Operation):
+    """Ends the recording under way; answered once all of it is kept."""
+
+    op: Literal["recordings.stop"]
+
+
+class TrimRecordingPart(_Operation):
+    """Saves a part of a recording as a new one."""
+
+    op: Literal["recordings.trim"]
+    name: str
+    new_name: str
+    begins: Time = 0.0
+    """First time that is kept, s."""
+    ends: Time | None = None
+    """Last time that is kept, s; null for the end."""
+
+
+class RenameARecording(_Operation):
+    """Gives a recording another name."""
+
+    op: Literal["recordings.rename"]
+    name: str
+    new_name: str
+    expected_revision: Annotated[int, Field(ge=1)]
+
+
+class DeleteRecording(_Operation):
+    """Deletes a recording; its samples are gone at once."""
+
+    op: Literal["recordings.delete"]
+    name: str
+    expected_revision: Annotated[int, Field(ge=1)]
+
+
+class PlayRecording(_Operation):
+    """Plays a recording back, or says what would happen.
+
+    Answered when it is planned: with what was asked and what is possible, and the way to the first
+    sample. The motion begins with that answer; its end is told by an Outcome of the request's id.
+    """
+
+    op: Literal["recordings.play"]
+    name: str
+    factor: Annotated[float, Field(ge=SLOWEST, le=FASTEST)] = 1.0
+    """Speed relative to the recording; the limits keep it down where they must."""
+    tolerance: Annotated[float, Field(ge=1e-5, le=0.1)] = 0.002
+    """How far the path may lie from a sample in any joint, rad or m."""
+    repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 1
+    """How many times; in between the robot goes softly back to the first sample."""
+    begins: Time = 0.0
+    """First time of the recording that is played, s."""
+    ends: Time | None = None
+    """Last time that is played, s; null for the end."""
+    bridge: Annotated[float, Field(ge=0, le=2)] = 0.25
+    """Longest gap that is played across, s."""
+
+
+RecordingOperation: TypeAlias = (
+    ListRecordings
+    | DescribeRecording
+    | StartRecording
+    | StopRecording
+    | TrimRecordingPart
+    | RenameARecording
+    | DeleteRecording
+    | PlayRecording
+)
+
+RECORDING_OPERATION: TypeAdapter[RecordingOperation] = TypeAdapter(
+    Annotated[RecordingOperation, Field(discriminator="op")]
+)
+"""Reads the JSON of a request about recordings."""

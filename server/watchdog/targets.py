@@ -1,0 +1,40 @@
+"""How the watchdog process stops the robot of a cell: where, and with which bytes.
+
+Apart from `process`, so that the process itself needs neither settings nor codec.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from openpendant.simplemsg import (
+    STANDARD,
+    Connection,
+    JointTrajPt,
+    Role,
+    SpecialSequence,
+    joint_array,
+)
+
+from ..settings import CellSettings
+from .process import StopTarget, Watchdog
+
+
+def stop_target(settings: CellSettings) -> StopTarget:
+    """Return where and how the robot of a cell is stopped."""
+    link = settings.controller
+    wire = Connection(Role.CLIENT, STANDARD, link.order, real_size=link.real_size)
+    stop = JointTrajPt(SpecialSequence.STOP, joint_array(()), velocity=0.0, duration=0.0)
+    return StopTarget(
+        cell=settings.name,
+        host=link.host,
+        port=link.motion_port,
+        stop=wire.send(stop).hex(),
+        is_kept=link.stop_connection,
+    )
+
+
+def watchdog_of(cells: Sequence[CellSettings]) -> Watchdog:
+    """Return the watchdog of a server, not started yet; its deadline is that of the first cell."""
+    targets = [stop_target(cell) for cell in cells]
+    return Watchdog(targets, cells[0].watchdog.deadline, 1.0 / cells[0].tick_rate)

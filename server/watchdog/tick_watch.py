@@ -1,0 +1,42 @@
+"""What a server does that finds its event loop stood still: it latches a stop (promise 26).
+
+Owns the rule on the server's side; the watchdog process, which stops the robot meanwhile, has its
+own in `watchdog`. No clock in here.
+"""
+
+from __future__ import annotations
+
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..refusal import Refusal
+
+
+class TickWatch:
+    """The server's own look at its clock: was the loop away for longer than the watchdog waits?"""
+
+    def __init__(self, deadline_ns: int) -> None:
+        """Make a watch that has seen no tick."""
+        self._deadline_ns = deadline_ns
+        self._ticked: int | None = None
+
+    def tick(self, now: int) -> None:
+        """Take note of a tick."""
+        self._ticked = now
+
+    def lateness(self, now: int) -> int | None:
+        """Return how long ago the last tick was [ns] where that is too long, once; else None.
+
+        To be asked before anything is done about an event: the first one after a freeze is as
+        likely an answer of the controller as a tick, and no set-point may leave because of it.
+        """
+        if self._ticked is None or now - self._ticked < self._deadline_ns:
+            return None
+        late = now - self._ticked
+        self._ticked = now
+        return late
+
+
+def late_refusal(late: int) -> Refusal:
+    """Return why a motion is ended by a server that was away for `late` [ns]."""
+    text = f"the server did not tick for {late / 1e6:.0f} ms; the robot was stopped"
+    return Refusal(VerdictCode.SERVER_LATE, text, value=late / 1e9)

@@ -1,0 +1,1 @@
+"""What surrounds the robot: frames, tools, scene, inputs and outputs, the trace of the tool."""

@@ -1,0 +1,167 @@
+"""All of a cell beside motion and programs: recordings, frames, tools, scene, signals, trace.
+
+Owns how these parts are joined, which of them answers a management request, and what of the cell
+they are told. Decides nothing.
+"""
+
+from __future__ import annotations
+
+import json
+
+from pydantic import ValidationError
+
+from openpendant.motion.scene import Scene
+from openpendant.simplemsg import Message
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..news import News
+from ..outgoing import Outgoing
+from ..planning.jobs import Planned
+from ..playback.operations import Asker
+from ..recording.desk import RecordingDesk
+from ..recording.operations import PREFIX, RECORDING_OPERATION
+from ..refusal import Refusal
+from ..robot_cell import RobotCell
+from ..settings import CellSettings
+from ..store.questions import AskStore
+from .desk import WorldDesk
+from .operations import PREFIXES, WORLD_OPERATION
+from .robot_surroundings import RobotSurroundings
+from .scene_guard import SceneGuard
+from .signals import CellSignals
+from .trace import ToolTrace
+from .world import World
+
+_LONGEST_TEXT = 400
+_TRACE_NS = 40_000_000
+
+
+def is_about_surroundings(body: bytes) -> bool:
+    """Tell whether a management request is one of these, be it well formed or not."""
+    try:
+        asked = json.loads(body)
+    except (ValueError, RecursionError):
+        return False
+    name = asked.get("op") if isinstance(asked, dict) else None
+    return isinstance(name, str) and name.startswith((PREFIX, *PREFIXES))
+
+
+class CellSurroundings:
+    """What belongs to a cell beside its motion; what a program does beside moving, too.
+
+    Attributes:
+        world: frames, tools and scene.
+        signals: inputs and outputs.
+        recordings: recordings.
+        trace: the way of the tool.
+    """
+
+    def __init__(
+        self,
+        cell: RobotCell,
+        view: RobotSurroundings,
+        ask: AskStore,
+        settings: CellSettings,
+        robot_name: str,
+    ) -> None:
+        """Join the parts; from now on motions are checked against the scene."""
+        self._cell = cell
+        self._view = view
+        self._guard = SceneGuard(cell)
+        self.world = World(settings.name, view, cell, ask, self._scene_changed)
+        self.signals = CellSignals(is_offered=settings.controller.signals == "openpendant")
+        self.trace = ToolTrace()
+        self.recordings = RecordingDesk(
+            cell, ask, robot_name=robot_name, state_period=settings.controller.state_period
+        )
+        self._desk = WorldDesk(cell, self.world, view, self.signals, self.trace, robot_name)
+        self._traced = 0
+        self._is_loaded = False
+        cell.scene = view.scene
+
+    def _scene_changed(self, scene: Scene, now: int) -> list[Outgoing]:
+        self._cell.scene = scene
+        return self._guard.changed(scene, now)
+
+    # Requests.
+
+    def operation(self, body: bytes, asker: Asker, now: int) -> list[Outgoing]:
+        """Carry out a management request; the answer may come later."""
+        try:
+            if json.loads(body)["op"].startswith(PREFIX):
+                return self.recordings.handle(RECORDING_OPERATION.validate_json(body), asker, now)
+            return self._desk.handle(WORLD_OPERATION.validate_json(body), asker, now)
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_input=False)[0]
+            where = ".".join(str(part) for part in first["loc"])
+            text = f"{where}: {first['msg']}"[-_LONGEST_TEXT:]
+            return asker.refuse(Refusal(VerdictCode.BAD_ARGUMENT, text))
+
+    # What happens in the cell.
+
+    def reported(self, now: int) -> list[Outgoing]:
+        """Take note that the controller reported."""
+        feedback = self._cell.feedback
+        position = feedback.position
+        if position is not None and feedback.received == now:
+            self.world.history.reported(now, position)
+            if now - self._traced >= _TRACE_NS:
+                self._traced = now
+                self.trace.add(self._view.tool_pose(position)[0])
+        return self.recordings.reported(now)
+
+    def state_link(self, up: bool, now: int) -> list[Outgoing]:
+        """Take note that the controller's state connection came or went."""
+        return self.signals.link_changed(up, now)
+
+    def answered(self, reply: Message, now: int) -> list[Outgoing]:
+        """Take an answer on the controller's state connection."""
+        return self.signals.answered(reply, now)
+
+    def planned(self, planned: Planned, now: int) -> list[Outgoing] | None:
+        """Take an answer of the planning process; None where the cell waits for it."""
+        self.recordings.planned(planned)
+        return self._guard.planned(planned, now)
+
+    def began(self, now: int) -> list[Outgoing]:
+        """Take note that the cell took a plan."""
+        return self._guard.began(now)
+
+    def news(self, news: News) -> list[Outgoing] | None:
+        """Tell whoever plays a recording; None where the news is about something else."""
+        return self.recordings.news(news)
+
+    def tick(self, now: int) -> list[Outgoing]:
+        """Read signals, and hold a motion whose way is not known to be free."""
+        if not self._is_loaded:
+            self._is_loaded = True
+            return self.world.load()
+        return self.signals.tick(now) + self._guard.tick(now)
+
+    def shut_down(self) -> list[Outgoing]:
+        """Have written what is recorded."""
+        return self.recordings.recorder.flush()
+
+    # For programs.
+
+    def input(self, signal: int, now: int) -> bool | Refusal:
+        """Return the value of an input."""
+        return self.signals.input(signal, now)
+
+    def set_output(self, signal: int, value: bool, now: int) -> list[Outgoing] | Refusal:
+        """Give an output a value."""
+        return self.signals.set_output(signal, value, now)
+
+    def attach(self, scene_object: str, now: int) -> list[Outgoing] | Refusal:
+        """Let the tool carry an object."""
+        position = self._cell.feedback.position
+        if position is None:
+            return Refusal(VerdictCode.FEEDBACK_STALE)
+        return self.world.carry(scene_object, position, now)
+
+    def detach(self, scene_object: str, now: int) -> list[Outgoing] | Refusal:
+        """Leave an object where it is."""
+        position = self._cell.feedback.position
+        if position is None:
+            return Refusal(VerdictCode.FEEDBACK_STALE)
+        return self.world.put_down(scene_object, position, now)

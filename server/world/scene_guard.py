@@ -1,0 +1,173 @@
+"""A scene that changes while the robot moves: is the way that is left still free?
+
+Owns promise 17: the way ahead is looked at anew, in the planning process, the next seconds of it
+first. What would touch is stopped as soon as that is known. Where the answer takes longer than the
+deadline, or the robot comes near what was not looked at yet, it is held on its path until the
+answer is there. A jog that runs was made for the scene of before, so it ends.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from openpendant.motion.scene import Scene
+from openpendant.simplemsg.pendant import JogEnd
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..driving.row_sources import StoredRows
+from ..jog.jogging import JogRows
+from ..outgoing import Outgoing, Plan
+from ..planning.jobs import Planned
+from ..planning.way_check_job import WayCheckJob
+from ..refusal import Refusal
+
+DEADLINE_NS = 50_000_000
+"""The answer must be there by then, or the robot is held."""
+
+NEAR = 3.0
+"""How much of the way is looked at first [s]."""
+
+_BEHIND = 0.25
+"""The robot is at most so far behind the set-points that left [s]."""
+
+_ROOM = 1.0
+"""The robot is held so long before the end of what was looked at [s]; it stops in less."""
+
+
+class Guarded(Protocol):
+    """What the guard needs of a cell."""
+
+    @property
+    def playing(self) -> StoredRows | None:
+        """The trajectory that is played."""
+
+    @property
+    def driven_jog(self) -> JogRows | None:
+        """The jog that is driven."""
+
+    @property
+    def has_plan_under_way(self) -> bool:
+        """Whether a motion is being planned."""
+
+    def new_job_id(self) -> int:
+        """Return a number for a planning job."""
+
+    def end(self, refusal: Refusal, now: int) -> list[Outgoing]:
+        """End whatever is planned or moving, and have the robot stopped."""
+
+
+@dataclass(slots=True)
+class _Look:
+    """A look along a motion under way.
+
+    Attributes:
+        rows: the motion.
+        scene: what stands around.
+        asked: when the question was asked [ns].
+        near_end: end of the part that is looked at first, as a time of the motion [s].
+        free_until: the way is known to be free until this time of the motion [s].
+        is_held: the robot is held on its path until the answer is there.
+    """
+
+    rows: StoredRows
+    scene: Scene
+    asked: int
+    near_end: float
+    free_until: float
+    is_held: bool = False
+
+
+class SceneGuard:
+    """Watches the motion of one cell while its scene changes."""
+
+    def __init__(self, cell: Guarded) -> None:
+        """Make a guard that has nothing to look at."""
+        self._cell = cell
+        self._look: _Look | None = None
+        self._planned_before: Scene | None = None
+        self._jobs: set[int] = set()
+        self._job_id = 0
+
+    def changed(self, scene: Scene, now: int) -> list[Outgoing]:
+        """Take note that the scene is another."""
+        cell = self._cell
+        jog = cell.driven_jog
+        if jog is not None:
+            jog.release(JogEnd.STOPPED, now)
+            return []
+        if cell.has_plan_under_way:
+            self._planned_before = scene
+            return []
+        rows = cell.playing
+        return [] if rows is None else self._look_along(rows, scene, now)
+
+    def began(self, now: int) -> list[Outgoing]:
+        """Take note that what was being planned began, or was refused."""
+        scene, self._planned_before = self._planned_before, None
+        rows = self._cell.playing
+        if scene is None or rows is None:
+            return []
+        return self._look_along(rows, scene, now)
+
+    def _look_along(self, rows: StoredRows, scene: Scene, now: int) -> list[Outgoing]:
+        before = self._look
+        at = rows.path_time
+        is_held = before is not None and before.rows is rows and before.is_held
+        self._look = _Look(rows, scene, now, at + NEAR, at, is_held)
+        return self._ask(self._look, at - _BEHIND, at + NEAR)
+
+    def _ask(self, look: _Look, begins: float, ends: float) -> list[Outgoing]:
+        self._job_id = self._cell.new_job_id()
+        self._jobs.add(self._job_id)
+        positions = look.rows.ahead(begins, ends)
+        start = tuple(positions[0].tolist())
+        return [Plan(WayCheckJob(self._job_id, start, positions.tobytes(), look.scene))]
+
+    def planned(self, planned: Planned, now: int) -> list[Outgoing] | None:
+        """Take the answer to a look.
+
+        Returns:
+            What follows; None where the answer is to another question.
+        """
+        if planned.job_id not in self._jobs:
+            return None
+        self._jobs.discard(planned.job_id)
+        look = self._look
+        if look is None or planned.job_id != self._job_id or look.rows is not self._cell.playing:
+            return []
+        if isinstance(planned.result, Refusal):
+            self._look = None
+            text = f"the scene was changed: {planned.result.sentence}"
+            return self._cell.end(Refusal(planned.result.code, text), now)
+        if look.is_held:
+            look.is_held = False
+            look.rows.resume()
+        if look.free_until >= look.near_end or look.rows.duration <= look.near_end:
+            self._look = None
+            return []
+        look.free_until = look.near_end
+        return self._ask(look, look.near_end - _BEHIND, math.inf)
+
+    def tick(self, now: int) -> list[Outgoing]:
+        """Hold the robot where an answer is late."""
+        look = self._look
+        if look is None:
+            return []
+        rows = look.rows
+        if rows is not self._cell.playing:
+            self._look = None
+            return []
+        is_late = now - look.asked >= DEADLINE_NS
+        if not is_late or look.is_held or rows.is_paused:
+            return []
+        if rows.path_time <= look.free_until - _ROOM:
+            return []
+        look.is_held = rows.pause()
+        if look.is_held:
+            return []
+        # All set-points have left, so there is no path to be held on.
+        self._look = None
+        text = "the scene was changed, and it is not known in time whether the way is free"
+        return self._cell.end(Refusal(VerdictCode.PATH_IN_COLLISION, text), now)

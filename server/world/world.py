@@ -1,0 +1,314 @@
+"""What stands around and on the robot of one cell: frames, tools, scene; kept, with revisions.
+
+Owns when each may change and in which order a change comes true: frames and tools only while the
+robot stands, and only once they are on the disk, so that whoever is told of a change has it. An
+object that is added to the scene counts at once, because it may be in the way. Knows no files; the
+mathematics are behind `WorldView`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol, TypeAlias
+
+from openpendant.motion.errors import FrameInUse, MotionError
+from openpendant.motion.frames import FrameTree
+from openpendant.motion.pose import Pose
+from openpendant.motion.scene import Scene
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..driving.joint_history import JointHistory, JointVector
+from ..outgoing import Outgoing
+from ..refusal import Refusal, refusal_of
+from ..store.documents import Document, DocumentKind, Heading
+from ..store.errors import NotFound, StoreError
+from ..store.questions import AskStore
+from ..store.requests import Answer, Load, Save
+from .documents import WORLD_KINDS, document_of, scene_from_json, with_frames
+
+
+class WorldView(Protocol):
+    """What the world needs of the robot's mathematics.
+
+    Attributes:
+        frames: the named frames and tools in force.
+        scene: what stands around, in force.
+    """
+
+    frames: FrameTree
+    scene: Scene
+
+    @property
+    def flange_link(self) -> str:
+        """Name of the link that tools are bolted to."""
+
+    def surround(self, frames: FrameTree, scene: Scene) -> None:
+        """Let frames, tools and scene rule from now on.
+
+        Raises:
+            MotionError: the scene does not fit the robot; all stays as it was.
+        """
+
+    def flange(self, position: JointVector) -> Pose:
+        """Return the flange in the base frame at (n,) joints."""
+
+    def link_pose(self, position: JointVector, link: str) -> Pose:
+        """Return a link of the robot in the base frame at (n,) joints.
+
+        Raises:
+            FrameUnknown: there is no such link.
+        """
+
+
+class Ground(Protocol):
+    """What the world needs to know of the cell."""
+
+    def under_way(self) -> str:
+        """Return what is planned or moves, in words; empty where nothing is."""
+
+
+Told: TypeAlias = Callable[[int | Refusal, int], list[Outgoing]]
+"""Takes the new revision of a document, or why it was not changed, and the time."""
+
+FrameChange: TypeAlias = Callable[[FrameTree], FrameTree]
+SceneChange: TypeAlias = Callable[[Scene], Scene]
+Watcher: TypeAlias = Callable[[Scene, int], list[Outgoing]]
+"""Is told that the scene is another, and what the time is."""
+
+
+class World:
+    """Frames, tools and scene of one cell.
+
+    Attributes:
+        revisions: of the document of each kind; 0 where there is none yet.
+        problems: documents that could not be read, by kind; what they hold is not in force.
+        history: where the frames were in the last seconds.
+    """
+
+    def __init__(
+        self, name: str, view: WorldView, ground: Ground, ask: AskStore, watcher: Watcher
+    ) -> None:
+        """Make a world with the robot's own frames and nothing around it.
+
+        Args:
+            name: of the documents; the cell's.
+            view: the robot's mathematics.
+            ground: what the cell is doing.
+            ask: the way to the store.
+            watcher: told when the scene changes.
+        """
+        self.revisions = dict.fromkeys(WORLD_KINDS, 0)
+        self.problems: dict[DocumentKind, Refusal] = {}
+        self.history = JointHistory(view.flange, view.frames)
+        self._name = name
+        self._view = view
+        self._ground = ground
+        self._ask = ask
+        self._watcher = watcher
+        self._saving: set[DocumentKind] = set()
+
+    @property
+    def frames(self) -> FrameTree:
+        """The named frames and tools in force."""
+        return self._view.frames
+
+    @property
+    def scene(self) -> Scene:
+        """What stands around, in force."""
+        return self._view.scene
+
+    # From the store.
+
+    def load(self) -> list[Outgoing]:
+        """Have the documents of the cell read, one after the other."""
+        return self._load_next(list(WORLD_KINDS))
+
+    def _load_next(self, kinds: list[DocumentKind]) -> list[Outgoing]:
+        if not kinds:
+            return []
+        kind, *rest = kinds
+
+        def loaded(answer: Answer, now: int) -> list[Outgoing]:
+            out = self._take_document(kind, answer, now)
+            return out + self._load_next(rest)
+
+        return self._ask(Load(kind, self._name), loaded)
+
+    def _take_document(self, kind: DocumentKind, answer: Answer, now: int) -> list[Outgoing]:
+        if isinstance(answer, NotFound):
+            return []
+        if isinstance(answer, StoreError):
+            self.problems[kind] = answer.refusal()
+            return []
+        if not isinstance(answer, Document):
+            return []
+        self.revisions[kind] = answer.heading.revision
+        try:
+            if kind is DocumentKind.SCENE:
+                return self._stand(self.frames, scene_from_json(answer.body), now)
+            return self._stand(with_frames(kind, answer.body, self.frames), self.scene, now)
+        except MotionError as error:
+            self.problems[kind] = refusal_of(error)
+            return []
+
+    # Changes.
+
+    def change_frames(
+        self, kind: DocumentKind, change: FrameChange, expected: int, author: str, told: Told
+    ) -> Refusal | list[Outgoing]:
+        """Change user frames or tools while the robot stands; in force once it is saved.
+
+        Args:
+            kind: frames or tools.
+            change: makes the new tree of the old one.
+            expected: revision of the document that the change was made from.
+            author: who changes.
+            told: told the new revision, or why it was not saved.
+
+        Returns:
+            Why it may not be changed, or what follows.
+        """
+        refusal = self._not_now(kind) or self._stale(kind, expected)
+        if refusal is not None:
+            return refusal
+        try:
+            tree = change(self.frames)
+            self._check_apart(kind, tree)
+        except MotionError as error:
+            return refusal_of(error)
+
+        def saved(answer: Answer, now: int) -> list[Outgoing]:
+            refused = self._saved(kind, answer)
+            if refused is not None:
+                return told(refused, now)
+            out = self._stand(tree, self.scene, now)
+            return out + told(self.revisions[kind], now)
+
+        return self._save(kind, tree, self.scene, author, saved)
+
+    def change_scene(
+        self, change: SceneChange, expected: int, author: str, now: int, told: Told
+    ) -> Refusal | list[Outgoing]:
+        """Change the scene; while the robot moves, objects may only be added to it.
+
+        What is added counts at once, and again after a restart once it is saved.
+
+        Returns:
+            Why it may not be changed, or what follows.
+        """
+        refusal = self._stale(DocumentKind.SCENE, expected)
+        if refusal is not None:
+            return refusal
+        before = self.scene
+        try:
+            scene = change(before)
+            if not _only_adds(before, scene):
+                refusal = self._not_now(DocumentKind.SCENE)
+                if refusal is not None:
+                    return refusal
+            out = self._stand(self.frames, scene, now)
+        except MotionError as error:
+            return refusal_of(error)
+
+        def saved(answer: Answer, at: int) -> list[Outgoing]:
+            refused = self._saved(DocumentKind.SCENE, answer)
+            if refused is None:
+                return told(self.revisions[DocumentKind.SCENE], at)
+            text = f"in force until the server ends, but not kept: {refused.sentence}"
+            return told(Refusal(refused.code, text, value=refused.value, limit=refused.limit), at)
+
+        return out + self._save(DocumentKind.SCENE, self.frames, scene, author, saved)
+
+    def carry(self, name: str, at: JointVector, now: int) -> Refusal | list[Outgoing]:
+        """Let the flange's link take an object where it is, for a program.
+
+        The document of the scene is not changed: after a restart all stands where it was taught.
+        """
+        link = self._view.flange_link
+
+        def taken(scene: Scene) -> Scene:
+            return scene.attach(name, link, self._view.link_pose(at, link), touching=(link,))
+
+        return self._in_passing(taken, now)
+
+    def put_down(self, name: str, at: JointVector, now: int) -> Refusal | list[Outgoing]:
+        """Leave a carried object where it is, for a program."""
+
+        def left(scene: Scene) -> Scene:
+            link = scene.get(name).link or self._view.flange_link
+            return scene.detach(name, self._view.link_pose(at, link))
+
+        return self._in_passing(left, now)
+
+    def _in_passing(self, change: SceneChange, now: int) -> Refusal | list[Outgoing]:
+        try:
+            return self._stand(self.frames, change(self.scene), now)
+        except MotionError as error:
+            return refusal_of(error)
+
+    def _stand(self, frames: FrameTree, scene: Scene, now: int) -> list[Outgoing]:
+        """Let frames and scene rule from now on."""
+        changed = scene != self.scene
+        new_frames = frames is not self.frames
+        self._view.surround(frames, scene)
+        if new_frames:
+            self.history.define(now, frames)
+        return self._watcher(scene, now) if changed else []
+
+    def _save(
+        self,
+        kind: DocumentKind,
+        frames: FrameTree,
+        scene: Scene,
+        author: str,
+        saved: Callable[[Answer, int], list[Outgoing]],
+    ) -> list[Outgoing]:
+        self._saving.add(kind)
+        body = document_of(kind, frames, scene)
+        return self._ask(Save(kind, self._name, body, self.revisions[kind], author), saved)
+
+    def _saved(self, kind: DocumentKind, answer: Answer) -> Refusal | None:
+        self._saving.discard(kind)
+        if isinstance(answer, Heading):
+            self.revisions[kind] = answer.revision
+            return None
+        if isinstance(answer, StoreError):
+            return answer.refusal()
+        text = f"the store answered with a {type(answer).__name__}"
+        return Refusal(VerdictCode.STORE_FAILED, text)
+
+    # Rules.
+
+    def _not_now(self, kind: DocumentKind) -> Refusal | None:
+        busy = self._ground.under_way()
+        if not busy:
+            return None
+        return Refusal(VerdictCode.CHANGE_WHILE_MOVING, f"{kind.value}: {busy}")
+
+    def _stale(self, kind: DocumentKind, expected: int) -> Refusal | None:
+        """Return why a change does not fit what is kept; tells both revisions."""
+        if kind in self._saving:
+            return Refusal(VerdictCode.STORE_BUSY, f"another change of the {kind} is being saved")
+        current = self.revisions[kind]
+        if expected == current:
+            return None
+        text = f"{kind.value}: the change was made from revision {expected}, kept is {current}"
+        return Refusal(VerdictCode.REVISION_CONFLICT, text, value=current, limit=expected)
+
+    def _check_apart(self, kind: DocumentKind, tree: FrameTree) -> None:
+        """Refuse a change of one document that would be one of the other, too.
+
+        Raises:
+            FrameInUse: a tool was changed from which user frames hang.
+        """
+        other = DocumentKind.FRAMES if kind is DocumentKind.TOOLS else DocumentKind.TOOLS
+        before = document_of(other, self.frames, self.scene)
+        if document_of(other, tree, self.scene) != before:
+            hanging = tuple(frame.name for frame in self.frames.user_frames)
+            raise FrameInUse("tool", hanging)
+
+
+def _only_adds(before: Scene, after: Scene) -> bool:
+    """Tell whether a change leaves all objects and pairs as they are and adds others."""
+    kept = after.objects[: len(before.objects)] == before.objects
+    return kept and after.allowed == before.allowed

@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+import pytest
+
+from openpendant.motion.trajectory import Row
+from openpendant.server.driving.feedback import Feedback
+from openpendant.server.driving.following import Following
+from openpendant.server.settings import ControllerLink
+from openpendant.simplemsg import JointFeedback, ValidField, joint_array
+
+MS = 1_000_000
+SPEED = 1.0
+
+
+def row(index: int) -> Row:
+    return Row(0.01 * index, [0.01 * index * SPEED], [SPEED], [0.0])
+
+
+def report(position: float, at: int) -> Feedback:
+    feedback = Feedback(1, ControllerLink())
+    none = joint_array(())
+    fields = ValidField.POSITION | ValidField.VELOCITY
+    feedback.take(JointFeedback(0, fields, 0.0, joint_array((position,)), none, none), at)
+    return feedback
+
+
+@pytest.fixture
+def following() -> Following:
+    started = Following(0)
+    for index in range(10):
+        started.sent(row(index))
+    return started
+
+
+def test_a_robot_on_time_has_no_lag(following: Following) -> None:
+    following.update(report(0.05, 50 * MS))
+    assert following.lag == 0
+
+
+def test_a_robot_that_started_late_lags_by_its_delay(following: Following) -> None:
+    following.update(report(0.03, 50 * MS))
+    assert following.lag == pytest.approx(0.02)
+
+
+def test_a_robot_that_stands_falls_behind_as_time_goes_on(following: Following) -> None:
+    for at in (50, 100, 400):
+        following.update(report(0.0, at * MS))
+    assert following.lag == pytest.approx(0.4)
+
+
+def test_a_robot_that_catches_up_lags_no_more(following: Following) -> None:
+    following.update(report(0.01, 60 * MS))
+    assert following.lag == pytest.approx(0.05)
+    following.update(report(0.07, 70 * MS))
+    assert following.lag == 0
+
+
+def test_a_report_from_before_the_start_says_nothing() -> None:
+    following = Following(100 * MS)
+    following.sent(row(0))
+    following.update(report(0.0, 90 * MS))
+    assert following.lag == 0
+
+
+def test_where_several_samples_fit_the_latest_counts() -> None:
+    following = Following(0)
+    for index in range(10):
+        following.sent(Row(0.01 * index, [0.0], [0.0], [0.0]))
+    following.update(report(0.0, 90 * MS))
+    assert following.lag == 0

@@ -1,0 +1,172 @@
+"""Recording: which reports are taken, what is on the disk when, and what ends it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from recorded_cell import RecordedCell
+
+from openpendant.server.recording import recorder
+from openpendant.server.recording.document import RecordingDocument
+from openpendant.server.refusal import Refusal
+from openpendant.server.store.errors import DiskFull, StoreBusy
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+
+@pytest.fixture
+def cell(tmp_path: Path) -> Iterator[RecordedCell]:
+    made = RecordedCell(tmp_path)
+    yield made
+    made.store.close()
+
+
+def _ended(cell: RecordedCell) -> RecordingDocument:
+    ended = cell.told[-1]
+    assert isinstance(ended, RecordingDocument)
+    return ended
+
+
+def _code(result: object) -> V | None:
+    return result.code if isinstance(result, Refusal) else None
+
+
+def test_each_report_is_one_row_however_often_it_is_seen(cell: RecordedCell) -> None:
+    cell.start()
+    for step in range(5):
+        cell.report((0.125 * step, -1.0))
+    cell.stop()
+    assert cell.rows() == [(round(0.01 * n, 2), 0.125 * n, -1.0, 0.0) for n in range(5)]
+
+
+def test_a_minute_at_250_reports_a_second_loses_none(cell: RecordedCell) -> None:
+    cell.start()
+    for step in range(15_000):
+        cell.report((step / 15_000, 0.0), after_ms=4)
+    cell.stop()
+    document = _ended(cell)
+    assert document.samples == 15_000
+    assert document.rate == pytest.approx(250.0)
+    assert len(cell.rows()) == 15_000
+
+
+def test_rows_are_on_the_disk_half_a_second_later(cell: RecordedCell) -> None:
+    cell.start()
+    for _ in range(60):
+        cell.report((0.0, 0.0))
+    status = cell.recorder.status
+    assert status is not None
+    assert (status.samples, status.kept) == (60, 51)
+    assert len(cell.rows()) == 51
+
+
+def test_a_gap_is_marked_and_not_filled(cell: RecordedCell) -> None:
+    cell.start()
+    for after in (10, 10, 400, 10):
+        cell.report((0.0, 0.0), after)
+    cell.stop()
+    assert [row[3] for row in cell.rows()] == [0.0, 0.0, 1.0, 0.0]
+    document = _ended(cell)
+    assert document.gaps == 1
+    assert document.longest_gap == pytest.approx(0.4)
+    assert document.rate == pytest.approx(100.0)
+
+
+def test_a_lost_state_link_is_a_gap(cell: RecordedCell) -> None:
+    cell.start()
+    cell.report((0.0, 0.0))
+    cell.feedback.forget()
+    cell.recorder.reported(cell.feedback, cell.now)
+    cell.report((0.5, 0.0), 900)
+    cell.stop()
+    assert [row[3] for row in cell.rows()] == [0.0, 1.0]
+
+
+def test_the_document_names_robot_joints_and_rate(cell: RecordedCell) -> None:
+    cell.start()
+    cell.report((0.0, 0.0))
+    cell.stop()
+    document = _ended(cell)
+    assert (document.robot, document.joints) == ("two-joints", ("shoulder", "elbow"))
+    assert document.columns == ("t", "j1", "j2", "gap")
+    assert document.finished
+
+
+def test_a_second_recording_is_refused_and_names_the_first(cell: RecordedCell) -> None:
+    cell.start("first")
+    refused = cell.start("second")
+    assert isinstance(refused, Refusal)
+    assert refused.code is V.RECORDING_RUNNING
+    assert "first" in refused.text
+
+
+def test_a_name_that_is_taken_is_refused(cell: RecordedCell) -> None:
+    cell.start()
+    cell.stop()
+    cell.start()
+    assert _code(cell.told[-1]) is V.REVISION_CONFLICT
+    assert cell.recorder.status is None
+
+
+def test_nothing_to_stop_is_refused(cell: RecordedCell) -> None:
+    assert _code(cell.stop()) is V.NOT_RECORDING
+
+
+def test_a_full_disk_ends_the_recording_and_keeps_what_it_has(cell: RecordedCell) -> None:
+    cell.start()
+    for _ in range(60):
+        cell.report((0.0, 0.0))
+    cell.refuse_with = DiskFull("disk full")
+    for _ in range(60):
+        cell.report((0.0, 0.0))
+    assert cell.recorder.status is None
+    assert _code(cell.recorder.problem) is V.DISK_FULL
+    assert len(cell.rows()) == 51
+
+
+def test_a_busy_disk_only_delays(cell: RecordedCell) -> None:
+    cell.start()
+    cell.refuse_with = StoreBusy("busy")
+    for step in range(100):
+        cell.report((step / 100, 0.0))
+    cell.refuse_with = None
+    cell.report((1.0, 0.0))
+    cell.stop()
+    assert [row[1] for row in cell.rows()] == pytest.approx([n / 100 for n in range(101)])
+
+
+def test_a_disk_that_never_answers_ends_the_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(recorder, "MOST_WAITING_ROWS", 100)
+    cell = RecordedCell(tmp_path, answers_at_once=False)
+    cell.start()
+    cell.answer()
+    for _ in range(200):
+        cell.report((0.0, 0.0))
+    assert cell.recorder.status is None
+    assert _code(cell.recorder.problem) is V.RECORDING_FELL_BEHIND
+    cell.store.close()
+
+
+def test_a_stop_while_a_chunk_is_under_way_keeps_every_row(tmp_path: Path) -> None:
+    cell = RecordedCell(tmp_path, answers_at_once=False)
+    cell.start()
+    cell.answer()
+    for _ in range(70):
+        cell.report((0.0, 0.0))
+    cell.stop()
+    assert cell.told[1:] == []
+    while cell.asked:
+        cell.answer()
+    assert _ended(cell).samples == len(cell.rows()) == 70
+    cell.store.close()
+
+
+def test_what_waits_is_written_when_the_server_goes_down(cell: RecordedCell) -> None:
+    cell.start()
+    for _ in range(7):
+        cell.report((0.0, 0.0))
+    cell.perform(cell.recorder.flush())
+    assert len(cell.rows()) == 7

@@ -1,0 +1,38 @@
+"""Planning a ROS-I trajectory: a first point elsewhere is bound by its speed and its duration."""
+
+from __future__ import annotations
+
+import pytest
+from server_rig import LIMITS
+
+from openpendant.server.joint_slots import JointSlots
+from openpendant.server.planning.jobs import RosPathJob
+from openpendant.server.ros.planning import plan_ros_path
+from openpendant.server.ros.trajectory import Collection
+from openpendant.simplemsg import JointTrajPt, joint_array
+
+START, GOAL = (0.0, 0.0), (0.5, 0.2)
+
+
+def approach_time(duration: float, velocity: float = 1.0) -> float:
+    collection = Collection(JointSlots(LIMITS), 100)
+    assert collection.take(JointTrajPt(0, joint_array(GOAL), velocity, duration)) is None
+    job = RosPathJob(1, START, tuple(collection.points), 0.1, 0.01)
+    return float(plan_ros_path(job, LIMITS).duration)
+
+
+@pytest.mark.parametrize("duration", [8.0, 12.0])
+def test_a_real_duration_binds(duration: float) -> None:
+    assert duration <= approach_time(duration) < duration + 0.1
+
+
+def test_10_s_are_a_placeholder_and_10_percent_bind() -> None:
+    free = approach_time(0.0)
+    assert approach_time(10.0) == free
+    assert approach_time(0.01) == pytest.approx(free)
+    slowest = max(abs(b - a) / v for a, b, v in zip(START, GOAL, LIMITS.velocity, strict=True))
+    assert slowest / 0.1 <= free < 8.0
+
+
+def test_a_slower_point_is_approached_at_its_own_speed() -> None:
+    assert approach_time(0.0, velocity=0.05) > 1.5 * approach_time(0.0)

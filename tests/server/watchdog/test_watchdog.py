@@ -1,0 +1,100 @@
+"""When a silent server is stopped for, as pure rules (promise 26)."""
+
+from __future__ import annotations
+
+import pytest
+
+from openpendant.server.watchdog.tick_watch import TickWatch, late_refusal
+from openpendant.server.watchdog.watchdog import BeatWatch, LagLog
+from openpendant.simplemsg.verdicts import VerdictCode
+
+MS = 1_000_000
+DEADLINE = 100 * MS
+FIRST, THIRD = 0b001, 0b100
+
+
+def watch() -> BeatWatch:
+    return BeatWatch(DEADLINE, 0)
+
+
+def test_promise_26_a_silence_of_100_ms_stops_what_may_move() -> None:
+    beats = watch()
+    beats.beat(FIRST | THIRD, 0)
+    assert beats.overdue(DEADLINE - 1) == 0
+    assert beats.overdue(DEADLINE) == FIRST | THIRD
+
+
+def test_a_silence_is_stopped_for_once() -> None:
+    beats = watch()
+    beats.beat(FIRST, 0)
+    beats.overdue(DEADLINE)
+    assert beats.overdue(2 * DEADLINE) == 0
+    assert beats.lost() == 0
+
+
+def test_a_server_that_is_gone_is_stopped_for_at_once() -> None:
+    beats = watch()
+    beats.beat(THIRD, 0)
+    assert beats.lost() == THIRD
+
+
+def test_nothing_is_stopped_where_nothing_may_move() -> None:
+    beats = watch()
+    assert beats.overdue(10 * DEADLINE) == 0
+    beats.beat(FIRST, 11 * DEADLINE)
+    beats.beat(0, 11 * DEADLINE)
+    assert beats.overdue(20 * DEADLINE) == 0
+    assert beats.lost() == 0
+
+
+def test_the_server_that_comes_back_is_told_of_and_watched_again() -> None:
+    beats = watch()
+    beats.beat(FIRST, 0)
+    beats.overdue(DEADLINE)
+    assert beats.beat(FIRST, 3 * DEADLINE) == 3 * DEADLINE
+    assert beats.beat(FIRST, 3 * DEADLINE + MS) is None
+    assert beats.overdue(4 * DEADLINE + MS) == FIRST
+
+
+def test_the_watchdog_sleeps_no_longer_than_to_the_deadline() -> None:
+    beats = watch()
+    assert beats.remaining(0) is None
+    beats.beat(FIRST, 0)
+    assert beats.remaining(30 * MS) == pytest.approx(0.07)
+    assert beats.remaining(2 * DEADLINE) == 0.0
+
+
+# The server's own look.
+
+
+def test_a_late_tick_is_found_once_by_whatever_event_comes_first() -> None:
+    ticks = TickWatch(DEADLINE)
+    assert ticks.lateness(0) is None
+    ticks.tick(0)
+    assert ticks.lateness(DEADLINE - 1) is None
+    assert ticks.lateness(3 * DEADLINE) == 3 * DEADLINE
+    assert ticks.lateness(3 * DEADLINE + MS) is None
+
+
+def test_the_refusal_says_for_how_long() -> None:
+    refusal = late_refusal(312 * MS)
+    assert refusal.code is VerdictCode.SERVER_LATE
+    assert "312 ms" in refusal.text
+
+
+# The log of lags.
+
+
+def test_a_lag_above_30_ms_is_logged_and_a_smaller_one_is_not() -> None:
+    lags = LagLog(10 * MS)
+    assert lags.tick(0) == ""
+    assert lags.tick(40 * MS) == ""
+    assert "31 ms" in lags.tick(81 * MS)
+
+
+def test_many_lags_are_one_line_a_second() -> None:
+    lags = LagLog(10 * MS)
+    lines = [lags.tick(at * 50 * MS) for at in range(100)]
+    told = [line for line in lines if line]
+    assert 4 <= len(told) <= 6
+    assert "20 times" in told[1]

@@ -1,0 +1,157 @@
+"""The watchdog process on real pipes and sockets: it stops the robot where the server cannot."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+
+import pytest
+
+from openpendant.server.settings import make_settings
+from openpendant.server.watchdog.process import StopTarget, Watchdog
+from openpendant.server.watchdog.targets import stop_target
+from openpendant.simplemsg import MsgType
+
+pytestmark = pytest.mark.realtime
+
+STOP = b"stop the robot"
+SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
+DEADLINE = 0.1
+
+SERVER = """
+import sys, time
+from openpendant.server.watchdog.process import StopTarget, Watchdog
+target = StopTarget("cell", "127.0.0.1", int(sys.argv[1]), sys.argv[2], True)
+with Watchdog([target], 0.1, 0.01) as watchdog:
+    while True:
+        watchdog.beat([True])
+        print(".", end="", flush=True)
+        time.sleep(0.01)
+"""
+"""A server that does nothing but tick."""
+
+
+@pytest.fixture
+def controller() -> Iterator[socket.socket]:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        listener.settimeout(10 * SCALE)
+        yield listener
+
+
+def target(controller: socket.socket, *, is_kept: bool = True) -> StopTarget:
+    port = controller.getsockname()[1]
+    return StopTarget("cell", "127.0.0.1", port, STOP.hex(), is_kept)
+
+
+def beat_for(watchdog: Watchdog, seconds: float, *, moving: bool = True) -> None:
+    until = time.monotonic() + seconds
+    while time.monotonic() < until:
+        watchdog.beat([moving])
+        time.sleep(0.01)
+
+
+def received(connection: socket.socket, seconds: float) -> bytes:
+    connection.settimeout(seconds)
+    try:
+        return connection.recv(1_000)
+    except TimeoutError:
+        return b""
+
+
+def test_promise_26_a_blocked_loop_is_stopped_for(controller: socket.socket) -> None:
+    with Watchdog([target(controller)], DEADLINE, 0.01) as watchdog:
+        watchdog.beat([True])
+        connection, _ = controller.accept()
+        with connection:
+            beat_for(watchdog, 0.3)
+            blocked = time.monotonic()
+            assert received(connection, 5 * SCALE) == STOP
+            waited = time.monotonic() - blocked
+            assert waited <= 3 * 2 * DEADLINE * SCALE
+            beat_for(watchdog, 0.1)
+            assert received(connection, 5 * SCALE) == STOP
+
+
+def test_a_loop_that_ticks_is_left_alone(controller: socket.socket) -> None:
+    with Watchdog([target(controller)], 1.0 * SCALE, 0.01) as watchdog:
+        connection, _ = controller.accept()
+        with connection:
+            beat_for(watchdog, 0.5)
+            assert received(connection, 0.05) == b""
+
+
+def test_a_robot_that_cannot_move_is_not_stopped_for(controller: socket.socket) -> None:
+    with Watchdog([target(controller)], DEADLINE, 0.01) as watchdog:
+        connection, _ = controller.accept()
+        with connection:
+            beat_for(watchdog, 0.1, moving=False)
+            assert received(connection, 0.4) == b""
+
+
+def test_a_controller_that_takes_one_connection_is_called_only_in_need(
+    controller: socket.socket,
+) -> None:
+    with Watchdog([target(controller, is_kept=False)], DEADLINE, 0.01) as watchdog:
+        beat_for(watchdog, 0.3)
+        connection, _ = controller.accept()
+        with connection:
+            assert received(connection, 5 * SCALE) == STOP
+
+
+def test_a_watchdog_that_died_is_started_again(controller: socket.socket) -> None:
+    with Watchdog([target(controller)], DEADLINE, 0.01) as watchdog:
+        first = watchdog.process
+        assert first is not None
+        first.kill()
+        first.wait()
+        beat_for(watchdog, 1.2)
+        assert watchdog.process is not None
+        assert watchdog.process.pid != first.pid
+
+
+def test_an_orderly_end_stops_nothing_and_leaves_no_process(controller: socket.socket) -> None:
+    with Watchdog([target(controller)], DEADLINE, 0.01) as watchdog:
+        connection, _ = controller.accept()
+        beat_for(watchdog, 0.1)
+        process = watchdog.process
+    assert process is not None
+    assert process.returncode == 0
+    with connection:
+        assert received(connection, 1.0) == b""
+
+
+@pytest.mark.parametrize("ending", [signal.SIGSTOP, signal.SIGKILL])
+def test_promise_26_a_server_that_is_frozen_or_killed_is_stopped_for(
+    controller: socket.socket, ending: signal.Signals
+) -> None:
+    port = str(controller.getsockname()[1])
+    server = subprocess.Popen(
+        [sys.executable, "-c", SERVER, port, STOP.hex()],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    try:
+        connection, _ = controller.accept()
+        with connection:
+            assert server.stdout is not None
+            server.stdout.read(20)
+            server.send_signal(ending)
+            assert received(connection, 5 * SCALE) == STOP
+    finally:
+        server.kill()
+        _, log = server.communicate()
+    assert b"STOP sent to the controller" in log
+
+
+def test_the_stop_of_a_cell_is_a_point_of_sequence_minus_4_in_its_controllers_byte_order() -> None:
+    settings = make_settings({"name": "left", "controller": {"byte_order": "big"}}, "test")
+    told = stop_target(settings)
+    assert (told.cell, told.host, told.port, told.is_kept) == ("left", "127.0.0.1", 12000, True)
+    frame = bytes.fromhex(told.stop)
+    assert frame[:20] == struct.pack(">5i", len(frame) - 4, MsgType.JOINT_TRAJ_PT, 2, 0, -4)

@@ -1,0 +1,131 @@
+"""Promise 17: an object added while the robot moves is looked for on the rest of its way."""
+
+from __future__ import annotations
+
+import pytest
+from server_clients import Pendant
+from server_rig import LIMITS, MS, ServerRig, ready
+
+from openpendant.motion.scene import Box, Scene, SceneObject
+from openpendant.server.outgoing import ForwardStop, Outgoing, Plan
+from openpendant.server.planning.jobs import Planned
+from openpendant.server.planning.way_check_job import WayCheckJob, WayFree
+from openpendant.server.refusal import Refusal
+from openpendant.server.world.scene_guard import SceneGuard
+from openpendant.simplemsg.pendant import Activity
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+BOX = Scene((SceneObject("box", Box((0.1, 0.1, 0.1))),))
+HIT = Refusal(V.PATH_IN_COLLISION, "box and elbow touch at 40.0% of the path")
+
+
+class GuardedRig:
+    """A robot on its way, and the guard beside it."""
+
+    def __init__(self) -> None:
+        self.rig: ServerRig = ready()
+        self.pendant: Pendant = self.rig.holder()
+        self.pendant.path((0.9, 0.9), (1.8, 1.8))
+        self.rig.wait(300)
+        self.guard = SceneGuard(self.rig.core.cell)
+        assert self.rig.activity() is Activity.MOVING
+
+    def job(self, outgoing: list[Outgoing] | None) -> WayCheckJob:
+        assert outgoing is not None
+        (plan,) = outgoing
+        assert isinstance(plan, Plan)
+        assert isinstance(plan.job, WayCheckJob)
+        return plan.job
+
+    def change(self) -> WayCheckJob:
+        return self.job(self.guard.changed(BOX, self.rig.now))
+
+    def answer(self, job: WayCheckJob, result: WayFree | Refusal) -> list[Outgoing]:
+        out = self.guard.planned(Planned(job.job_id, result, 0.01), self.rig.now)
+        assert out is not None
+        return self.rig.perform(out)
+
+    def wait(self, milliseconds: int) -> None:
+        for _ in range(0, milliseconds, 10):
+            self.rig.wait(10)
+            self.rig.perform(self.guard.tick(self.rig.now))
+
+    @property
+    def is_held(self) -> bool:
+        playing = self.rig.core.cell.playing
+        return playing is not None and playing.is_paused
+
+
+@pytest.fixture
+def moving() -> GuardedRig:
+    return GuardedRig()
+
+
+def test_the_way_that_is_left_is_looked_at_and_nothing_before_it(moving: GuardedRig) -> None:
+    job = moving.change()
+    assert 0.0 < job.start[0] < 0.9
+    assert len(job.positions) % (8 * LIMITS.dof) == 0
+
+
+def test_a_free_way_is_gone_on_without_a_halt(moving: GuardedRig) -> None:
+    job = moving.change()
+    moving.wait(40)
+    assert moving.answer(job, WayFree()) == []
+    moving.wait(200)
+    assert not moving.is_held
+    assert moving.rig.activity() is Activity.MOVING
+
+
+def test_what_would_touch_is_stopped_at_once(moving: GuardedRig) -> None:
+    job = moving.change()
+    moving.wait(40)
+    out = moving.answer(job, HIT)
+    assert isinstance(out[0], ForwardStop)
+    assert moving.pendant.outcomes()[-1][1] is V.PATH_IN_COLLISION
+
+
+def test_a_late_answer_holds_the_robot_within_fifty_milliseconds(moving: GuardedRig) -> None:
+    moving.change()
+    moving.wait(60)
+    assert moving.is_held
+
+
+def test_a_robot_that_was_held_goes_on_when_its_way_is_free(moving: GuardedRig) -> None:
+    job = moving.change()
+    moving.wait(500)
+    moving.answer(job, WayFree())
+    assert not moving.is_held
+
+
+def test_a_planner_that_fails_stops_the_robot(moving: GuardedRig) -> None:
+    job = moving.change()
+    out = moving.answer(job, Refusal(V.PLANNER_FAILED))
+    assert isinstance(out[0], ForwardStop)
+
+
+def test_a_second_change_makes_the_first_look_worthless(moving: GuardedRig) -> None:
+    first = moving.change()
+    moving.change()
+    assert moving.answer(first, HIT) == []
+    assert moving.rig.activity() is Activity.MOVING
+
+
+def test_the_answer_to_another_question_is_left_alone(moving: GuardedRig) -> None:
+    moving.change()
+    assert moving.guard.planned(Planned(4711, HIT, 0.0), moving.rig.now) is None
+
+
+def test_nothing_is_asked_while_the_robot_stands() -> None:
+    rig = ready()
+    assert SceneGuard(rig.core.cell).changed(BOX, rig.now) == []
+
+
+def test_a_motion_planned_for_the_scene_of_before_is_looked_at_when_it_begins() -> None:
+    rig = ready(plans_at_once=False)
+    guard = SceneGuard(rig.core.cell)
+    rig.holder().path((0.9, 0.9), (1.8, 1.8))
+    assert guard.changed(BOX, rig.now) == []
+    rig.plan()
+    (plan,) = guard.began(rig.now + MS)
+    assert isinstance(plan, Plan)
+    assert isinstance(plan.job, WayCheckJob)
