@@ -5,7 +5,7 @@ back on its standard output, so that neither side ever blocks the event loop and
 ends the other: the child sees the end of its input, the server the end of its output. It has one
 job in hand at a time; who waits for a process is `planning_pool`'s business.
 
-Run as a module it is the child: `python -m openpendant.server.planning_process ROBOT...`.
+Run as a module it is the child: `python -m openpendant.server.planning.process ROBOT...`.
 """
 
 from __future__ import annotations

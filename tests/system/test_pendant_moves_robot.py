@@ -326,7 +326,7 @@ def planners_of(pid: int) -> list[int]:
     return [
         int(child)
         for child in children
-        if b"planning_process" in Path(f"/proc/{child}/cmdline").read_bytes()
+        if b"planning.process" in Path(f"/proc/{child}/cmdline").read_bytes()
     ]
 
 
