@@ -18,27 +18,41 @@ path. Joint vectors are controller-side driven joints in file order [rad or m, s
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from .errors import BadArgument, WrongJointCount
 from .limits import JointLimits
-from .trajectory import Array, JointState, Trajectory
+from .trajectory import FINER, Array, JointState, Trajectory
 
 _PIECES = 3
+_BLOCK = 256  # intervals joined at one time, so that an hour of motion takes none to begin with
 _ROUNDING = 1e-9  # of an interval
 _NEGLIGIBLE = 1e-12  # of the way at the velocity limit: a gain in position that is rounding
 
 
+class Pieces(NamedTuple):
+    """The motion on each of k intervals, for n joints.
+
+    Attributes:
+        breaks: (k, n, 4) when each piece begins and the last one ends, from the start of the
+            interval [s].
+        velocity: (k, n, 4) joint velocity at the breaks.
+        acceleration: (k, n, 3) joint acceleration on each piece.
+    """
+
+    breaks: Array
+    velocity: Array
+    acceleration: Array
+
+
 class BetweenSamples:
-    """The motion through a trajectory's samples, for m samples of n joints.
+    """The motion through a trajectory's samples, fine ones where it has them: m of n joints.
 
     Attributes:
         trajectory: the samples.
-        period: time between samples [s].
-        breaks: (m - 1, n, 4) when each piece of each interval begins and the last one ends, from
-            the start of the interval [s].
-        velocity: (m - 1, n, 4) joint velocity at the breaks.
-        acceleration: (m - 1, n, 3) joint acceleration on each piece.
+        period: time between the samples that are joined [s].
     """
 
     def __init__(self, trajectory: Trajectory, limits: JointLimits) -> None:
@@ -57,23 +71,49 @@ class BetweenSamples:
         if len(trajectory) < 2:
             raise BadArgument("trajectory", len(trajectory), "two samples or more")
         self.trajectory = trajectory
-        self.period = float(trajectory.times[1])
-        top = np.maximum(limits.velocity, np.abs(trajectory.velocity).max(axis=0))
-        self.breaks, self.acceleration = _pieces(trajectory, self.period, top)
-        gains = self.acceleration * np.diff(self.breaks, axis=2)
-        self.velocity = np.cumsum(
-            np.concatenate((trajectory.velocity[:-1, :, np.newaxis], gains), axis=2), axis=2
+        fine = trajectory.fine
+        self.period = float(trajectory.times[1]) / (1 if fine is None else FINER)
+        self._position = (trajectory if fine is None else fine).position
+        self._velocity = (trajectory if fine is None else fine).velocity
+        self._top = np.maximum(limits.velocity, np.abs(trajectory.velocity).max(axis=0))
+        self._block = -1
+        self._pieces = self._joined(slice(0, 1))
+
+    def __len__(self) -> int:
+        """Return the number of intervals."""
+        return len(self._position) - 1
+
+    def pieces(self) -> Pieces:
+        """Return the motion on all intervals; in a long one they take a while."""
+        return self._joined(slice(None))
+
+    def on(self, place: int) -> Pieces:
+        """Return the motion on one interval; its arrays are (n, 4) and (n, 3)."""
+        block, row = divmod(place, _BLOCK)
+        if block != self._block:
+            self._pieces = self._joined(slice(block * _BLOCK, (block + 1) * _BLOCK))
+            self._block = block
+        return Pieces(*(field[row] for field in self._pieces))
+
+    def _joined(self, places: slice) -> Pieces:
+        ends = slice(places.start, None if places.stop is None else places.stop + 1)
+        position, velocity = self._position[ends], self._velocity[ends]
+        breaks, acceleration = _pieces(position, velocity, self.period, self._top)
+        gains = acceleration * np.diff(breaks, axis=2)
+        begins = velocity[:-1, :, np.newaxis]
+        return Pieces(
+            breaks, np.cumsum(np.concatenate((begins, gains), axis=2), axis=2), acceleration
         )
 
     @property
     def greatest_acceleration(self) -> Array:
         """(n,) the greatest acceleration of each joint [rad/s² or m/s²]."""
-        greatest: Array = np.abs(self.acceleration).max(axis=(0, 2))
+        greatest: Array = np.abs(self.pieces().acceleration).max(axis=(0, 2))
         return greatest
 
     def interval(self, time: float) -> tuple[int, float]:
         """Return the place of the interval that a time lies in, and how far into it [s]."""
-        last = len(self.trajectory) - 2
+        last = len(self) - 1
         # A time on a sample belongs to the interval after it, whatever the rounding.
         place = min(max(int(time / self.period + _ROUNDING), 0), last)
         return place, min(max(time - place * self.period, 0.0), self.period)
@@ -81,24 +121,42 @@ class BetweenSamples:
     def state(self, time: float) -> JointState:
         """Return the motion at a time from its start [s]; outside it the ends hold."""
         place, into = self.interval(time)
+        breaks, velocity, gain = self.on(place)
         # How long each piece has lasted by then.
-        lasted = np.clip(into - self.breaks[place, :, :-1], 0.0, np.diff(self.breaks[place]))
-        gain = self.acceleration[place]
-        moved = ((self.velocity[place, :, :-1] + 0.5 * gain * lasted) * lasted).sum(axis=1)
-        piece = np.minimum((self.breaks[place, :, 1:] <= into).sum(axis=1), _PIECES - 1)
-        joints = np.arange(len(piece))
+        lasted = np.clip(into - breaks[:, :-1], 0.0, np.diff(breaks))
+        moved = ((velocity[:, :-1] + 0.5 * gain * lasted) * lasted).sum(axis=1)
+        piece = np.minimum((breaks[:, 1:] <= into).sum(axis=1), _PIECES - 1)
         return JointState(
-            self.trajectory.position[place] + moved,
-            self.trajectory.velocity[place] + (gain * lasted).sum(axis=1),
-            gain[joints, piece],
+            self._position[place] + moved,
+            self._velocity[place] + (gain * lasted).sum(axis=1),
+            gain[np.arange(len(piece)), piece],
         )
 
+    def even_acceleration(self, time: float) -> Array:
+        """Return the (n,) acceleration at a time without the swing of the pieces [rad/s² or m/s²].
 
-def _pieces(trajectory: Trajectory, h: float, top: Array) -> tuple[Array, Array]:
-    """Return breaks (m - 1, n, 4) and accelerations (m - 1, n, 3), as of `BetweenSamples`."""
-    before, after = trajectory.velocity[:-1], trajectory.velocity[1:]
+        On a curved path the pieces swing about the acceleration of the path by as much as it
+        changes over an interval. This is linear between the means of the intervals; where samples
+        are all that is known of a motion, it is that of its piece.
+        """
+        place, into = self.interval(time)
+        if self.trajectory.fine is None:
+            return self.state(time).acceleration
+        share = into / self.period - 0.5
+        other = min(max(place + (1 if share > 0.0 else -1), 0), len(self) - 1)
+        mean: Array = self._mean(place) * (1.0 - abs(share)) + self._mean(other) * abs(share)
+        return mean
+
+    def _mean(self, place: int) -> Array:
+        mean: Array = (self._velocity[place + 1] - self._velocity[place]) / self.period
+        return mean
+
+
+def _pieces(position: Array, velocity: Array, h: float, top: Array) -> tuple[Array, Array]:
+    """Return breaks (k, n, 4) and accelerations (k, n, 3) between k + 1 samples, as of `Pieces`."""
+    before, after = velocity[:-1], velocity[1:]
     mean = (after - before) / h
-    gained = np.diff(trajectory.position, axis=0) - 0.5 * h * (before + after)
+    gained = np.diff(position, axis=0) - 0.5 * h * (before + after)
     gained[np.abs(gained) <= _NEGLIGIBLE * h * top] = 0.0
     side = np.where(gained < 0.0, -1.0, 1.0)
     half = 2.0 * np.abs(gained) / h**2
@@ -113,7 +171,7 @@ def _pieces(trajectory: Trajectory, h: float, top: Array) -> tuple[Array, Array]
 
     lack, lack_after = top - side * before, top - side * after
     capped = (side * before + peak * middle > top) & (gained != 0.0)
-    short = h * top - side * np.diff(trajectory.position, axis=0)
+    short = h * top - side * np.diff(position, axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         slower = (lack**2 + lack_after**2) / (2.0 * short)
         reach, leave = lack / slower, h - lack_after / slower

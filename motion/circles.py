@@ -87,6 +87,11 @@ def arc_through(start: Array, via: Sequence[float] | Array, end: Array) -> Circl
 
     It is less or more than half a turn, whichever passes the second point.
 
+    Args:
+        start: where the arc begins.
+        via: what it passes.
+        end: where it ends.
+
     Raises:
         BadCircle: two points coincide, all lie on one line, or the radius is out of bounds.
         NotFinite: a coordinate is infinite or not a number.
@@ -112,6 +117,11 @@ def circle_through(
     start: Array, via: Sequence[float] | Array, second_via: Sequence[float] | Array
 ) -> Circle:
     """Return the full circle from a point through two others, in their order, back to it.
+
+    Args:
+        start: (3,) where the circle begins and ends [m].
+        via: (3,) what it passes first [m].
+        second_via: (3,) what it passes then [m].
 
     Raises:
         BadCircle: two points coincide, all lie on one line, or the radius is out of bounds.
@@ -171,6 +181,11 @@ def circle_about(
 ) -> Circle:
     """Return the full circle from a point about a centre, counter-clockwise about a normal.
 
+    Args:
+        start: (3,) where the circle begins and ends [m].
+        centre: (3,) [m].
+        normal: (3,) of any length, at a right angle to the radius.
+
     Raises:
         BadCircle: the radius is out of bounds.
         BadArgument: the normal has no direction, or is not at a right angle to the radius.
@@ -183,7 +198,7 @@ def circle_about(
 
 
 class ToolArc:
-    """The tool's way along a circle."""
+    """The tool's way along a circle, by its length s [m]; a `ToolCurve` that joins nothing."""
 
     def __init__(
         self, circle: Circle, start: Pose, target: Pose, turn: ToolTurn = ToolTurn.EVEN
@@ -215,13 +230,16 @@ class ToolArc:
         return Places(self._turn.rotations(s), self._circle.positions(s / self._radius))
 
     def motion(self, s: Array) -> Array:
-        """Return the (m, 6) derivative by s."""
+        """Return the (m, 6) derivative by s at (m,) s [m]: shift [no unit], then turn [rad/m]."""
         directions = self._circle.directions(s / self._radius)
         return np.hstack((directions, np.tile(self._turn.rate, (len(s), 1))))
 
 
 def _arc(start: Array, centre: Array, end: Array, normal: Array) -> Circle:
-    """Return the arc about a unit normal; both ends are equally far from the centre."""
+    """Return the arc about a (3,) unit normal between (3,) points [m] equally far from the centre.
+
+    Its sweep is atan2 of the end's two coordinates in the circle's plane, counted from the start.
+    """
     first = start - centre
     _check_radius(math.hypot(*first))
     to_end = end - centre
@@ -230,7 +248,11 @@ def _arc(start: Array, centre: Array, end: Array, normal: Array) -> Circle:
 
 
 def _centred(start: Array, centre: Array, end: Array) -> Array:
-    """Return the nearest point to a centre that is equally far from both ends."""
+    """Return the (3,) point nearest to a centre that is equally far from both ends [m].
+
+    Those points fill the plane through the middle of the chord at a right angle to it, onto which
+    the centre is projected.
+    """
     radius, other = math.dist(start, centre), math.dist(end, centre)
     if abs(radius - other) > EQUIDISTANT:
         raise BadCircle(CircleFault.NOT_EQUIDISTANT, other, radius)
@@ -243,6 +265,7 @@ def _centred(start: Array, centre: Array, end: Array) -> Array:
 
 
 def _normal(normal: Sequence[float] | Array, *radii: Array) -> Array:
+    """Return the (3,) unit normal that is asked for, at a right angle to the first (3,) radius."""
     direction = check_point(normal, "the normal")
     size = math.hypot(*direction)
     if size < _LEAST_NORMAL:

@@ -12,10 +12,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from .configuration import Configuration, configuration_of
-from .ik_question import Budget, Question
+from .ik_question import Question
 from .kinematics import Array, Kinematics
 from .levenberg_marquardt import Found
 from .pose import Pose
+from .search_budget import Budget
 
 POSITION_TOLERANCE = 1e-5  # m
 ROTATION_TOLERANCE = 1e-4  # rad

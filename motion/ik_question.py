@@ -10,22 +10,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from .branch_choice import BranchChoice, Offer, Wish
-from .closed_form import ClosedForm, closed_form
 from .configuration import Configuration
 from .errors import BadArgument, MotionError, Unreachable, WrongJointCount
+from .ik_arm import arm_of
 from .kinematics import Array, Kinematics
 from .levenberg_marquardt import Found, Search, rotation_angle
 from .pose import Pose
-from .reduced_task import KeptDirection, kept_direction
-from .turns import JointRanges
+from .search_budget import Budget
 
 _NEAR_DISTANCE = 0.02  # m: nearer targets are searched for from the seed first
 _NEAR_ANGLE = 0.1  # rad
@@ -34,51 +30,6 @@ _POLISHED = 1e-8  # m or rad: a formula's answer worse than this is improved num
 _MISSES_TRIED = 4
 _GREATEST_CHORD = math.sqrt(8.0)  # Frobenius distance of rotations half a turn apart
 _SAME = 1e-6  # rad or m: answers nearer than this are one
-
-
-class Budget(NamedTuple):
-    """How hard to search: restarts, iterations of each attempt, and the outer cap [s]."""
-
-    restarts: int
-    iterations: int
-    random_seed: int
-    time_cap: float | None
-
-    def check(self) -> None:
-        """Refuse numbers out of range.
-
-        Raises:
-            BadArgument: with the name of the number.
-        """
-        for name, least in (("restarts", 0), ("iterations", 1), ("random_seed", 0)):
-            number = getattr(self, name)
-            if number < least:
-                raise BadArgument(name, number, f"{least} or more")
-        if self.time_cap is not None and not self.time_cap >= 0.0:
-            raise BadArgument("time_cap", self.time_cap, "0 or more, or None")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Arm:
-    """What is worked out once for each robot."""
-
-    form: ClosedForm | None
-    choice: BranchChoice | None
-    ranges: JointRanges
-    kept: KeptDirection | None
-
-
-_arms: WeakKeyDictionary[Kinematics, _Arm] = WeakKeyDictionary()
-
-
-def _arm(kinematics: Kinematics) -> _Arm:
-    arm = _arms.get(kinematics)
-    if arm is None:
-        form, ranges = closed_form(kinematics), JointRanges(kinematics)
-        choice = None if form is None else BranchChoice(kinematics, form, ranges)
-        arm = _Arm(form, choice, ranges, kept_direction(kinematics))
-        _arms[kinematics] = arm
-    return arm
 
 
 class Question:
@@ -112,7 +63,7 @@ class Question:
         limits = kinematics.limits
         values = np.asarray(seed, dtype=np.float64).tolist()
         limits.check_finite(values, "the seed")
-        self.kinematics, self.arm = kinematics, _arm(kinematics)
+        self.kinematics, self.arm = kinematics, arm_of(kinematics)
         self.asked, self.frame, self.configuration = target, frame, configuration
         if configuration is not None:
             self._check_configuration(configuration)
@@ -172,6 +123,8 @@ class Question:
         form, choice = self.arm.form, self.arm.choice
         if form is None or choice is None:
             return None
+        if form.free_joint is not None:
+            self._refuse_far()
         refused: list[Offer] = []
         for offer in choice.offers(self.target, self._wish()):
             for position in offer.fitting:
@@ -202,6 +155,7 @@ class Question:
 
     def _by_search(self) -> Found | None:
         """Search numerically from the seed, then from random positions, within the budget."""
+        self._refuse_far()
         self._refuse_tilt()
         found = self.search.from_seed(near=False)
         if found and self._as_configured(found):
@@ -226,6 +180,7 @@ class Question:
                 yield found
 
     def _every_by_search(self) -> Iterator[Found]:
+        self._refuse_far()
         self._refuse_tilt()
         first = self.search.from_seed(near=False)
         for found in (*((first,) if first else ()), *self._restarted()):
@@ -254,6 +209,14 @@ class Question:
         chord = math.hypot(*[math.dist(found, wanted[:3]) for found, wanted in rows])
         angle = 2.0 * math.asin(min(chord / _GREATEST_CHORD, 1.0))
         return Found(joint_position, math.dist(position.tolist(), self.position), angle)
+
+    def _refuse_far(self) -> None:
+        """Refuse a pose beyond all that the arm can reach, after one look at how near it comes."""
+        if self.arm.reach.beyond(self.position) > self.tolerances[0]:
+            self.search.from_seed(near=False)
+            if self.search.best is not None:
+                self.search.polished(self.search.best.joint_position)
+            raise self._unreachable()
 
     def _refuse_tilt(self) -> None:
         """Refuse a pose that a SCARA or a palletiser would have to tilt its tool for."""

@@ -14,6 +14,9 @@ from .errors import BadArgument, NotFinite
 
 MAX_CHARACTERS = 4096
 
+NORM_TOLERANCE = 1e-3
+"""How far from 1 the norm of a quaternion may be, that is typed with three decimals or more."""
+
 _POSE_FIELDS = frozenset({"xyz", "quat", "frame"})
 
 
@@ -38,7 +41,7 @@ def parse_pose(text: str, option: str) -> tuple[tuple[float, ...], tuple[float, 
         The (3,) position [m], the (4,) quaternion x, y, z, w, and the frame.
 
     Raises:
-        BadArgument: the text is not such an object.
+        BadArgument: the text is not such an object, or the quaternion's norm is not 1.
         NotFinite: a number is infinite or not a number.
     """
     accepted = '{"xyz": [x, y, z], "quat": [x, y, z, w]}'
@@ -49,6 +52,10 @@ def parse_pose(text: str, option: str) -> tuple[tuple[float, ...], tuple[float, 
     if frame is not None and not isinstance(frame, str):
         raise BadArgument(f"frame of {option}", frame, "a frame's name")
     xyz, quaternion = (_numbers(value[field], f"{field} of {option}") for field in ("xyz", "quat"))
+    norm = math.hypot(*quaternion)
+    if not abs(norm - 1.0) <= NORM_TOLERANCE:
+        unit = f"four numbers of norm 1 within {NORM_TOLERANCE:g}; this one is {norm:.6g}"
+        raise BadArgument(f"quat of {option}", list(quaternion), unit)
     return xyz, quaternion, frame
 
 

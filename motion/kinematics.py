@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import pinocchio as pin
@@ -29,6 +29,18 @@ Array: TypeAlias = NDArray[np.float64]
 FRAMES = ("base", "root")
 
 _SMALLEST_ARM = 0.1  # m
+
+
+class LinkPoint(NamedTuple):
+    """A point that is fixed to a link; `Kinematics.link_point` makes it.
+
+    Attributes:
+        frame: number of the link's frame in the model.
+        offset: x, y, z in the link's frame [m].
+    """
+
+    frame: int
+    offset: tuple[float, float, float]
 
 
 class Kinematics:
@@ -142,6 +154,42 @@ class Kinematics:
         pin.forwardKinematics(self._model, self._data, self._expanded(joint_position))
         placement = pin.updateFramePlacement(self._model, self._data, self._tool)
         return placement.rotation, placement.translation
+
+    def link_point(
+        self, link: str | None = None, offset: Sequence[float] = (0.0, 0.0, 0.0)
+    ) -> LinkPoint:
+        """Return a point of a link, for `point_speeds`.
+
+        Args:
+            link: a link of the chain; the tool link if None.
+            offset: (3,) in the link's frame [m].
+
+        Raises:
+            FrameUnknown: there is no such link.
+        """
+        x, y, z = offset
+        return LinkPoint(self._tool if link is None else self._link(link), (x, y, z))
+
+    def point_speeds(
+        self, joint_position: Array, joint_velocity: Array, points: Sequence[LinkPoint]
+    ) -> list[float]:
+        """Compute how fast points of the arm are [m/s], without checks.
+
+        Args:
+            joint_position: (n,) controller-side [rad or m], finite float64.
+            joint_velocity: (n,) of it [rad/s or m/s].
+            points: whose speeds are wanted.
+        """
+        model, data = self._model, self._data
+        rates = joint_velocity if self._plain else self._gain @ joint_velocity
+        pin.forwardKinematics(model, data, self._expanded(joint_position), rates)
+        speeds = []
+        for frame, (x, y, z) in points:
+            # Along the link's own axes, where the offset is; a length is the same in all.
+            u, v, w, a, b, c = pin.getFrameVelocity(model, data, frame).vector.tolist()
+            u, v, w = u + b * z - c * y, v + c * x - a * z, w + a * y - b * x
+            speeds.append(math.sqrt(u * u + v * v + w * w))
+        return speeds
 
     def places(self, joint_positions: Array, link: str | None = None) -> Places:
         """Compute where a link is at many joint positions, in the base frame, without checks.

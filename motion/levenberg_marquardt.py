@@ -1,9 +1,15 @@
 """A numeric search for a joint position that puts the tool at a pose.
 
-Owns the Levenberg–Marquardt iteration, its damping scaled by the remaining error (Sugihara:
-Solvability-Unconcerned Inverse Kinematics by the Levenberg-Marquardt Method, 2011), and how a seed
-is used: freely, then along the limits, then on another turn. It works at singular positions too.
-Knows no pinocchio and no clock: it asks `Kinematics`, and is told how often to try.
+Owns the Levenberg–Marquardt iteration
+
+    (JᵀJ + λI) Δ = Jᵀe,   e = [Δp / size; log(R_target Rᵀ)],   λ = 0.1 |e|² + 1e-12,
+
+with the (6, n) Jacobian J of tool shift and turn per joint, the linear rows and the sliding joints
+in units of the arm's size, so that e and Δ have no unit. The damping scaled by the error is from
+Sugihara: Solvability-Unconcerned Inverse Kinematics by the Levenberg-Marquardt Method, 2011. It
+also owns how a seed is used: freely, then along the limits, then on another turn. It works at
+singular positions too. Knows no pinocchio and no clock: it asks `Kinematics`, and is told how often
+to try.
 """
 
 from __future__ import annotations
@@ -177,6 +183,14 @@ class Search:
         return None if nearest is None else np.array(nearest[1])
 
     def _descend(self, start: Array, *, bounded: bool) -> Array:
+        """Return the (n,) place where the iteration from a (n,) start ends [rad or m].
+
+        It ends at the target, where it makes no headway, or when the iterations are used up.
+
+        Args:
+            start: where it begins.
+            bounded: whether every step stays inside the limits.
+        """
         position = start
         previous, stalled = math.inf, 0
         for iteration in range(self.iterations):
@@ -223,6 +237,7 @@ class Search:
         return np.clip(stepped, self.lower, self.upper) if bounded else stepped
 
     def _linearised(self, position: Array) -> tuple[Array, Array]:
+        """Return the (6,) error and the (6, n) Jacobian at a (n,) position, both without unit."""
         rotation, translation, jacobian = self.kinematics.linearise(position)
         error = np.empty(6)
         error[:3] = (self.position - translation) / self.size

@@ -37,12 +37,22 @@ class Mechanism(Protocol):
     def forward(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Pose:
         """Return where the tool is.
 
+        Args:
+            joint_position: (n,) angles and shifts, or leg lengths [rad or m].
+            frame: `base` or `root`, which the pose is given in.
+
         Raises:
             MotionError: the joint position is malformed, or of no pose.
         """
 
     def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
         """Return the (6, n) twist [v; ω] of the tool's origin per unit of joint velocity.
+
+        Linear velocity comes first [m/s], then angular [rad/s], both along the axes of `frame`.
+
+        Args:
+            joint_position: (n,) [rad or m].
+            frame: `base` or `root`.
 
         Raises:
             MotionError: the joint position is malformed, or of no pose.
@@ -53,12 +63,22 @@ class Mechanism(Protocol):
     ) -> Solution:
         """Return a joint position inside the limits that puts the tool at a pose.
 
+        Args:
+            target: the tool's pose in `frame`.
+            seed: (n,) where to be near to [rad or m].
+            frame: `base` or `root`.
+
         Raises:
             MotionError: there is none, with the numbers.
         """
 
     def line(self, start: Sequence[float] | Array, target: Pose, *, frame: str = "base") -> Path:
         """Return the path that leads the tool along a straight line while it turns evenly.
+
+        Args:
+            start: (n,) where the robot stands [rad or m].
+            target: the tool's pose at the end, in `frame`.
+            frame: `base` or `root`.
 
         Raises:
             MotionError: a place of the line is refused; with its fraction of the way.
@@ -67,12 +87,19 @@ class Mechanism(Protocol):
     def curve(self, waypoints: Sequence[Sequence[float] | Array]) -> Path:
         """Return the smooth path through joint positions; through two, the straight one.
 
+        Args:
+            waypoints: two or more, each (n,) [rad or m]; the first is where the robot stands.
+
         Raises:
             MotionError: a waypoint, or the way between two, is refused.
         """
 
     def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
         """Return the paths that run PTP, LIN, CIRC and spline in turn; see `plan_path`.
+
+        Args:
+            start: (n,) where the robot stands [rad or m].
+            segments: what to run, one or more.
 
         Raises:
             MotionError: a segment is refused, with its number and its fraction of the way.

@@ -122,6 +122,15 @@ def tool_spline_path(
 ) -> JointSpline:
     """Return the joint path that leads the tool along a smooth curve through poses.
 
+    Args:
+        kinematics: the robot.
+        start: (n,) where the robot stands [rad or m]; see `settle_start`.
+        poses: one or more tool poses in `frame`; positions in m.
+        frame: `base` or `root`.
+
+    Returns:
+        A path whose waypoints are the start and the poses; the curve is `ToolSpline`'s.
+
     Raises:
         BadArgument: there are no poses.
         NoMotion: the tool is at all of them already.
@@ -145,6 +154,15 @@ def linear_legs(
 
     The legs meet at corners, so each is to be timed from rest to rest. A pose where the tool stands
     already adds no leg.
+
+    Args:
+        kinematics: the robot.
+        start: (n,) where the robot stands [rad or m]; see `settle_start`.
+        poses: one or more tool poses in `frame`; positions in m.
+        frame: `base` or `root`.
+
+    Returns:
+        One path for each leg, each beginning where the one before ends.
 
     Raises:
         NoMotion: no pose adds a leg.

@@ -228,6 +228,9 @@ class _Work:
     ) -> Sequence[float] | Array:
         if text.lstrip().startswith("["):
             return to_controller(self._facts, parse_joints(text, "goal"), self._angles)
+        if not text.lstrip().startswith("{"):
+            accepted = "a JSON list of joint values, or a pose as an object of xyz and quat"
+            raise BadArgument("goal", text, accepted)
         from .free_goal import free_joint_position
         from .pose import Pose
 

@@ -224,17 +224,21 @@ def matrix_to_quaternion(rotation: Array) -> Array:
             raw = (c + g, f + h, squares[2], d - b)
         case _:
             raw = (h - f, c - g, d - b, squares[3])
-    quaternion = np.array(raw)
-    return _canonical(quaternion / math.sqrt(float(quaternion @ quaternion)))
+    # In plain floats: each state message of a cell asks for it.
+    x, y, z, w = raw
+    norm = math.copysign(math.sqrt(x * x + y * y + z * z + w * w), _sign(raw))
+    return np.array((x / norm + 0.0, y / norm + 0.0, z / norm + 0.0, w / norm + 0.0))
+
+
+def _sign(quaternion: Sequence[float]) -> float:
+    """Return the sign of the first element that is not 0 of w, x, y, z."""
+    x, y, z, w = quaternion
+    return w or x or y or z
 
 
 def _canonical(quaternion: Array) -> Array:
     # q and -q are one rotation; adding zero turns -0.0 into 0.0.
-    x, y, z, w = quaternion.tolist()
-    for element in (w, x, y, z):
-        if element != 0.0:
-            return (quaternion if element > 0.0 else -quaternion) + 0.0
-    return quaternion
+    return (quaternion if _sign(quaternion.tolist()) > 0.0 else -quaternion) + 0.0
 
 
 def _vector(values: Sequence[float] | Array, count: int, what: str) -> Array:

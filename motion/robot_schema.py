@@ -62,6 +62,8 @@ class AllowedReason(StrEnum):
     ADJACENT = "adjacent"
     OVERLAP = "overlap"
     HOME = "home"
+    STOPS = "stops"
+    """The joints between the links keep them apart within their ranges; the shapes enclose more."""
 
 
 class Facts(BaseModel):

@@ -106,7 +106,7 @@ def print_vrm(robot: SerialRobot, vrm: Vrm, angles: Sequence[float], difference:
 
 
 def _direction(axis: Array) -> str:
-    """Return a (3,) unit vector, as a letter where it lies along an axis of the root link."""
+    """Return a (3,) unit vector in words: a letter where it lies along an axis of the root link."""
     for index, letter in enumerate("xyz"):
         if abs(abs(float(axis[index])) - 1.0) < _ALONG:
             return f"{'-' if axis[index] < 0.0 else '+'}{letter}"
@@ -118,6 +118,7 @@ def _rounded(value: float) -> str:
 
 
 def _facts(robot: Robot) -> Table:
+    """Return kind, specification, conventions and base frame; mm and degrees."""
     table = Table(show_header=False, box=None)
     specs = robot.specs
     rows = [
@@ -155,6 +156,7 @@ def _coupling(robot: SerialRobot) -> str:
 
 
 def _limits(robot: SerialRobot) -> Table:
+    """Return range, speed, acceleration and home of each driven joint; degrees or mm, and s."""
     columns = ("least", "greatest", "speed /s", "acceleration /s²", "home", "home, file")
     table = _table("joint", "called", *columns)
     table.title = "Limits, controller's angles"
@@ -175,6 +177,7 @@ def _limits(robot: SerialRobot) -> Table:
 
 
 def _dh(dh: DhTable) -> Table:
+    """Return the standard Denavit-Hartenberg rows: Rz(theta) Tz(d) Tx(a) Rx(alpha), as in `dh`."""
     table = _table("joint", "theta", "d mm", "a mm", "alpha")
     table.title = "DH table, standard, the file's angles"
     for row in dh.rows:
@@ -190,6 +193,7 @@ def _dh(dh: DhTable) -> Table:
 
 
 def _legs(robot: ParallelRobot) -> Table:
+    """Return the legs of a platform, which are all alike [mm]."""
     table = _table("leg", "least mm", "greatest mm", "home mm", "speed mm/s")
     lengths = (
         robot.leg.min_length,

@@ -30,7 +30,7 @@ import numpy as np
 from .between_samples import BetweenSamples
 from .errors import BadArgument
 from .limits import JointLimits
-from .trajectory import Array, JointState, Trajectory
+from .trajectory import JointState, Trajectory
 
 RAMP = 0.1
 """Least time for the scale to go from 0 to 1 where the joints would allow less [s]."""
@@ -96,7 +96,8 @@ class ScaledRun:
         if not 1e-3 <= ramp <= 10.0:
             raise BadArgument("ramp", ramp, "0.001 to 10 s")
         self._motion = BetweenSamples(trajectory, limits)
-        self._bounds = _bounds(self._motion, limits)
+        _check_soundness(trajectory, limits)
+        self._limit = np.array(limits.acceleration)
         self._steepest = 2.0 / ramp
         self._end = trajectory.duration
         self._started = started
@@ -149,11 +150,15 @@ class ScaledRun:
             BadArgument: `now` lies before what has happened.
         """
         time, scale, rate = self._now(now)
-        position, velocity, acceleration = self._motion.state(time)
+        position, velocity, _ = self._motion.state(time)
+        acceleration = self._motion.even_acceleration(time)
         if time >= self._end:
             final = self._motion.trajectory
             return JointState(final.position[-1], final.velocity[-1], final.acceleration[-1])
-        return JointState(position, scale * velocity, scale**2 * acceleration + rate * velocity)
+        felt = scale**2 * acceleration + rate * velocity
+        # Where the acceleration jumps, its even value lies between two that hold; the change of
+        # scale was chosen for these.
+        return JointState(position, scale * velocity, np.clip(felt, -self._limit, self._limit))
 
     def time(self, now: int) -> float:
         """Return τ, how far into the trajectory the run is [s].
@@ -264,13 +269,14 @@ class ScaledRun:
 
     def _slopes(self, place: int, into: float, x: float) -> tuple[float, float]:
         """Return the least and the greatest dx/dτ on the rest of an interval."""
-        motion = self._motion
-        breaks, gain = motion.breaks[place], motion.acceleration[place]
+        breaks, speeds, gain = self._motion.on(place)
         begins = np.maximum(breaks[:, :-1], into)
         ends = breaks[:, 1:]
-        velocity = motion.velocity[place, :, :-1] + gain * (begins - breaks[:, :-1])
+        velocity = speeds[:, :-1] + gain * (begins - breaks[:, :-1])
         ahead = (ends > into) & (ends > begins)
-        bound = np.broadcast_to(self._bounds[:, np.newaxis], ends.shape)
+        # The limits, or what is planned here if that is more by rounding.
+        kept = np.maximum(np.abs(gain).max(axis=1), self._limit)
+        bound = np.broadcast_to(kept[:, np.newaxis], ends.shape)
         least, greatest = -self._steepest, self._steepest
         for at, speed in ((begins, velocity), (ends, velocity + gain * (ends - begins))):
             # |gain · x + factor · dx/dτ| <= bound
@@ -290,12 +296,9 @@ def _checked(scale: float) -> float:
     return float(scale)
 
 
-def _bounds(motion: BetweenSamples, limits: JointLimits) -> Array:
-    """Return the (n,) accelerations that the run keeps: the limits, or what is planned if more."""
-    planned, allowed = motion.greatest_acceleration, np.array(limits.acceleration)
-    for joint, (value, limit) in enumerate(zip(planned.tolist(), allowed.tolist(), strict=True)):
+def _check_soundness(trajectory: Trajectory, limits: JointLimits) -> None:
+    planned = np.abs(trajectory.acceleration).max(axis=0)
+    for joint, (value, limit) in enumerate(zip(planned.tolist(), limits.acceleration, strict=True)):
         if not value <= limit * _SOUND:
             name = f"acceleration of {limits.names[joint]} in the trajectory"
             raise BadArgument(name, value, f"{limit:g} {limits.unit(joint)}/s² at most")
-    bounds: Array = np.maximum(planned, allowed)
-    return bounds

@@ -33,7 +33,7 @@ ROTATION_DEVIATION = math.radians(0.025)
 
 _LEAST_STEPS = 8  # on each piece of a curve
 _MOST_STEPS = 2000
-_MOST_HALVINGS = 6
+_MOST_HALVINGS = 10  # to 2 µm, where a wrist that all but aligns turns by half a turn
 _DENSER = 10
 _GREATEST_JOINT_STEP = {False: 0.1, True: 0.02}  # rad; m for a prismatic joint
 _ARM = POSITION_DEVIATION / ROTATION_DEVIATION  # m; weighs turns against shifts
@@ -72,7 +72,7 @@ def follow_tool_curve(
     follower = _Follower(kinematics, curve)
     s = _samples(curve)
     joints = follower.solve(s, settled)
-    for _ in range(_MOST_HALVINGS):
+    for halvings in range(_MOST_HALVINGS + 1):
         rough = follower.jumps(joints) > 1.0
         if not rough.any():
             rough = follower.strays(s, joints)
@@ -81,12 +81,23 @@ def follow_tool_curve(
             path = JointSpline(joints, kinematics.limits, taught=taught.tolist())
             check_way(kinematics, path)
             return path
-        s, joints = follower.halve(s, joints, rough)
+        if halvings < _MOST_HALVINGS:
+            s, joints = follower.halve(s, joints, rough)
+            follower.rejoin(s, joints)
     raise follower.refusal(s, joints)
 
 
 class _Follower:
-    """A robot that is to lead its tool along a curve."""
+    """A robot that is to lead its tool along a curve.
+
+    Places on the curve are its parameter s, for most curves a length [m]; joint positions are
+    controller-side [rad or m].
+
+    Attributes:
+        kinematics: the robot.
+        curve: in the base frame.
+        greatest_step: (n,) by how much a joint may move between samples [rad or m].
+    """
 
     def __init__(self, kinematics: ToolKinematics, curve: ToolCurve) -> None:
         self.kinematics = kinematics
@@ -96,19 +107,28 @@ class _Follower:
         )
 
     def solve(self, s: Array, start: Array) -> Array:
-        """Return the (m, n) joint positions at s: (m,), the first being the start."""
+        """Return the (m, n) joint positions [rad or m] at s: (m,), the first being the start."""
         joints = [start]
         for place, pose in zip(s[1:].tolist(), self._poses(s[1:]), strict=True):
             joints.append(self._solve(place, pose, joints[-1]))
         return np.array(joints)
 
     def jumps(self, joints: Array) -> Array:
-        """Return for each span the greatest joint step, relative to what is accepted."""
+        """Return for each of m - 1 spans the greatest joint step, relative to what is accepted.
+
+        Args:
+            joints: (m, n).
+        """
         steps: Array = (np.abs(np.diff(joints, axis=0)) / self.greatest_step).max(axis=1)
         return steps
 
     def strays(self, s: Array, joints: Array) -> NDArray[np.bool_]:
-        """Return for each span whether the path leaves the curve in it, or a joint its range."""
+        """Return for each of m - 1 spans whether the path leaves the curve, or a joint its range.
+
+        Args:
+            s: (m,) the samples.
+            joints: (m, n) the joint positions there.
+        """
         path = JointSpline(joints)
         inside = np.arange(1, _DENSER) / _DENSER
         knots = path.knots[:-1, np.newaxis] + np.diff(path.knots)[:, np.newaxis] * inside
@@ -134,6 +154,19 @@ class _Follower:
             )
         ]
         return np.insert(s, spans + 1, middles), np.insert(joints, spans + 1, added, axis=0)
+
+    def rejoin(self, s: Array, joints: Array) -> None:
+        """Solve again, in place, whatever lies a jump behind the sample before it.
+
+        A long step past a singularity may land on another branch, and all that follows then stays
+        there. From the samples that `halve` added before it, the step is shorter and keeps to the
+        branch; so do those that follow, one after the other.
+        """
+        for index in range(1, len(s)):
+            step = np.abs(joints[index] - joints[index - 1]) / self.greatest_step
+            if step.max() > 1.0:
+                pose = self._poses(s[index : index + 1])[0]
+                joints[index] = self._solve(float(s[index]), pose, joints[index - 1])
 
     def refusal(self, s: Array, joints: Array) -> BranchChange:
         """Return the refusal for the greatest jump."""
@@ -176,7 +209,8 @@ class _Follower:
 def deviation(curve: ToolCurve, places: Places, guesses: Array) -> tuple[Array, Array]:
     """Measure how far tool places are off a curve, each from the nearest place of the curve.
 
-    Nearest means in position and orientation together, found by Gauss-Newton steps along the curve.
+    Nearest means in position and orientation together, found by Gauss-Newton steps along the curve:
+    s grows by (e · c') / (c' · c') with the error e to the place c(s), turns weighed by an arm.
     That is the path accuracy of ISO 9283: a tool that is merely early or late is not off.
 
     Args:
@@ -199,7 +233,11 @@ def deviation(curve: ToolCurve, places: Places, guesses: Array) -> tuple[Array, 
 
 
 def _errors(curve: ToolCurve, places: Places, s: Array) -> Array:
-    """Return the (m, 6) shift [m] and small turn [rad] from the curve at s to the places."""
+    """Return the (m, 6) shift [m] and small turn [rad] from the curve at s to the places.
+
+    For a rotation R by a small angle the turn is the axial vector of its skew part, (R - Rᵀ) / 2:
+    its length is the sine of the angle.
+    """
     wanted = curve.place(s)
     turn = places.rotation @ wanted.rotation.transpose(0, 2, 1)
     skew = turn - turn.transpose(0, 2, 1)

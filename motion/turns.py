@@ -87,7 +87,14 @@ class JointRanges:
     def in_turns(
         self, position: Sequence[float], turns: Sequence[int], seed: Sequence[float]
     ) -> tuple[float, list[float]] | None:
-        """Return a position with the asked turns as `nearest` does; None if it is outside."""
+        """Return a position with the asked turns as `nearest` does; None if it is outside.
+
+        Args:
+            position: (n,) joint position [rad or m], each angle in any turn.
+            turns: (n,) the turn of each joint, as of `turns_of`; that of a joint that does not turn
+                is not looked at.
+            seed: (n,) from where the distance is measured.
+        """
         wanted = self.with_turns(position, turns)
         fits = all(
             lower - SNAP <= value <= upper + SNAP
@@ -120,7 +127,7 @@ class JointRanges:
         )
 
     def every(self, position: Sequence[float]) -> Iterator[tuple[float, ...]]:
-        """Yield every turn of a joint position inside the limits, each (n,)."""
+        """Yield every turn of a (n,) joint position [rad or m] inside the limits, each (n,)."""
         choices = []
         for value, (lower, upper, _, turning) in zip(position, self._rows, strict=True):
             turns = [value]
@@ -178,7 +185,13 @@ class NearestTurns:
     def __init__(
         self, seed: Sequence[float], middles: Sequence[float], windows: Sequence[_Window]
     ) -> None:
-        """Take what `JointRanges.around` works out: middles of the windows, and their widths."""
+        """Take what `JointRanges.around` works out, for each of n joints.
+
+        Args:
+            seed: (n,) [rad or m].
+            middles: (n,) middles of the windows [rad or m].
+            windows: n half widths, periods, ranges and weights.
+        """
         self._seed, self._middles, self._windows = seed, middles, windows
 
     def of(

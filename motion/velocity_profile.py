@@ -12,7 +12,7 @@ import numpy as np
 
 from .joint_curves import Indices, Path
 from .limits import JointLimits
-from .trajectory import Array, Trajectory
+from .trajectory import FINER, MOST_FINE, Array, FineSamples, Trajectory
 
 _MEASURED = 32  # places measured between two knots
 _LEAST_MEASURED = 4  # between two grid points
@@ -91,8 +91,8 @@ class VelocityProfile:
             period: their length [s].
         """
         slower = samples * period / self.duration
-        ticks = np.arange(samples + 1)
-        elapsed = ticks[:-1] * (period / slower)
+        finer = FINER if samples <= MOST_FINE else 1
+        elapsed = np.arange(finer * samples) * (period / finer / slower)
         step = np.searchsorted(self.times[1:-1], elapsed, side="right")
         since = elapsed - self.times[step]
         gain, before = self.gain[step], self.rate[step]
@@ -100,15 +100,20 @@ class VelocityProfile:
         s = np.append(np.minimum(s, self.grid[step + 1]), path.length)
         rate = np.append(np.maximum(before + gain * since, 0.0), 0.0)[:, np.newaxis] / slower
         gain = np.append(gain, 0.0)[:, np.newaxis] / slower**2
-        slope, bend = path.evaluate(s, 1), path.evaluate(s, 2)
+        slope = path.evaluate(s, 1)
         # A curve that just touches a limit may pass it by rounding.
         position = np.clip(path.evaluate(s), limits.lower, limits.upper)
+        velocity = slope * rate
+        # What leaves for the controller is every so many of them.
+        sent = slice(None, None, finer)
+        bend = path.evaluate(s[sent], 2)
         return Trajectory(
-            times=np.asarray(ticks * period, dtype=np.float64),
-            position=np.asfortranarray(position),
-            velocity=np.asfortranarray(slope * rate),
-            acceleration=np.asfortranarray(slope * gain + bend * rate**2),
+            times=np.asarray(np.arange(samples + 1) * period, dtype=np.float64),
+            position=np.asfortranarray(position[sent]),
+            velocity=np.asfortranarray(velocity[sent]),
+            acceleration=np.asfortranarray(slope[sent] * gain[sent] + bend * rate[sent] ** 2),
             waypoint_times=self.times[waypoints] * slower,
+            fine=FineSamples(position, velocity) if finer > 1 else None,
         )
 
 

@@ -196,7 +196,18 @@ class _Piece(NamedTuple):
 def _pieces(
     points: Array, directions: Array, lengths: Array, zones: Sequence[float]
 ) -> tuple[list[_Piece], list[int]]:
-    """Return the lines and half parabolas, and which of them begins at each waypoint."""
+    """Return the lines and half parabolas, and which of them begins at each waypoint.
+
+    Half a parabola of a zone r spans r: from the line's end inward its slope goes from the line's
+    direction d to the mean of both, (d + d') / 2, so its second derivative is (d' - d) / 2r, and
+    in the middle it passes the corner at (d' - d) r/4.
+
+    Args:
+        points: (w, n) waypoints [rad or m].
+        directions: (w - 1, n) unit vectors of the legs.
+        lengths: (w - 1,) of the legs.
+        zones: (w - 2,) at the waypoints between.
+    """
     around = [0.0, *map(float, zones), 0.0]
     straight = np.zeros(points.shape[1])
     pieces: list[_Piece] = []
@@ -239,7 +250,11 @@ def _knots(joins: Array, pieces: Sequence[_Piece]) -> Array:
 
 
 def _sharper(bend: Array) -> Indices:
-    """Return for each join the piece beside it that bends more; bend is (pieces, n)."""
+    """Return for each of pieces + 1 joins the piece beside it that bends more.
+
+    Args:
+        bend: (pieces, n) second derivatives by the path parameter.
+    """
     sharpness = np.abs(bend).max(axis=1)
     after = np.arange(1, len(bend))
     inner = np.where(sharpness[1:] >= sharpness[:-1], after, after - 1)
@@ -254,6 +269,7 @@ def _unit(limits: JointLimits | None) -> str:
 def _checked_rows(
     waypoints: Sequence[Sequence[float] | Array] | Array, limits: JointLimits | None
 ) -> Array:
+    """Return the waypoints as (w, n), finite and inside the limits if there are any."""
     if len(waypoints) < 2:
         raise BadArgument("waypoints", len(waypoints), "at least two joint positions")
     rows = [[float(value) for value in waypoint] for waypoint in waypoints]

@@ -56,7 +56,7 @@ def test_the_motion_ends_each_interval_where_the_next_begins(swing: Trajectory) 
 def test_a_planned_motion_keeps_its_limits_between_the_samples(swing: Trajectory) -> None:
     motion = BetweenSamples(swing, LIMITS)
 
-    assert (np.abs(motion.velocity).max(axis=(0, 2)) <= LIMITS.velocity).all()
+    assert (np.abs(motion.pieces().velocity).max(axis=(0, 2)) <= LIMITS.velocity).all()
     assert (motion.greatest_acceleration <= np.array(LIMITS.acceleration) * 1.001).all()
 
 
@@ -65,14 +65,14 @@ def test_an_even_acceleration_is_found_again() -> None:
 
     motion = BetweenSamples(move, SINGLE)
 
-    assert motion.acceleration[:, :, 0] == pytest.approx(move.acceleration[:-1], abs=1e-6)
+    assert motion.pieces().acceleration[:, :, 0] == pytest.approx(move.acceleration[:-1], abs=1e-6)
 
 
 def test_a_gain_in_position_takes_the_least_acceleration_there_is() -> None:
     # Up for half of the interval and down for the other: p = 4 |d| / h².
     motion = BetweenSamples(interval(0.0, 0.0, 0.01), SINGLE)
 
-    assert motion.acceleration[0, 0].tolist() == pytest.approx([4.0, 0.0, -4.0])
+    assert motion.pieces().acceleration[0, 0].tolist() == pytest.approx([4.0, 0.0, -4.0])
     assert motion.state(0.05).velocity == pytest.approx([0.2])
 
 
@@ -80,8 +80,8 @@ def test_the_velocity_limit_is_reached_but_not_passed() -> None:
     # From 0.9 to 0.9 with 0.098 in between: a triangle would reach 1.06.
     motion = BetweenSamples(interval(0.9, 0.9, 0.098), SINGLE)
 
-    assert motion.velocity.max() == pytest.approx(1.0)
-    assert motion.acceleration[0, 0].tolist() == pytest.approx([5.0, 0.0, -5.0])
+    assert motion.pieces().velocity.max() == pytest.approx(1.0)
+    assert motion.pieces().acceleration[0, 0].tolist() == pytest.approx([5.0, 0.0, -5.0])
     assert motion.state(0.1).position == pytest.approx([0.098])
 
 

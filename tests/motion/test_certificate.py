@@ -2,6 +2,7 @@ import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -37,7 +38,8 @@ def move() -> Trajectory:
 
 
 def altered(trajectory: Trajectory, **fields: Array) -> Trajectory:
-    return replace(trajectory, **{name: np.array(value) for name, value in fields.items()})
+    changed: dict[str, Any] = {name: np.array(value) for name, value in fields.items()}
+    return replace(trajectory, **changed)
 
 
 def put(field: Array, sample: int, joint: int, value: float) -> Array:

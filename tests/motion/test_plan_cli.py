@@ -8,6 +8,7 @@ import yaml
 from planning_scenes import pillar_scene, pillar_task
 
 from openpendant.motion import plan_cli
+from openpendant.motion.cli import EXIT_USAGE
 from openpendant.motion.plan_cli import EXIT_OUTPUT, main
 from openpendant.motion.robot import serial_robot
 from openpendant.motion.scene_file import save_scene
@@ -128,3 +129,20 @@ def test_a_goal_in_the_pillar_names_it(capsys: Capture, scene: str) -> None:
     argv = ["--robot", "ur5", "--start", START, "--goal", json.dumps(goal.tolist())]
     assert main([*argv, "--scene", scene]) == 3
     assert "pillar touch at the goal" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("option", "told"),
+    [
+        (
+            ["--pose", '{"xyz": [0.4, 0, 0.3], "quat": [0, 0, 0, 2]}'],
+            "quat of pose is [0.0, 0.0, 0.0, 2.0]; accepted: four numbers of norm 1",
+        ),
+        (["--goal", "home"], "goal is 'home'; accepted: a JSON list of joint values"),
+    ],
+)
+def test_a_goal_that_is_none_is_refused_by_its_own_name(
+    capsys: Capture, option: list[str], told: str
+) -> None:
+    assert main(["--robot", "ur5", *option]) == EXIT_USAGE
+    assert told in capsys.readouterr().err

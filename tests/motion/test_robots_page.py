@@ -25,7 +25,7 @@ def workbench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_the_page_shows_files_and_commands() -> None:
-    assert [name for name, _ in FILES] == ["my_scara.csv", "my_elbow.yml"]
+    assert [name for name, _ in FILES] == ["cell.yaml", "my_scara.csv", "my_elbow.yml"]
     assert len(COMMANDS) >= 14
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from openpendant.motion.certificate import certify
 from openpendant.motion.circles import ToolArc, circle_about
 from openpendant.motion.errors import BranchChange, MotionError, NoMotion, OutOfRange, Unreachable
+from openpendant.motion.ik import solve
 from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot import serial_robot
@@ -140,6 +141,25 @@ def test_a_short_line_through_the_wrist_singularity_is_timed_and_certified(
     # Joint 5 alone has to move: it takes as long as its own two ramps, or its cruise.
     gain = kinematics.limits.acceleration[4]
     assert trajectory.duration <= 2.0 * math.sqrt(2.0 * swing / gain) * 1.05 + 0.02
+
+
+@pytest.mark.parametrize("past", [1e-3, 5e-4, 2e-4])
+@pytest.mark.parametrize("fourth", [-1.0, 0.5])
+def test_a_line_that_grazes_the_wrist_singularity_keeps_its_branch(
+    fourth: float, past: float
+) -> None:
+    kinematics = robot("abb_irb2400")
+    middle = [0.1, 0.2, 0.1, fourth, past, 0.3]
+    there = kinematics.forward(middle)
+    start = solve(kinematics, shifted(there, [0.0, 0.0, -0.1]), middle).joint_position
+    line = ToolLine(kinematics.forward(start), shifted(there, [0.0, 0.0, 0.1]))
+
+    path = follow_tool_curve(kinematics, start, line)
+
+    joints = path.evaluate(path.knots)
+    assert len(set(np.sign(joints[:, 4]))) == 1
+    assert np.ptp(joints[:, 3]) > 3.0  # within a millimetre; the tool waits for it
+    certify(time_path(path, kinematics.limits), kinematics.limits, start=start)
 
 
 def test_a_line_that_would_flip_the_wrist_is_refused_with_the_singularitys_name() -> None:

@@ -1,0 +1,33 @@
+"""How hard inverse kinematics searches.
+
+Owns the numbers and their ranges. Effort is counted in restarts and iterations, so that the same
+question gets the same answer on any machine; knows no clock.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from .errors import BadArgument
+
+
+class Budget(NamedTuple):
+    """How hard to search: restarts, iterations of each attempt, and the outer cap [s]."""
+
+    restarts: int
+    iterations: int
+    random_seed: int
+    time_cap: float | None
+
+    def check(self) -> None:
+        """Refuse numbers out of range.
+
+        Raises:
+            BadArgument: with the name of the number.
+        """
+        for name, least in (("restarts", 0), ("iterations", 1), ("random_seed", 0)):
+            number = getattr(self, name)
+            if number < least:
+                raise BadArgument(name, number, f"{least} or more")
+        if self.time_cap is not None and not self.time_cap >= 0.0:
+            raise BadArgument("time_cap", self.time_cap, "0 or more, or None")
