@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,14 +12,9 @@ from openpendant.motion.configuration import Configuration, configuration_of
 from openpendant.motion.errors import BadArgument
 from openpendant.motion.frames import BASE, TOOL, FrameTree
 from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogTarget, JointJog, ToolJog
+from openpendant.motion.jog.increments import shifted, turned
 from openpendant.motion.kinematics import Kinematics
-from openpendant.motion.orientation import quaternion_of_vector
-from openpendant.motion.pose import (
-    Pose,
-    matrix_to_quaternion,
-    quaternion_product,
-    quaternion_to_matrix,
-)
+from openpendant.motion.pose import Array, Pose, matrix_to_quaternion
 from openpendant.motion.robot import SerialRobot
 from openpendant.motion.robot_report import robot_data
 from openpendant.motion.scene import Scene
@@ -29,9 +23,6 @@ from .planning.jobs import JointVector, PoseGoal
 from .settings import Jog
 
 _NAMED_POSITIONS = ("home", "zero")
-
-_WAY_TOLERANCE = 1e-3
-"""How far the way back may be off the way of the jog, each joint [rad or m]."""
 
 
 class RobotMathematics:
@@ -48,7 +39,7 @@ class RobotMathematics:
         self._kinematics = Kinematics(robot)
         self.frames = FrameTree.of_robot(self._kinematics.to_base(Pose.identity(), "root"))
         self.scene = Scene()
-        self._tcp = Pose.identity()
+        self._mount(Pose.identity())
         self._collision = CollisionModel(self._kinematics)
         self._jogs = JogModel(self._kinematics, collision=self._collision)
 
@@ -62,7 +53,15 @@ class RobotMathematics:
         tcp = frames[TOOL].pose or Pose.identity()
         self._jogs = JogModel(self._kinematics, tcp, collision)
         self.frames, self.scene = frames, scene
-        self._tcp, self._collision = tcp, collision
+        self._collision = collision
+        self._mount(tcp)
+
+    def _mount(self, tcp: Pose) -> None:
+        """Let a tool rule whose centre point is there in the flange."""
+        self._tcp = tcp
+        self._tool_point = self._kinematics.link_point(offset=tcp.position.tolist())
+        is_flange = not any((*tcp.position.tolist(), *tcp.quaternion.tolist()[:3]))
+        self._tool_turn = None if is_flange else tcp.rotation
 
     @property
     def specification(self) -> dict[str, Any]:
@@ -92,26 +91,35 @@ class RobotMathematics:
 
     def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""
-        # Without a `Pose`, whose checks take longer than this: each state message asks for it.
-        turn, place = self._kinematics.place(np.array(position, dtype=np.float64))
-        point = place + turn @ self._tcp.position
-        quaternion = matrix_to_quaternion(turn @ self._tcp.rotation)
-        return tuple(point.tolist()), tuple(quaternion.tolist())
+        return self._tool_place(np.array(position, dtype=np.float64))
 
     def tool_motion(
         self, position: Sequence[float], velocity: Sequence[float]
     ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
         """Return place [m], quaternion and speed [m/s] of the tool in the base frame."""
-        turn, place, jacobian = self._kinematics.linearise(np.array(position, dtype=np.float64))
-        lever = turn @ self._tcp.position
-        vx, vy, vz, wx, wy, wz = (jacobian @ np.array(velocity)).tolist()
-        x, y, z = lever.tolist()
-        speed = math.hypot(vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x)
-        quaternion = matrix_to_quaternion(turn @ self._tcp.rotation)
-        return tuple((place + lever).tolist()), tuple(quaternion.tolist()), speed
+        joints = np.array(position, dtype=np.float64)
+        rates = np.array(velocity, dtype=np.float64)
+        (speed,) = self._kinematics.point_speeds(joints, rates, (self._tool_point,))
+        return *self._tool_place(joints), speed
 
-    def flange_goal(self, goal: PoseGoal, frame: str) -> PoseGoal:
-        """Return where the flange is to be in base for the tool to be at a pose.
+    def _tool_place(self, joints: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        # Without a `Pose`, whose checks take longer than this: each state message asks for it.
+        turn, place = self._kinematics.place(joints)
+        if self._tool_turn is not None:
+            place = place + turn @ self._tcp.position
+            turn = turn @ self._tool_turn
+        return tuple(place.tolist()), tuple(matrix_to_quaternion(turn).tolist())
+
+    @property
+    def tool_in_flange(self) -> PoseGoal | None:
+        """The centre point of the selected tool in the flange; None for the flange itself."""
+        if self._tool_turn is None:
+            return None
+        position, quaternion = self._tcp.position.tolist(), self._tcp.quaternion.tolist()
+        return PoseGoal(tuple(position), tuple(quaternion))
+
+    def goal_in_base(self, goal: PoseGoal, frame: str) -> PoseGoal:
+        """Return where the tool is to be in base to be at a pose of a frame.
 
         Args:
             goal: the pose of the selected tool.
@@ -127,8 +135,7 @@ class RobotMathematics:
         tool = self.frames.transform(frame, BASE).compose(
             Pose.from_values(goal.position, goal.orientation)
         )
-        flange = tool.compose(self._tcp.inverse())
-        return PoseGoal(tuple(flange.position.tolist()), tuple(flange.quaternion.tolist()))
+        return PoseGoal(tuple(tool.position.tolist()), tuple(tool.quaternion.tolist()))
 
     def configuration(self, position: Sequence[float]) -> Configuration | None:
         """Return in which of the ways the arm stands; None where its family has no such words."""
@@ -170,56 +177,24 @@ class RobotMathematics:
         return ToolJog(tuple(values[:3]), tuple(values[3:]), self._axes(frame))
 
     def stepped_pose(self, start: Sequence[float], values: Sequence[float], frame: str) -> PoseGoal:
-        """Return the flange in base after a (6,) increment [m, rad] of the tool from `start`.
+        """Return the tool in base after a (6,) increment [m, rad] of it from `start`.
 
         The turn is about one axis through the tool point, along (a, b, c) in the frame.
         """
         here = self._kinematics.forward(start).compose(self._tcp)
-        axes = self._axes(frame)
-        along = here.rotation if axes is None else quaternion_to_matrix(np.array(axes))
-        position = here.position + along @ np.array(values[:3])
-        turn = quaternion_of_vector(along @ np.array(values[3:]))
-        quaternion = quaternion_product(turn, here.quaternion)
-        return self.flange_goal(
-            PoseGoal(tuple(position.tolist()), tuple(quaternion.tolist())), BASE
-        )
-
-    def way_back(self, way: Sequence[JointVector]) -> tuple[JointVector, ...]:
-        """Return the waypoints that lead back along a way, its start last."""
-        return tuple(reversed(_thinned(way, _WAY_TOLERANCE)))
+        axes = here if frame == TOOL else self._standing(frame)
+        goal = turned(shifted(here, values[:3], axes), values[3:], axes)
+        return PoseGoal(tuple(goal.position.tolist()), tuple(goal.quaternion.tolist()))
 
     def _axes(self, frame: str) -> tuple[float, float, float, float] | None:
         """Return the axes of a frame in base; None for the tool's own, which move along."""
         if frame == TOOL:
             return None
-        moving = self.frames.moving_between(frame, BASE)
-        if moving:
-            raise BadArgument("frame", frame, "base, root, tool or a frame that stands still")
-        x, y, z, w = self.frames.transform(frame, BASE).quaternion.tolist()
+        x, y, z, w = self._standing(frame).quaternion.tolist()
         return x, y, z, w
 
-
-def _thinned(way: Sequence[JointVector], tolerance: float) -> list[JointVector]:
-    """Return the start of a way and what is needed of the rest, its end left out.
-
-    Ramer, Douglas and Peucker's rule without recursion: a stretch is one line where all its points
-    are within the tolerance of it.
-    """
-    points = np.array(way)
-    kept = {0}
-    stretches = [(0, len(way) - 1)]
-    while stretches:
-        first, last = stretches.pop()
-        if last - first < 2:
-            continue
-        line = points[last] - points[first]
-        inner = points[first + 1 : last] - points[first]
-        length = float(line @ line)
-        shares = np.clip(inner @ line / length, 0.0, 1.0) if length else np.zeros(len(inner))
-        gaps = np.abs(inner - shares[:, np.newaxis] * line).max(axis=1)
-        worst = int(gaps.argmax())
-        if gaps[worst] > tolerance:
-            middle = first + 1 + worst
-            kept.add(middle)
-            stretches += [(first, middle), (middle, last)]
-    return [tuple(way[index]) for index in sorted(kept)]
+    def _standing(self, frame: str) -> Pose:
+        """Return a frame that stands still, in base."""
+        if self.frames.moving_between(frame, BASE):
+            raise BadArgument("frame", frame, "base, root, tool or a frame that stands still")
+        return self.frames.transform(frame, BASE)

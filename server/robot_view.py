@@ -26,6 +26,10 @@ class RobotView(Protocol):
 
     frames: FrameTree
 
+    @property
+    def tool_in_flange(self) -> PoseGoal | None:
+        """The centre point of the selected tool in the flange; None for the flange itself."""
+
     def configuration(self, position: Sequence[float]) -> Configuration | None:
         """Return in which of the ways the arm stands; None where the robot has no such words."""
 
@@ -64,19 +68,16 @@ class RobotView(Protocol):
             MotionError: a share is none, or nobody knows the frame.
         """
 
-    def flange_goal(self, goal: PoseGoal, frame: str) -> PoseGoal:
-        """Return where the flange is to be in base for the tool to be at a pose of a frame.
+    def goal_in_base(self, goal: PoseGoal, frame: str) -> PoseGoal:
+        """Return where the tool is to be in base to be at a pose of a frame.
 
         Raises:
             MotionError: nobody knows the frame, or it moves; or the quaternion is none.
         """
 
     def stepped_pose(self, start: Sequence[float], values: Sequence[float], frame: str) -> PoseGoal:
-        """Return the pose in base after a (6,) increment [m, rad] from joints `start`.
+        """Return the tool in base after a (6,) increment of it [m, rad] from joints `start`.
 
         Raises:
             MotionError: a value is none, or nobody knows the frame.
         """
-
-    def way_back(self, way: Sequence[JointVector]) -> tuple[JointVector, ...]:
-        """Return the waypoints that lead back along a way, its start last."""

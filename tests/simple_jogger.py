@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 
 from openpendant.motion.jog import JogCaps, JogCause, JogReason, JogStep, JogTarget, JointJog
+from openpendant.motion.jog.undo import JogWay
 from openpendant.motion.limits import JointLimits
 
 LINK = 0.5
@@ -26,7 +27,7 @@ def point_speed(velocity: Sequence[float]) -> float:
 
 
 class SimpleJogger:
-    """Aim, step and limit as `motion.jog.Jogger` has them."""
+    """Aim, step, limit and way as `motion.jog.Jogger` has them."""
 
     def __init__(self, limits: JointLimits, start: Sequence[float], caps: JogCaps) -> None:
         self._limits = limits
@@ -34,6 +35,7 @@ class SimpleJogger:
         self._target: JogTarget | None = None
         self._position = list(start)
         self._velocity = [0.0] * len(self._position)
+        self.way = JogWay(start, [1.0] * len(self._position))
 
     def aim(self, target: JogTarget | None) -> None:
         self._target = target
@@ -61,6 +63,7 @@ class SimpleJogger:
             for at, old, new in zip(self._position, before, velocity, strict=True)
         ]
         self._velocity = velocity
+        self.way.add(self._position)
         gains = [(new - old) / dt for old, new in zip(before, velocity, strict=True)]
         at_rest = not any(velocity)
         scale = 1.0 if cause is None else 0.0

@@ -12,7 +12,6 @@ from typing import NamedTuple, Protocol
 
 from ..limits import JointLimits
 from ..pose import Array
-from .elbow import LinkPoint
 from .reasons import JogCause, Retreat
 
 
@@ -54,10 +53,6 @@ class JogArm(Protocol):
         """The length that makes the Jacobian free of units [m]."""
 
     @property
-    def elbow(self) -> LinkPoint | None:
-        """The elbow, whose speed is limited like the tool's; None if there is none."""
-
-    @property
     def rigid(self) -> bool:
         """Whether one joint by itself moves all beyond it as one body, about one axis."""
 
@@ -79,8 +74,16 @@ class JogArm(Protocol):
     def forbids(self, twist: Array) -> JogCause | None:
         """Return why the arm can never move its tool along a (6,) twist; None if it can."""
 
-    def tool_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
-        """Return the speed of the tool centre point [m/s] at joint position and velocity."""
+    def point_speeds(
+        self, position: Sequence[float], velocity: Sequence[float]
+    ) -> tuple[float, float]:
+        """Return the speeds of tool centre point and elbow [m/s] at joint position and velocity.
+
+        An arm without an elbow has it at rest.
+        """
+
+    def elbow_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
+        """Return the speed of the elbow alone [m/s]; its limit is the tool's."""
 
     def posture(self, position: Sequence[float]) -> Posture | None:
         """Return the limit beside those of the joints that is used most; None if there is none."""

@@ -4,14 +4,21 @@ Owns those distances, and which pairs count: only those that come nearer. So a p
 never holds a motion that takes it apart, and a pair that stays 8 mm apart slows nobody. Both jogs
 ask about the place where they could next stand still, so what is in between was asked about before.
 
-A look costs tens of microseconds to a millisecond. In between, the bound of `CollisionModel.sweep`
-does: a pair was d apart and the joints have moved by Δ, so it is at least d - sweep · |Δ| apart.
-While that leaves every pair beyond 40 mm, nothing is computed.
+Every tick asks, but not about every pair. By the bound of `CollisionModel.sweep`, a pair that was
+d apart before the moving joints went by Δ is at least d - sweep · |Δ| apart now. Of pairs that were
+farther apart than 100 mm at the last look at all, that leaves each beyond 40 mm as long as
+
+    Σ over the joints of |Δ| · max over these pairs of sweep / (d - 40 mm)  <  1
+
+since for each of the pairs the sum is at least its own sweep · |Δ| / (d - 40 mm). Until then only
+the distances of the others are computed, a microsecond each; then all are looked at anew.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -34,6 +41,10 @@ CLOSING = 0.25
 So an even deceleration brings them to rest. What slides along a body is hardly slowed by it.
 """
 
+Distances: TypeAlias = Mapping[int, float]
+"""Distances [m] by the index of the pair; a pair that is not among them is beyond `NEAR`."""
+
+_WATCHED = 0.100  # m: pairs nearer than this at a look at all are then computed at every place
 _BETWEEN = 0.001  # m, that a distance may dip between two places that were looked at
 _PROBE = 0.1  # rad or m: how far ahead it is looked for a way out of a contact without depth
 _SAME = 1e-12  # m
@@ -47,32 +58,57 @@ class CollisionGuard:
     def __init__(self, collision: CollisionModel) -> None:
         self._collision = collision
         self._pairs = collision.pairs
-        self._seen: Array | None = None
-        self._seen_at: Array | None = None
+        self._watched: list[int] = []
+        self._seen_at: list[float] | None = None
+        self._use: list[float] = []
 
-    def look(self, position: Sequence[float]) -> Array | None:
-        """Return the (p,) distances of the pairs [m]; None where all are known to be far."""
+    def look(self, position: Sequence[float]) -> Distances | None:
+        """Return the distances of all pairs that may be near; None where none is."""
         if not self._pairs:
             return None
         place = np.array(position)
-        joints = self._collision.model_positions(place)
-        if self._seen is not None and self._seen_at is not None:
-            least = self._seen - self._collision.sweep @ np.abs(joints - self._seen_at)
-            if least.min() > NEAR:
+        if self._far_are_far(place):
+            if not self._watched:
                 return None
+            found = self._collision.clearances_of(self._watched, place)
+            return dict(zip(self._watched, found, strict=True)) if min(found) <= NEAR else None
+        return self._look_at_all(place)
+
+    def _far_are_far(self, place: Array) -> bool:
+        """Return whether every pair that is not watched is surely beyond `NEAR`."""
+        seen_at = self._seen_at
+        if seen_at is None:
+            return False
+        used = 0.0
+        joints = self._collision.model_positions(place).tolist()
+        for joint, seen, use in zip(joints, seen_at, self._use, strict=True):
+            used += (joint - seen if joint > seen else seen - joint) * use
+        return used < 1.0
+
+    def _look_at_all(self, place: Array) -> Distances | None:
         distances = self._collision.clearances(place)
-        self._seen, self._seen_at = distances, joints
-        return distances if distances.min() <= NEAR else None
+        far = distances > _WATCHED
+        self._watched = np.flatnonzero(~far).tolist()
+        self._seen_at = self._collision.model_positions(place).tolist()
+        left = distances[far] - NEAR
+        uses = self._collision.sweep[far] / left[:, np.newaxis]
+        self._use = uses.max(axis=0, initial=0.0).tolist()
+        found = {pair: float(distances[pair]) for pair in self._watched}
+        return found if min(found.values(), default=math.inf) <= NEAR else None
 
     def nearing(
-        self, before: Array | None, after: Array | None, ahead: Sequence[float], time: float
+        self,
+        before: Distances | None,
+        after: Distances | None,
+        way: tuple[Sequence[float], Sequence[float]],
+        time: float,
     ) -> tuple[float, JogCause] | None:
         """Judge a motion by the distances at its start and at its end.
 
         Args:
             before: of `look` at the start.
             after: of `look` at the end.
-            ahead: (n,) a place farther on the same way, asked about only where bodies without
+            way: (n,) place and (n,) direction of the motion, asked about only where bodies without
                 depth touch at both ends.
             time: that it takes [s].
 
@@ -82,35 +118,44 @@ class CollisionGuard:
         """
         if after is None:
             return None
-        # What was known to be far may have come straight.
-        start = after + time * CLOSING if before is None else before
-        closer = after < start - _SAME
-        stuck = (after <= TOUCHING) & (start <= TOUCHING) & (np.abs(after - start) <= _SAME)
-        if stuck.any():
-            there = self._collision.clearances(np.array(ahead))
-            closer |= stuck & (there <= after)
-        candidates = np.flatnonzero(closer & (after < SLOW))
-        if not len(candidates):
+        least, worst = 1.0, -1
+        for pair, distance in after.items():
+            if distance >= SLOW:
+                continue
+            start = math.inf if before is None else before.get(pair, math.inf)
+            if start == math.inf:
+                # What was known to be far may have come straight.
+                start = max(NEAR, distance + time * CLOSING)
+            if not distance < start - _SAME and not self._presses(pair, start, distance, way):
+                continue
+            left = min(max((distance - CLEAR - _BETWEEN) / (SLOW - CLEAR - _BETWEEN), 0.0), 1.0)
+            closing = max(start - distance, _SAME) / time
+            share = math.sqrt(left) * CLOSING / closing
+            if share < least:
+                least, worst = share, pair
+        if worst < 0:
             return None
-        left = (after[candidates] - CLEAR - _BETWEEN) / (SLOW - CLEAR - _BETWEEN)
-        closing = np.maximum(start[candidates] - after[candidates], _SAME) / time
-        shares = np.sqrt(np.clip(left, 0.0, 1.0)) * CLOSING / closing
-        worst = int(np.argmin(shares))
-        if shares[worst] >= 1.0:
-            return None
-        pair = int(candidates[worst])
-        cause = JogCause(JogReason.COLLISION, float(after[pair]), CLEAR, pair=self._pairs[pair])
-        return float(shares[worst]), cause
+        return least, JogCause(JogReason.COLLISION, after[worst], CLEAR, pair=self._pairs[worst])
 
-    def ahead(self, position: Sequence[float], rate: Sequence[float]) -> list[float]:
-        """Return a place a tenth of a radian or of a metre along a joint direction."""
+    def _presses(
+        self,
+        pair: int,
+        start: float,
+        distance: float,
+        way: tuple[Sequence[float], Sequence[float]],
+    ) -> bool:
+        """Return whether bodies that touch alike at both ends do not part farther on either."""
+        if distance > TOUCHING or start > TOUCHING or abs(distance - start) > _SAME:
+            return False
+        position, rate = way
         greatest = max((abs(value) for value in rate), default=0.0)
         gain = _PROBE / greatest if greatest > 0.0 else 0.0
-        return [value + gain * each for value, each in zip(position, rate, strict=True)]
+        ahead = [value + gain * each for value, each in zip(position, rate, strict=True)]
+        return self._collision.clearances_of((pair,), np.array(ahead))[0] <= distance
 
-    def in_contact(self, distances: Array | None) -> bool:
+    def in_contact(self, distances: Distances | None) -> bool:
         """Return whether distances of `look` hold a pair nearer than a jog may stop."""
-        return distances is not None and float(distances.min()) < CLEAR
+        return distances is not None and min(distances.values()) < CLEAR
 
     def way_apart(self, position: Sequence[float]) -> list[float] | None:
         """Return the joint direction along which the near pairs part, greatest element ±1.

@@ -1,10 +1,10 @@
 """Steps instead of holding: where a joint or the tool is to go by one press.
 
 Owns the sizes that are offered and the checks of those that are typed. What pendants call A, B, C
-is two things, named apart here: `turned_about_axis` turns the tool about a frame's x, y or z
-through the tool centre point, as a held key does; `with_rpy_changed` adds to the three values roll,
-pitch and yaw, as a pendant that shows them and steps one of them does. `motion.orientation` has the
-formulas. The targets are poses and positions for point-to-point motions; nothing here moves.
+is two things, named apart here: `turned` turns the tool about axes of a frame through the tool
+centre point, as a held key does; `with_rpy_changed` adds to the three values roll, pitch and yaw,
+as a pendant that shows them and steps one of them does. `motion.orientation` has the formulas. The
+targets are poses and positions for point-to-point motions; nothing here moves.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ import numpy as np
 
 from ..errors import BadArgument, NotFinite, WrongJointCount
 from ..limits import JointLimits
-from ..orientation import Axis, axis_rotation, rpy_increment
-from ..pose import Pose
+from ..orientation import quaternion_of_vector, rpy_increment
+from ..pose import Pose, quaternion_product
 
 LENGTHS = (0.1e-3, 1e-3, 5e-3, 10e-3)
 """Lengths that are offered [m]."""
@@ -95,19 +95,23 @@ def shifted(pose: Pose, shift: Sequence[float], frame: Pose | None = None) -> Po
     return Pose(pose.position + way, pose.quaternion)
 
 
-def turned_about_axis(pose: Pose, axis: Axis, angle: float, frame: Pose | None = None) -> Pose:
-    """Return a pose turned about a frame's axis through its own origin: A, B, C as held keys do.
+def turned(pose: Pose, turn: Sequence[float], frame: Pose | None = None) -> Pose:
+    """Return a pose turned about one axis through its own origin: A, B, C as held keys do.
 
     Args:
         pose: of the tool, in the base.
-        axis: x (A), y (B) or z (C) of the frame.
-        angle: [rad], right-handed.
+        turn: (3,) rotation vector along x (A), y (B), z (C) of the frame [rad], right-handed.
         frame: the frame in the base; None for the base itself, the pose for the tool's own axes.
 
     Raises:
-        NotFinite: the angle is infinite or not a number.
+        BadArgument: there are not three values.
+        NotFinite: a value is infinite or not a number.
     """
-    return axis_rotation(pose, axis, angle, frame)
+    vector = np.array(_three(turn, "the turn"))
+    if frame is not None:
+        vector = frame.rotation @ vector
+    turned_by = quaternion_of_vector(vector)
+    return Pose(pose.position, quaternion_product(turned_by, pose.quaternion))
 
 
 def with_rpy_changed(pose: Pose, change: Sequence[float], frame: Pose | None = None) -> Pose:

@@ -19,6 +19,7 @@ from .retreat import retreat
 from .targets import LONGEST_STEP, JogCaps, JogTarget, JointJog, ToolJog
 from .tool_motion import ToolMotion
 from .tool_path import JogTwist
+from .undo import JogWay
 
 _BEND_RETRY = 4  # ticks between trials to bend
 _LONGEST_STOP = 3000  # ticks
@@ -29,6 +30,7 @@ class Jogger:
 
     Attributes:
         caps: greatest speeds.
+        way: the way so far, for the undo.
     """
 
     def __init__(self, model: JogModel, start: Sequence[float], caps: JogCaps) -> None:
@@ -48,6 +50,7 @@ class Jogger:
         position = [float(value) for value in start]
         model.arm.place(position)
         self.caps = caps
+        self.way = JogWay(position, model.unit)
         self._model = model
         self._motion: JointMotion | ToolMotion = JointMotion(model, position)
         self._target: JogTarget | None = None
@@ -108,6 +111,7 @@ class Jogger:
                 self._step_tool(dt, target)
             case _:
                 self._release(dt)
+        self.way.add(self._motion.position)
         return self._told(before, dt)
 
     def stopping(self, dt: float) -> Stopping:

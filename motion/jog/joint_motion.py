@@ -18,6 +18,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Sequence
+from typing import TypeAlias
 
 from ..errors import NoAssembly
 from .model import JogModel
@@ -25,6 +26,9 @@ from .nearness import SLOW_POSTURE
 from .point_speeds import point_excess, stop_time
 from .reasons import JogCause, JogReason
 from .targets import LONGEST_STEP, JogCaps
+
+Bounds: TypeAlias = list[tuple[float, float, float]]
+"""For each joint the least and greatest velocity at the end of a tick, and its greatest change."""
 
 _SCALINGS = 4
 _NEAR = 2e-4  # rad or m
@@ -92,8 +96,9 @@ class JointMotion:
         # What the last tick left is tried first, with a little more, so one trial mostly does.
         share = min(1.0, self._share * _RECOVERY + _LEAST_RECOVERY)
         self._share = 1.0
-        target = [share * each for each in asked]
-        blocked = self._blocked(dt, asked, speeds) if any(asked) else None
+        bounds = self._bounds(dt, speeds)
+        target = asked if share == 1.0 else [share * each for each in asked]
+        blocked = self._blocked(dt, asked, bounds) if any(asked) else None
         if blocked is not None:
             left, self.cause, wanted = blocked
             if left <= 0.0:
@@ -102,7 +107,7 @@ class JointMotion:
             target = [left * each for each in wanted]
             self.scale = min(1.0, _along(target, asked))
         for _ in range(_SCALINGS):
-            velocity = self._next(dt, target, speeds)
+            velocity = self._next(target, bounds)
             excess, cause = self._point_excess(dt, velocity, caps.point_speed)
             if excess <= 1.0:
                 return velocity
@@ -110,66 +115,85 @@ class JointMotion:
             self._share = max(_along(target, asked), 0.0)
             if self._share < self.scale:
                 self.scale, self.cause = self._share, cause
-            if self._is_near(target, velocity, dt) and self._next(dt, target, speeds) == target:
+            if self._is_near(target, velocity, dt) and self._next(target, bounds) == target:
                 # So near, the speeds of points scale as the velocity does.
                 return target
         return self._released(dt)
 
     def _is_near(self, target: Sequence[float], velocity: Sequence[float], dt: float) -> bool:
-        apart = (abs(one - other) for one, other in zip(target, velocity, strict=True))
-        return 0.5 * dt * max(apart) < _NEAR
+        near = _NEAR / (0.5 * dt)
+        return all(abs(one - other) < near for one, other in zip(target, velocity, strict=True))
 
-    def _next(self, dt: float, asked: Sequence[float], speeds: Sequence[float]) -> list[float]:
+    def _next(self, asked: Sequence[float], bounds: Bounds) -> list[float]:
         """Return the velocity nearest to the asked one that accelerations and ranges allow.
 
         All joints change alike, so from rest they start in the asked direction; but for one that
         has to brake before the end of its range.
+
+        Args:
+            asked: (n,) velocity.
+            bounds: of `_bounds`.
         """
-        accelerations = self._model.limits.acceleration
         targets, share = [], 1.0
-        for joint, wanted in enumerate(asked):
-            now, most = self.velocity[joint], accelerations[joint] * _ROUNDING * dt
-            target = self._in_range(joint, wanted, speeds[joint], dt) if wanted else 0.0
-            change = abs(target - now)
-            if change * share > most:
-                share = most / change
+        for wanted, now, (least, most, gain) in zip(asked, self.velocity, bounds, strict=True):
+            target = most if wanted > most else least if wanted < least else wanted
+            change = target - now if target > now else now - target
+            if change * share > gain:
+                share = gain / change
             targets.append(target)
+        if share == 1.0:
+            return targets
         velocity = []
-        for joint, target in enumerate(targets):
-            now, most = self.velocity[joint], accelerations[joint] * _ROUNDING * dt
+        for target, now, (least, most, gain) in zip(targets, self.velocity, bounds, strict=True):
             after = now + share * (target - now)
-            if after:
-                after = self._in_range(joint, after, speeds[joint], dt)
-                after = min(max(after, now - most), now + most)
-            velocity.append(after)
+            after = most if after > most else least if after < least else after
+            velocity.append(min(max(after, now - gain), now + gain))
         return velocity
 
-    def _in_range(self, joint: int, after: float, speed: float, dt: float) -> float:
-        """Return a velocity from which the joint can still rest inside its range."""
+    def _bounds(self, dt: float, speeds: Sequence[float]) -> Bounds:
+        """Return the velocities after a tick from which each joint still rests inside its range.
+
+        Args:
+            dt: length of the tick [s].
+            speeds: (n,) greatest that is asked of each joint [rad/s or m/s].
+        """
         model = self._model
-        up = after > 0.0
-        now = self.velocity[joint] if up else -self.velocity[joint]
-        place = self.position[joint]
-        left = model.upper[joint] - place if up else place - model.lower[joint]
-        if left > model.margin[joint]:
-            even = 0.95 * model.limits.acceleration[joint]
-            if 2.0 * even * left > (abs(after) + even * 2.0 * LONGEST_STEP) ** 2:
-                return after
-        even = min(
-            model.limits.acceleration[joint] * 0.95, speed * speed / (2.0 * model.margin[joint])
+        bounds = []
+        joints = zip(
+            self.position,
+            self.velocity,
+            speeds,
+            model.lower,
+            model.upper,
+            model.margin,
+            model.limits.acceleration,
+            strict=True,
         )
-        greatest = _stoppable(left, now, even, dt)
-        if abs(after) <= greatest:
-            return after
-        greatest = 0.0 if greatest < _STILL * speed else greatest
-        return greatest if up else -greatest
+        for place, now, speed, lower, upper, margin, acceleration in joints:
+            even = 0.95 * acceleration
+            fastest = max(speed, now, -now) + even * 2.0 * LONGEST_STEP
+            # What an even stop from the greatest speed takes leaves no more to be asked.
+            clear = max(margin, fastest * fastest / (2.0 * even))
+            up, down = upper - place, place - lower
+            least, most = -math.inf, math.inf
+            if up <= clear or down <= clear:
+                even = min(even, speed * speed / (2.0 * margin))
+                still = _STILL * speed
+                if up <= clear:
+                    most = _stoppable(up, now, even, dt)
+                    most = 0.0 if most < still else most
+                if down <= clear:
+                    least = -_stoppable(down, -now, even, dt)
+                    least = 0.0 if least > -still else least
+            bounds.append((least, most, acceleration * _ROUNDING * dt))
+        return bounds
 
     def _released(self, dt: float) -> list[float]:
         """Return the next velocity of the stop."""
         time = stop_time(self._model, self.velocity)
         share = 0.0 if time <= dt * _ROUNDING else 1.0 - dt / time
         scaled = [share * velocity for velocity in self.velocity]
-        return self._next(dt, scaled, self._model.limits.velocity)
+        return self._next(scaled, self._bounds(dt, self._model.limits.velocity))
 
     def _move(self, velocity: list[float], dt: float) -> None:
         half = 0.5 * dt
@@ -197,22 +221,24 @@ class JointMotion:
                 self.scale = scale
                 self.cause = JogCause(JogReason.JOINT_LIMIT, place, bound, joint)
 
-    def _stop_at(self, velocity: Sequence[float], dt: float) -> tuple[list[float], list[float]]:
-        """Return where a tick to a velocity ends, and where a stop from there does."""
-        half = 0.5 * dt
-        stop = 0.5 * (max(LONGEST_STEP, stop_time(self._model, velocity)) + dt)
-        state = list(zip(self.position, self.velocity, velocity, strict=True))
+    def _stop_at(
+        self, velocity: Sequence[float], dt: float
+    ) -> tuple[list[float], list[float], float]:
+        """Return where a tick to a velocity ends, where a stop from there does, and its time."""
+        half, time = 0.5 * dt, stop_time(self._model, velocity)
+        stop = 0.5 * (max(LONGEST_STEP, time) + dt)
+        state = zip(self.position, self.velocity, velocity, strict=True)
         here = [place + half * (before + after) for place, before, after in state]
-        return here, [p + stop * each for p, each in zip(here, velocity, strict=True)]
+        return here, [p + stop * each for p, each in zip(here, velocity, strict=True)], time
 
     def _point_excess(
         self, dt: float, velocity: list[float], limit: float
     ) -> tuple[float, JogCause | None]:
-        here, there = self._stop_at(velocity, dt)
-        return point_excess(self._model, here, there, velocity, limit)
+        here, there, time = self._stop_at(velocity, dt)
+        return point_excess(self._model, here, there, velocity, limit, time)
 
     def _blocked(
-        self, dt: float, asked: list[float], speeds: list[float]
+        self, dt: float, asked: list[float], bounds: Bounds
     ) -> tuple[float, JogCause, list[float]] | None:
         """Return what the neighbourhood of the place where a stop would end leaves of a velocity.
 
@@ -222,18 +248,18 @@ class JointMotion:
         model, guard = self._model, self._model.guard
         if guard is None and not model.watches_posture:
             return None
-        wanted = self._next(dt, asked, speeds)
-        here, there = self._stop_at(wanted, dt)
+        wanted = self._next(asked, bounds)
+        here, there, stop = self._stop_at(wanted, dt)
         found: list[tuple[float, JogCause, list[float]]] = []
         after = None if guard is None else guard.look(there)
         if guard is not None and after is not None:
             before = guard.look(self.position)
-            ahead = guard.ahead(self.position, asked)
-            time = 0.5 * max(LONGEST_STEP, stop_time(model, wanted)) + dt
-            near = guard.nearing(before, after, ahead, time)
+            way = self.position, asked
+            time = 0.5 * max(LONGEST_STEP, stop) + dt
+            near = guard.nearing(before, after, way, time)
             if near is None and guard.in_contact(before):
                 # What parts in the end might first come nearer.
-                near = guard.nearing(before, guard.look(here), ahead, dt)
+                near = guard.nearing(before, guard.look(here), way, dt)
             if near is not None:
                 found.append((*near, wanted))
         if model.watches_posture:

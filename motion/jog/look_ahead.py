@@ -197,11 +197,10 @@ class LookAhead:
                 top = _JOINT_RESERVE * limit / abs(rate)
                 cause = JogCause(JogReason.JOINT_SPEED, abs(rate), limit, joint)
         x, y, z = node.twist[:3].tolist()
-        points = [(JogReason.TOOL_SPEED, math.sqrt(x * x + y * y + z * z))]
-        if model.arm.elbow is not None:
-            speed = model.arm.elbow.speed(node.position, node.rate)
-            points.append((JogReason.ELBOW_SPEED, speed))
-        for reason, speed in points:
+        for reason, speed in (
+            (JogReason.TOOL_SPEED, math.sqrt(x * x + y * y + z * z)),
+            (JogReason.ELBOW_SPEED, model.arm.elbow_speed(node.position, node.rate)),
+        ):
             if speed * top > self._point_speed:
                 top = self._point_speed / speed
                 cause = JogCause(reason, speed, self._point_speed / _POINT_RESERVE)

@@ -85,12 +85,12 @@ def _nearing(model: JogModel, last: WayNode, node: WayNode) -> tuple[float, JogC
     guard = model.guard
     if guard is None or node.distances is None:
         return None
-    ahead = guard.ahead(last.position, last.rate)
-    near = guard.nearing(last.distances, node.distances, ahead, last.length)
+    way = last.position, last.rate
+    near = guard.nearing(last.distances, node.distances, way, last.length)
     if near is None and guard.in_contact(last.distances):
         # What parts in the end might first come nearer.
         middle, _ = last.state(0.5 * last.length)
-        near = guard.nearing(last.distances, guard.look(middle), ahead, 0.5 * last.length)
+        near = guard.nearing(last.distances, guard.look(middle), way, 0.5 * last.length)
     return near
 
 

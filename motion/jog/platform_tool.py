@@ -28,7 +28,6 @@ class PlatformTool:
     Attributes:
         limits: limits of the legs.
         length: radius of the platform's anchor circle [m].
-        elbow: None.
         rigid: False: a leg by itself moves the platform about no axis.
     """
 
@@ -43,7 +42,6 @@ class PlatformTool:
         self._legs, self._workspace = kinematics.legs, kinematics.workspace
         self.limits = kinematics.limits
         self.length = kinematics.size
-        self.elbow = None
         self.rigid = False
         self._tcp = Pose.identity() if tcp is None else tcp
         self._found: list[tuple[list[float], Pose, Array]] = []
@@ -70,12 +68,18 @@ class PlatformTool:
         """Return None: a platform has all six directions."""
         return None
 
-    def tool_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
-        """Return the speed of the tool centre point."""
+    def point_speeds(
+        self, position: Sequence[float], velocity: Sequence[float]
+    ) -> tuple[float, float]:
+        """Return the speed of the tool centre point, and 0 for the elbow that there is not."""
         pose, jacobian = self._assembly(position)
         twist = np.linalg.solve(jacobian, np.array(velocity))
         arm = pose.rotation @ self._tcp.position
-        return math.hypot(*(twist[:3] + np.cross(twist[3:], arm)).tolist())
+        return math.hypot(*(twist[:3] + np.cross(twist[3:], arm)).tolist()), 0.0
+
+    def elbow_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
+        """Return 0: a platform has no elbow."""
+        return 0.0
 
     def posture(self, position: Sequence[float]) -> Posture | None:
         """Return the use of the workspace, or of an anchor's cone if that is greater."""

@@ -20,12 +20,18 @@ from .model import JogModel
 from .reasons import JogCause, JogReason
 
 _RESERVE = 0.998  # of the limit, for what a speed changes within a tick
+_REASONS = (JogReason.TOOL_SPEED, JogReason.ELBOW_SPEED)
 _LAMBDAS = (0.9, 0.75, 0.577, 0.4)
 _GROWTH = 1.5  # of S' over S, up to which the greatest is S
 
 
 def point_excess(
-    model: JogModel, here: list[float], there: list[float], velocity: list[float], limit: float
+    model: JogModel,
+    here: list[float],
+    there: list[float],
+    velocity: list[float],
+    limit: float,
+    time: float,
 ) -> tuple[float, JogCause | None]:
     """Return how much faster than allowed a point gets, 1 being just allowed, and which.
 
@@ -35,21 +41,16 @@ def point_excess(
         there: (n,) where a stop from there ends.
         velocity: (n,) at the end of the tick [rad/s or m/s].
         limit: greatest speed of tool centre point and elbow [m/s].
+        time: `stop_time` of the velocity [s].
     """
-    arm, elbow = model.arm, model.arm.elbow
     # One joint alone leads every point on a circle about its axis, always as fast.
-    steady = arm.rigid and sum(1 for each in velocity if each) == 1
-    now = arm.tool_speed(here, velocity)
-    then = now if steady else _tool_speed(model, there, velocity, now)
-    points = [(JogReason.TOOL_SPEED, now, then)]
-    if elbow is not None:
-        now = elbow.speed(here, velocity)
-        then = now if steady else elbow.speed(there, velocity)
-        points.append((JogReason.ELBOW_SPEED, now, then))
-    for others in _without_ending(model, here, velocity):
-        points.append((JogReason.TOOL_SPEED, arm.tool_speed(here, others), 0.0))
-        if elbow is not None:
-            points.append((JogReason.ELBOW_SPEED, elbow.speed(here, others), 0.0))
+    steady = model.arm.rigid and sum(1 for each in velocity if each) == 1
+    begin = model.arm.point_speeds(here, velocity)
+    end = begin if steady else _at_rest(model, there, velocity, begin)
+    points = list(zip(_REASONS, begin, end, strict=True))
+    for others in _without_ending(model, here, velocity, time):
+        without = model.arm.point_speeds(here, others)
+        points += zip(_REASONS, without, (0.0, 0.0), strict=True)
     worst, found = 0.0, None
     for reason, now, then in points:
         greatest = now
@@ -67,24 +68,28 @@ def stop_time(model: JogModel, velocity: Sequence[float]) -> float:
     """Return the least time [s] in which all joints can stop together from a (n,) velocity."""
     time = 0.0
     for each, acceleration in zip(velocity, model.limits.acceleration, strict=True):
-        time = max(time, abs(each) / acceleration)
+        needed = (each if each > 0.0 else -each) / acceleration
+        if needed > time:
+            time = needed
     return time
 
 
 def _without_ending(
-    model: JogModel, place: list[float], velocity: list[float]
+    model: JogModel, place: list[float], velocity: list[float], time: float
 ) -> list[list[float]]:
     """Return the velocity without the joints whose range ends before a stop would.
 
     They brake by themselves, and what they took from the speed of a point is then missing. The
     speed is convex in theirs, so it is greatest with or without them.
     """
-    time = stop_time(model, velocity)
     ending = []
-    for joint, each in enumerate(velocity):
-        up, down = model.upper[joint] - place[joint], place[joint] - model.lower[joint]
-        left = up if each > 0.0 else down
-        if each != 0.0 and left < abs(each) * time + model.margin[joint]:
+    joints = zip(velocity, place, model.lower, model.upper, model.margin, strict=True)
+    for joint, (each, here, lower, upper, margin) in enumerate(joints):
+        if each > 0.0:
+            ends = upper - here < each * time + margin
+        else:
+            ends = each < 0.0 and here - lower < margin - each * time
+        if ends:
             ending.append(joint)
     if not ending or sum(1 for each in velocity if each) == 1:
         return []
@@ -94,10 +99,14 @@ def _without_ending(
     ]
 
 
-def _tool_speed(
-    model: JogModel, place: Sequence[float], velocity: Sequence[float], otherwise: float
-) -> float:
+def _at_rest(
+    model: JogModel,
+    place: Sequence[float],
+    velocity: Sequence[float],
+    otherwise: tuple[float, float],
+) -> tuple[float, float]:
+    """Return S' of both points; what it is otherwise, where a platform cannot stand there."""
     try:
-        return model.arm.tool_speed(place, velocity)
+        return model.arm.point_speeds(place, velocity)
     except NoAssembly:
         return otherwise

@@ -28,7 +28,6 @@ from ..reduced_task import kept_direction
 from ..singularity import SingularityKind, dexterity
 from ..tool_speed import elbow_link
 from .arm import Footing, Posture
-from .elbow import LinkPoint
 from .reasons import JogCause, JogReason, Retreat
 
 _ITERATIONS = 8
@@ -47,7 +46,6 @@ class SerialTool:
     Attributes:
         limits: limits of the joints.
         length: half the arm's size [m].
-        elbow: the elbow, None for an arm that has none.
         rigid: whether no joint depends on another.
     """
 
@@ -62,11 +60,15 @@ class SerialTool:
         self.limits = kinematics.limits
         self.length = kinematics.size / 2.0
         link = elbow_link(kinematics)
-        self.elbow = None if link is None else LinkPoint(kinematics.robot, link)
+        self._elbow = [] if link is None else [kinematics.link_point(link)]
         gain, offset = model_map(kinematics.robot)
         self.rigid = bool(np.array_equal(gain, np.eye(kinematics.dof)) and not offset.any())
         self._offset = None if tcp is None or not tcp.position.any() else tcp.position
         self._turn = None if tcp is None else tcp.rotation
+        tool = kinematics.link_point(
+            offset=(0.0, 0.0, 0.0) if tcp is None else tcp.position.tolist()
+        )
+        self._points = [tool, *self._elbow]
         self._kept = kept_direction(kinematics)
         self._task = None if self._kept is None else _kept_task(self._kept.in_base)
         rows = _TASK_AXES if self._task is None else len(self._task)
@@ -129,15 +131,20 @@ class SerialTool:
             return None
         return JogCause(JogReason.DIRECTION, across, 0.0)
 
-    def tool_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
-        """Return the speed of the tool centre point."""
-        rotation, _, jacobian = self._kinematics.linearise(np.array(position))
-        twist = jacobian @ np.array(velocity)
-        x, y, z, a, b, c = twist.tolist()
-        if self._offset is not None:
-            u, v, w = (rotation @ self._offset).tolist()
-            x, y, z = x + b * w - c * v, y + c * u - a * w, z + a * v - b * u
-        return math.sqrt(x * x + y * y + z * z)
+    def point_speeds(
+        self, position: Sequence[float], velocity: Sequence[float]
+    ) -> tuple[float, float]:
+        """Return the speeds of tool centre point and elbow."""
+        joints, rates = np.array(position), np.array(velocity)
+        tool, *elbow = self._kinematics.point_speeds(joints, rates, self._points)
+        return tool, elbow[0] if elbow else 0.0
+
+    def elbow_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
+        """Return the speed of the elbow; 0 of an arm that has none."""
+        if not self._elbow:
+            return 0.0
+        joints, rates = np.array(position), np.array(velocity)
+        return self._kinematics.point_speeds(joints, rates, self._elbow)[0]
 
     def posture(self, position: Sequence[float]) -> Posture | None:
         """Return None: a chain of joints has the limits of its joints only."""

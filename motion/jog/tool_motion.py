@@ -20,8 +20,8 @@ from .tick_bounds import is_even, speed_bounds
 from .tool_path import JogTwist, ToolPath
 from .way_node import WayNode
 
-_CHUNK = 3  # cells that are looked ahead at a time
-_MOST_CHUNKS = 2  # in one tick
+_CHUNK = 1  # cells that are looked ahead at a time
+_MOST_CHUNKS = 6  # in one tick
 _WAY_OUT = 16  # cells within which a way leads out of a singularity
 _FORGET = 32  # places behind
 _CORRECTIONS = 24
@@ -148,7 +148,7 @@ class ToolMotion:
                 even = is_even(
                     self._model.limits, (self.position, before), (position, velocity), dt
                 )
-                too_fast = self._elbow_excess(position, velocity)
+                too_fast = self._model.arm.elbow_speed(position, velocity) / self.point_speed
                 if even and (too_fast <= 1.0 or speed <= least + 2.0 * inside):
                     self._sigma, self._index, self.speed = sigma, index, speed
                     self.position, self.velocity = position, velocity
@@ -278,10 +278,6 @@ class ToolMotion:
         while index + 2 < len(nodes) and nodes[index + 1].sigma <= sigma:
             index += 1
         return index
-
-    def _elbow_excess(self, position: list[float], velocity: list[float]) -> float:
-        elbow = self._model.arm.elbow
-        return 0.0 if elbow is None else elbow.speed(position, velocity) / self.point_speed
 
     def _twist_here(self) -> Array:
         """Return the (6,) direction of the tool by σ, in the base frame."""

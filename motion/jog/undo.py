@@ -1,9 +1,10 @@
 """The way of the last jog, kept so that it can be gone back.
 
 Owns what is kept: joint positions thinned so that the straight pieces between them are nowhere
-farther from a set-point than a tolerance, by the longest piece that still fits (an opening window,
-as of Douglas & Peucker in a stream). When there are too many, the tolerance doubles and what is
-kept is thinned again, so memory is bounded and the error is stated. Knows no motion.
+farther from a set-point than a tolerance. Set-points are collected and thinned by the block (the
+rule of Ramer, Douglas and Peucker), so noting one costs next to nothing. When there are too many,
+the tolerance doubles and what is kept is thinned again, so memory is bounded and the error is
+stated. Knows no motion.
 """
 
 from __future__ import annotations
@@ -11,7 +12,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
+import numpy as np
+
 from ..errors import BadArgument
+from ..pose import Array
 
 Position: TypeAlias = tuple[float, ...]
 
@@ -20,8 +24,8 @@ TOLERANCE = 1e-3
 
 MOST_POINTS = 512
 
-_MOST_PENDING = 16
-"""Set-points in a piece: each is looked at again for every one that follows."""
+BLOCK = 64
+"""Set-points that are thinned together; the last of each block is kept."""
 
 
 class JogWay:
@@ -47,39 +51,33 @@ class JogWay:
         if not tolerance > 0.0:
             raise BadArgument("tolerance", tolerance, "more than 0")
         self.tolerance = tolerance
-        self._units = tuple(units)
+        self._units = np.array(units)
         self._kept: list[Position] = [tuple(start)]
         self._pending: list[Position] = []
 
     def add(self, position: Sequence[float]) -> None:
         """Note a set-point."""
         place = tuple(position)
-        last = self._pending[-1] if self._pending else self._kept[-1]
-        if place == last:
+        if place == (self._pending[-1] if self._pending else self._kept[-1]):
             return
-        fits = self._fits(self._kept[-1], self._pending, place)
-        if not fits or len(self._pending) >= _MOST_PENDING:
-            self._keep(last)
         self._pending.append(place)
+        if len(self._pending) >= BLOCK:
+            self._kept = self.waypoints()
+            self._pending = []
+            if len(self._kept) > MOST_POINTS:
+                self._coarsen()
 
     def waypoints(self) -> list[Position]:
         """Return the way from its start to its end; a single point where nothing moved."""
-        return [*self._kept, *self._pending[-1:]]
+        return self._kept[:-1] + self._thinned([self._kept[-1], *self._pending], self.tolerance)
 
     def way_back(self) -> list[Position]:
         """Return the way from its end to its start."""
         return self.waypoints()[::-1]
 
-    def _keep(self, place: Position) -> None:
-        self._kept.append(place)
-        self._pending = []
-        if len(self._kept) <= MOST_POINTS:
-            return
+    def _coarsen(self) -> None:
         # The second thinning is of points that are off by the first already: errors add up.
-        coarser = JogWay(self._kept[0], self._units, self.tolerance)
-        for each in self._kept[1:]:
-            coarser.add(each)
-        kept = coarser.waypoints()
+        kept = self._thinned(self._kept, self.tolerance)
         self.tolerance *= 2.0
         self._kept = kept if len(kept) <= MOST_POINTS // 2 else self._every_second(kept)
 
@@ -87,18 +85,38 @@ class JogWay:
         """Drop every second point of a way that no tolerance makes shorter, and say how far off."""
         thinned = [*kept[:-1:2], kept[-1]]
         triples = zip(kept[::2], kept[1::2], kept[2::2], strict=False)
-        self.tolerance += max(self._distance(*triple) for triple in triples)
+        self.tolerance += max(float(self._distances(np.array(each))[0]) for each in triples)
         return thinned
 
-    def _fits(self, start: Position, between: Sequence[Position], end: Position) -> bool:
-        return all(self._distance(start, each, end) <= self.tolerance for each in between)
+    def _thinned(self, way: list[Position], tolerance: float) -> list[Position]:
+        """Return the first and last point, and what is needed of the rest.
 
-    def _distance(self, start: Position, place: Position, end: Position) -> float:
-        """Return the greatest distance of a joint from the nearest place of a straight piece."""
-        square = along = 0.0
-        for a, p, b, unit in zip(start, place, end, self._units, strict=True):
-            square += ((b - a) / unit) ** 2
-            along += ((b - a) / unit) * ((p - a) / unit)
-        share = min(max(along / square, 0.0), 1.0) if square > 0.0 else 0.0
-        joints = zip(start, place, end, self._units, strict=True)
-        return max(abs(p - a - share * (b - a)) / unit for a, p, b, unit in joints)
+        A stretch is one straight piece where all its points are within the tolerance of it, else
+        it is parted at the one that is farthest.
+        """
+        points = np.array(way)
+        kept = {0, len(way) - 1}
+        stretches = [(0, len(way) - 1)]
+        while stretches:
+            first, last = stretches.pop()
+            if last - first < 2:
+                continue
+            distances = self._distances(points[first : last + 1])
+            farthest = int(distances.argmax())
+            if distances[farthest] > tolerance:
+                middle = first + 1 + farthest
+                kept.add(middle)
+                stretches += [(first, middle), (middle, last)]
+        return [way[index] for index in sorted(kept)]
+
+    def _distances(self, stretch: Array) -> Array:
+        """Return how far each inner point of an (m, n) stretch is from its straight piece, (m-2,).
+
+        The greatest distance of a joint from the nearest place of the piece.
+        """
+        ways = (stretch[1:] - stretch[0]) / self._units
+        line = ways[-1]
+        square = float(line @ line)
+        shares = np.clip(ways[:-1] @ line / square, 0.0, 1.0) if square else np.zeros(len(ways) - 1)
+        distances: Array = np.abs(ways[:-1] - shares[:, np.newaxis] * line).max(axis=1)
+        return distances

@@ -18,6 +18,7 @@ from typing import TypeAlias
 
 from ..pose import Array
 from .arm import Posture
+from .collision_guard import Distances
 from .reasons import JogCause
 
 Inequality: TypeAlias = tuple[float, float, float]
@@ -55,7 +56,7 @@ class WayNode:
     twist: Array
     condition: float
     posture: Posture | None = None
-    distances: Array | None = None
+    distances: Distances | None = None
     top: float = 0.0
     cause: JogCause | None = None
     reach: float = 0.0

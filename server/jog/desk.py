@@ -8,6 +8,7 @@ press dies is `press`' rule, whether a jog may start is the cell's, and the math
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from openpendant.motion.errors import MotionError
@@ -71,7 +72,8 @@ class JogDesk:
         self._settings = settings
         self._model = model
         self._presses = PressCounter()
-        self._last_way: tuple[JointVector, ...] = ()
+        self._way_back: Callable[[], tuple[JointVector, ...]] | None = None
+        self._last_undone = 0  # the latest motion, by its count, that an undo takes back
 
     # Presses.
 
@@ -90,7 +92,7 @@ class JogDesk:
         target = self._target(message)
         if isinstance(target, Refusal):
             return target
-        running = self._cell.driven_jog
+        running = self._cell.motions.driven_jog
         if running is not None and running.press.session != session:
             running = None
         refusal = self._cell.check(session, now, MotionKind.JOG, steered=running is not None)
@@ -100,11 +102,13 @@ class JogDesk:
             return Refusal(VerdictCode.BAD_ARGUMENT, "the speed override is 0; raise it first")
         request = Request(session, message.request_id)
         if running is not None:
-            return self._cell.take_over_jog(request, running, target, press, now)
+            return self._cell.motions.take_over_jog(request, running, target, press, now)
         self._cell.authority.beat(session, now)
         start = self._cell.standing_at
         rows = JogRows(self._model.begin(start, self._caps()), start, target, press)
-        return self._cell.jog(request, rows, self._settings.lead, now)
+        self._way_back = rows.way_back
+        self._last_undone = self._cell.motions.started + 1
+        return self._cell.motions.jog(request, rows, self._settings.lead, now)
 
     def _caps(self) -> JogCaps:
         modes = self._cell.modes
@@ -135,7 +139,7 @@ class JogDesk:
 
     def beat(self, session: int, press: int, beat: int, now: int) -> None:
         """Take a beat; it keeps the authority as well."""
-        jog = self._cell.driven_jog
+        jog = self._cell.motions.driven_jog
         if jog is not None:
             jog.press.take_beat(session, press, beat, now)
         self._cell.authority.beat(session, now)
@@ -146,7 +150,7 @@ class JogDesk:
         Returns:
             Why there is nothing to release.
         """
-        jog = self._cell.driven_jog
+        jog = self._cell.motions.driven_jog
         if jog is None or (jog.press.session, jog.press.number) != (session, press):
             return Refusal(VerdictCode.NOTHING_TO_CONTROL, f"press {press} is not held")
         jog.release(JogEnd.RELEASED, now)
@@ -156,18 +160,9 @@ class JogDesk:
         """Forget a connection; that the robot stops is the authority's business."""
         self._presses.forget(session)
 
-    def tick(self, now: int) -> None:
-        """End a press whose beats stayed away; let changed caps rule."""
-        jog = self._cell.driven_jog
-        if jog is None:
-            return
-        if jog.press.ended is None and jog.press.is_overdue(now):
-            jog.release(JogEnd.SILENT, now)
-        self._last_way = tuple(jog.way)
-
     def respeed(self, now: int) -> None:
         """Let the override and caps of now rule the jog that is driven; 0 brings it to rest."""
-        jog = self._cell.driven_jog
+        jog = self._cell.motions.driven_jog
         if jog is None:
             return
         if self._cell.modes.override:
@@ -198,13 +193,14 @@ class JogDesk:
             except MotionError as error:
                 return refusal_of(error)
             job: MotionJob = PoseJob(
-                self._cell.new_job_id(),
+                self._cell.motions.new_job_id(),
                 start,
                 (goal,),
                 "base",
                 Motion.LIN,
                 message.speed * self._settings.joint_speed,
                 tool_speed=self._point_speed(),
+                tool=self._model.tool_in_flange,
             )
         else:
             target = self._cell.slots.position([a + b for a, b in zip(start, values, strict=True)])
@@ -212,8 +208,9 @@ class JogDesk:
                 return target
             job = self._joint_job((target,), message.speed)
         self._cell.authority.beat(session, now)
-        self._last_way = (start,)
-        return self._cell.ask(Request(session, message.request_id), job, MotionKind.JOG)
+        self._way_back = lambda: (start,)
+        self._last_undone = self._cell.motions.started + 1
+        return self._cell.motions.ask(Request(session, message.request_id), job, MotionKind.JOG)
 
     def undo(self, session: int, message: JogUndo, now: int) -> Refusal | list[Outgoing]:
         """Move back along the way of the last jog; a second undo has nothing to take back.
@@ -224,21 +221,22 @@ class JogDesk:
         refusal = self._cell.check(session, now, MotionKind.JOG) or speed_fault(message.speed)
         if refusal is not None:
             return refusal
-        if not self._last_way:
+        # After any other motion the robot is no longer where that way ended.
+        if self._way_back is None or self._cell.motions.started > self._last_undone:
             return Refusal(VerdictCode.NO_JOG_TO_UNDO)
-        waypoints = self._model.way_back(self._last_way)
-        self._last_way = ()
+        waypoints, self._way_back = self._way_back(), None
         self._cell.authority.beat(session, now)
         job = self._joint_job(waypoints, message.speed)
-        return self._cell.ask(Request(session, message.request_id), job, MotionKind.JOG)
+        return self._cell.motions.ask(Request(session, message.request_id), job, MotionKind.JOG)
 
     def _joint_job(self, waypoints: tuple[JointVector, ...], speed: float) -> JointPathJob:
         return JointPathJob(
-            self._cell.new_job_id(),
+            self._cell.motions.new_job_id(),
             self._cell.standing_at,
             waypoints,
             speed * self._settings.joint_speed,
             tool_speed=self._point_speed(),
+            tool=self._model.tool_in_flange,
         )
 
     def _point_speed(self) -> float:

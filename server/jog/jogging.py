@@ -23,8 +23,6 @@ if TYPE_CHECKING:
 JOG_PERIOD = 0.01
 """Time between two set-points of a jog [s]."""
 
-_LONGEST_WAY = 6_000
-
 
 class JogRows:
     """The set-points of a jog, made one by one.
@@ -33,7 +31,7 @@ class JogRows:
         last: the set-point that was taken last.
         press: the press that drives it now.
         step: the last step of the mathematics, with scale and reason; None before the first.
-        way: the (n,) positions passed, for the undo.
+        start: (n,) where it began [rad or m].
     """
 
     def __init__(
@@ -44,7 +42,7 @@ class JogRows:
         self.last = Row(0.0, list(start), rest, rest)
         self.press = press
         self.step: JogStep | None = None
-        self.way: list[tuple[float, ...]] = [tuple(start)]
+        self.start = tuple(start)
         self._jogger = jogger
         self._taken = 0
         self._released_at: Row | None = None
@@ -66,9 +64,12 @@ class JogRows:
         step = self._jogger.step(JOG_PERIOD)
         self.step = step
         self.last = Row(time, list(step.position), list(step.velocity), list(step.acceleration))
-        if len(self.way) < _LONGEST_WAY:
-            self.way.append(tuple(step.position))
         return self.last
+
+    def way_back(self) -> tuple[tuple[float, ...], ...]:
+        """Return the waypoints from where it is now back to where it began, the start last."""
+        here, *back = self._jogger.way.way_back()
+        return tuple(back) or (here,)
 
     def aim(self, target: JogTarget, press: Press) -> None:
         """Let a new press take over, smoothly; the old one is dead."""

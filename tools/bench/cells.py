@@ -1,5 +1,7 @@
 """A room in one server process: 30 robots that all jog, each with a pendant that listens at 100 Hz.
 
+Half of the pendants jog all joints at once, a quarter the tool along the base, a quarter along its
+own axis; each sample says so, and is none unless nine tenths of the state messages show motion.
 The emulated controllers are two other processes, the pendants a third. The idle control is a 100 Hz
 timer of this process, which does nothing else meanwhile: what the machine does to it, it does to
 the server as well.
@@ -53,7 +55,7 @@ def _room(figure: str) -> Iterator[Sides]:
         def subject() -> float:
             nonlocal idle
             account, idle = observed(server, cells, WINDOW)
-            if account["jogging"] < 90.0:
+            if account["jogging"] < 90.0 or account["moving"] < 90.0:
                 raise RuntimeError(f"the robots did not jog: {account}")
             print(f"  {account}", file=sys.stderr)
             return float(account[figure])

@@ -13,7 +13,9 @@ import os
 import sys
 from collections import Counter
 from dataclasses import dataclass
+from enum import Enum
 from functools import partial
+from itertools import cycle
 from pathlib import Path
 
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Message, Role, joint_array
@@ -52,24 +54,42 @@ _SETTLE = 2.0
 """Until all have taken control and jog [s]."""
 
 
+class Key(Enum):
+    """What a pendant jogs: half of them joints, half the tool."""
+
+    JOINTS = "all joints"
+    BASE = "tool along z of the base"
+    TOOL = "tool along its own z"
+
+
+KEYS = (Key.JOINTS, Key.BASE, Key.JOINTS, Key.TOOL)
+"""Of the pendants in turn."""
+
+_MOVES = 1e-4
+"""A joint faster than this moves [rad/s or m/s]."""
+
+
 class JoggingPendant(asyncio.Protocol):
     """One pendant: listens at 100 Hz and holds a key.
 
     Attributes:
+        key: what it jogs.
         ticks: times of the ticks that it was told of [ns].
         jogging: state messages that told of a jog.
+        moving: state messages in which the robot moved.
         dropped: state messages that it was too slow for.
         ended: how often a jog was refused or ended for each reason.
     """
 
-    def __init__(self, cell: str, is_tool: bool) -> None:
-        """Make a pendant of a cell that jogs the tool or the joints."""
+    def __init__(self, cell: str, key: Key) -> None:
+        """Make a pendant of a cell."""
+        self.key = key
         self.ticks: list[int] = []
         self.jogging = 0
+        self.moving = 0
         self.dropped = 0
         self.ended: Counter[str] = Counter()
         self._cell = cell
-        self._is_tool = is_tool
         self._wire = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
         self._dof = 0
         self._state: State | None = None
@@ -93,6 +113,7 @@ class JoggingPendant(asyncio.Protocol):
                     self._state = message
                     self.ticks.append(message.time_s * 1_000_000_000 + message.time_ns)
                     self.jogging += message.activity == Activity.JOGGING
+                    self.moving += any(abs(speed) > _MOVES for speed in message.velocities)
                     self.dropped = message.dropped
                 case HelloReply():
                     self._dof = message.dof
@@ -112,7 +133,7 @@ class JoggingPendant(asyncio.Protocol):
     def forget(self) -> None:
         """Begin the account anew."""
         self.ticks.clear()
-        self.jogging = 0
+        self.jogging = self.moving = 0
         self.ended.clear()
 
     def beat(self) -> None:
@@ -130,10 +151,11 @@ class JoggingPendant(asyncio.Protocol):
 
     def _start(self, state: State) -> JogStart:
         rate = 0.3 if self._press % 2 else -0.3
-        if self._is_tool:
-            space, frame, values = JogSpace.TOOL, "base", [0.0, 0.0, -rate, 0.0, 0.0, 0.0]
-        else:
+        if self.key is Key.JOINTS:
             space, frame, values = JogSpace.JOINTS, "", [rate] * self._dof
+        else:
+            frame = "tool" if self.key is Key.TOOL else "base"
+            space, values = JogSpace.TOOL, [0.0, 0.0, -rate, 0.0, 0.0, 0.0]
         return JogStart(
             1 + self._press,
             self._press,
@@ -156,6 +178,8 @@ class Account:
         late_most: the latest [ms].
         cpu: share of one processor that the server took, percent.
         jogging: share of the state messages that told of a jog, percent.
+        moving: share of the state messages in which the robot moved, percent.
+        keys: how many pendants jogged what.
         dropped: state messages that a pendant was too slow for.
         ended: how often a jog was refused or ended for each reason.
     """
@@ -165,6 +189,8 @@ class Account:
     late_most: float
     cpu: float
     jogging: float
+    moving: float
+    keys: dict[str, int]
     dropped: int
     ended: dict[str, int]
 
@@ -199,7 +225,7 @@ def _processor_time(pid: int) -> float:
 
 async def _run(port: int, pid: int, seconds: float, cells: list[str]) -> Account:
     loop = asyncio.get_running_loop()
-    pendants = [JoggingPendant(cell, bool(number % 2)) for number, cell in enumerate(cells)]
+    pendants = [JoggingPendant(*pair) for pair in zip(cells, cycle(KEYS), strict=False)]
     for pendant in pendants:
         await loop.create_connection(partial(_same, pendant), "127.0.0.1", port)
     keys = [loop.create_task(_hold(pendant, at)) for at, pendant in enumerate(pendants)]
@@ -223,6 +249,8 @@ async def _run(port: int, pid: int, seconds: float, cells: list[str]) -> Account
         late[-1] / 1e6,
         100 * cpu,
         100 * sum(pendant.jogging for pendant in pendants) / heard,
+        100 * sum(pendant.moving for pendant in pendants) / heard,
+        dict(Counter(pendant.key.value for pendant in pendants)),
         sum(pendant.dropped for pendant in pendants),
         dict(ended),
     )

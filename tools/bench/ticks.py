@@ -52,7 +52,7 @@ class _Sink:
         self.session = 0
         self.taken = 0
         self.wire = Connection(Role.SERVER, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
-        app.admit(self)  # type: ignore[arg-type]  # stands in for a socket's shell
+        app.clients.admit(self)  # type: ignore[arg-type]  # stands in for a socket's shell
 
     def is_clogged(self) -> bool:
         return False
@@ -109,7 +109,7 @@ def _app(listeners: int) -> App:
         hello = Hello(
             protocol_version=PROTOCOL_VERSION, state_rate=100.0, cell="", client="benchmark"
         )
-        app.receive(sink.session, hello, 0)
+        app.clients.receive(sink.session, hello, 0)
     return app
 
 

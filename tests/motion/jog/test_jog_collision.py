@@ -9,8 +9,19 @@ from jogged_robots import FAST, UR5_BENT, robot
 from planning_scenes import free_position, random_tasks
 
 from openpendant.motion.collision import CollisionModel
-from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogReason, JointJog, ToolJog
-from openpendant.motion.jog.collision_guard import CLEAR, CollisionGuard
+from openpendant.motion.jog import (
+    JogCaps,
+    JogCause,
+    Jogger,
+    JogModel,
+    JogReason,
+    JointJog,
+    ToolJog,
+)
+from openpendant.motion.jog.arm import Posture
+from openpendant.motion.jog.collision_guard import CLEAR, NEAR, CollisionGuard
+from openpendant.motion.jog.nearness import HALT_CONDITION, scales
+from openpendant.motion.jog.way_node import WayNode
 from openpendant.motion.kinematics import Array, Kinematics
 from openpendant.motion.mechanism import SerialMechanism, mechanism
 from openpendant.motion.pose import Pose
@@ -136,6 +147,42 @@ def _press(watched: Referee, random: np.random.Generator, presses: int, ticks: i
         else:
             rates = random.uniform(-1.0, 1.0, 3)
             watched.run(ToolJog(tuple(rates / np.abs(rates).max())), ticks)
+
+
+@pytest.mark.parametrize("name", ["ur5", "abb_irb2400", "kuka_iiwa14", "abb_irb4400l30"])
+def test_promise_16_no_near_pair_is_overlooked_on_a_walk(name: str) -> None:
+    found = robot(name)
+    assert isinstance(found, SerialMechanism)
+    collision, random = CollisionModel(found.kinematics), np.random.default_rng(3)
+    guard = CollisionGuard(CollisionModel(found.kinematics))
+    place, near = np.array(found.kinematics.robot.home_position), 0
+    for _ in range(40):
+        direction = random.uniform(-0.05, 0.05, len(place))
+        for _ in range(25):
+            place = np.clip(place + direction, found.kinematics.lower, found.kinematics.upper)
+            told = guard.look(place.tolist()) or {}
+            true = collision.clearances(place)
+            for pair in np.flatnonzero(true <= NEAR).tolist():
+                assert told[pair] == pytest.approx(true[pair], abs=1e-6)
+                near += 1
+    assert near > 100
+
+
+def test_a_way_begins_near_bodies_without_a_place_before() -> None:
+    collision = block_below(0.01)
+    model = JogModel(collision.kinematics, None, collision)
+    distances = CollisionGuard(collision).look(UR5_BENT)
+    assert distances is not None
+    beyond = Posture(2.0, JogCause(JogReason.WORKSPACE, 2.0, 1.0))
+    first = WayNode(0.0, UR5_BENT, [0.0] * 6, np.zeros(6), HALT_CONDITION)
+    first.posture, first.distances = beyond, distances
+    assert scales(model, None, first) == []
+    after = WayNode(0.1, UR5_BENT, [0.0] * 6, np.zeros(6), HALT_CONDITION)
+    after.posture = beyond
+    assert [cause.reason for _, cause in scales(model, first, after)] == []
+    jogger = Jogger(model, UR5_BENT, JogCaps())
+    jogger.aim(DOWN)
+    assert jogger.step(0.01).position != UR5_BENT
 
 
 def test_far_from_everything_nothing_is_computed() -> None:

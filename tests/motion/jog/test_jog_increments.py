@@ -16,10 +16,10 @@ from openpendant.motion.jog.increments import (
     checked_step,
     joint_step,
     shifted,
-    turned_about_axis,
+    turned,
     with_rpy_changed,
 )
-from openpendant.motion.orientation import Axis, roll_pitch_yaw
+from openpendant.motion.orientation import roll_pitch_yaw
 from openpendant.motion.pose import Pose
 
 angles = st.floats(-1.2, 1.2)
@@ -75,15 +75,22 @@ def test_a_shift_is_along_the_frames_axes(
         assert moved.rotation_distance(pose) < 1e-12
 
 
-@given(poses, poses, st.sampled_from(Axis), st.floats(-0.5, 0.5))
-def test_a_turn_is_about_the_frames_axis_and_stays_in_place(
-    pose: Pose, frame: Pose, axis: Axis, angle: float
+@given(poses, poses, st.tuples(*[st.floats(-0.5, 0.5)] * 3))
+def test_a_turn_is_about_an_axis_of_the_frame_and_stays_in_place(
+    pose: Pose, frame: Pose, turn: tuple[float, float, float]
 ) -> None:
-    turned = turned_about_axis(pose, axis, angle, frame)
-    assert turned.position_distance(pose) == 0.0
-    assert turned.rotation_distance(pose) == pytest.approx(abs(angle), abs=1e-9)
-    direction = frame.rotation[:, axis]
-    assert np.abs(pose.rotation.T @ direction - turned.rotation.T @ direction).max() < 1e-9
+    angle = math.hypot(*turn)
+    for axes in (None, frame, pose):
+        after = turned(pose, turn, axes)
+        assert after.position_distance(pose) == 0.0
+        assert after.rotation_distance(pose) == pytest.approx(angle, abs=1e-9)
+        direction = np.array(turn) if axes is None else axes.rotation @ turn
+        assert np.abs(pose.rotation.T @ direction - after.rotation.T @ direction).max() < 1e-9
+
+
+def test_a_turn_is_right_handed() -> None:
+    after = turned(Pose.identity(), (0.0, 0.0, 0.1))
+    assert after.rotation[1, 0] == pytest.approx(math.sin(0.1))
 
 
 @given(poses, poses, st.tuples(*[st.floats(-0.2, 0.2)] * 3))
@@ -100,7 +107,7 @@ def test_values_of_roll_pitch_and_yaw_change_by_the_amounts(
 
 def test_the_two_things_called_a_are_not_one() -> None:
     pose = Pose.from_rpy((0.1, 0.2, 0.3), (0.3, 0.5, 0.7))
-    by_axis = turned_about_axis(pose, Axis.X, 0.1)
+    by_axis = turned(pose, (0.1, 0.0, 0.0))
     by_value = with_rpy_changed(pose, (0.1, 0.0, 0.0))
     assert by_axis.rotation_distance(by_value) > 0.01
 

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from jogged_robots import model, random_place, robot
 
-from openpendant.motion.jog.elbow import LinkPoint
 from openpendant.motion.jog.tool_path import JogTwist, ToolPath, turned
 from openpendant.motion.jog.way_node import WayNode, slowed, sped_up
 from openpendant.motion.mechanism import SerialMechanism
 from openpendant.motion.orientation import rotation_of_vector
 from openpendant.motion.robot import robot_names
+from openpendant.motion.tool_speed import elbow_link
 
 SERIAL = [name for name in robot_names() if isinstance(robot(name), SerialMechanism)]
 
@@ -24,8 +24,9 @@ def test_the_speeds_of_elbow_and_tool_are_those_of_differences(name: str) -> Non
     assert isinstance(found, SerialMechanism)
     random = np.random.default_rng(5)
     arm = model(name).arm
+    elbow = elbow_link(found.kinematics)
     for link in found.kinematics.robot.links:
-        point = LinkPoint(found.kinematics.robot, link)
+        point = found.kinematics.link_point(link)
         place = np.array(random_place(name, random))
         velocity = random.uniform(-1.0, 1.0, len(place))
         ahead, behind = (
@@ -33,8 +34,13 @@ def test_the_speeds_of_elbow_and_tool_are_those_of_differences(name: str) -> Non
             for sign in (1.0, -1.0)
         )
         speed = math.dist(ahead, behind) / 2e-6
-        assert point.speed(place.tolist(), velocity.tolist()) == pytest.approx(speed, abs=1e-7)
-    assert arm.tool_speed(place.tolist(), velocity.tolist()) == pytest.approx(speed, abs=1e-7)
+        (told,) = found.kinematics.point_speeds(place, velocity, [point])
+        assert told == pytest.approx(speed, abs=1e-7)
+        if link == elbow:
+            assert arm.elbow_speed(place.tolist(), velocity.tolist()) == told
+            assert arm.point_speeds(place.tolist(), velocity.tolist())[1] == told
+    # The last of the links is the tool's.
+    assert arm.point_speeds(place.tolist(), velocity.tolist())[0] == told
 
 
 def test_a_rotation_is_that_of_its_vector() -> None:

@@ -20,6 +20,7 @@ from openpendant.simplemsg.pendant import (
     JogStart,
     JogStep,
     JogUndo,
+    JointMove,
     OperatingMode,
     SetMode,
     State,
@@ -39,7 +40,7 @@ class JogClient:
         self.cell = EmulatedCell(robot)
         self.pendant: Pendant = self.cell.holder()
         assert self.pendant.code(Subscribe(2, 100.0)) is V.ACCEPTED
-        assert self.pendant.code(SetMode(1, mode)) is V.ACCEPTED
+        assert self.pendant.code(SetMode(3, mode)) is V.ACCEPTED
         self.request = 100
         self.press = 0
         self.beat = 0
@@ -226,6 +227,21 @@ def test_an_undo_leads_back_to_where_the_jog_began() -> None:
     assert np.abs(np.array(client.cell.position) - before).max() < 1e-4
     assert client.pendant.code(JogUndo(901, 1.0)) is V.NO_JOG_TO_UNDO
     assert violations(client) == 0
+
+
+def test_after_another_motion_there_is_no_jog_to_undo() -> None:
+    client = JogClient()
+    client.start(JogSpace.JOINTS, (0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+    client.hold(300)
+    client.release()
+    client.come_to_rest()
+    goal = [value + 0.05 for value in client.cell.position]
+    assert client.pendant.code(JointMove(900, 0.5, 6, joint_array(goal))) is V.ACCEPTED
+    for _ in range(40):
+        client.enable()
+        client.cell.wait(50)
+    assert client.pendant.outcomes()[-1] == (900, V.ACCEPTED)
+    assert client.pendant.code(JogUndo(901, 1.0)) is V.NO_JOG_TO_UNDO
 
 
 def test_a_step_moves_the_tool_by_its_increment() -> None:
