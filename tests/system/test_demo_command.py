@@ -11,7 +11,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from foreign_robots import FOREIGN
+from urdf_files import written
 
+from openpendant.motion.cli import main as robots
 from openpendant.tools.packets.rerun import main as rerun
 
 pytestmark = pytest.mark.realtime
@@ -37,6 +40,16 @@ def test_the_demo_moves_the_robot_and_leaves_a_plot_and_a_table(robot: str, tmp_
     assert (tmp_path / f"demo-{robot}.csv").read_text().startswith("kind,motion,time,")
     journals = [str(tmp_path / f"demo-{robot}-{part}.journal") for part in ("server", "emulator")]
     assert rerun(journals) == 0
+
+
+def test_an_imported_arm_of_four_axes_does_what_it_can(tmp_path: Path) -> None:
+    robot = tmp_path / "four_axes.yaml"
+    urdf = written(tmp_path, FOREIGN["flat_arm"].urdf)
+    assert robots(["import", str(urdf), "--yes", "-o", str(robot)]) == 0
+    demo = run_demo("--robot", str(robot), "--output", str(tmp_path))
+    assert demo.returncode == 0, demo.stderr
+    assert "one of them through 8 taught poses" in demo.stdout
+    assert "0 violations" in demo.stdout
 
 
 def test_an_unknown_robot_ends_the_demo_with_a_sentence(tmp_path: Path) -> None:
