@@ -51,21 +51,23 @@ class GuardedServer:
     store: Path
 
 
-def add_accounts(file: Path) -> None:
-    """Put the accounts into a store, with hashes that cost little."""
+def add_accounts(file: Path, cost: ScryptCost = CHEAP) -> None:
+    """Put the accounts into a store, with hashes that cost little unless said otherwise."""
     store = open_store(file)
     accounts = StoredAccounts(store, "the test")
     for name, password in PASSWORDS.items():
-        kept = hash_password(Secret(password), os.urandom(SALT_BYTES), CHEAP)
+        kept = hash_password(Secret(password), os.urandom(SALT_BYTES), cost)
         accounts.add(Account(name=name, role=_ROLES[name], password=kept))
     store.close()
 
 
 @asynccontextmanager
-async def guarded_server(folder: Path, **tables: object) -> AsyncIterator[GuardedServer]:
+async def guarded_server(
+    folder: Path, *, cost: ScryptCost = CHEAP, **tables: object
+) -> AsyncIterator[GuardedServer]:
     """Run a server with two accounts; everything that it writes is in a folder."""
     journal, audit, store = (folder / name for name in ("journal", "audit.jsonl", "store.db"))
-    add_accounts(store)
+    add_accounts(store, cost)
     async with running_emulator() as emulator:
         values = {
             "robot": ROBOT,

@@ -83,8 +83,12 @@ class AuditFile:
             opener: opens a file for appending.
 
         Raises:
-            OSError: the folder cannot be written, or another process writes this log.
+            OSError: the folder cannot be written, this is no regular file, or another process
+                writes this log.
         """
+        if path.exists() and not path.is_file():
+            # A device or a pipe may be read or written for ever.
+            raise OSError(errno.EINVAL, "is no regular file", str(path))
         self.path = path
         self._most_bytes = most_bytes
         self._opener = opener

@@ -10,8 +10,9 @@ from openpendant.simplemsg.pendant import AuthorityReason
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..authority import Holder
-from ..news import AuthorityMoved, Begun, Ended, ModeMoved, News, Request, StopMoved
+from ..news import AuthorityMoved, Begun, Ended, ModeMoved, News, Refused, Request, StopMoved
 from ..playback.running_program import RunningProgram
+from ..refusal import Refusal
 from ..robot_cell import RobotCell
 from ..store.documents import Heading
 from .admission import Login
@@ -45,15 +46,18 @@ class AuditTrail:
                 self._authority(news, now)
             case Begun(request=request):
                 event = AuditEvent.MOTION_BEGAN
-                if self._cell.driven_jog is not None:
+                if self._cell.motions.driven_jog is not None:
                     event = AuditEvent.JOG_BEGAN
-                self._of_request(event, request, now)
+                self._of_request(event, request, now, at=self._place())
+            case Refused(request=request, refusal=refusal):
+                code, text = int(refusal.code), refusal.sentence
+                self._of_request(AuditEvent.REFUSED, request, now, code=code, text=text)
             case Ended(request=request):
                 event = AuditEvent.MOTION_ENDED if news.jog is None else AuditEvent.JOG_ENDED
-                refusal = news.refusal
-                code = VerdictCode.ACCEPTED if refusal is None else refusal.code
-                text = "" if refusal is None else refusal.sentence
-                self._of_request(event, request, now, code=int(code), text=text)
+                told = news.refusal or Refusal(VerdictCode.ACCEPTED)
+                text = "" if news.refusal is None else told.sentence
+                about: dict[str, Detail] = {"code": int(told.code), "text": text}
+                self._of_request(event, request, now, **about, at=self._place())
             case StopMoved(stop=None, by=by):
                 self._note(AuditEvent.RESET, by, now)
             case StopMoved(stop=stop, by=by) if stop is not None:
@@ -61,6 +65,11 @@ class AuditTrail:
                 self._note(AuditEvent.STOP, by, now, reason=stop.reason, protective=is_protective)
             case ModeMoved(mode=mode, by=by):
                 self._note(AuditEvent.MODE, by, now, mode=mode.name.lower())
+
+    def _place(self) -> str:
+        """Return where the joints are, rad or m in the controller's order; empty while unknown."""
+        position = self._cell.feedback.position or ()
+        return " ".join(f"{value:.4f}" for value in position)
 
     def _authority(self, news: AuthorityMoved, now: int) -> None:
         before, self._holder = self._holder, news.change.holder

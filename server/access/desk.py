@@ -14,7 +14,6 @@ from itertools import count
 
 from pydantic import ValidationError
 
-from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import (
     AccountRole,
     LoginKind,
@@ -27,6 +26,7 @@ from openpendant.simplemsg.pendant import Login as LoginRequest
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..outgoing import ChangeAccount, CheckPassword, Outgoing, Send
+from ..pendant.management_bodies import body_fault
 from ..pendant.replies import verdict
 from ..playback.operations import Asker
 from ..refusal import Refusal
@@ -38,11 +38,9 @@ from .audit import AuditEntry, AuditEvent
 from .grants import Basis, Granted, Record
 from .lockout import SECOND_NS
 from .pairing import Chooser
-from .permissions import permission_of
+from .request_gate import RequestGate
 from .roles import Permission, Role
 from .secret import Secret
-
-_LONGEST_TEXT = 400
 
 _ROLES = {
     AccountRole.VIEWER: Role.VIEWER,
@@ -84,7 +82,11 @@ _Answer = Callable[[Refusal | None], list[Outgoing]]
 
 
 class AccessDesk:
-    """Who the pendants of one cell are."""
+    """Who the pendants of one cell are.
+
+    Attributes:
+        gate: what each of their requests passes first.
+    """
 
     def __init__(self, access: CoreAccess, cell: str, regranted: Regranted) -> None:
         """Know nobody yet.
@@ -99,6 +101,7 @@ class AccessDesk:
         self._chooser = access.chooser
         self._cell = cell
         self._regranted = regranted
+        self.gate = RequestGate(access.login)
         self._logins: dict[int, tuple[int, int]] = {}
         self._changes: dict[int, tuple[AccountChange, int, _Answer]] = {}
         self._numbers = access.numbers
@@ -111,6 +114,7 @@ class AccessDesk:
 
     def closed(self, session: int, now: int) -> None:
         """Forget a connection."""
+        self.gate.closed(session)
         self._login.closed(session, now)
 
     def may(self, session: int, permission: Permission) -> bool:
@@ -122,21 +126,6 @@ class AccessDesk:
         grant = self._login.grant_of(session)
         is_own = grant is None or grant.basis is Basis.SINGLE_USER
         return client if grant is None or is_own else grant.name
-
-    def refusal(self, session: int, message: Message, now: int) -> Refusal | None:
-        """Return why a connection may not ask something, and note it; None where it may."""
-        permission = permission_of(message)
-        if permission is None:
-            return None
-        refusal = self._login.may(session, permission)
-        if refusal is not None:
-            self._note(AuditEvent.REFUSED, session, now, wanted=permission.value)
-        return refusal
-
-    def _note(self, event: AuditEvent, session: int, now: int, **detail: str) -> None:
-        visitor = self._login.visitors.find(session)
-        if visitor is not None:
-            self._login.visitors.note(event, visitor, now, **detail)
 
     # Logging in.
 
@@ -232,10 +221,11 @@ class AccessDesk:
         if asked is None:
             return []
         change, session, answer = asked
-        if refusal is None:
+        visitor = self._login.visitors.find(session)
+        if refusal is None and visitor is not None:
             role = "" if change.role is None else change.role.value
             about = {"action": change.action.value, "account": change.name, "new_role": role}
-            self._note(AuditEvent.ACCOUNT_CHANGED, session, now, **about)
+            self._login.visitors.note(AuditEvent.ACCOUNT_CHANGED, visitor, now, **about)
         return answer(refusal)
 
     # Management requests.
@@ -245,10 +235,7 @@ class AccessDesk:
         try:
             asked = op.ACCESS_OPERATION.validate_json(body)
         except ValidationError as error:
-            first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-            where = ".".join(str(part) for part in first["loc"])
-            text = f"{where}: {first['msg']}"[-_LONGEST_TEXT:]
-            return asker.refuse(Refusal(VerdictCode.BAD_ARGUMENT, text))
+            return asker.refuse(body_fault(error))
 
         def answer(refusal: Refusal | None) -> list[Outgoing]:
             return asker.answer() if refusal is None else asker.refuse(refusal)

@@ -98,6 +98,9 @@ class Visitors:
     def __iter__(self) -> Iterator[Visitor]:
         return iter(self._visitors.values())
 
+    def __len__(self) -> int:
+        return len(self._visitors)
+
     def find(self, session: int) -> Visitor | None:
         """Return a connection; None where it has not completed hello, or is gone."""
         return self._visitors.get(session)

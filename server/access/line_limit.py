@@ -1,7 +1,7 @@
 """How much of a flood is written down: at most 100 lines in any second, then a count (promise 30).
 
 Pure: time comes with the entries. Half of the lines are kept free of what anybody can cause without
-having logged in, so that no flood of failed logins hides a motion.
+having logged in, and of refusals, so that no flood of them hides a motion.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ NOISE = frozenset(
         AuditEvent.REFUSED,
     }
 )
-"""What anybody who reaches the port can cause."""
+"""What anybody who reaches the port can cause, and what moved nothing."""
 
 _MOST_NAMED = 6
 _MOST_COUNTED = 1_000

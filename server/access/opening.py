@@ -8,8 +8,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..configuration_file import OFF, ConfigurationError
 from ..server_settings import ServerSettings
-from ..settings import OFF, CellSettings, ConfigurationError
+from ..settings import CellSettings
 from ..store.errors import StoreError
 from ..store.location import default_path
 from .accounts import AccountBook

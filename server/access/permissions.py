@@ -11,11 +11,16 @@ import json
 from collections.abc import Mapping
 
 from openpendant.simplemsg import Message
+from openpendant.simplemsg.declaration import Direction
 from openpendant.simplemsg.pendant import (
+    PENDANT_MESSAGES,
     Authority,
     AuthorityAction,
+    AuthorityBeat,
+    Enabling,
     Hello,
     Home,
+    JogBeat,
     JogRelease,
     JogStart,
     JogStep,
@@ -41,6 +46,9 @@ from .roles import Permission
 
 FREE: frozenset[type[Message]] = frozenset({Hello, Login, SoftwareStop, JogRelease})
 """What anybody may ask: to come in, to stop, and to end a press of his own."""
+
+TOPICS: frozenset[type[Message]] = frozenset({AuthorityBeat, JogBeat, Enabling})
+"""What is taken without an answer: each only prolongs, or ends, what its own connection has."""
 
 OF_MESSAGE: Mapping[type[Message], Permission] = {
     Subscribe: Permission.OBSERVE,
@@ -70,6 +78,7 @@ OF_OPERATION: Mapping[str, Permission] = {
     **dict.fromkeys(
         (
             "snapshot",
+            "cells",
             "why",
             "programs.list",
             "programs.load",
@@ -158,6 +167,36 @@ OF_OPERATION: Mapping[str, Permission] = {
 """The permission that a management operation needs, by the value of `op`."""
 
 
+_CHANGES = frozenset(
+    {
+        Permission.SET_OUTPUT,
+        Permission.EDIT_PROGRAM,
+        Permission.CHANGE_FRAMES,
+        Permission.CHANGE_TOOLS,
+        Permission.CHANGE_SCENE,
+    }
+)
+
+_FROM_PENDANTS = frozenset(
+    kind
+    for kind in PENDANT_MESSAGES
+    if kind.PLACE.direction in (Direction.TO_SERVER, Direction.BOTH)
+)
+
+IN_ORDER = frozenset(
+    {
+        Permission.MOVE,
+        Permission.RUN_PROGRAM,
+        Permission.RESET,
+        Permission.SET_MODE,
+        Permission.FORCE_AUTHORITY,
+    }
+)
+"""What can move the robot or lets it move: asked in order and once (`request_order`)."""
+
+_OPERATIONS_IN_ORDER = frozenset({"recordings.play", "signals.set"})
+
+
 def operation_of(body: bytes) -> str:
     """Return which operation a management body names; empty where it names none."""
     try:
@@ -180,6 +219,21 @@ def permission_of(message: Message) -> Permission | None:
             if operation in FREE_OPERATIONS:
                 return None
             return OF_OPERATION.get(operation, Permission.MANAGE_USERS)
-    if type(message) in FREE:
-        return None
+    if type(message) in FREE or type(message) not in _FROM_PENDANTS:
+        return None  # the pendant face knows no such request, and refuses it whoever asks
     return OF_MESSAGE.get(type(message), Permission.MANAGE_USERS)
+
+
+def change_of(message: Message) -> str:
+    """Return which operation changes the cell; empty where a request changes nothing."""
+    if isinstance(message, Management):
+        operation = operation_of(message.body)
+        return operation if OF_OPERATION.get(operation) in _CHANGES else ""
+    return ""
+
+
+def is_in_order(message: Message) -> bool:
+    """Tell whether a request can move something, so that it is taken in order and once."""
+    if isinstance(message, Management):
+        return operation_of(message.body) in _OPERATIONS_IN_ORDER
+    return permission_of(message) in IN_ORDER

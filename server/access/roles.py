@@ -59,9 +59,7 @@ class Permission(StrEnum):
     CHANGE_SCENE = "change-scene"
     """Change obstacles and what may touch what."""
     FORCE_AUTHORITY = "force-authority"
-    """Take the motion authority from its holder."""
-    FREEZE_ALL = "freeze-all"
-    """Stop every robot of the process at once."""
+    """Take the motion authority from its holder, while the robot stands."""
     PAIR_GUESTS = "pair-guests"
     """Issue and withdraw pairing codes."""
     MANAGE_USERS = "manage-users"
@@ -81,7 +79,6 @@ LEAST_ROLE: Mapping[Permission, Role] = {
     Permission.CHANGE_TOOLS: Role.PROGRAMMER,
     Permission.CHANGE_SCENE: Role.PROGRAMMER,
     Permission.FORCE_AUTHORITY: Role.ADMIN,
-    Permission.FREEZE_ALL: Role.ADMIN,
     Permission.PAIR_GUESTS: Role.ADMIN,
     Permission.MANAGE_USERS: Role.ADMIN,
 }

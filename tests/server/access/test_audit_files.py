@@ -206,6 +206,19 @@ def test_a_full_disk_holds_nobody_up_and_the_gap_is_told_of(path: Path) -> None:
     assert gap["detail"]["lost"] + events(path).count("jog-began") == 110
 
 
+@pytest.mark.parametrize("kind", ["folder", "pipe", "device"])
+def test_what_is_no_regular_file_is_refused_at_the_start(path: Path, kind: str) -> None:
+    match kind:
+        case "folder":
+            path.mkdir()
+        case "pipe":
+            os.mkfifo(path)
+        case "device":
+            path.symlink_to("/dev/full")
+    with pytest.raises(OSError, match="is no regular file"):
+        AuditFile(path)
+
+
 def test_a_folder_that_does_not_exist_is_refused_at_the_start(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         AuditLog(tmp_path / "nowhere" / "audit.jsonl")

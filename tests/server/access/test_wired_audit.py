@@ -9,6 +9,7 @@ from guarded_rig import GuardedRig
 from server_rig import ServerRig
 
 from openpendant.server.access.audit import AuditEvent, ChainCheck, Link, write_line
+from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant import Authority, AuthorityAction, Management, SetMode
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -69,9 +70,58 @@ def test_a_take_over_is_noted_for_both(rig: GuardedRig) -> None:
 def test_a_change_of_the_mode_is_noted(rig: GuardedRig) -> None:
     otto = rig.user("otto")
     otto.take()
-    otto.code(SetMode(1, 1))
+    otto.code(SetMode(2, 1))
     (entry,) = [entry for entry in rig.desk.log if entry.event is AuditEvent.MODE]
     assert (entry.who, entry.detail["mode"]) == ("otto", "manual_reduced")
+
+
+def test_a_motion_that_is_refused_is_noted_with_who_what_and_why(rig: GuardedRig) -> None:
+    """At once, for another's authority, and after planning."""
+    otto, ann = rig.user("otto"), rig.user("ann")
+    otto.take()
+    ann.move(0.5, 0.0)
+    otto.move(9.0, 0.0)
+    refused = [entry for entry in rig.desk.log if entry.event is AuditEvent.REFUSED]
+    assert [(entry.who, entry.detail["code"]) for entry in refused] == [
+        ("ann", VerdictCode.HELD_BY_OTHER),
+        ("otto", VerdictCode.OUT_OF_RANGE),
+    ]
+    assert refused[1].detail["wanted"] == "joint_move"
+    rig.plans_at_once = False
+    otto.path((0.1, 0.1))
+    rig.plan(Refusal(VerdictCode.TOO_FAST, "joint 1 is too fast"))
+    last = rig.desk.log[-1]
+    assert (last.event, last.who, last.detail["text"]) == (
+        AuditEvent.REFUSED,
+        "otto",
+        "joint 1 is too fast",
+    )
+
+
+def test_a_motion_is_noted_with_where_it_began_and_ended(rig: GuardedRig) -> None:
+    otto = rig.user("otto")
+    otto.take()
+    otto.move(0.5, -0.25)
+    rig.wait(3_000)
+    places = [
+        entry.detail["at"]
+        for entry in rig.desk.log
+        if entry.event in (AuditEvent.MOTION_BEGAN, AuditEvent.MOTION_ENDED)
+    ]
+    assert places == ["0.0000 0.0000", "0.5000 -0.2500"]
+
+
+@pytest.mark.parametrize(
+    ("op", "is_noted"), [("signals.set", True), ("frames.add", True), ("signals.read", False)]
+)
+def test_a_change_of_the_cell_is_noted_whether_or_not_it_is_kept(
+    rig: GuardedRig, op: str, is_noted: bool
+) -> None:
+    rig.user("ann").send(Management(1, json.dumps({"op": op}).encode()))
+    asked = [entry for entry in rig.desk.log if entry.event is AuditEvent.CHANGE_ASKED]
+    assert [(entry.who, entry.detail) for entry in asked] == (
+        [("ann", {"operation": op})] if is_noted else []
+    )
 
 
 def test_a_program_that_is_saved_is_noted_with_its_revision(rig: GuardedRig) -> None:

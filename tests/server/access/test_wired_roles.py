@@ -16,6 +16,7 @@ from openpendant.server.access.permissions import (
     FREE_OPERATIONS,
     OF_MESSAGE,
     OF_OPERATION,
+    TOPICS,
     permission_of,
 )
 from openpendant.server.access.roles import LEAST_ROLE, Permission
@@ -24,7 +25,14 @@ from openpendant.server.playback.operations import Operation
 from openpendant.server.recording.operations import RecordingOperation
 from openpendant.server.refusal import Refusal
 from openpendant.server.world.operations import WorldOperation
-from openpendant.simplemsg import CommType, Message
+from openpendant.simplemsg import (
+    CommType,
+    JointTrajPt,
+    Message,
+    ReplyCode,
+    joint_array,
+    refused,
+)
 from openpendant.simplemsg.declaration import Direction
 from openpendant.simplemsg.pendant import (
     PENDANT_MESSAGES,
@@ -38,6 +46,7 @@ from openpendant.simplemsg.pendant import (
     SetAccount,
     SetMode,
     SetSpeed,
+    WriteOutputs,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -103,7 +112,7 @@ def test_promise_19_whoever_said_hello_may_stop_and_nothing_else(rig: GuardedRig
 def test_a_refused_role_is_noted_with_the_permission_that_was_wanted(rig: GuardedRig) -> None:
     rig.user("vera").take()
     (entry,) = [each for each in rig.desk.log if each.event is AuditEvent.REFUSED]
-    assert (entry.who, entry.detail) == ("vera", {"wanted": "move"})
+    assert (entry.who, entry.detail) == ("vera", {"wanted": "move", "code": 134})
 
 
 def _operations() -> set[str]:
@@ -121,15 +130,37 @@ def test_an_operation_that_nobody_listed_needs_the_highest_role() -> None:
     assert permission_of(Management(1, b'{"op": "new.thing"}')) is Permission.MANAGE_USERS
 
 
-def test_every_request_of_a_pendant_has_a_permission_or_is_free() -> None:
-    requests = {
-        cls
-        for cls in PENDANT_MESSAGES
-        if cls.PLACE.direction is Direction.TO_SERVER
-        and not cls.PLACE.is_reply
-        and cls.__dataclass_fields__["comm_type"].default == CommType.REQUEST
-    }
+_FROM_PENDANTS = {
+    cls
+    for cls in PENDANT_MESSAGES
+    if cls.PLACE.direction in (Direction.TO_SERVER, Direction.BOTH) and not cls.PLACE.is_reply
+}
+
+
+def _default_kind(cls: type[Message]) -> object:
+    return cls.__dataclass_fields__["comm_type"].default
+
+
+def test_every_message_of_a_pendant_is_in_exactly_one_table() -> None:
+    """Every declared one: a request has a permission or is free, a topic is listed."""
+    requests = {cls for cls in _FROM_PENDANTS if _default_kind(cls) == CommType.REQUEST}
     assert requests - {Management} == set(OF_MESSAGE) | FREE
+    assert _FROM_PENDANTS - requests == TOPICS
+    assert not set(OF_MESSAGE) & FREE
+
+
+FOREIGN = (JointTrajPt(0, joint_array((0.5, 0.5)), 0.1, 0.5), WriteOutputs(0, 1, 1))
+
+
+@pytest.mark.parametrize("message", FOREIGN, ids=lambda each: type(each).__name__)
+@pytest.mark.parametrize("name", ["", *_BY_ROLE])
+def test_a_message_of_another_face_is_unknown_here_whoever_sends_it(
+    rig: GuardedRig, name: str, message: Message
+) -> None:
+    """No set-point goes round the roles by coming on the pendant port."""
+    pendant = rig.user(name) if name else rig.visitor()
+    (answer,) = pendant.send(message)
+    assert (type(answer), answer.reply_code) == (type(refused(message)), ReplyCode.FAILURE)
 
 
 def test_whoami_tells_role_and_permissions(rig: GuardedRig) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from guarded_server import add_accounts
 from judged_server import LoopPlanner
+from tls_certificates import make_certificate
 
 from openpendant.motion.robot import serial_robot
 from openpendant.server import cli
@@ -16,9 +17,10 @@ from openpendant.server.access.opening import opened_access
 from openpendant.server.app import App
 from openpendant.server.cell_shell import ServedCell
 from openpendant.server.client_connection import ClientConnection
+from openpendant.server.configuration_file import ConfigurationError
 from openpendant.server.core import Port
 from openpendant.server.server_settings import ServerSettings, make_server_settings
-from openpendant.server.settings import ConfigurationError, make_settings
+from openpendant.server.settings import make_settings
 from openpendant.simplemsg.journal import Journal
 from openpendant.tools.packets.journals.reenactment import DeadEnd
 
@@ -51,6 +53,18 @@ def test_a_server_that_would_be_open_is_refused_with_what_would_be_accepted(
     tmp_path: Path, text: str, told: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert told in refused(tmp_path, text, capsys)
+
+
+def test_the_key_of_another_certificate_is_refused_without_a_traceback_or_the_key(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Promise 30 as well: what a key file holds is never repeated."""
+    certificate, _ = make_certificate(tmp_path)
+    _, key = make_certificate(tmp_path, "other")
+    told = refused(tmp_path, f'[tls]\ncertificate = "{certificate}"\nkey = "{key}"\n', capsys)
+    assert f"{key}: does not belong to the certificate in {certificate}" in told
+    assert told.count("\n") == 1
+    assert not any(line in told for line in key.read_text().splitlines())
 
 
 def settings_of(folder: Path, **tables: Any) -> ServerSettings:
@@ -100,5 +114,5 @@ def test_a_clear_text_port_that_others_reach_serves_only_named_addresses(
     settings = make_settings(values, "test")
     app = App([ServedCell(settings, serial_robot("ur5"), LoopPlanner())], Journal(lambda: 0))
     transport = Peer(address)
-    ClientConnection(app, Port.ROS_STATE, 0).connection_made(transport)
+    ClientConnection(app.clients, Port.ROS_STATE, 0).connection_made(transport)
     assert transport.is_aborted != is_served

@@ -1,0 +1,250 @@
+"""Promise 28: frames that come twice, late, from elsewhere or on a lease that is gone.
+
+Each is refused with a code of the catalogue, nothing is sent to the robot and nobody's authority
+changes; exact on the rig's clock. What TLS does about single records is `test_tls`' subject.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+
+import pytest
+from guarded_rig import GuardedRig, log_in
+from server_clients import NEAR, UPRIGHT, Pendant
+
+from openpendant.server.access.permissions import IN_ORDER, OF_MESSAGE, is_in_order
+from openpendant.server.outgoing import Forward
+from openpendant.simplemsg import Message, joint_array
+from openpendant.simplemsg.pendant import (
+    Authority,
+    AuthorityAction,
+    AuthorityBeat,
+    Enabling,
+    Home,
+    JogBeat,
+    JogEnd,
+    JogEnded,
+    JogRelease,
+    JogSpace,
+    JogStart,
+    JogStep,
+    JogUndo,
+    JointMove,
+    JointPath,
+    JointWaypoint,
+    Management,
+    MotionControl,
+    MotionControlAction,
+    OperatingMode,
+    PoseMove,
+    PosePath,
+    PoseWaypoint,
+    ProgramRun,
+    ResetStop,
+    SetMode,
+    SetSpeed,
+    State,
+    Verdict,
+)
+from openpendant.simplemsg.verdicts import CATALOGUE
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+JOINTS = joint_array((0.5, 0.5))
+RATES = joint_array((1.0, 0.0))
+
+Frame = Callable[[int], Message]
+"""Makes a frame with a request id."""
+
+
+def operation(**body: object) -> Frame:
+    return lambda number: Management(number, json.dumps(body).encode())
+
+
+FRAMES: dict[str, Frame] = {
+    "take control": lambda number: Authority(number, AuthorityAction.REQUEST),
+    "take over": lambda number: Authority(number, AuthorityAction.FORCE),
+    "joint move": lambda number: JointMove(number, 0.5, 2, JOINTS),
+    "joint path": lambda number: JointPath(number, 0.5, 2, (JointWaypoint(JOINTS),)),
+    "pose move": lambda number: PoseMove(number, 1, 0.5, "base", NEAR, UPRIGHT),
+    "pose path": lambda number: PosePath(number, 1, 0.5, "base", (PoseWaypoint(NEAR, UPRIGHT),)),
+    "home": lambda number: Home(number, 0.5, "home"),
+    "jog press": lambda number: JogStart(number, 1, 1, 0.15, JogSpace.JOINTS, "", 2, RATES),
+    "jog step": lambda number: JogStep(number, 0.5, JogSpace.JOINTS, "", 2, joint_array((0.01,))),
+    "jog undo": lambda number: JogUndo(number, 0.5),
+    "speed": lambda number: SetSpeed(number, 0.5, 0.0),
+    "resume": lambda number: MotionControl(number, MotionControlAction.RESUME),
+    "program": lambda number: ProgramRun(number, 1, 0, 1, 1.0, "nothing"),
+    "reset": lambda number: ResetStop(number),
+    "mode": lambda number: SetMode(number, OperatingMode.AUTOMATIC),
+    "play": operation(op="recordings.play", name="nothing"),
+    "output": operation(op="signals.set", name="gripper", value=True),
+}
+"""Everything that can move something; what may not be asked without the authority behind it."""
+
+NEEDS_AUTHORITY = [
+    name for name in FRAMES if name not in ("take control", "take over", "play", "output")
+]
+
+
+@pytest.fixture
+def rig() -> GuardedRig:
+    return GuardedRig()
+
+
+def code_of(pendant: Pendant, message: Message) -> V:
+    """Return the code that a request is refused with, or ACCEPTED, whatever form the answer has."""
+    answers = pendant.send(message)
+    for answer in answers:
+        match answer:
+            case Verdict(code=code):
+                return V(code)
+            case Management(body=body):
+                return V(json.loads(body).get("code", 0))
+    raise AssertionError(f"no answer but {answers}")
+
+
+def points(rig: GuardedRig) -> int:
+    """Return how many set-points left for the robot."""
+    return sum(isinstance(item, Forward) for _, item in rig.log)
+
+
+def test_the_table_has_every_request_that_can_move_something() -> None:
+    tried = {type(frame(1)) for frame in FRAMES.values()} - {Management}
+    assert tried == {kind for kind, need in OF_MESSAGE.items() if need in IN_ORDER}
+    assert all(is_in_order(frame(1)) for frame in FRAMES.values())
+
+
+@pytest.mark.parametrize("offset", [0, -1, -5], ids=["replayed", "swapped", "reordered"])
+@pytest.mark.parametrize("name", FRAMES)
+def test_promise_28_a_frame_that_comes_twice_or_late_is_refused(
+    rig: GuardedRig, name: str, offset: int
+) -> None:
+    ann = rig.user("ann")
+    ann.take()
+    assert ann.code(JointMove(50, 0.5, 2, JOINTS)) is V.ACCEPTED
+    rig.wait(3_000)
+    before = points(rig)
+    assert code_of(ann, FRAMES[name](50 + offset)) is V.REQUEST_REPEATED
+    rig.wait(500)
+    assert points(rig) == before
+    assert code_of(ann, FRAMES[name](51)) is not V.REQUEST_REPEATED
+
+
+@pytest.mark.parametrize("name", FRAMES)
+def test_promise_28_a_frame_pasted_on_a_connection_without_login_is_refused(
+    rig: GuardedRig, name: str
+) -> None:
+    otto, thief = rig.user("otto"), rig.visitor()
+    otto.take()
+    before = points(rig)
+    assert code_of(thief, FRAMES[name](7)) is V.LOGIN_NEEDED
+    assert points(rig) == before
+    assert rig.core.cell.authority.is_held_by(otto.session)
+
+
+@pytest.mark.parametrize("name", NEEDS_AUTHORITY)
+def test_promise_28_a_frame_pasted_on_another_users_connection_is_refused(
+    rig: GuardedRig, name: str
+) -> None:
+    otto, ann = rig.user("otto"), rig.user("ann")
+    otto.take()
+    before = points(rig)
+    code = code_of(ann, FRAMES[name](7))
+    assert code in {V.HELD_BY_OTHER, V.NOT_IN_CONTROL, V.PRESS_STALE}, CATALOGUE[code]
+    assert points(rig) == before
+    assert rig.core.cell.authority.is_held_by(otto.session)
+
+
+@pytest.mark.parametrize("ending", ["expired", "released", "reconnected"])
+@pytest.mark.parametrize("name", NEEDS_AUTHORITY)
+def test_promise_28_a_frame_on_a_lease_that_is_gone_is_refused(
+    rig: GuardedRig, name: str, ending: str
+) -> None:
+    """Promise 18 too: the lease expires after 3 s without a beat."""
+    otto = rig.user("otto")
+    otto.take()
+    match ending:
+        case "expired":
+            rig.wait(3_010)
+        case "released":
+            otto.release()
+        case "reconnected":
+            otto.close()
+            otto = rig.user("otto")
+    before = points(rig)
+    code = code_of(otto, FRAMES[name](60))
+    assert code in {V.NOT_IN_CONTROL, V.PRESS_STALE}, CATALOGUE[code]
+    assert points(rig) == before
+    otto.send(AuthorityBeat())
+    assert rig.core.cell.authority.holder is None
+
+
+# Topics have no answer: they are not obeyed.
+
+
+def held_press(rig: GuardedRig) -> Pendant:
+    """Return an operator who holds press 1 in T1 and has sent its beat 1."""
+    otto = rig.visitor(state_rate=50.0)
+    assert log_in(otto, "otto") is V.ACCEPTED
+    otto.take()
+    assert otto.code(SetMode(20, OperatingMode.MANUAL_REDUCED)) is V.ACCEPTED
+    rig.wait(30)
+    otto.send(Enabling(1))
+    press = JogStart(21, 1, otto.all(State)[-1].sequence, 0.15, JogSpace.JOINTS, "", 2, RATES)
+    assert otto.code(press) is V.ACCEPTED
+    otto.send(JogBeat(1, 1))
+    return otto
+
+
+def keep_pressing(rig: GuardedRig, sender: Pendant, beat: Message, holder: Pendant) -> None:
+    """Have one beat sent again and again for longer than the deadline, enabling held."""
+    for _ in range(6):
+        rig.wait(50)
+        holder.send(Enabling(1))
+        sender.send(beat)
+
+
+@pytest.mark.parametrize("beat", [JogBeat(1, 1), JogBeat(1, 0), JogBeat(2, 9)])
+def test_promise_28_replayed_reordered_and_foreign_beats_hold_no_press(
+    rig: GuardedRig, beat: JogBeat
+) -> None:
+    otto = held_press(rig)
+    keep_pressing(rig, otto, beat, otto)
+    assert [end.reason for end in otto.all(JogEnded)] == [JogEnd.SILENT]
+
+
+def test_promise_28_beats_from_another_connection_hold_no_press(rig: GuardedRig) -> None:
+    otto, ann = held_press(rig), rig.user("ann")
+    for number in range(2, 10):
+        keep_pressing(rig, ann, JogBeat(1, number), otto)
+    assert [end.reason for end in otto.all(JogEnded)] == [JogEnd.SILENT]
+
+
+def test_promise_28_a_press_that_ended_is_not_begun_again(rig: GuardedRig) -> None:
+    """With a new request id and a fresh state: its number is used up."""
+    otto = held_press(rig)
+    otto.code(JogRelease(22, 1))
+    rig.wait(1_000)
+    otto.send(Enabling(1))
+    fresh = otto.all(State)[-1].sequence
+    before = points(rig)
+    assert otto.code(JogStart(23, 1, fresh, 0.15, JogSpace.JOINTS, "", 2, RATES)) is V.PRESS_DEAD
+    assert otto.code(JogStart(24, 2, 1, 0.15, JogSpace.JOINTS, "", 2, RATES)) is V.PRESS_STALE
+    assert points(rig) == before
+
+
+def test_promise_28_a_lease_that_ends_during_a_press_ends_the_press(rig: GuardedRig) -> None:
+    """Whoever held it goes on beating, and nothing moves any more."""
+    otto = held_press(rig)
+    rig.wait(50)
+    otto.release()
+    rig.wait(500)
+    before = points(rig)
+    for number in range(2, 12):
+        otto.send(JogBeat(1, number))
+        otto.send(Enabling(1))
+        otto.send(AuthorityBeat())
+        rig.wait(50)
+    assert points(rig) == before
+    assert rig.core.cell.authority.holder is None

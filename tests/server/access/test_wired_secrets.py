@@ -1,0 +1,196 @@
+"""Promise 30: canaries in every field for a secret, and no trace of them in anything written."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import io
+import json
+import logging
+from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+from guarded_server import PASSWORDS, GuardedServer, guarded_server
+from tls_certificates import make_certificate
+
+from openpendant.server.access.audit_cli import main as audit
+from openpendant.simplemsg.pendant import AccountRole
+from openpendant.tools.packets.live.endpoints import Endpoint
+from openpendant.tools.packets.live.proxy import Pair
+from openpendant.tools.packets.record import Recorder
+from openpendant.tools.packets.rerun import main as rerun
+from openpendant.tools.packets.show import main as show
+from openpendant.tools.pendants.client import PendantClient, Refused
+
+pytestmark = pytest.mark.realtime
+
+WRONG = "canary-that-is-wrong-5511"
+NEW = "canary-of-a-new-one-8080"
+NEWER = "canary-of-a-newer-one-4747"
+REFUSED = "nina-canary-with-a-name"
+WRONG_CODE = "CANARYCODE"
+
+
+@dataclass
+class Lesson:
+    """What happened while every secret was used once.
+
+    Attributes:
+        secrets: what was typed and shown.
+        told: what the server answered and what the client says of it.
+    """
+
+    secrets: list[str] = field(default_factory=lambda: [*PASSWORDS.values()])
+    told: list[str] = field(default_factory=list)
+
+    async def fails(self, attempt: object) -> None:
+        assert asyncio.iscoroutine(attempt)
+        with pytest.raises(Refused) as refused:
+            await attempt
+        self.told.append(repr(refused.value) + str(refused.value))
+
+
+async def hold(port: int) -> Lesson:
+    """Do everything that a secret is needed for."""
+    lesson, connect = Lesson(), PendantClient.connect
+    async with (
+        await connect(port=port, user="ann", password=PASSWORDS["ann"]) as ann,
+        await connect(port=port, user="otto", password=PASSWORDS["otto"], state_rate=50) as otto,
+        await connect(port=port, client="guest") as guest,
+    ):
+        await lesson.fails(guest.login("otto", password=WRONG))
+        await lesson.fails(guest.login("Mia", pairing=WRONG_CODE))
+        code = await ann.issue_pairing_code()
+        await guest.login("Mia", pairing=code)
+        await lesson.fails(ann.add_account("nina", AccountRole.OPERATOR, REFUSED))
+        await ann.add_account("nina", AccountRole.OPERATOR, NEW)
+        await ann.set_password("nina", NEWER)
+        async with await connect(port=port, user="nina", password=NEWER):
+            pass
+        for request in ("access.whoami", "access.sessions", "users.list", "snapshot", "why"):
+            lesson.told.append(json.dumps(await ann.manage({"op": request})))
+        await ann.manage({"op": "users.remove", "name": "nina"})
+        await otto.wait_until(lambda state: state.motion_possible == 1)
+        async with otto.control():
+            goal = [angle + 0.02 for angle in otto.joints()]
+            await (await otto.move_joints(goal, speed=0.5)).done()
+        await otto.stop("the lesson is over")
+        await lesson.fails(otto.manage({"op": "users.list"}))
+        lesson.told += [repr(await otto.next_state()), repr(vars(otto)), repr(vars(ann))]
+    lesson.secrets += [WRONG, WRONG_CODE, NEW, NEWER, REFUSED, code, code.replace("-", "")]
+    return lesson
+
+
+def forms(secret: str) -> Iterator[bytes]:
+    """Yield how a secret may stand in a file: as it is, hexadecimal, or in the midst of base64."""
+    data = secret.encode()
+    for text in (secret, data.hex(), data.hex(" ")):
+        yield text.encode()
+    if len(data) < 12:
+        return  # too little of a pairing code is left without the ends
+    for before in range(3):
+        # The first and last signs depend on the neighbours.
+        yield base64.b64encode(b"\0" * before + data)[4:-4]
+
+
+def traces(secrets: list[str], written: dict[str, bytes]) -> set[tuple[str, int]]:
+    """Return where a secret was found: the name of what was written, and its number."""
+    return {
+        (name, number)
+        for name, content in written.items()
+        for number, secret in enumerate(secrets)
+        if any(form in content for form in forms(secret))
+    }
+
+
+@pytest.mark.parametrize("neighbour", ["", "x", "xy"])
+def test_the_search_finds_a_secret_in_every_form(neighbour: str) -> None:
+    said = f"{neighbour}{WRONG} and more".encode()
+    for content in (said, said.hex().encode(), said.hex(" ").encode(), base64.b64encode(said)):
+        assert traces([NEW, WRONG], {"file": content}) == {("file", 1)}
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def printed(server: GuardedServer, trace: Path) -> bytes:
+    """Return what the tools print of what a server wrote."""
+    output = io.StringIO()
+    with redirect_stdout(output), redirect_stderr(output):
+        assert rerun([str(server.journal), "--state"]) == 0
+        assert audit(["verify", str(server.audit)]) == 0
+        audit(["show", str(server.audit)])
+        show([str(trace)])
+    return output.getvalue().encode()
+
+
+@pytest.mark.asyncio
+async def test_promise_30_no_secret_is_in_anything_that_is_written(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Journal, log, audit log, store, recorded packets, answers, errors, dumps, tools' output."""
+    caplog.set_level(logging.DEBUG)
+    trace = tmp_path / "trace.jsonl"
+    async with guarded_server(tmp_path) as server:
+        here = Endpoint("127.0.0.1", server.port)
+        recorder = Recorder([Pair(Endpoint("127.0.0.1", 0), here)], str(trace))
+        (port,) = await recorder.start()
+        lesson = await hold(port)
+        await recorder.close()
+        dump = repr(vars(server.app)) + repr(server.app.login.accounts)
+    written = contents(tmp_path)
+    written["log"] = caplog.text.encode()
+    written["tools"] = await asyncio.to_thread(printed, server, trace)
+    written["dump"] = dump.encode()
+    written["told"] = "\n".join(lesson.told).encode()
+    assert traces(lesson.secrets, written) == set()
+    assert all(len(written[name]) > 10_000 for name in ("journal", "trace.jsonl", "tools"))
+
+
+@pytest.mark.asyncio
+async def test_promise_30_no_line_of_the_tls_key_is_in_anything_that_is_written(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.DEBUG)
+    keys, files = tmp_path / "keys", tmp_path / "files"
+    keys.mkdir()
+    files.mkdir()
+    certificate, key = make_certificate(keys)
+    async with guarded_server(files, tls={"certificate": str(certificate), "key": str(key)}) as on:
+        _, writer = await asyncio.open_connection("127.0.0.1", on.port)
+        writer.write(b"no hello of TLS" * 10)
+        await asyncio.sleep(0.3)
+        writer.close()
+        dump = repr(vars(on.app))
+    written = contents(files)
+    written |= {"log": caplog.text.encode(), "dump": dump.encode()}
+    secret_lines = key.read_text().splitlines()[1:-1]
+    assert traces(secret_lines, written) == set()
+
+
+@pytest.mark.asyncio
+async def test_the_audit_log_tells_who_did_what(tmp_path: Path) -> None:
+    async with guarded_server(tmp_path) as server:
+        await hold(server.port)
+    entries = [json.loads(line) for line in server.audit.read_text().splitlines()]
+    told = {(entry["event"], entry["who"]) for entry in entries}
+    assert told >= {
+        ("server-started", ""),
+        ("login", "ann"),
+        ("login", "otto"),
+        ("login-failed", ""),
+        ("pairing-issued", "ann"),
+        ("paired", "Mia"),
+        ("account-changed", "ann"),
+        ("authority-taken", "otto"),
+        ("motion-began", "otto"),
+        ("motion-ended", "otto"),
+        ("authority-ended", "otto"),
+        ("stop", "otto"),
+        ("refused", "otto"),
+        ("server-stopped", ""),
+    }
