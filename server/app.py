@@ -1,29 +1,26 @@
 """The server as a program: builds the parts, joins them, runs the one timer.
 
 The only place that knows all parts and the clock. Each cell's shell carries out what its core
-returns; this one listens, numbers the connections and ticks every cell to absolute deadlines.
+returns and `clients` knows the connections; this one ticks every cell to absolute deadlines, and
+owns the order in which the parts begin and end.
 """
 
 from __future__ import annotations
 
 import asyncio
 import logging
-import os
 import ssl
 from collections.abc import AsyncIterator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
-from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
-from openpendant.simplemsg import ByteOrder, Received, __version__
+from openpendant.simplemsg import __version__
 from openpendant.simplemsg.journal import Journal
 
 from .access.admission import Login
 from .access.audit import AuditEntry, AuditEvent
 from .access.desk import CoreAccess
 from .access.door import AbsentAccess, AccessDoor
-from .access.exposure import clear_text_fault
 from .access.grants import Granted
 from .access.lockout import SECOND_NS
 from .access.opening import exposure_of
@@ -32,64 +29,19 @@ from .access.record import PasswordNumbers
 from .cell_shell import CellShell, ServedCell
 from .cells import Cells, Routed
 from .client_connection import ClientConnection
-from .core import Port, ServerCore
-from .pendant.face import Identity
+from .clients import Clients
+from .core import ServerCore
+from .listening import Listening
+from .pendant.greeting import Identity
 from .planning.pool import PlanningPool
+from .ports import Ports, listen_for
 from .robot_mathematics import RobotMathematics
 from .store.door import AbsentStore, StoreDoor
 from .watchdog.process import Watchdog
 
 log = logging.getLogger("openpendant.server")
 
-BACKLOG = 32
-"""asyncio accepts up to this many connections in one turn of the loop; more would delay ticks."""
-
 _REST_DEADLINE = 2.0
-
-_HANDSHAKE_DEADLINE = 2.0
-"""TLS has to be agreed on by then, and taken leave of [s]; as long as hello may take."""
-
-
-@dataclass(frozen=True, slots=True)
-class RosPorts:
-    """Where one cell listens for ROS-Industrial; None for nowhere.
-
-    Attributes:
-        motion: motion connections.
-        state: state connections.
-    """
-
-    motion: int | None
-    state: int | None
-
-
-@dataclass(frozen=True, slots=True)
-class Ports:
-    """The ports that the server listens on.
-
-    Attributes:
-        pendant: pendant protocol, for all cells.
-        ros: ROS-Industrial, by the name of the cell.
-    """
-
-    pendant: int
-    ros: dict[str, RosPorts]
-
-
-class ListenFailed(Exception):
-    """A port cannot be listened on.
-
-    Attributes:
-        host: the address.
-        port: the TCP port.
-        reason: why, in the words of the system.
-    """
-
-    def __init__(self, host: str, port: int, reason: str) -> None:
-        super().__init__(f"cannot listen on {host} port {port}: {reason}")
-        self.host = host
-        self.port = port
-        self.reason = reason
 
 
 class App:
@@ -97,6 +49,7 @@ class App:
 
     Attributes:
         cells: the shell of each cell.
+        clients: the connections of pendants and of ROS-Industrial.
         journal: tells the time of the event at hand.
         overruns: ticks that were skipped because the loop was late.
     """
@@ -127,18 +80,24 @@ class App:
         self._password_numbers = PasswordNumbers()
         self.journal = journal or Journal(loop_time)
         self.overruns = 0
-        self._listen_at = served[0].settings.listen
         self._period = 1.0 / served[0].settings.tick_rate
         self._served = served
         unplanned = [each.settings.robot for each in served if each.planner is None]
         self._pool = PlanningPool(unplanned) if unplanned else None
-        self._clients: dict[int, ClientConnection] = {}
         self.login = self._login()
         core_access = CoreAccess(self.login, self._access.record)
-        self._router = Cells([_core(each, core_access) for each in served])
+        names = tuple((each.settings.name, each.robot.name) for each in served)
+        self._router = Cells([_core(each, names, core_access) for each in served])
+        self._settings = [each.settings for each in served]
+        self.clients = Clients(
+            self._router,
+            self._settings,
+            self.login,
+            self.journal,
+            self._perform,
+            self._misheard,
+        )
         self.cells = [self._shell(number) for number in range(len(served))]
-        self._orders: dict[tuple[int | None, str], ByteOrder] = {}
-        self._next_session = 1
         self._next_tick = 0.0
         self._resting: asyncio.Event | None = None
 
@@ -150,8 +109,9 @@ class App:
             planner = self._pool.planner_of(served.settings.robot)
         label = "" if len(self._served) == 1 else f"{number + 1}/"
         core = self._router.cores[number]
+        clients = self.clients.by_session
         return CellShell(
-            served, core, planner, self.journal, self._clients, self._store, self._access, label
+            served, core, planner, self.journal, clients, self._store, self._access, label
         )
 
     def _login(self) -> Login:
@@ -192,59 +152,8 @@ class App:
     def _perform(self, routed: Routed) -> None:
         self.cells[routed.cell].perform(routed.outgoing)
 
-    # Connections.
-
-    def admit(self, client: ClientConnection) -> None:
-        """Number a new connection and tell its cell; turn it away where there are too many."""
-        client.session = self._next_session
-        self._next_session += 1
-        more: dict[str, Any] = {} if client.cell is None else {"cell": client.cell}
-        now = self.journal.begin(
-            "opened", client.session, port=client.port.name, address=client.address, **more
-        )
-        if len(self._clients) >= self._listen_at.max_connections:
-            client.abort(f"more than {self._listen_at.max_connections} connections")
-            return
-        if client.cell is not None:
-            exposure = exposure_of(self._served[client.cell].settings)
-            fault = clear_text_fault(exposure, client.address)
-            if fault is not None:
-                client.abort(fault.sentence)
-                return
-        self._clients[client.session] = client
-        self._perform(
-            self._router.opened(client.session, client.port, client.address, now, client.cell)
-        )
-
-    def receive(self, session: int, received: Received, now: int) -> None:
-        """Hand a client's message to its cell."""
-        self._perform(self._router.receive(session, received, now))
-
-    def dismiss(self, client: ClientConnection) -> None:
-        """Tell its cell that a connection ended."""
-        if self._clients.pop(client.session, None) is not None:
-            now = self.journal.begin("closed", client.session)
-            self._perform(self._router.closed(client.session, now))
-
-    def state_byte_order(self, client: ClientConnection) -> ByteOrder:
-        """Return the byte order for a state connection: the address's own, else configured."""
-        configured = self._served[client.cell or 0].settings.ros_i.byte_order
-        default = ByteOrder.LITTLE if configured == "little" else ByteOrder.BIG
-        return self._orders.get((client.cell, client.address), default)
-
-    def learn_byte_order(self, motion: ClientConnection) -> None:
-        """Note what a motion connection spoke; a state connection in the other order is closed.
-
-        The client connects again and is then spoken to in its own order; going on in the wrong one
-        could make the reference client read a length of millions.
-        """
-        order = motion.wire.byte_order or ByteOrder.LITTLE
-        self._orders[motion.cell, motion.address] = order
-        for client in list(self._clients.values()):
-            mismatch = client.wire.byte_order is not order
-            is_same = (client.cell, client.address) == (motion.cell, motion.address)
-            if client.port is Port.ROS_STATE and is_same and mismatch:
-                client.close("its motion connection speaks the other byte order")
+    def _misheard(self, cell: int, session: int, error: Exception, now: int) -> None:
+        self.cells[cell].misheard(session, error, now)
 
     # Time.
 
@@ -253,8 +162,7 @@ class App:
         now = self.journal.begin("tick")
         for cell in self.cells:
             cell.tick(now)
-        for client in list(self._clients.values()):
-            client.check_deadlines(now)
+        self.clients.check_deadlines(now)
         if self._watchdog is not None:
             self._watchdog.beat([core.may_move for core in self._router.cores])
 
@@ -279,49 +187,6 @@ class App:
 
     # From start to end.
 
-    async def _listen(self, stack: AsyncExitStack) -> Ports:
-        pendant = await self._bind(stack, Port.PENDANT, self._listen_at.pendant_port)
-        assert pendant is not None
-        ros = {}
-        for number, served in enumerate(self._served):
-            listen = served.settings.listen
-            ros[served.settings.name] = RosPorts(
-                await self._bind(stack, Port.ROS_MOTION, listen.ros_motion_port, number),
-                await self._bind(stack, Port.ROS_STATE, listen.ros_state_port, number),
-            )
-        return Ports(pendant, ros)
-
-    async def _bind(
-        self, stack: AsyncExitStack, port: Port, number: int | None, cell: int | None = None
-    ) -> int | None:
-        """Listen on a port until the stack is closed; return its number, None where it is off.
-
-        Raises:
-            ListenFailed: it cannot be bound.
-        """
-        if number is None:
-            return None
-        loop, host = asyncio.get_running_loop(), self._listen_at.host
-        factory = partial(ClientConnection, self, port, cell)
-        try:
-            tls = self._tls if port is Port.PENDANT else None
-            server = await loop.create_server(
-                factory,
-                host,
-                number,
-                backlog=BACKLOG,
-                ssl=tls,
-                ssl_handshake_timeout=None if tls is None else _HANDSHAKE_DEADLINE,
-                ssl_shutdown_timeout=None if tls is None else _HANDSHAKE_DEADLINE,
-            )
-        except OSError as error:
-            # asyncio puts the address into `strerror`; the system's own words are short.
-            reason = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
-            raise ListenFailed(host, number, reason) from None
-        stack.callback(server.close)
-        bound: int = server.sockets[0].getsockname()[1]
-        return bound
-
     @asynccontextmanager
     async def running(self) -> AsyncIterator[Ports]:
         """Listen, connect and tick for as long as the context is open.
@@ -340,7 +205,10 @@ class App:
             self.take_accounts()
             self._note(AuditEvent.SERVER_STARTED)
             stack.callback(self._note, AuditEvent.SERVER_STOPPED)
-            ports = await self._listen(stack)
+            listening = Listening()
+            stack.callback(listening.close)
+            connect = partial(ClientConnection, self.clients)
+            ports = await listen_for(self._settings, listening, connect, self._tls)
             keepers = [link.keep_up() for cell in self.cells for link in cell.links.values()]
             if self._pool is not None:
                 keepers.append(self._pool.keep_up())
@@ -375,8 +243,7 @@ class App:
     def hang_up(self) -> None:
         """Close every connection."""
         self.journal.begin("hang-up")
-        for client in list(self._clients.values()):
-            client.close("the server is going down")
+        self.clients.hang_up("the server is going down")
         for cell in self.cells:
             cell.hang_up()
 
@@ -388,9 +255,9 @@ class App:
                 await self._resting.wait()
 
 
-def _core(served: ServedCell, access: CoreAccess) -> ServerCore:
+def _core(served: ServedCell, cells: tuple[tuple[str, str], ...], access: CoreAccess) -> ServerCore:
     settings, robot = served.settings, served.robot
-    identity = Identity(settings.name, robot.name, f"openpendant {__version__}")
+    identity = Identity(settings.name, robot.name, f"openpendant {__version__}", cells)
     mathematics = RobotMathematics(robot)
     return ServerCore(settings, robot.limits, identity, mathematics, mathematics, access)
 

@@ -9,6 +9,8 @@ import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
+from traceback import extract_tb
 
 from openpendant.motion.robot import SerialRobot
 from openpendant.simplemsg import ByteOrder, Message, Received
@@ -258,6 +260,19 @@ class CellShell:
         except Exception as error:
             self._fail(error, now)
 
+    def misheard(self, session: int, error: Exception, now: int) -> None:
+        """Stop the robot and part with a client whose message we failed on; say so in one line."""
+        incident = f"{session}-{now // 1_000_000}"
+        log.error(
+            "incident %s: cell %s stopped, session %d closed: %s: %s (%s)",
+            *(incident, self.core.name, session, type(error).__name__),
+            *(" ".join(str(error).split()), _place_of(error)),
+        )
+        try:
+            self.perform(self.core.misheard(session, incident, now))
+        except Exception as further:
+            self._fail(further, now)
+
     def _fail(self, error: Exception, now: int) -> None:
         """Stop the robot and part with everybody; say so once."""
         problem = f"{type(error).__name__}: {error}"
@@ -270,3 +285,9 @@ class CellShell:
         """Close the connections to the controller because the server is going down."""
         for link in self.links.values():
             link.end()
+
+
+def _place_of(error: Exception) -> str:
+    """Return file and line where an error was raised; a user is shown no more of it."""
+    frames = extract_tb(error.__traceback__)
+    return f"{Path(frames[-1].filename).name}:{frames[-1].lineno}" if frames else "nowhere"

@@ -26,14 +26,16 @@ from openpendant.motion.robot import SerialRobot, serial_robot
 from openpendant.simplemsg import __version__
 from openpendant.simplemsg.journal import Journal
 
+from .access.process_log import LimitedHandler
+from .configuration_file import OFF, ConfigurationError, load_settings
+from .open_files import provide_files
 from .server_settings import ServerSettings, make_server_settings, server_settings_as_toml
-from .settings import OFF, ConfigurationError, load_settings
 
 if TYPE_CHECKING:
     from .access.opening import OpenedAccess
-    from .app import Ports
     from .cell_shell import ServedCell
     from .planning.plan_store import PlanStore
+    from .ports import Ports
 
 OK, FAILED, USAGE, PORT_TAKEN = 0, 1, 2, 3
 
@@ -55,6 +57,10 @@ def serve(
     ros_state_port: Annotated[int | None, typer.Option(help="ROS-I state.")] = None,
     points: Annotated[
         str | None, typer.Option(help="Send points as type 14 (full) or type 11 (simple).")
+    ] = None,
+    signals: Annotated[
+        str | None,
+        typer.Option(help="Its inputs and outputs: none, or openpendant, as our emulator's."),
     ] = None,
     stop_connection: Annotated[
         bool | None, typer.Option(help="Keep a second motion connection for nothing but STOP.")
@@ -84,7 +90,11 @@ def serve(
         of_one_cell: dict[str | None, dict[str, Any]] = {
             None: {"robot": robot},
             "listen": {"ros_motion_port": ros_motion_port, "ros_state_port": ros_state_port},
-            "controller": {"points": points, "stop_connection": stop_connection},
+            "controller": {
+                "points": points,
+                "signals": signals,
+                "stop_connection": stop_connection,
+            },
         }
         if controller is not None:
             of_one_cell["controller"] |= _controller_address(controller)
@@ -98,16 +108,15 @@ def serve(
             print(server_settings_as_toml(settings), end="")
             return
         robots = [serial_robot(cell.robot) for cell in settings.cells]
+        provide_files(settings, source)
     except (ConfigurationError, MotionError) as error:
         raise _failure(str(error), USAGE) from None
     logging.basicConfig(
-        level=logging.INFO if verbose else logging.WARNING,
-        format="%(asctime)s %(levelname)s %(name)s: %(message)s",
-        stream=sys.stderr,
+        level=logging.INFO if verbose else logging.WARNING, handlers=[LimitedHandler(sys.stderr)]
     )
     # Imported here so that --help and a wrong configuration answer without loading pinocchio.
     from .access.opening import opened_access
-    from .app import ListenFailed
+    from .ports import ListenFailed
 
     try:
         with opened_access(settings, source) as access:

@@ -26,7 +26,7 @@ from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
 from .core import Port
 
 if TYPE_CHECKING:
-    from .app import App
+    from .clients import Clients
 
 log = logging.getLogger("openpendant.server")
 
@@ -54,14 +54,14 @@ class ClientConnection(asyncio.Protocol):
         wire: the conversation.
     """
 
-    def __init__(self, app: App, port: Port, cell: int | None = None) -> None:
+    def __init__(self, clients: Clients, port: Port, cell: int | None = None) -> None:
         """Make the protocol of a connection that was just accepted."""
         self.port = port
         self.cell = cell
         self.session = 0
         self.address = ""
         self.wire: Connection
-        self._app = app
+        self._clients = clients
         self._transport: asyncio.Transport | None = None
         self._frame_begun: int | None = None
         self._clogged_since: int | None = None
@@ -72,7 +72,7 @@ class ClientConnection(asyncio.Protocol):
     @property
     def _is_masked(self) -> bool:
         """Whether secrets have to be kept out of a journal."""
-        return self.port is Port.PENDANT and self._app.journal.is_kept
+        return self.port is Port.PENDANT and self._clients.journal.is_kept
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Set the socket up and introduce the connection to the core."""
@@ -84,29 +84,29 @@ class ClientConnection(asyncio.Protocol):
         if self.port is Port.PENDANT:
             self.wire = Connection(Role.SERVER, PENDANT, max_frame=MAX_PENDANT_FRAME)
         else:
-            known = self._app.state_byte_order(self) if self.port is Port.ROS_STATE else None
+            known = self._clients.state_byte_order(self) if self.port is Port.ROS_STATE else None
             self.wire = Connection(
                 Role.SERVER, STANDARD, byte_order=known, max_frame=MAX_REFERENCE_FRAME
             )
-        self._app.admit(self)
+        self._clients.admit(self)
 
     def data_received(self, data: bytes) -> None:
         """Decode what came and hand each message to the core, on this call stack."""
         wire = self.wire
         order = wire.byte_order
-        journal = self._app.journal
+        journal = self._clients.journal
         noted = self._heard_mask.feed(data) if self._is_masked else data
         now = journal.begin("in", self.session, noted)
         complete = wire.receive(data)
         for received in complete:
             if self.is_closing:
                 return
-            self._app.receive(self.session, received, now)
+            self._clients.receive(self.session, received, now)
         if wire.fault is not None:
             self.close(str(wire.fault))
             return
         if wire.byte_order is not order and self.port is Port.ROS_MOTION:
-            self._app.learn_byte_order(self)
+            self._clients.learn_byte_order(self)
         if wire.more:
             self._yield_to_others()
         if not wire.partial:
@@ -121,7 +121,7 @@ class ClientConnection(asyncio.Protocol):
         if transport is None or self._is_ending:
             return True
         # The loop closes a transport by itself when the kernel reports an error.
-        return self._app.journal.answer("gone", self.session, transport.is_closing())
+        return self._clients.journal.answer("gone", self.session, transport.is_closing())
 
     def _yield_to_others(self) -> None:
         """Go on with the rest of a large chunk in the next turn of the loop."""
@@ -144,7 +144,7 @@ class ClientConnection(asyncio.Protocol):
         self._transport = None
         if exc is not None:
             log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, exc)
-        self._app.dismiss(self)
+        self._clients.dismiss(self)
 
     def send(self, message: Message) -> None:
         """Write a message; one that the conversation forbids is a bug of ours and is logged."""
@@ -160,7 +160,7 @@ class ClientConnection(asyncio.Protocol):
         transport = self._transport
         if transport is None or self.is_closing:
             return
-        journal = self._app.journal
+        journal = self._clients.journal
         journal.out(self.session, self._said_mask.feed(frame) if self._is_masked else frame)
         transport.write(frame)
         is_flooded = transport.get_write_buffer_size() > REPLY_BACKLOG
@@ -173,7 +173,7 @@ class ClientConnection(asyncio.Protocol):
         if transport is None:
             return True
         is_clogged = transport.get_write_buffer_size() > STATE_BACKLOG
-        return self._app.journal.answer("clogged", self.session, is_clogged)
+        return self._clients.journal.answer("clogged", self.session, is_clogged)
 
     def check_deadlines(self, now: int) -> None:
         """Cut off a client whose frame never ends or who never reads; called once a tick."""

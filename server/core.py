@@ -19,13 +19,15 @@ from .controller_path import ControllerPath
 from .errands import Errands
 from .news import LatchedStop, News, StopMoved
 from .outgoing import Answer, Close, ForwardStop, Outgoing, Send
-from .pendant.face import Identity, PendantFace
+from .pendant.face import PendantFace
+from .pendant.greeting import Identity
 from .pendant.replies import stop_changed
 from .planning.jobs import Planned
 from .refusal import Refusal
 from .robot_cell import SERVER, RobotCell
 from .robot_view import RobotView
-from .ros.face import RosFace, RosPort
+from .ros.face import RosFace
+from .ros.link import RosPort
 from .settings import CellSettings
 from .store.documents import Heading
 from .store.requests import Answer as StoreAnswer
@@ -148,7 +150,7 @@ class ServerCore:
             out = around.planned(planned, now)
         if out is not None:
             return out
-        begun = self.cell.planned(planned, now)
+        begun = self.cell.motions.planned(planned, now)
         return begun if around is None else begun + around.began(now)
 
     def errand_done(self, errand_id: int, answer: StoreAnswer, now: int) -> list[Outgoing]:
@@ -269,6 +271,23 @@ class ServerCore:
     def is_moving(self) -> bool:
         """Whether the robot moves, as far as anyone knows."""
         return self.fault is None and self.cell.is_moving
+
+    def misheard(self, session: int, incident: str, now: int) -> list[Outgoing]:
+        """Stop the robot and part with a client, because we failed on a message of it.
+
+        Args:
+            session: number of the connection.
+            incident: under which the log tells more.
+            now: monotonic time, ns.
+
+        Returns:
+            The stop first.
+        """
+        text = f"a fault of the server, incident {incident} of its log"
+        if self.fault is not None:
+            return [Close(session, text)]
+        stop = Refusal(VerdictCode.PROTECTIVE_STOP, text)
+        return [*self.cell.protective_stop(stop, now), Close(session, text)]
 
     def fail(self, problem: str, now: int) -> list[Outgoing]:
         """Stop the robot and part with everybody, because something in here went wrong.

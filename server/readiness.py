@@ -1,7 +1,8 @@
 """What must hold before a robot moves: the conditions, in the order in which they are examined.
 
 Owns the chain and its order. `RobotCell` asks for the first condition that is broken; the question
-"why is it not moving?" is answered with all of them. Decides nothing else and changes nothing.
+"why is it not moving?" is answered with all of them, and with the scene, which a motion is held to
+by its planner. Decides nothing else and changes nothing.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from collections.abc import Iterator
 from enum import Enum
 from typing import NamedTuple, Protocol
 
+from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg import ControllerMode
 from openpendant.simplemsg.pendant import Activity, LinkState, OperatingMode
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -20,6 +22,9 @@ from .news import LatchedStop
 from .operating_mode import MotionKind, OperatingModes
 from .playback.running_program import RunningProgram
 from .refusal import Refusal
+
+_AT_LIMIT = 1e-3
+"""Reports are rounded to four bytes, and a joint at rest on its limit may overshoot a hair."""
 
 
 class Condition(Enum):
@@ -36,6 +41,7 @@ class Condition(Enum):
     MODE = "the mode of operation allows it"
     ENABLING = "the enabling device (training) is held where the mode asks for it"
     LIMITS = "every joint is inside its limits"
+    SCENE = "the robot touches nothing of itself or of its scene"
 
 
 class Finding(NamedTuple):
@@ -50,6 +56,7 @@ class Situation(Protocol):
 
     authority: Authority
     feedback: Feedback
+    limits: JointLimits
     modes: OperatingModes
     stop: LatchedStop | None
     program: RunningProgram | None
@@ -73,9 +80,6 @@ class Situation(Protocol):
     def link_state(self, now: int) -> LinkState:
         """Return the state of the controller connection."""
 
-    def outside(self) -> Refusal | None:
-        """Return which joint stands outside its limits."""
-
 
 def examine(
     cell: Situation,
@@ -86,7 +90,7 @@ def examine(
     planned: bool = False,
     steered: bool = False,
 ) -> Iterator[Finding]:
-    """Yield every condition for a motion of a connection, in order.
+    """Yield every condition for a motion of a connection, in order, but for that of the scene.
 
     Args:
         cell: the cell.
@@ -104,7 +108,7 @@ def examine(
     modes, controller = cell.modes, cell.mode
     yield Finding(Condition.MODE, modes.forbids(kind, controller))
     yield Finding(Condition.ENABLING, modes.not_enabled(session, controller, now))
-    yield Finding(Condition.LIMITS, None if _recovers(cell, kind) else cell.outside())
+    yield Finding(Condition.LIMITS, None if _recovers(cell, kind) else outside_limits(cell))
 
 
 def _program_fault(program: RunningProgram | None, kind: MotionKind) -> Refusal | None:
@@ -168,7 +172,7 @@ def _feedback_fault(feedback: Feedback, now: int) -> Refusal | None:
 
 
 def _activity_fault(cell: Situation, *, planned: bool) -> Refusal | None:
-    if cell.activity is Activity.PAUSED:
+    if cell.activity in (Activity.PAUSED, Activity.PAUSING):
         return Refusal(VerdictCode.PAUSED)
     if cell.is_busy or not cell.feedback.is_standing:
         return Refusal(VerdictCode.MOVING)
@@ -182,3 +186,14 @@ def _controller_fault(feedback: Feedback) -> Refusal | None:
         return None
     text = f"the controller cannot move: {feedback.complaint}"
     return Refusal(VerdictCode.CONTROLLER_NOT_READY, text)
+
+
+def outside_limits(cell: Situation) -> Refusal | None:
+    """Return which joint is reported outside its limits; None where none is."""
+    for joint, value in enumerate(cell.feedback.position or ()):
+        lower, upper = cell.limits.lower[joint], cell.limits.upper[joint]
+        if not lower - _AT_LIMIT <= value <= upper + _AT_LIMIT:
+            bound = lower if value < lower else upper
+            text = f"joint {joint + 1} stands at {value:.6f}, outside its limit {bound:g}"
+            return Refusal(VerdictCode.OUTSIDE_LIMITS, text, joint, value, bound)
+    return None

@@ -9,19 +9,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from .configuration_file import ConfigurationError, checked, settings_as_toml
 from .settings import (
     CellName,
     CellSettings,
-    ConfigurationError,
     Listen,
     ListenForAll,
     OwnTables,
     RosPort,
     SharedTables,
     Table,
-    checked,
     make_settings,
-    settings_as_toml,
 )
 
 MOST_CELLS = 64

@@ -6,6 +6,7 @@ Owns how the chain of `readiness` is told. The conditions themselves, and their 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
 from typing import Literal
 
@@ -13,7 +14,8 @@ from openpendant.simplemsg.verdicts import CATALOGUE
 
 from .operating_mode import MotionKind
 from .pendant.management_bodies import Body
-from .readiness import Finding, examine
+from .readiness import Condition, Finding, examine
+from .refusal import Refusal
 from .robot_cell import RobotCell
 
 
@@ -58,7 +60,18 @@ class WhyReply(Body):
     conditions: tuple[ConditionReport, ...]
 
 
-def why(cell: RobotCell, name: str, request: WhyRequest, session: int, now: int) -> WhyReply:
+Contact = Callable[[], Refusal | None]
+"""Tells what the robot touches where it stands."""
+
+
+def why(
+    cell: RobotCell,
+    name: str,
+    request: WhyRequest,
+    session: int,
+    now: int,
+    contact: Contact | None = None,
+) -> WhyReply:
     """Examine every condition of a motion.
 
     Args:
@@ -67,12 +80,16 @@ def why(cell: RobotCell, name: str, request: WhyRequest, session: int, now: int)
         request: what somebody would like to do.
         session: who asks.
         now: monotonic time, ns.
+        contact: tells what the robot touches; None where nothing is looked for.
     """
     holder = cell.authority.holder
     if request.whose == "holder" and holder is not None:
         session = holder.session
     kind = MotionKind[request.kind.name]
-    reports = tuple(_report(finding) for finding in examine(cell, kind, session, now))
+    # A jog may always lead away from a contact, so none is in its way.
+    touched = contact() if contact is not None and kind is not MotionKind.JOG else None
+    chain = [*examine(cell, kind, session, now), Finding(Condition.SCENE, touched)]
+    reports = tuple(_report(finding) for finding in chain)
     broken = next((report.condition for report in reports if not report.holds), "")
     return WhyReply(
         cell=name, kind=request.kind, ready=not broken, broken=broken, conditions=reports

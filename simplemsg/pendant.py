@@ -85,6 +85,7 @@ class Activity(IntEnum):
     STOPPING = 3
     JOGGING = 4
     PAUSED = 5
+    PAUSING = 6
 
 
 class LinkState(IntEnum):
@@ -224,6 +225,8 @@ class Capability(IntFlag):
     PROGRAMS = 256
     RECORDING = 512
     LOGIN = 1024
+    SIGNALS = 2048
+    SCENE = 4096
 
 
 class OperatorAction(IntEnum):
@@ -651,7 +654,7 @@ class State(Topic):
     time_ns: Annotated[int, Int("the server's monotonic time, rest", "ns")]
     age: Annotated[float, Real("age of the controller's last report, -1 before the first", "s")]
     dropped: Annotated[int, Int("state messages that this connection was too slow for")]
-    activity: Annotated[int, Int("0 idle, 1 planning, 2 moving, 3 stopping", values=Activity)]
+    activity: Annotated[int, Int("what the cell does; 6: about to be paused", values=Activity)]
     request_id: Annotated[int, Int("request that is planned or moving, 0 for none")]
     holder: Annotated[int, Int("session that holds the motion authority, 0 for none")]
     stop: Annotated[int, Int("latched stop: 0 none, 1 software, 2 protective", values=StopKind)]

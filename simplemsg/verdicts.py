@@ -121,10 +121,9 @@ class VerdictCode(IntEnum):
     ACCOUNT_EXISTS = 139
     UNKNOWN_ACCOUNT = 140
     LAST_ADMIN = 141
+    REQUEST_REPEATED = 142
 
-    JOG_SILENT = 145
     NO_JOG_TO_UNDO = 146
-    HOME_REFUSED = 147
     OUTSIDE_LIMITS = 148
     SERVER_LATE = 149
     CELL_FAULTED = 150
@@ -485,15 +484,9 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "A condition asks for a flag that no input was read into.",
         "Read an input into the flag before the condition.",
     ),
-    VerdictCode.JOG_SILENT: _entry(
-        "No beat of the press came within its deadline; the robot ramped to rest.",
-        "Press again; send a beat every 50 ms, or declare a longer deadline (250 ms at most).",
-    ),
     VerdictCode.NO_JOG_TO_UNDO: _entry(
-        "There is no jog whose way could be taken back.", "An undo works once after each jog."
-    ),
-    VerdictCode.HOME_REFUSED: _entry(
-        "The robot may not go to that position.", "Read the text; the robot file names its home."
+        "There is no jog whose way could be taken back.",
+        "An undo works once after each jog, before any other motion.",
     ),
     VerdictCode.OUTSIDE_LIMITS: _entry(
         "A joint stands outside its limits, so only motion back inside is allowed.",
@@ -550,6 +543,10 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     VerdictCode.LAST_ADMIN: _entry(
         "Nobody could manage the accounts that remain.",
         "Make somebody else admin first, or remove the other accounts.",
+    ),
+    VerdictCode.REQUEST_REPEATED: _entry(
+        "The request came twice, or behind one that was sent after it.",
+        "Count request ids up on each connection; send anew what is still wanted.",
     ),
     VerdictCode.RECORDING_RUNNING: _entry(
         "A recording is under way already.", "Stop it first; the text names it."

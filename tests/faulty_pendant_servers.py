@@ -19,6 +19,7 @@ from openpendant.server.driving.driving import Driving
 from openpendant.server.news import AuthorityMoved, Ended, News
 from openpendant.server.outgoing import Outgoing, Send
 from openpendant.server.pendant.face import PendantFace
+from openpendant.server.pendant.listeners import Listeners
 from openpendant.server.pendant.management import answer_management
 from openpendant.server.pendant.motions import PendantMotions
 from openpendant.server.pendant.state_report import state_message
@@ -88,7 +89,7 @@ def _shown_as(values: Callable[[State], dict[str, Any]]) -> Plant:
             state = make(*arguments)
             return dataclasses.replace(state, **values(state))
 
-        patch.setattr("openpendant.server.pendant.face.state_message", changed)
+        patch.setattr("openpendant.server.pendant.announcing.state_message", changed)
 
     return plant
 
@@ -193,12 +194,12 @@ def _beats_ignored(patch: pytest.MonkeyPatch) -> None:
 
 
 def _rate_capped(patch: pytest.MonkeyPatch) -> None:
-    take = PendantFace._set_rate
+    take = Listeners.set_rate
 
-    def changed(self: PendantFace, listener: Any, rate: float, now: int) -> None:
-        take(self, listener, min(rate, 25.0), now)
+    def changed(self: Listeners, session: int, rate: float, now: int) -> None:
+        take(self, session, min(rate, 25.0), now)
 
-    patch.setattr(PendantFace, "_set_rate", changed)
+    patch.setattr(Listeners, "set_rate", changed)
 
 
 def _accepts(kind: type[Message]) -> Plant:
@@ -224,7 +225,7 @@ def _snapshot_fails(patch: pytest.MonkeyPatch) -> None:
     def changed(*arguments: Any) -> Any:
         return dataclasses.replace(answer(*arguments), ok=False)
 
-    patch.setattr("openpendant.server.pendant.face.answer_management", changed)
+    patch.setattr("openpendant.server.pendant.management_desk.answer_management", changed)
 
 
 def _topic_ignored(patch: pytest.MonkeyPatch) -> None:
@@ -270,7 +271,7 @@ def _lease_announced(change: HelloReply) -> None:
 
 def _motion_survives_its_pendant(patch: pytest.MonkeyPatch) -> None:
     def closed(self: PendantFace, session: int, now: int) -> list[Outgoing]:
-        del self._listeners[session]
+        self._listeners.closed(session)
         change = self._cell.authority.release(session, AuthorityReason.CONNECTION_LOST)
         return [] if change is None else self._cell._tell(AuthorityMoved(change), now)
 

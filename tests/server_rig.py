@@ -36,7 +36,7 @@ from openpendant.server.outgoing import (
     Send,
     Spread,
 )
-from openpendant.server.pendant.face import Identity
+from openpendant.server.pendant.greeting import Identity
 from openpendant.server.planning.jobs import (
     Job,
     JointPathJob,
@@ -84,6 +84,7 @@ class NoTool:
     def __init__(self, limits: JointLimits = LIMITS) -> None:
         self._limits = limits
         self.frames = FrameTree()
+        self.tool_in_flange = None
 
     def configuration(self, position: Sequence[float]) -> None:
         return None
@@ -122,13 +123,10 @@ class NoTool:
             raise FrameUnknown(frame, ("base", "tool"))
         return PoseGoal(tuple(values[:3]), (0.0, 0.0, 0.0, 1.0))
 
-    def flange_goal(self, goal: PoseGoal, frame: str) -> PoseGoal:
+    def goal_in_base(self, goal: PoseGoal, frame: str) -> PoseGoal:
         if frame not in self.frames.frames:
             raise FrameUnknown(frame, tuple(self.frames.frames))
         return goal
-
-    def way_back(self, way: Sequence[JointVector]) -> tuple[JointVector, ...]:
-        return (way[0],)
 
 
 class Shell(ABC):

@@ -10,7 +10,7 @@ import pytest
 
 from openpendant.controller_emulator import settings as emulator
 from openpendant.controller_emulator.scenario import load_scenario
-from openpendant.server import settings as server
+from openpendant.server import configuration_file as server
 from openpendant.tools.packets.console import PacketToolError
 from openpendant.tools.packets.faulty.fault_script import load_script
 

@@ -63,16 +63,21 @@ SHELLS = {
     "server/cli.py",
     "server/client_connection.py",
     "server/controller_connection.py",
+    "server/listening.py",
     "server/planning/pool.py",
     "server/planning/process.py",
+    "server/ports.py",
     "server/access/process_access.py",
     "server/store/writer.py",
     "server/store/door.py",
     "server/store/opening.py",
+    "server/watchdog/child.py",
     "server/watchdog/process.py",
     "simplemsg/journal_writer.py",
 }
 CLOCK_READERS = {
+    "server/access/process_log.py",  # how many lines went out in the last second
+    "server/watchdog/child.py",
     "server/watchdog/process.py",
     "motion/ik.py",  # the outer cap on a search
     "motion/plan_cli.py",  # what a plan cost, and the planner's time limit

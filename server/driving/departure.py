@@ -35,9 +35,12 @@ class DepartureCheck:
         self._limits = limits
         self._last: Row | None = None
         self._lower, self._upper = list(limits.lower), list(limits.upper)
+        self._begins_outside = False
         if start is not None:
             self._lower = [min(pair) for pair in zip(limits.lower, start, strict=True)]
             self._upper = [max(pair) for pair in zip(limits.upper, start, strict=True)]
+            bounds = (*self._lower, *self._upper)
+            self._begins_outside = bounds != (*limits.lower, *limits.upper)
 
     def check(self, row: Row) -> Refusal | None:
         """Check the next sample.
@@ -49,27 +52,40 @@ class DepartureCheck:
         step = 0.0 if last is None else row.time - last.time
         if last is not None and not step > _TIME_ROUNDING:
             return _refusal("does not advance in time", -1, row.time, last.time)
-        before = [0.0] * limits.dof if last is None else last.velocity
-        for joint, (position, velocity) in enumerate(zip(row.position, row.velocity, strict=True)):
+        at_rest = [0.0] * limits.dof
+        joints = zip(
+            row.position,
+            row.velocity,
+            row.position if last is None else last.position,
+            at_rest if last is None else last.velocity,
+            self._lower,
+            self._upper,
+            limits.velocity,
+            limits.acceleration,
+            strict=True,
+        )
+        for joint, row_of_joint in enumerate(joints):
+            position, velocity, place, speed, lower, upper, fastest, acceleration = row_of_joint
             # Each comparison is written so that a value that is not a number fails.
-            if not self._lower[joint] <= position <= self._upper[joint]:
-                bound = self._lower if position < self._lower[joint] else self._upper
-                return _refusal("is out of range", joint, position, bound[joint])
-            if not abs(velocity) <= limits.velocity[joint] * VELOCITY_SLACK:
-                return _refusal("is too fast", joint, velocity, limits.velocity[joint])
-            gain = limits.acceleration[joint] * ACCELERATION_SLACK * step
-            change = velocity - before[joint]
+            if not lower <= position <= upper:
+                bound = lower if position < lower else upper
+                return _refusal("is out of range", joint, position, bound)
+            if not abs(velocity) <= fastest * VELOCITY_SLACK:
+                return _refusal("is too fast", joint, velocity, fastest)
+            gain = acceleration * ACCELERATION_SLACK * step
+            change = velocity - speed
             if not abs(change) <= gain:
                 return _refusal("changes its velocity too fast", joint, change, gain)
             if last is None:
                 continue
             # Between two samples the acceleration stays within its limit, so the way differs from
             # that of the mean velocity by a quarter of what the limit allows at most.
-            way = position - last.position[joint] - 0.5 * (velocity + before[joint]) * step
+            way = position - place - 0.5 * (velocity + speed) * step
             if not abs(way) <= 0.25 * gain * step + _TIME_ROUNDING:
-                return _refusal("jumps", joint, position, last.position[joint])
+                return _refusal("jumps", joint, position, place)
         self._last = row
-        self._close_in(row)
+        if self._begins_outside:
+            self._close_in(row)
         return None
 
     def _close_in(self, row: Row) -> None:

@@ -8,7 +8,6 @@ cell's business, which begins and ends motions here.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg import Message
@@ -28,37 +27,16 @@ from .certified import Certified
 from .execution import Execution, Phase
 from .feedback import Feedback
 from .row_sources import StoredRows
+from .work import Work
 
 _STOPPING_NS = 5_000_000_000
 _STOP_REPEAT_NS = 100_000_000
 
+_LONGEST_SHIVER = 1.0
+"""A pause whose set-points have stood so long is at rest whatever the reports say [s]."""
+
 Listener = Callable[[News, int], list[Outgoing]]
 OnFault = Callable[[Refusal, int], list[Outgoing]]
-
-
-@dataclass(slots=True)
-class Work:
-    """A motion between its request and its end."""
-
-    request: Request
-    kind: MotionKind
-    job_id: int
-    planned_cap: float | None = None
-    plan_time: float = 0.0
-    duration: float = 0.0
-    execution: Execution | None = None
-
-    @property
-    def stored(self) -> StoredRows | None:
-        """The certified trajectory that is played; None while planning and in a jog."""
-        rows = None if self.execution is None else self.execution.rows
-        return rows if isinstance(rows, StoredRows) else None
-
-    @property
-    def jog(self) -> JogRows | None:
-        """The jog that is driven."""
-        rows = None if self.execution is None else self.execution.rows
-        return rows if isinstance(rows, JogRows) else None
 
 
 class Driving:
@@ -66,6 +44,7 @@ class Driving:
 
     Attributes:
         work: the motion between its request and its end; None for none.
+        started: how many motions and jogs have begun so far.
         up: which connections to the controller are there.
     """
 
@@ -86,6 +65,7 @@ class Driving:
             tell: told all news; returns what is to be written because of them.
             on_fault: told where a set-point failed its last look; returns the protective stop.
         """
+        self.started = 0
         self.work: Work | None = None
         self.up = dict.fromkeys(ControllerPath, False)
         self._limits = limits
@@ -110,8 +90,16 @@ class Driving:
             return Activity.PLANNING
         if work.kind is MotionKind.JOG and work.jog is not None:
             return Activity.JOGGING
-        is_paused = work.stored is not None and work.stored.is_paused
-        return Activity.PAUSED if is_paused else Activity.MOVING
+        if work.stored is None or not work.stored.is_paused:
+            return Activity.MOVING
+        return Activity.PAUSED if self._has_paused(work.stored) else Activity.PAUSING
+
+    def _has_paused(self, rows: StoredRows) -> bool:
+        """Tell whether a pause has come to rest."""
+        # What has left may still be ahead of the robot, so that its own report decides; but one
+        # that shivers for ever, by its reports, goes nowhere when all it is sent stands still.
+        rests = self._feedback.joints_rest or rows.rest_time >= _LONGEST_SHIVER
+        return rows.is_at_rest and rests
 
     @property
     def request(self) -> Request | None:
@@ -153,7 +141,7 @@ class Driving:
 
     def drive(self, work: Work, rows: JogRows, lead: float, now: int) -> list[Outgoing]:
         """Start a jog; its set-points are made as it goes and leave `lead` [s] ahead."""
-        return self._start(work, self._execution(rows, now, lead, start=rows.way[0]), now)
+        return self._start(work, self._execution(rows, now, lead, start=rows.start), now)
 
     def _execution(
         self,
@@ -179,6 +167,7 @@ class Driving:
             return self._tell(Refused(work.request, first), now)
         work.execution = execution
         self.work = work
+        self.started += 1
         out: list[Outgoing] = [] if first is None else [Forward(first)]
         return out + self._tell(Begun(work.request), now)
 
@@ -295,7 +284,7 @@ class Driving:
         if since is None:
             return out
         feedback = self._feedback
-        if feedback.position is not None and feedback.received > since and feedback.is_standing:
+        if feedback.position is not None and feedback.has_come_to_rest(since):
             self._stopping_since = None
         elif now - since > _STOPPING_NS and feedback.position is None:
             # Without reports nobody can say that it stands; `obstacle` keeps refusing motion.

@@ -21,6 +21,13 @@ from ..settings import ControllerLink
 STANDING_SPEED = 1e-3
 """A joint slower than this stands [rad/s or m/s]; the 4-byte report of a resting joint is exact."""
 
+_NOISE_SPEED = 0.05
+"""A reported speed below this may be noise [rad/s or m/s]; then the positions decide."""
+
+_STILL_NS = 200_000_000
+_STILL_WAY = STANDING_SPEED * _STILL_NS / 1e9
+"""A joint that went no farther for so long was on average no faster than one that stands."""
+
 # A look-up, because it is asked for many times a tick and an enum takes long to make.
 _UNKNOWN = ControllerMode.UNKNOWN
 _MODES = {mode.value: mode for mode in (ControllerMode.MANUAL, ControllerMode.AUTO)}
@@ -53,6 +60,8 @@ class Feedback:
         self._fresh_age = link.fresh_age_ns
         self._abort_age = link.abort_age_ns
         self._full = False
+        self._still_at: tuple[float, ...] = ()
+        self._still_since = 0
 
     def take(self, message: Message, now: int) -> None:
         """Take a report of the controller; other messages are none of our business."""
@@ -89,6 +98,8 @@ class Feedback:
         self.broken = False
         self.position = position
         self.received = now
+        if not self._still_at or _way(position, self._still_at) > _STILL_WAY:
+            self._still_at, self._still_since = position, now
 
     def forget(self) -> None:
         """Forget everything, because the state connection was lost."""
@@ -98,6 +109,7 @@ class Feedback:
         self.velocity = (0.0,) * self._dof
         self.broken = False
         self._full = False
+        self._still_at = ()
 
     def age(self, now: int) -> int | None:
         """Return the age of the last joint report [ns]; None before the first."""
@@ -114,9 +126,35 @@ class Feedback:
     @property
     def is_standing(self) -> bool:
         """Whether the robot stands, as far as the controller and the joints tell."""
-        if self.status is not None and self.status.in_motion == TriState.TRUE:
+        return not self._calls_itself_moving and self.joints_rest
+
+    def has_come_to_rest(self, since: int) -> bool:
+        """Tell whether the robot stands by what was reported after a time [ns], a stop's say."""
+        if self.received <= since or self._calls_itself_moving:
             return False
+        return self._has_resting_speeds or self._has_kept_still(since)
+
+    @property
+    def joints_rest(self) -> bool:
+        """Whether the joints rest, also while the controller calls points without way a motion.
+
+        Their speeds tell. Where these are noisy, reported or worked out, the positions do: such
+        joints rest when they have kept their places for a while.
+        """
+        return self._has_resting_speeds or self._has_kept_still(0)
+
+    @property
+    def _calls_itself_moving(self) -> bool:
+        return self.status is not None and self.status.in_motion == TriState.TRUE
+
+    @property
+    def _has_resting_speeds(self) -> bool:
         return self.velocity_known and all(abs(speed) <= STANDING_SPEED for speed in self.velocity)
+
+    def _has_kept_still(self, since: int) -> bool:
+        if self.received - max(self._still_since, since) < _STILL_NS or not self.velocity_known:
+            return False
+        return all(abs(speed) <= _NOISE_SPEED for speed in self.velocity)
 
     @property
     def complaint(self) -> str:
@@ -165,3 +203,7 @@ class Feedback:
 def _sound(values: tuple[float, ...]) -> bool:
     """Tell whether all values are such as a joint can have; what is not a number is not."""
     return all(abs(value) <= LARGEST_VALUE for value in values)
+
+
+def _way(one: tuple[float, ...], other: tuple[float, ...]) -> float:
+    return max(abs(a - b) for a, b in zip(one, other, strict=True))

@@ -16,6 +16,12 @@ from openpendant.motion.ptp import StraightMove
 from openpendant.motion.time_scaling import ScaledRun
 from openpendant.motion.trajectory import Array, Row, Trajectory
 
+_LAST_STEP = 1.5
+"""Longest way to the last set-point, in sample periods; the shortest is one less."""
+
+_END_STEP = 1e-4
+"""To what the end of a run that was slowed down is rounded up, so that 4-byte reals hold it [s]."""
+
 
 class RowSource(Protocol):
     """Set-points in the order of their times.
@@ -47,13 +53,29 @@ class StoredRows:
         self._period = samples.row(1).time if len(samples) > 1 else 0.0
         self._run: ScaledRun | None = None
         self._has_ended = False
+        self._rests_from = 0.0
 
     @property
     def next_time(self) -> float | None:
         """Time of the next set-point [s]; None after the last."""
         if self._run is not None and self._next > 0:
-            return None if self._has_ended else self.last.time + self._period
+            return None if self._has_ended else self._scaled_time(self._run)
         return None if self._due is None else self._due.time
+
+    def _scaled_time(self, run: ScaledRun) -> float:
+        """Return the time of the next set-point of a run that was slowed down [s].
+
+        Such a run ends between two periods. Its last set-point has the time of that end: at the
+        next whole period instead, whoever interpolates would overshoot the goal and come back.
+        """
+        last, period = self.last.time, self._period
+        # A run is never faster than planned, so that most often this tells without looking ahead.
+        if self.duration - self.path_time > _LAST_STEP * period:
+            return last + period
+        left = run.remaining(self._clock)
+        if left > _LAST_STEP * period:
+            return last + period
+        return last + math.ceil(left / _END_STEP) * _END_STEP
 
     def take(self) -> Row:
         """Return the next set-point."""
@@ -69,9 +91,11 @@ class StoredRows:
         return self.last
 
     def _take_scaled(self, run: ScaledRun) -> Row:
-        time = self.last.time + self._period
+        time = self._scaled_time(run)
         at = round(time * 1e9)
         state = run.state(at)
+        if not self.is_at_rest:
+            self._rests_from = time
         self.last = Row(
             time, state.position.tolist(), state.velocity.tolist(), state.acceleration.tolist()
         )
@@ -106,6 +130,16 @@ class StoredRows:
     def is_paused(self) -> bool:
         """Whether a pause is on, the ramp to it included."""
         return self._run is not None and self._run.scale_wanted == 0.0
+
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether the set-point that was taken last stands still."""
+        return not any(self.last.velocity)
+
+    @property
+    def rest_time(self) -> float:
+        """How long the set-points have stood still in a pause [s]; 0 while they move."""
+        return self.last.time - self._rests_from if self.is_at_rest else 0.0
 
     @property
     def _clock(self) -> int:

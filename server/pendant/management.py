@@ -2,7 +2,7 @@
 
 Owns the table of operations that are answered at once from the cell's own data. An operation is a
 model of its request and a function, in a file of its own, and one line of the table. Requests about
-programs are answered later and have their own table (`program_operations`).
+programs, recordings and the world have tables of their own, found by how their names begin.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -19,57 +19,12 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..robot_cell import RobotCell
 from ..settings import CellSettings
 from ..why import WhyRequest, why
-from .management_bodies import Body
+from ..world.cell_surroundings import CellSurroundings
+from .management_bodies import Body, body_fault
+from .served_cells import CellsRequest, ServedCells
+from .snapshot import SnapshotRequest, snapshot
 
-_LONGEST_TEXT = 400
 _LONGEST_NAME = 40
-
-
-class SnapshotRequest(Body):
-    """Asks for the whole state of the cell."""
-
-    op: Literal["snapshot"]
-
-
-class JointDescription(Body):
-    """One driven joint, controller side; rad, or m for a linear axis."""
-
-    name: str
-    unit: Literal["rad", "m"]
-    lower: float
-    upper: float
-    velocity: float
-    acceleration: float
-
-
-class OwnerDescription(Body):
-    """Who holds the motion authority."""
-
-    session: int
-    client: str
-
-
-class StopDescription(Body):
-    """The latched software stop."""
-
-    session: int
-    client: str
-    reason: str
-
-
-class Snapshot(Body):
-    """The cell as it is now."""
-
-    cell: str
-    robot: str
-    joints: tuple[JointDescription, ...]
-    frames: tuple[str, ...]
-    activity: str
-    link: str
-    mode: str
-    owner: OwnerDescription | None
-    stop: StopDescription | None
-    obstacle: str
 
 
 class Failure(Body):
@@ -101,12 +56,16 @@ class Asked:
         settings: its configuration.
         session: who asks.
         now: monotonic time, ns.
+        around: what surrounds the robot; None in a cell without.
+        served: all cells of the server.
     """
 
     cell: RobotCell
     settings: CellSettings
     session: int
     now: int
+    around: CellSurroundings | None
+    served: ServedCells
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,12 +83,19 @@ class Operation:
 
 OPERATIONS: Mapping[str, Operation] = {
     "snapshot": Operation(
-        SnapshotRequest, lambda _, asked: snapshot(asked.cell, asked.settings, asked.now)
+        SnapshotRequest,
+        lambda _, asked: snapshot(asked.cell, asked.settings, asked.now, asked.around),
     ),
+    "cells": Operation(CellsRequest, lambda _, asked: asked.served),
     "why": Operation(
         WhyRequest,
         lambda request, asked: why(
-            asked.cell, asked.settings.name, request, asked.session, asked.now
+            asked.cell,
+            asked.settings.name,
+            request,
+            asked.session,
+            asked.now,
+            None if asked.around is None else asked.around.contact,
         ),
     ),
 }
@@ -145,7 +111,13 @@ class _AnyRequest(BaseModel):
 
 
 def answer_management(
-    body: bytes, cell: RobotCell, settings: CellSettings, now: int, session: int = 0
+    body: bytes,
+    cell: RobotCell,
+    settings: CellSettings,
+    now: int,
+    session: int = 0,
+    around: CellSurroundings | None = None,
+    served: ServedCells | None = None,
 ) -> Answer:
     """Carry out one management request.
 
@@ -155,6 +127,8 @@ def answer_management(
         settings: the cell's configuration.
         now: monotonic time, ns.
         session: who asks; 0 for nobody in particular.
+        around: what surrounds the robot; None in a cell without.
+        served: all cells of the server; None for this one alone.
     """
     try:
         named = _AnyRequest.model_validate_json(body).op
@@ -164,46 +138,12 @@ def answer_management(
             return _failure(VerdictCode.BAD_ARGUMENT, text)
         request = operation.request.model_validate_json(body)
     except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-        where = ".".join(str(part) for part in first["loc"])
-        text = f"{where}: {first['msg']}" if where else first["msg"]
-        # A place may be as long as the request, and the answer has to fit a frame.
-        return _failure(VerdictCode.BAD_ARGUMENT, text[-_LONGEST_TEXT:])
-    answer = operation.answer(request, Asked(cell, settings, session, now))
+        fault = body_fault(error)
+        return _failure(fault.code, fault.text)
+    served = served or ServedCells.of([(settings.name, settings.robot)])
+    answer = operation.answer(request, Asked(cell, settings, session, now, around, served))
     return Answer(answer.model_dump_json().encode(), ok=True)
 
 
 def _failure(code: VerdictCode, text: str) -> Answer:
     return Answer(json.dumps(Failure(code=code, text=text).model_dump()).encode(), ok=False)
-
-
-def snapshot(cell: RobotCell, settings: CellSettings, now: int) -> Snapshot:
-    """Return the cell as it is now."""
-    limits = cell.limits
-    holder, stop, obstacle = cell.authority.holder, cell.stop, cell.obstacle(now)
-    return Snapshot(
-        cell=settings.name,
-        robot=settings.robot,
-        joints=tuple(
-            JointDescription(
-                name=limits.names[index],
-                unit="m" if limits.prismatic[index] else "rad",
-                lower=limits.lower[index],
-                upper=limits.upper[index],
-                velocity=limits.velocity[index],
-                acceleration=limits.acceleration[index],
-            )
-            for index in range(limits.dof)
-        ),
-        frames=("base", "root"),
-        activity=cell.activity.name.lower(),
-        link=cell.link_state(now).name.lower(),
-        mode=cell.mode.name.lower(),
-        owner=None
-        if holder is None
-        else OwnerDescription(session=holder.session, client=holder.client),
-        stop=None
-        if stop is None
-        else StopDescription(session=stop.by.session, client=stop.by.client, reason=stop.reason),
-        obstacle="" if obstacle is None else obstacle.sentence,
-    )

@@ -64,10 +64,17 @@ class PendantMotions:
     ) -> list[Outgoing]:
         cell = self._cell
         request = Request(session, request_id)
-        if self._tool_speed is None and cell.scene is None:
+        if self._tool_speed is None and cell.motions.scene is None:
             cell.authority.beat(session, now)
-            return cell.move_joints(request, goal, speed, now)
-        job = JointPathJob(cell.new_job_id(), cell.standing_at, (goal,), speed, self._tool_speed)
+            return cell.motions.move_joints(request, goal, speed, now)
+        job = JointPathJob(
+            cell.motions.new_job_id(),
+            cell.standing_at,
+            (goal,),
+            speed,
+            self._tool_speed,
+            self._robot.tool_in_flange,
+        )
         return self._plan(request, job, now)
 
     @property
@@ -76,7 +83,7 @@ class PendantMotions:
 
     def _plan(self, request: Request, job: MotionJob, now: int) -> list[Outgoing]:
         self._cell.authority.beat(request.session, now)
-        return self._cell.ask(request, job)
+        return self._cell.motions.ask(request, job)
 
     def _joint_path(self, session: int, message: JointPath, now: int) -> Refusal | list[Outgoing]:
         cell = self._cell
@@ -94,7 +101,12 @@ class PendantMotions:
                 return position
             waypoints.append(position)
         job = JointPathJob(
-            cell.new_job_id(), cell.standing_at, tuple(waypoints), message.speed, self._tool_speed
+            cell.motions.new_job_id(),
+            cell.standing_at,
+            tuple(waypoints),
+            message.speed,
+            self._tool_speed,
+            self._robot.tool_in_flange,
         )
         return self._plan(Request(session, message.request_id), job, now)
 
@@ -115,17 +127,18 @@ class PendantMotions:
         if refusal is not None:
             return refusal
         try:
-            flange = tuple(self._robot.flange_goal(goal, message.frame) for goal in goals)
+            in_base = tuple(self._robot.goal_in_base(goal, message.frame) for goal in goals)
         except MotionError as error:
             return refusal_of(error)
         job = PoseJob(
-            cell.new_job_id(),
+            cell.motions.new_job_id(),
             cell.standing_at,
-            flange,
+            in_base,
             BASE,
             Motion(message.motion),
             message.speed,
             self._tool_speed,
+            self._robot.tool_in_flange,
         )
         return self._plan(Request(session, message.request_id), job, now)
 

@@ -84,7 +84,7 @@ def state_message(cell: RobotCell, tool: RobotView, sequence: int, now: int) -> 
         tool_position=(0.0, 0.0, 0.0),
         tool_orientation=(0.0, 0.0, 0.0, 1.0),
     )
-    jog = cell.driven_jog
+    jog = cell.motions.driven_jog
     if jog is not None and jog.step is not None:
         state.jog_scale = jog.step.scale
         if jog.step.cause is not None:

@@ -2,7 +2,8 @@
 
 Owns where a taught point is now: at its joints while these put its tool where its pose says, else
 at its pose, reached in its own configuration. So a point of a user frame moves with the frame, and
-one taught with a tool that was measured anew keeps its place. Owns the speeds of the moves, too.
+one taught with a tool that was measured anew keeps its place. Lines and circles are those of the
+tool centre point with which the points were taught. Owns the speeds of the moves, too.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.segment_planning import plan_path
 from openpendant.motion.timing import SegmentRule, time_path
+from openpendant.motion.tool_on_robot import with_tool
 from openpendant.motion.tool_speed import ToolSpeedLimit, reduced_speed, tool_point
 from openpendant.motion.trajectory import Array, Trajectory
 
@@ -105,14 +107,27 @@ class Places:
         tip = self._frames.transform(pose.tool, FLANGE)
         return self._frames.transform(pose.frame, BASE).compose(pose.pose).compose(tip.inverse())
 
-    def tip(self, point: TeachPoint) -> tuple[float, ...]:
-        """Return x, y, z of a point's tool in the flange [m]; of the selected one without a pose.
+    def tool(self, point: TeachPoint | None = None) -> Pose:
+        """Return a point's tool in the flange; the selected one for a point without a pose.
 
         Raises:
             FrameUnknown: there is no such tool.
         """
-        tool = TOOL if point.pose is None else point.pose.tool
-        return tuple(self._frames.transform(tool, FLANGE).position.tolist())
+        tool = TOOL if point is None or point.pose is None else point.pose.tool
+        return self._frames.transform(tool, FLANGE)
+
+    def tip(self, point: TeachPoint | None = None) -> tuple[float, ...]:
+        """Return x, y, z of a point's tool, as of `tool` [m]."""
+        return tuple(self.tool(point).position.tolist())
+
+    def leading(self, moves: Sequence[BlockMove]) -> Kinematics:
+        """Return the kinematics whose tool is that of a block, which has but one.
+
+        Raises:
+            FrameUnknown: there is no such tool.
+        """
+        tool = self.tool(next((m.target for m in moves if m.target.pose is not None), None))
+        return Kinematics(with_tool(self._kinematics.robot, tool))
 
     def joints(self, point: TeachPoint) -> JointVector:
         """Return the joints that a point stands for.
@@ -192,9 +207,10 @@ def plan_block(
             moves.append(places.resolved(move))
         except MotionError as error:
             raise BlockFault(place, error) from error
-    segments = segments_of(MotionBlock(tuple(moves)), places.flange, kinematics.forward)
     try:
-        (path,) = plan_path(kinematics, start, segments)
+        tooled = places.leading(block.moves)
+        segments = segments_of(MotionBlock(tuple(moves)), places.flange, tooled.forward)
+        (path,) = plan_path(tooled, start, segments)
         caps = _speed_limits(kinematics, places, block.moves, path, speed, cap)
         rules = [SegmentRule(speed_fraction=_fraction(move)) for move in _by_leg(block.moves, path)]
         limits = kinematics.limits
@@ -251,7 +267,8 @@ def _speed_limits(
     """Return the cap of the mode on every tool of the block, and the tool speeds of its moves."""
     found: list[ToolSpeedLimit] = []
     if cap is not None:
-        for tip in dict.fromkeys(places.tip(move.target) for move in moves):
+        tips = [places.tip(), *(places.tip(move.target) for move in moves)]
+        for tip in dict.fromkeys(tips):
             found += reduced_speed(kinematics, cap, tool=tip)
     ends = path.knots[path.waypoint_knots]
     for place, move in enumerate(_by_leg(moves, path)):

@@ -8,10 +8,14 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import TypeAlias
+
+import numpy as np
 
 from openpendant.motion.errors import MotionError
 from openpendant.motion.kinematics import Kinematics
+from openpendant.motion.scene import Scene
 from openpendant.motion.trajectory import Trajectory
 
 from ..programs.dry_run import dry_run, reachability
@@ -22,6 +26,7 @@ from ..programs.printer import statement_lines
 from ..refusal import Refusal, refusal_of
 from .block_planning import BlockFault, Places, placed_refusal, plan_block
 from .jobs import DryRunFound, DryRunJob, DryRunSlice, JointVector
+from .way_check import collision_on
 
 MOST_DRY_RUNS = 4
 """Dry runs whose plans are kept at once; the oldest is forgotten."""
@@ -99,8 +104,30 @@ def _planned(
         move = block.moves[fault.place]
         refusal = placed_refusal(fault, move, lines[move.program][move.index])
         return BlockRefused(fault.place, refusal)
+    touching = None if job.scene is None else _touching(kinematics, block, trajectory, job.scene)
+    if touching is not None:
+        return touching
     path = _tool_path(kinematics, trajectory)
     return BlockPlan(trajectory.duration, trajectory.final, tuple(path))
+
+
+def _touching(
+    kinematics: Kinematics, block: MotionBlock, trajectory: Trajectory, scene: Scene
+) -> BlockRefused | None:
+    """Return the first move of a block on whose way something touches; None where nothing does."""
+    ends = np.searchsorted(trajectory.times, trajectory.waypoint_times).tolist()
+    if len(ends) != len(block.moves) + 1:
+        # A spline is one move through several points.
+        ends = [0, len(trajectory) - 1]
+    for place, (begin, end) in enumerate(pairwise(ends)):
+        way = trajectory.position[begin : max(end, begin + 1) + 1]
+        try:
+            refusal = collision_on(kinematics, way, scene)
+        except MotionError as error:
+            refusal = refusal_of(error)
+        if refusal is not None:
+            return BlockRefused(place, refusal)
+    return None
 
 
 def _tool_path(kinematics: Kinematics, trajectory: Trajectory) -> Sequence[ToolSample]:

@@ -13,6 +13,7 @@ from openpendant.simplemsg.pendant import Motion
 from ..programs.dry_run_results import DryRun, PointVerdict
 from ..programs.linking import Linked
 from ..programs.motion_blocks import MotionBlock
+from ..programs.work import Done, ProgramRefused, Task
 from ..refusal import Refusal
 from .recording_job import PlaybackAccount, RecordingJob
 from .way_check_job import WayCheckJob, WayFree
@@ -45,6 +46,7 @@ class PoseJob:
         motion: PTP passes them in joint space without stopping, LIN stops at each.
         speed: fraction of the joints' speed limits.
         tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
+        tool: tool centre point in the flange; None for the flange itself.
         scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
@@ -55,6 +57,7 @@ class PoseJob:
     motion: Motion
     speed: float
     tool_speed: float | None = None
+    tool: PoseGoal | None = None
     scene: Scene | None = None
 
 
@@ -68,6 +71,7 @@ class JointPathJob:
         waypoints: (n,) each, start excluded.
         speed: fraction of the joints' speed limits.
         tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
+        tool: tool centre point in the flange; None for the flange itself.
         scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
@@ -76,6 +80,7 @@ class JointPathJob:
     waypoints: tuple[JointVector, ...]
     speed: float
     tool_speed: float | None = None
+    tool: PoseGoal | None = None
     scene: Scene | None = None
 
 
@@ -151,6 +156,7 @@ class DryRunJob:
         linked: the program with all that it calls.
         frames: the named frames and tools.
         tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
+        scene: what the ways must not touch, as it is now; None to check nothing.
     """
 
     job_id: int
@@ -159,10 +165,26 @@ class DryRunJob:
     linked: Linked = field(repr=False)
     frames: FrameTree
     tool_speed: float | None = None
+    scene: Scene | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramJob:
+    """Read, print or edit a program that is too large for the event loop; nothing moves.
+
+    Attributes:
+        job_id: number of the job.
+        task: what to do.
+        start: empty, as no robot stands anywhere for it.
+    """
+
+    job_id: int
+    task: Task
+    start: JointVector = ()
 
 
 MotionJob = PoseJob | JointPathJob | RosPathJob | BlockJob | RecordingJob
-Job = MotionJob | DryRunJob | WayCheckJob
+Job = MotionJob | DryRunJob | WayCheckJob | ProgramJob
 
 
 @dataclass(frozen=True, slots=True)

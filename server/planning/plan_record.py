@@ -17,7 +17,7 @@ from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 from openpendant.motion.certificate import certify
 from openpendant.motion.errors import MotionError
 from openpendant.motion.limits import JointLimits
-from openpendant.motion.trajectory import Array, Trajectory
+from openpendant.motion.trajectory import Array, FineSamples, Trajectory
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
@@ -30,6 +30,7 @@ _FOUND: dict[str, TypeAdapter[Any]] = {
 }
 _PLAYBACK = TypeAdapter(PlaybackAccount)
 _ARRAYS = ("times", "position", "velocity", "acceleration", "waypoint_times")
+_FINE = ("position", "velocity")
 
 
 class PlanRecordError(ValueError):
@@ -69,6 +70,8 @@ def plan_to_json(planned: Planned) -> dict[str, Any]:
         return {"plan_time": planned.plan_time, "kind": type(result).__name__, "found": found}
     trajectory, _ = result
     samples = {name: _encode(getattr(trajectory, name)) for name in _ARRAYS}
+    if trajectory.fine is not None:
+        samples |= {f"fine_{name}": _encode(getattr(trajectory.fine, name)) for name in _FINE}
     record = {"plan_time": planned.plan_time, "joints": trajectory.dof, "samples": samples}
     if planned.playback is not None:
         record["playback"] = _PLAYBACK.dump_python(planned.playback, mode="json")
@@ -103,7 +106,7 @@ def plan_from_json(
         arrays = {name: _decode(read.samples[name]) for name in _ARRAYS}
         for name in ("position", "velocity", "acceleration"):
             arrays[name] = arrays[name].reshape(-1, read.joints)
-        trajectory = Trajectory(**arrays)
+        trajectory = Trajectory(**arrays, fine=_fine(read.samples, read.joints))
         return Planned(
             job_id,
             (trajectory, certify(trajectory, limits, start=start)),
@@ -118,6 +121,12 @@ def plan_from_json(
         raise PlanRecordError(f"{where}: {first['msg']}") from None
     except (ValueError, MotionError) as error:
         raise PlanRecordError(str(error)) from None
+
+
+def _fine(samples: dict[str, str], joints: int) -> FineSamples | None:
+    if f"fine_{_FINE[0]}" not in samples:
+        return None
+    return FineSamples(*(_decode(samples[f"fine_{name}"]).reshape(-1, joints) for name in _FINE))
 
 
 def _encode(array: Array) -> str:

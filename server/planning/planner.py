@@ -7,7 +7,7 @@ interpreter for milliseconds. Owns which planner a job needs; each answer passed
 from __future__ import annotations
 
 import time
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from openpendant.motion.ptp import plan_joint_move
 from openpendant.motion.robot import serial_robot
 from openpendant.motion.scene import Scene
 from openpendant.motion.timing import time_legs, time_path
+from openpendant.motion.tool_on_robot import with_tool
 from openpendant.motion.tool_speed import ToolSpeedLimit, reduced_speed
 from openpendant.motion.trajectory import Trajectory
 from openpendant.simplemsg.pendant import Motion
@@ -34,6 +35,7 @@ from .jobs import (
     Job,
     JointPathJob,
     Planned,
+    PoseGoal,
     PoseJob,
     RosPathJob,
 )
@@ -52,6 +54,15 @@ _dry_runs = DryRuns()
 def kinematics_of(robot: str) -> Kinematics:
     """Return the kinematics of a robot; made once in each process."""
     return Kinematics(serial_robot(robot))
+
+
+@lru_cache(maxsize=16)
+def _tooled(robot: str, tool: PoseGoal | None) -> Kinematics:
+    """Return the kinematics of a robot whose tool link is a tool centre point."""
+    if tool is None:
+        return kinematics_of(robot)
+    tcp = Pose.from_values(tool.position, tool.orientation)
+    return Kinematics(with_tool(serial_robot(robot), tcp))
 
 
 def answer(robot: str, job: Job) -> Planned:
@@ -74,7 +85,9 @@ def answer(robot: str, job: Job) -> Planned:
         return Planned(job.job_id, _looked(kinematics, job), time.perf_counter() - began)
     playback: PlaybackAccount | None = None
     if isinstance(job, RecordingJob):
-        result, playback = _played_back(kinematics, job)
+        result, playback = _played_back(_tooled(robot, job.tool), job)
+    elif isinstance(job, PoseJob | JointPathJob):
+        result = _certified(_tooled(robot, job.tool), job)
     else:
         result = _certified(kinematics, job)
     if isinstance(result, tuple) and job.scene is not None:
@@ -119,9 +132,11 @@ def _certified(
 ) -> tuple[Trajectory, Certificate] | Refusal:
     if isinstance(job, BlockJob):
         return plan_block_job(kinematics, job)
+    caps = () if isinstance(job, RosPathJob) else _caps(kinematics, job.tool_speed)
     try:
         trajectory = _plan(kinematics, job)
-        return trajectory, certify(trajectory, kinematics.limits, start=job.start)
+        proof = certify(trajectory, kinematics.limits, start=job.start, tool_speed=caps)
+        return trajectory, proof
     except MotionError as error:
         return refusal_of(error)
 

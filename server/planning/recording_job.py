@@ -6,10 +6,14 @@ Apart from `jobs`, because it carries samples.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 from openpendant.motion.scene import Scene
 
 from ..recording.document import Extract
+
+if TYPE_CHECKING:
+    from .jobs import PoseGoal
 
 SLOWEST, FASTEST = 0.1, 4.0
 """Playback speeds relative to the recording."""
@@ -38,6 +42,7 @@ class RecordingJob:
         repeats: how many times it is played.
         bridge: longest gap that is played across, in a smooth line [s].
         tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
+        tool: tool centre point in the flange; None for the flange itself.
         scene: what the way must not touch, the robot itself included; None to check nothing.
     """
 
@@ -54,6 +59,7 @@ class RecordingJob:
     repeats: int = 1
     bridge: float = 0.25
     tool_speed: float | None = None
+    tool: PoseGoal | None = None
     scene: Scene | None = None
 
 

@@ -7,11 +7,9 @@ from __future__ import annotations
 
 from pydantic import ValidationError
 
-from openpendant.simplemsg.verdicts import VerdictCode
-
 from ..outgoing import Outgoing
+from ..pendant.management_bodies import body_fault
 from ..planning.jobs import Planned
-from ..refusal import Refusal
 from ..robot_cell import RobotCell
 from ..robot_view import RobotView
 from ..store.questions import AskStore
@@ -22,8 +20,6 @@ from .library import ProgramLibrary
 from .operations import OPERATION, Asker
 from .shelf import ProgramShelf
 from .surroundings import BareSurroundings
-
-_LONGEST_TEXT = 400
 
 
 class CellPrograms:
@@ -63,10 +59,7 @@ class CellPrograms:
         try:
             asked = OPERATION.validate_json(body)
         except ValidationError as error:
-            first = error.errors(include_url=False, include_input=False)[0]
-            where = ".".join(str(part) for part in first["loc"])
-            text = f"{where}: {first['msg']}"[-_LONGEST_TEXT:]
-            return asker.refuse(Refusal(VerdictCode.BAD_ARGUMENT, text))
+            return asker.refuse(body_fault(error))
         match asked:
             case op.SetBreakpoints(name=name, statements=statements):
                 self.desk.set_breakpoints(name, frozenset(statements), now)

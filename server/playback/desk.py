@@ -1,14 +1,13 @@
 """Running programs as pendants ask for it: all, step by step, paused, resumed, stopped.
 
-Owns the one run of a cell: who asked for what, so that each request has one verdict and one
-outcome, and what ends a run from outside. What comes next in a program is the runner's business,
-its motions are `program_motion`'s.
+Owns the one run of a cell: who may ask for what, so that each request has one verdict, and what
+ends a run from outside. What a run does until then is the business of `playing`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from functools import partial
 
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import ProgramRun, RunKind
@@ -23,54 +22,26 @@ from ..news import (
     ModeMoved,
     News,
     Refused,
-    Request,
     StopMoved,
 )
 from ..operating_mode import MotionKind
 from ..outgoing import Outgoing, Send
 from ..pendant.arguments import run_fault
-from ..pendant.replies import outcome, verdict
+from ..pendant.replies import verdict
 from ..programs import run_messages as run
 from ..programs.linking import Linked
-from ..programs.printer import statement_lines
-from ..programs.runner import Runner
 from ..readiness import permission, stop_refusal
 from ..refusal import Refusal
 from ..robot_cell import RobotCell
 from ..robot_view import RobotView
 from .motion import ProgramMotion
+from .playing import Playing
 from .reports import program_report, running_program, start_index
 from .shelf import ProgramShelf
-from .surroundings import Surroundings, answered
+from .surroundings import Surroundings
 
 ToAll = Callable[[Message], list[Outgoing]]
 """Sends a message to every pendant of the cell."""
-
-
-@dataclass(slots=True)
-class _Run:
-    """A program under way.
-
-    Attributes:
-        runner: what comes next.
-        linked: the programs.
-        by: who runs it.
-        motion: its motions.
-        lines: of each program, the line of each statement.
-        whole: requests that end with the run.
-        steps: requests that end with the step.
-        answers: to questions of the runner, to be handed over in the next tick, so that a program
-            that only asks does not hold up the server.
-    """
-
-    runner: Runner
-    linked: Linked
-    by: Holder
-    motion: ProgramMotion
-    lines: dict[str, tuple[int, ...]]
-    whole: list[int] = field(default_factory=list)
-    steps: list[int] = field(default_factory=list)
-    answers: list[run.Event] = field(default_factory=list)
 
 
 class ProgramDesk:
@@ -104,7 +75,7 @@ class ProgramDesk:
         self._robot = robot
         self._shelf = shelf
         self._to_all = to_all
-        self._run: _Run | None = None
+        self._playing: Playing | None = None
         self._loading: tuple[Holder, ProgramRun] | None = None
 
     # What pendants ask for.
@@ -113,6 +84,11 @@ class ProgramDesk:
     def is_under_way(self) -> bool:
         """Whether a program runs, waits, is paused or is being loaded."""
         return self._run is not None or self._loading is not None
+
+    @property
+    def _run(self) -> Playing | None:
+        """The run that is not over."""
+        return None if self._playing is None or self._playing.is_over else self._playing
 
     def start(self, by: Holder, message: ProgramRun, now: int) -> Refusal | list[Outgoing]:
         """Run a program or a step of it.
@@ -154,17 +130,16 @@ class ProgramDesk:
         if isinstance(linked, Refusal) or isinstance(start, Refusal) or refusal is not None:
             found = start if isinstance(start, Refusal) else refusal
             return [_verdict(by, message.request_id, found)]
-        runner = Runner(linked)
         motion = ProgramMotion(self._cell, self._robot, by, message.request_id, message.speed)
-        lines = {name: statement_lines(each) for name, each in linked.programs.items()}
-        self._run = current = _Run(runner, linked, by, motion, lines)
-        self._note_request(current, message)
-        runner.handle(run.SetBreakpoints(self._places(linked)), now)
+        report = partial(self._report, linked.main)
+        self._playing = current = Playing(linked, by, motion, self.surroundings, report)
+        current.note_request(message)
+        current.runner.handle(run.SetBreakpoints(self._places(linked)), now)
         step = message.run == RunKind.STEP_FORWARD
         first = run.Start(start, message.loops or None, step)
-        return [_verdict(by, message.request_id), *self._handle(current, first, now)]
+        return [_verdict(by, message.request_id), *current.handle(first, now)]
 
-    def _go_on(self, current: _Run, message: ProgramRun, now: int) -> Refusal | list[Outgoing]:
+    def _go_on(self, current: Playing, message: ProgramRun, now: int) -> Refusal | list[Outgoing]:
         """Go on with the program that is paused, or take a step of it."""
         if message.program != current.linked.main or message.line:
             text = f"program {current.linked.main!r} is under way; accepted: line 0 of it"
@@ -180,14 +155,9 @@ class ProgramDesk:
         if refused is not None:
             current.motion.speed = before
             return refused.refusal
-        self._note_request(current, message)
+        current.note_request(message)
         done = _verdict(current.by, message.request_id)
-        return [done, *self._perform(current, actions, now)]
-
-    @staticmethod
-    def _note_request(current: _Run, message: ProgramRun) -> None:
-        requests = current.whole if message.run == RunKind.ALL else current.steps
-        requests.append(message.request_id)
+        return [done, *current.perform(actions, now)]
 
     def pause(self, by: Holder, now: int) -> Refusal | list[Outgoing]:
         """Pause the program, a motion on its path."""
@@ -202,7 +172,7 @@ class ProgramDesk:
         refusal = current.motion.resume_fault(now)
         if refusal is not None:
             return refusal
-        event = run.StepForward() if current.steps else run.Resume()
+        event = run.StepForward() if current.is_stepping else run.Resume()
         return self._asked(current, event, now)
 
     def program_stop(self, by: Holder, now: int) -> Refusal | list[Outgoing]:
@@ -213,19 +183,20 @@ class ProgramDesk:
         self._loading = None
         return self.abandon(Refusal(VerdictCode.PROGRAM_STOPPED), now)
 
-    def _allowed(self, by: Holder, now: int) -> _Run | Refusal:
+    def _allowed(self, by: Holder, now: int) -> Playing | Refusal:
         refusal = permission(self._cell.authority, by.session, now)
         if refusal is not None:
             return refusal
         return self._run or Refusal(VerdictCode.NOTHING_TO_CONTROL, "the program is being loaded")
 
-    def _asked(self, current: _Run, event: run.Event, now: int) -> Refusal | list[Outgoing]:
+    @staticmethod
+    def _asked(current: Playing, event: run.Event, now: int) -> Refusal | list[Outgoing]:
         """Let the runner do what somebody wants, or say why not."""
         actions = current.runner.handle(event, now)
         for action in actions:
             if isinstance(action, run.Refused):
                 return action.refusal
-        return self._perform(current, actions, now)
+        return current.perform(actions, now)
 
     def set_breakpoints(self, program: str, places: frozenset[int], now: int) -> None:
         """Pause before these statements of a program from now on, also in the present run."""
@@ -248,8 +219,7 @@ class ProgramDesk:
             return []
         match news:
             case Begun() | Refused() | Ended():
-                event = current.motion.news(news, now)
-                return [] if event is None else self._handle(current, event, now)
+                return current.news(news, now)
             case StopMoved(stop=LatchedStop() as stop):
                 return self.abandon(stop_refusal(stop), now)
             case ModeMoved(mode=mode):
@@ -269,92 +239,21 @@ class ProgramDesk:
         if runs and not current.motion.is_asked and modes.needs_enabling(controller):
             if not modes.is_enabled(current.by.session, now):
                 return self.abandon(Refusal(VerdictCode.ENABLING_LOST), now)
-        answers, current.answers = current.answers, []
-        passed = current.motion.passed()
-        events: list[run.Event] = [*answers, *([] if passed is None else [passed]), run.Tick()]
-        out: list[Outgoing] = []
-        for event in events:
-            if self._run is current:
-                out += self._handle(current, event, now)
-        return out
+        return current.tick(now)
 
     def abandon(self, refusal: Refusal, now: int) -> list[Outgoing]:
         """End the run for a reason from outside; the robot is stopped, where it moves for it."""
         current = self._run
-        if current is None:
-            return []
-        out = current.motion.end(refusal, now)
-        actions = current.runner.handle(run.Stop(), now)
-        return out + self._perform(current, actions, now, ended=refusal)
+        return [] if current is None else current.end(refusal, now)
 
     def shut_down(self, now: int) -> list[Outgoing]:
         """End the run because the server is going down."""
         self._loading = None
         return self.abandon(Refusal(VerdictCode.SHUTTING_DOWN), now)
 
-    # What the runner wants.
-
-    def _handle(self, current: _Run, event: run.Event, now: int) -> list[Outgoing]:
-        return self._perform(current, current.runner.handle(event, now), now)
-
-    def _perform(
-        self, current: _Run, actions: list[run.Action], now: int, ended: Refusal | None = None
-    ) -> list[Outgoing]:
-        """Do what the runner asks for, report, and close the requests that are answered by it."""
-        out: list[Outgoing] = []
-        for action in actions:
-            match action:
-                case run.RequestMotion(number, block):
-                    lines = tuple(current.lines[move.program][move.index] for move in block.moves)
-                    asked = current.motion.begin(number, block, lines, now)
-                    if isinstance(asked, Refusal):
-                        current.answers.append(run.Aborted(number, asked))
-                    else:
-                        out += asked
-                case run.PauseMotion():
-                    current.motion.pause(now)
-                case run.ResumeMotion():
-                    current.motion.resume(now)
-                case run.QueryInput() | run.WriteOutput() | run.AttachObject() | run.DetachObject():
-                    answer, done = answered(self.surroundings, action, now)
-                    current.answers.append(answer)
-                    out += done
-                case run.Report(status):
-                    out += self._report(current, status, ended)
-        return out + self._close(current, ended, now)
-
-    def _report(
-        self, current: _Run, status: run.RunStatus, ended: Refusal | None
-    ) -> list[Outgoing]:
-        self._cell.program = running_program(current.linked.main, status)
-        return self._to_all(program_report(current.linked.main, status, ended))
-
-    def _close(self, current: _Run, ended: Refusal | None, now: int) -> list[Outgoing]:
-        """Tell the outcome of requests that are answered by where the run is now."""
-        status, motion = current.runner.status, current.motion
-        over = status.state not in (run.RunState.RUNNING, run.RunState.PAUSED)
-        stepped = status.pause in (run.PauseReason.STEP, run.PauseReason.BREAKPOINT)
-        requests: list[int] = []
-        if over or stepped:
-            requests, current.steps = current.steps, []
-        if over and self._run is current:
-            requests += current.whole
-            self._run = None
-        refusal = ended or status.failure
-        return [
-            Send(
-                current.by.session,
-                outcome(
-                    Ended(
-                        Request(current.by.session, request_id),
-                        refusal,
-                        motion.plan_time,
-                        motion.motion_time,
-                    )
-                ),
-            )
-            for request_id in requests
-        ]
+    def _report(self, main: str, status: run.RunStatus, ended: Refusal | None) -> list[Outgoing]:
+        self._cell.program = running_program(main, status)
+        return self._to_all(program_report(main, status, ended))
 
 
 _EVENTS: dict[RunKind, run.Event] = {

@@ -6,7 +6,7 @@ planned in between, and its findings are cut to what fits an answer.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -79,18 +79,12 @@ class DryRunDesk:
         run_id = f"{self._name} {next(self._numbers)}"
         cap = self._cell.modes.tool_speed_cap(self._cell.mode)
         current.linked = linked
-        current.job = DryRunJob(0, run_id, tuple(position), linked, self._robot.frames, cap)
+        frames, scene = self._robot.frames, self._cell.motions.scene
+        current.job = DryRunJob(0, run_id, tuple(position), linked, frames, cap, scene)
         return self._next_slice(current, current.job)
 
     def _next_slice(self, current: _DryRun, before: DryRunJob) -> list[Outgoing]:
-        job = DryRunJob(
-            self._cell.new_job_id(),
-            before.run_id,
-            before.start,
-            before.linked,
-            before.frames,
-            before.tool_speed,
-        )
+        job = replace(before, job_id=self._cell.motions.new_job_id())
         current.job = job
         return [Plan(job)]
 

@@ -15,11 +15,10 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..outgoing import Outgoing
 from ..programs.document import program_from_json, program_to_json
-from ..programs.editing import DescribeProgram, RecordPoint, TouchUp
+from ..programs.editing import DescribeProgram
 from ..programs.errors import BadValue, ProgramError
 from ..programs.history import MOST_UNDO, History
 from ..programs.parser import parse_source
-from ..programs.points import TeachPoint
 from ..programs.printer import print_program, statement_lines
 from ..programs.program import Program, check_robot
 from ..refusal import Refusal
@@ -32,7 +31,7 @@ from . import operations as op
 from .answers import conflict, listed, renamed, saved
 from .operations import Asker
 from .shelf import ProgramShelf, StoredProgram
-from .taught_points import taught_point
+from .teacher import NotTaught, Teacher
 from .uploads import Uploads
 
 CHUNK = 15_000
@@ -69,7 +68,7 @@ class ProgramLibrary:
         self._ask = ask
         self._shelf = shelf
         self._cell = cell
-        self._robot = robot
+        self._teacher = Teacher(cell, robot, robot_name)
         self._robot_name = robot_name
         self._histories: OrderedDict[str, tuple[int, History]] = OrderedDict()
         self._uploads = Uploads()
@@ -211,9 +210,13 @@ class ProgramLibrary:
             case op.RedoEdit():
                 return self._change(asked, asker, History.redone)
             case op.RecordPoint():
-                return self._change(asked, asker, lambda history: self._record(history, asked, now))
+                return self._change(
+                    asked, asker, lambda each: self._teacher.record(each, asked, now)
+                )
             case op.TouchUpPoint():
-                return self._change(asked, asker, lambda history: self._touch(history, asked, now))
+                return self._change(
+                    asked, asker, lambda each: self._teacher.touch_up(each, asked, now)
+                )
         raise AssertionError(f"{asked.op} is not of this library")
 
     def _change(
@@ -236,50 +239,10 @@ class ProgramLibrary:
                 history = History(found.program)
             try:
                 return self._save(change(history), expected, asker)
-            except _NotTaught as error:
+            except NotTaught as error:
                 return asker.refuse(error.refusal)
 
         return self._shelf.fetch(name, _guarded(loaded, asker))
-
-    def _record(self, history: History, asked: op.RecordPoint, now: int) -> History:
-        point = replace(self._taught(history.present, asked.point, now), comment=asked.comment)
-        return history.edited(RecordPoint(point, asked.move, asked.at))
-
-    def _touch(self, history: History, asked: op.TouchUpPoint, now: int) -> History:
-        before = history.present.point(asked.point).pose
-        point = self._taught(
-            history.present,
-            asked.point,
-            now,
-            frame=None if before is None else before.frame,
-            tool=None if before is None else before.tool,
-        )
-        return history.edited(TouchUp(point.name, point.joints, point.pose, point.configuration))
-
-    def _taught(
-        self,
-        program: Program,
-        name: str,
-        now: int,
-        frame: str | None = None,
-        tool: str | None = None,
-    ) -> TeachPoint:
-        """Return the point where the robot stands, in the program's own frame if none is named."""
-        check_robot(program, self._robot_name, self._limits)
-        point = taught_point(
-            self._cell, self._robot, name, frame or program.frame, tool or program.tool, now
-        )
-        if isinstance(point, Refusal):
-            raise _NotTaught(point)
-        return point
-
-
-class _NotTaught(Exception):
-    """A point cannot be taught now; the refusal says why."""
-
-    def __init__(self, refusal: Refusal) -> None:
-        super().__init__(refusal.sentence)
-        self.refusal = refusal
 
 
 ThenProgram = Callable[[StoredProgram | Refusal, int], list[Outgoing]]

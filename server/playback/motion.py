@@ -84,7 +84,7 @@ class ProgramMotion:
         if refusal is not None:
             return refusal
         job = BlockJob(
-            cell.new_job_id(),
+            cell.motions.new_job_id(),
             cell.standing_at,
             block,
             lines,
@@ -94,7 +94,7 @@ class ProgramMotion:
         )
         self._block = _Block(number)
         request = Request(self._by.session, self._request_id, number)
-        return cell.ask(request, job, MotionKind.PROGRAM)
+        return cell.motions.ask(request, job, MotionKind.PROGRAM)
 
     def pause(self, now: int) -> None:
         """Come to rest on the path; before its start, do not leave it."""
@@ -103,7 +103,7 @@ class ProgramMotion:
             return
         if block.begun:
             # Refused only where all has left: then the robot comes to rest at the block's end.
-            self._cell.pause(self._by, now)
+            self._cell.motions.pause(self._by, now)
         else:
             block.pause_wanted = True
 
@@ -120,7 +120,7 @@ class ProgramMotion:
         if block is None:
             return
         if block.begun:
-            self._cell.resume(self._by, now)
+            self._cell.motions.resume(self._by, now)
         else:
             block.pause_wanted = False
 
@@ -141,7 +141,7 @@ class ProgramMotion:
             case Begun():
                 block.begun = True
                 if block.pause_wanted:
-                    self._cell.pause(self._by, now)
+                    self._cell.motions.pause(self._by, now)
                 return None
             case Refused(refusal=refusal):
                 self._block = None
@@ -157,7 +157,7 @@ class ProgramMotion:
         block = self._block
         if block is None or not block.begun:
             return None
-        passed = self._cell.waypoints_passed
+        passed = self._cell.motions.waypoints_passed
         if passed <= block.passed:
             return None
         block.passed = passed

@@ -23,6 +23,9 @@ from ..programs.program import MOST_STATEMENTS
 from ..programs.statements import Move
 from ..refusal import Refusal
 
+PREFIX = "programs."
+"""How the names of these operations begin."""
+
 MOST_ANSWER = MAX_PENDANT_FRAME - 64
 """Largest body of an answer; the rest of the frame is headers [bytes]."""
 
@@ -201,16 +204,6 @@ Operation: TypeAlias = (
 
 OPERATION: TypeAdapter[Operation] = TypeAdapter(Annotated[Operation, Field(discriminator="op")])
 """Reads the JSON of a request about programs."""
-
-
-def is_about_programs(body: bytes) -> bool:
-    """Tell whether a management request is one of these, be it well formed or not."""
-    try:
-        asked = json.loads(body)
-    except (ValueError, RecursionError):
-        return False
-    name = asked.get("op") if isinstance(asked, dict) else None
-    return isinstance(name, str) and name.startswith("programs.")
 
 
 def author_name(session: int, client: str) -> str:

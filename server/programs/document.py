@@ -16,7 +16,7 @@ from .points import TeachPoint
 from .program import MOST_POINTS, MOST_STATEMENTS, Program
 from .statements import Statement
 
-MOST_JSON_BYTES = 4 << 20
+MOST_JSON_BYTES = 2 << 20
 """Largest JSON of a program [bytes of UTF-8]; it is longer than its text."""
 
 AnyStatement: TypeAlias = Annotated[Statement, Field(discriminator="statement")]
@@ -41,8 +41,11 @@ class ProgramDocument(BaseModel):
 POINT: TypeAdapter[TeachPoint] = TypeAdapter(TeachPoint)
 """Reads and writes the JSON of one point."""
 
-STATEMENT: TypeAdapter[Statement] = TypeAdapter(AnyStatement)
-"""Reads and writes the JSON of one statement."""
+POINTS: TypeAdapter[tuple[TeachPoint, ...]] = TypeAdapter(tuple[TeachPoint, ...])
+"""Reads and writes a JSON list of points."""
+
+STATEMENTS: TypeAdapter[tuple[Statement, ...]] = TypeAdapter(tuple[AnyStatement, ...])
+"""Reads and writes a JSON list of statements."""
 
 
 def program_to_json(program: Program) -> str:

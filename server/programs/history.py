@@ -1,61 +1,62 @@
 """Undo and redo of edits, as a value.
 
-Owns how far back it goes. A history holds whole programs, which share what the edits left alone.
+Owns how far back it goes. It holds what each edit changed in the JSON of the program, not programs:
+so an undo parses and prints nothing, however large the program is.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from .editing import Edit, apply
 from .errors import NothingToUndo
-from .program import Program
+from .splice import Splice
 
 MOST_UNDO = 100
 """Edits that can be undone."""
 
+MOST_UNDO_CHARACTERS = 2 << 20
+"""Characters that they may hold together; the last edit can be undone whatever it holds."""
+
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """A program with the programs before and after it.
+    """What was done to a program, and what was undone.
 
     Attributes:
-        present: the program as it is.
-        past: as it was before each edit, the oldest first.
-        future: as it was before each undo, the last undone first.
+        past: the edits, the oldest first.
+        future: the edits that were undone, the last undone first.
     """
 
-    present: Program
-    past: tuple[Program, ...] = ()
-    future: tuple[Program, ...] = ()
+    past: tuple[Splice, ...] = ()
+    future: tuple[Splice, ...] = ()
 
-    def edited(self, edit: Edit) -> History:
-        """Return the history after an edit; what was undone cannot be redone any more.
+    def edited(self, splice: Splice) -> History:
+        """Return the history after an edit; what was undone cannot be redone any more."""
+        past = (*self.past, splice)[-MOST_UNDO:]
+        held = sum(each.size for each in past)
+        while len(past) > 1 and held > MOST_UNDO_CHARACTERS:
+            held -= past[0].size
+            past = past[1:]
+        return History(past)
 
-        Raises:
-            ProgramError: the edit is refused.
-        """
-        past = (*self.past, self.present)[-MOST_UNDO:]
-        return History(apply(self.present, edit), past)
-
-    def undone(self) -> History:
-        """Return the history before the last edit.
+    def undone(self) -> tuple[History, Splice]:
+        """Return the history before the last edit, and the way back there.
 
         Raises:
             NothingToUndo: there is none.
         """
         if not self.past:
             raise NothingToUndo("no edit is left to undo")
-        *past, present = self.past
-        return replace(self, present=present, past=tuple(past), future=(self.present, *self.future))
+        *past, last = self.past
+        return History(tuple(past), (last, *self.future)), last.reversed
 
-    def redone(self) -> History:
-        """Return the history after the edit that was undone last.
+    def redone(self) -> tuple[History, Splice]:
+        """Return the history after the edit that was undone last, and the way there.
 
         Raises:
             NothingToUndo: there is none, or an edit was made since.
         """
         if not self.future:
             raise NothingToUndo("no edit is left to redo")
-        present, *future = self.future
-        return replace(self, present=present, past=(*self.past, self.present), future=tuple(future))
+        first, *future = self.future
+        return History((*self.past, first), tuple(future)), first

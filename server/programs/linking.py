@@ -8,9 +8,11 @@ these errors half-way; and an edit during the run changes nothing under it.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import TypeAlias
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any, TypeAlias
 
+from .document import program_from_json
 from .errors import CallTooDeep, ProgramTooLarge, ProgramUnknown, WrongRobot
 from .program import Program
 
@@ -19,6 +21,9 @@ DEEPEST_CALL = 16
 
 MOST_PROGRAMS = 100
 """Programs of one run."""
+
+MOST_PARTS = 10_000
+"""Points and statements of all programs of one run together."""
 
 ResolveCall: TypeAlias = Callable[[str], Program | None]
 """Gives the program of a name; None where there is none."""
@@ -31,10 +36,25 @@ class Linked:
     Attributes:
         main: name of the program that is run.
         programs: it and all that it calls, by name.
+        sources: the JSON of each; empty where they were not read from one.
     """
 
     main: str
     programs: Mapping[str, Program]
+    sources: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Travel to another process as JSON, where that is known, and be read over there."""
+        if self.sources.keys() == self.programs.keys():
+            return _relinked, (self.main, tuple(self.sources.items()))
+        return Linked, (self.main, dict(self.programs))
+
+
+@lru_cache(maxsize=2)
+def _relinked(main: str, sources: tuple[tuple[str, str], ...]) -> Linked:
+    """Return programs that were linked before; each slice of a dry run brings the same ones."""
+    programs = {name: program_from_json(body, name) for name, body in sources}
+    return Linked(main, programs, dict(sources))
 
 
 def link(program: Program, resolve: ResolveCall) -> Linked:

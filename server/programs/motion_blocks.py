@@ -7,7 +7,7 @@ zone joins those. Knows no planner.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from .control_flow import ControlFlow, Position
@@ -101,7 +101,7 @@ class Gatherer:
             if following is None:
                 break
             found = self._block_move(following)
-            if not _same_space(moves[-1].move, found.move):
+            if not _same_space(moves[-1].move, found.move) or not _same_tool([*moves, found]):
                 break
             moves.append(found)
             positions.append(following)
@@ -149,6 +149,11 @@ def reverse_of(executed: BlockMove, back_to: TeachPoint) -> MotionBlock:
     )
     way = replace(executed, move=move, target=back_to, via=tuple(reversed(executed.via)))
     return MotionBlock((way,))
+
+
+def _same_tool(moves: Sequence[BlockMove]) -> bool:
+    """Tell whether one tool centre point leads through all points; joints alone go with any."""
+    return len({move.target.pose.tool for move in moves if move.target.pose is not None}) < 2
 
 
 def _same_space(move: Move, following: Move) -> bool:

@@ -10,7 +10,7 @@ from .blocks import depths
 from .errors import ProgramTooLarge
 from .names_in_text import named
 from .parser import FORMAT
-from .point_clauses import point_lines
+from .point_clauses import count_point_lines, point_lines
 from .program import Program
 from .statement_clauses import statement_text
 from .tokens import MOST_BYTES
@@ -33,12 +33,28 @@ def print_program(program: Program) -> str:
 
 def statement_lines(program: Program) -> tuple[int, ...]:
     """Return the line of each statement in the canonical text, from 1."""
-    first = len(_head(program)) + 1
+    first = len(_header(program)) + 1
+    if program.points:
+        first += 1 + sum(map(count_point_lines, program.points))
+    if program.statements:
+        first += 1
     return tuple(range(first, first + len(program.statements)))
 
 
 def _head(program: Program) -> list[str]:
     """Return all lines before the first statement."""
+    lines = _header(program)
+    if program.points:
+        lines.append("")
+    for point in program.points:
+        lines += point_lines(point, program.linear_axes)
+    if program.statements:
+        lines.append("")
+    return lines
+
+
+def _header(program: Program) -> list[str]:
+    """Return all lines before the first point."""
     lines = [FORMAT]
     if program.comment:
         lines += [f"# {line}".rstrip() for line in program.comment.split("\n")]
@@ -48,12 +64,6 @@ def _head(program: Program) -> list[str]:
         f'program "{program.name}" robot {named(program.robot)}{linear}'
         f" tool {named(program.tool)} frame {named(program.frame)}"
     )
-    if program.points:
-        lines.append("")
-    for point in program.points:
-        lines += point_lines(point, program.linear_axes)
-    if program.statements:
-        lines.append("")
     return lines
 
 

@@ -7,6 +7,7 @@ the cell's.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 
@@ -15,7 +16,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..news import Begun, Ended, News, Refused, Request
 from ..operating_mode import MotionKind
 from ..outgoing import Outgoing
-from ..planning.jobs import Planned
+from ..planning.jobs import Planned, PoseGoal
 from ..planning.recording_job import PlaybackAccount, RecordingJob
 from ..playback.operations import Asker
 from ..refusal import Refusal
@@ -57,19 +58,27 @@ class RecordingDesk:
     """
 
     def __init__(
-        self, cell: RobotCell, ask: AskStore, *, robot_name: str, state_period: float
+        self,
+        cell: RobotCell,
+        ask: AskStore,
+        tool: Callable[[], PoseGoal | None],
+        *,
+        robot_name: str,
+        state_period: float,
     ) -> None:
         """Make a desk where nothing is recorded or played.
 
         Args:
             cell: the cell.
             ask: asks the store.
+            tool: returns the centre point of the selected tool in the flange.
             robot_name: name of the robot.
             state_period: how often the controller reports [s].
         """
         self.recorder = Recorder(robot_name, cell.limits.names, state_period, ask)
         self._cell = cell
         self._ask = ask
+        self._tool = tool
         self._robot_name = robot_name
         self._planning: tuple[int, Request, Asker] | None = None
         self._account: PlaybackAccount | None = None
@@ -219,7 +228,7 @@ class RecordingDesk:
         if refusal is not None:
             return asker.refuse(refusal)
         job = RecordingJob(
-            cell.new_job_id(),
+            cell.motions.new_job_id(),
             cell.standing_at,
             asked.name,
             samples,
@@ -232,11 +241,12 @@ class RecordingDesk:
             asked.repeats,
             asked.bridge,
             cell.modes.tool_speed_cap(cell.mode),
+            self._tool(),
         )
         request = Request(asker.session, asker.request_id)
         self._planning = (job.job_id, request, asker)
         self._account = None
-        return cell.ask(request, job, MotionKind.MOVE)
+        return cell.motions.ask(request, job, MotionKind.MOVE)
 
     def planned(self, planned: Planned) -> None:
         """Take note of what the plan of a playback says; the cell begins it."""

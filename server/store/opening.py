@@ -9,7 +9,8 @@ from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
 
-from ..settings import OFF, StoreFile
+from ..configuration_file import OFF
+from ..settings import StoreFile
 from .door import AbsentStore, StoreDoor
 from .errors import StoreError
 from .location import default_path

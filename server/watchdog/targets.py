@@ -17,7 +17,8 @@ from openpendant.simplemsg import (
 )
 
 from ..settings import CellSettings
-from .process import StopTarget, Watchdog
+from .pipe import StopTarget
+from .process import Watchdog
 
 
 def stop_target(settings: CellSettings) -> StopTarget:

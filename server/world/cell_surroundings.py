@@ -10,40 +10,32 @@ import json
 
 from pydantic import ValidationError
 
+from openpendant.motion.errors import StartInCollision
 from openpendant.motion.scene import Scene
 from openpendant.simplemsg import Message
+from openpendant.simplemsg.pendant import Capability
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..news import News
 from ..outgoing import Outgoing
+from ..pendant.management_bodies import body_fault
 from ..planning.jobs import Planned
 from ..playback.operations import Asker
 from ..recording.desk import RecordingDesk
 from ..recording.operations import PREFIX, RECORDING_OPERATION
-from ..refusal import Refusal
+from ..refusal import Refusal, refusal_of
 from ..robot_cell import RobotCell
 from ..settings import CellSettings
 from ..store.questions import AskStore
 from .desk import WorldDesk
-from .operations import PREFIXES, WORLD_OPERATION
+from .operations import WORLD_OPERATION
 from .robot_surroundings import RobotSurroundings
 from .scene_guard import SceneGuard
 from .signals import CellSignals
 from .trace import ToolTrace
 from .world import World
 
-_LONGEST_TEXT = 400
 _TRACE_NS = 40_000_000
-
-
-def is_about_surroundings(body: bytes) -> bool:
-    """Tell whether a management request is one of these, be it well formed or not."""
-    try:
-        asked = json.loads(body)
-    except (ValueError, RecursionError):
-        return False
-    name = asked.get("op") if isinstance(asked, dict) else None
-    return isinstance(name, str) and name.startswith((PREFIX, *PREFIXES))
 
 
 class CellSurroundings:
@@ -72,15 +64,33 @@ class CellSurroundings:
         self.signals = CellSignals(is_offered=settings.controller.signals == "openpendant")
         self.trace = ToolTrace()
         self.recordings = RecordingDesk(
-            cell, ask, robot_name=robot_name, state_period=settings.controller.state_period
+            cell,
+            ask,
+            lambda: view.tool_in_flange,
+            robot_name=robot_name,
+            state_period=settings.controller.state_period,
         )
         self._desk = WorldDesk(cell, self.world, view, self.signals, self.trace, robot_name)
         self._traced = 0
         self._is_loaded = False
-        cell.scene = view.scene
+        cell.motions.scene = view.scene
+
+    @property
+    def capabilities(self) -> Capability:
+        """What a pendant may ask of it; signals where the controller has some for us."""
+        offered = Capability.RECORDING | Capability.SCENE
+        return offered | Capability.SIGNALS if self.signals.is_offered else offered
+
+    def contact(self) -> Refusal | None:
+        """Return what the robot touches where it stands, of what it must not touch."""
+        position = self._cell.feedback.position
+        nearest = None if position is None else self._view.nearest(position)
+        if nearest is None or not nearest.touching:
+            return None
+        return refusal_of(StartInCollision(nearest.first, nearest.second, nearest.distance))
 
     def _scene_changed(self, scene: Scene, now: int) -> list[Outgoing]:
-        self._cell.scene = scene
+        self._cell.motions.scene = scene
         return self._guard.changed(scene, now)
 
     # Requests.
@@ -92,10 +102,7 @@ class CellSurroundings:
                 return self.recordings.handle(RECORDING_OPERATION.validate_json(body), asker, now)
             return self._desk.handle(WORLD_OPERATION.validate_json(body), asker, now)
         except ValidationError as error:
-            first = error.errors(include_url=False, include_input=False)[0]
-            where = ".".join(str(part) for part in first["loc"])
-            text = f"{where}: {first['msg']}"[-_LONGEST_TEXT:]
-            return asker.refuse(Refusal(VerdictCode.BAD_ARGUMENT, text))
+            return asker.refuse(body_fault(error))
 
     # What happens in the cell.
 

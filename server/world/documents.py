@@ -8,7 +8,6 @@ Owns which document holds what: `frames` the user frames, `tools` the tools and 
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 
 from openpendant.motion.errors import SceneFileError
 from openpendant.motion.frame import FLANGE
@@ -84,8 +83,3 @@ def scene_from_json(body: str) -> Scene:
 def is_tool(tree: FrameTree, name: str) -> bool:
     """Tell whether a frame is a tool, and so in the document of tools."""
     return tree[name].parent == FLANGE
-
-
-def renumbered(scene: Scene, after: Scene) -> Scene:
-    """Return a scene that replaces another, its revision counted on from that."""
-    return replace(scene, revision=max(scene.revision, after.revision + 1))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
+from ..planning.jobs import PoseGoal
 from .world import WorldView
 
 if TYPE_CHECKING:
@@ -17,6 +18,10 @@ class RobotSurroundings(WorldView, Protocol):
     @property
     def specification(self) -> Mapping[str, Any]:
         """Limits, Denavit-Hartenberg table and home of the robot, as JSON can hold them."""
+
+    @property
+    def tool_in_flange(self) -> PoseGoal | None:
+        """The centre point of the selected tool in the flange; None for the flange itself."""
 
     def nearest(self, position: Sequence[float]) -> Proximity | None:
         """Return the nearest two bodies at (n,) joints; None where there is nothing to check."""

@@ -10,18 +10,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
 
 from openpendant.motion.scene import Scene
-from openpendant.simplemsg.pendant import JogEnd
+from openpendant.simplemsg.pendant import Activity, JogEnd
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..driving.row_sources import StoredRows
-from ..jog.jogging import JogRows
 from ..outgoing import Outgoing, Plan
 from ..planning.jobs import Planned
 from ..planning.way_check_job import WayCheckJob
 from ..refusal import Refusal
+from ..robot_cell import RobotCell
 
 DEADLINE_NS = 50_000_000
 """The answer must be there by then, or the robot is held."""
@@ -34,28 +33,6 @@ _BEHIND = 0.25
 
 _ROOM = 1.0
 """The robot is held so long before the end of what was looked at [s]; it stops in less."""
-
-
-class Guarded(Protocol):
-    """What the guard needs of a cell."""
-
-    @property
-    def playing(self) -> StoredRows | None:
-        """The trajectory that is played."""
-
-    @property
-    def driven_jog(self) -> JogRows | None:
-        """The jog that is driven."""
-
-    @property
-    def has_plan_under_way(self) -> bool:
-        """Whether a motion is being planned."""
-
-    def new_job_id(self) -> int:
-        """Return a number for a planning job."""
-
-    def end(self, refusal: Refusal, now: int) -> list[Outgoing]:
-        """End whatever is planned or moving, and have the robot stopped."""
 
 
 @dataclass(slots=True)
@@ -82,7 +59,7 @@ class _Look:
 class SceneGuard:
     """Watches the motion of one cell while its scene changes."""
 
-    def __init__(self, cell: Guarded) -> None:
+    def __init__(self, cell: RobotCell) -> None:
         """Make a guard that has nothing to look at."""
         self._cell = cell
         self._look: _Look | None = None
@@ -93,20 +70,20 @@ class SceneGuard:
     def changed(self, scene: Scene, now: int) -> list[Outgoing]:
         """Take note that the scene is another."""
         cell = self._cell
-        jog = cell.driven_jog
+        jog = cell.motions.driven_jog
         if jog is not None:
             jog.release(JogEnd.STOPPED, now)
             return []
-        if cell.has_plan_under_way:
+        if cell.activity is Activity.PLANNING:
             self._planned_before = scene
             return []
-        rows = cell.playing
+        rows = cell.motions.playing
         return [] if rows is None else self._look_along(rows, scene, now)
 
     def began(self, now: int) -> list[Outgoing]:
         """Take note that what was being planned began, or was refused."""
         scene, self._planned_before = self._planned_before, None
-        rows = self._cell.playing
+        rows = self._cell.motions.playing
         if scene is None or rows is None:
             return []
         return self._look_along(rows, scene, now)
@@ -119,7 +96,7 @@ class SceneGuard:
         return self._ask(self._look, at - _BEHIND, at + NEAR)
 
     def _ask(self, look: _Look, begins: float, ends: float) -> list[Outgoing]:
-        self._job_id = self._cell.new_job_id()
+        self._job_id = self._cell.motions.new_job_id()
         self._jobs.add(self._job_id)
         positions = look.rows.ahead(begins, ends)
         start = tuple(positions[0].tolist())
@@ -135,7 +112,8 @@ class SceneGuard:
             return None
         self._jobs.discard(planned.job_id)
         look = self._look
-        if look is None or planned.job_id != self._job_id or look.rows is not self._cell.playing:
+        playing = self._cell.motions.playing
+        if look is None or planned.job_id != self._job_id or look.rows is not playing:
             return []
         if isinstance(planned.result, Refusal):
             self._look = None
@@ -156,7 +134,7 @@ class SceneGuard:
         if look is None:
             return []
         rows = look.rows
-        if rows is not self._cell.playing:
+        if rows is not self._cell.motions.playing:
             self._look = None
             return []
         is_late = now - look.asked >= DEADLINE_NS

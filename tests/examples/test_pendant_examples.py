@@ -20,6 +20,17 @@ EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 
+PATIENT = """
+[jog]
+lead = 0.1
+[modes]
+enabling_deadline = 0.25
+[watchdog]
+deadline = 1.0
+"""
+"""A busy test machine must neither starve the controller in the middle of a jog nor latch a stop,
+which would be the end of every example behind it."""
+
 PRINTS = {
     "connect_and_jog.py": "let go: stood after",
     "pause_and_resume.py": "arrived at",
@@ -44,8 +55,7 @@ def started(module: str, *arguments: str) -> tuple[subprocess.Popen[str], dict[s
 def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
     """The pendant port of a server with an emulated robot, one for all examples."""
     config = tmp_path_factory.mktemp("cell") / "cell.toml"
-    # A busy test machine must not starve the controller in the middle of a jog.
-    config.write_text("[jog]\nlead = 0.1\n[modes]\nenabling_deadline = 0.25\n", encoding="utf-8")
+    config.write_text(PATIENT, encoding="utf-8")
     emulator, controller = started(
         "openpendant.controller_emulator",
         *("--robot", "ur5", "--start", "home", "--motion-port", "0", "--state-port", "0"),
@@ -55,6 +65,7 @@ def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
         *("--robot", "ur5", "--config", str(config), "--pendant-port", "0"),
         *("--ros-motion-port", "0", "--ros-state-port", "0"),
         *("--controller", f"127.0.0.1:{controller['motion']}:{controller['state']}"),
+        *("--signals", "openpendant"),
     )
     try:
         with SyncPendantClient.connect("127.0.0.1", ports["pendant"]) as pendant:

@@ -49,7 +49,8 @@ class Cell(RuleBasedStateMachine):
     @property
     def is_driving(self) -> bool:
         """Whether set-points of a motion may leave."""
-        return self.rig.activity() in (Activity.MOVING, Activity.JOGGING, Activity.PAUSED)
+        standing = (Activity.IDLE, Activity.PLANNING, Activity.STOPPING)
+        return self.rig.activity() not in standing
 
     # What pendants do.
 
@@ -199,7 +200,7 @@ class Cell(RuleBasedStateMachine):
     def in_automatic_nothing_is_jogged(self) -> None:
         cell = self.rig.core.cell
         if cell.modes.mode(cell.mode) is OperatingMode.AUTOMATIC:
-            assert cell.driven_jog is None
+            assert cell.motions.driven_jog is None
 
     def in_manual_only_what_is_enabled_moves(self) -> None:
         """Asked after each tick: a release in between takes effect with the next one."""

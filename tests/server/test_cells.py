@@ -9,7 +9,7 @@ from server_rig import LIMITS, MS, NoTool
 from openpendant.server.cells import Cells
 from openpendant.server.core import Port, ServerCore
 from openpendant.server.outgoing import Close, ForwardStop, Outgoing, Send
-from openpendant.server.pendant.face import Identity
+from openpendant.server.pendant.greeting import Identity
 from openpendant.server.settings import make_settings
 from openpendant.simplemsg import Message, Ping
 from openpendant.simplemsg.pendant import (

@@ -17,9 +17,9 @@ from openpendant.server.core import Port
 def test_why_a_connection_was_lost_is_logged(
     reason: Exception | None, said: int, caplog: pytest.LogCaptureFixture
 ) -> None:
-    app = Mock()
-    client = ClientConnection(app, Port.PENDANT)
+    clients = Mock()
+    client = ClientConnection(clients, Port.PENDANT)
     with caplog.at_level(logging.INFO, logger="openpendant.server"):
         client.connection_lost(reason)
     assert caplog.text.count("reset by peer") == said
-    app.dismiss.assert_called_once_with(client)
+    clients.dismiss.assert_called_once_with(client)

@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 
 from openpendant.motion import errors
 from openpendant.server.refusal import CODE_OF_ERROR, Refusal, refusal_of
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
+
+ROOT = Path(__file__).parents[2]
+SOURCES = [
+    path.read_text("utf-8")
+    for folder in ("server", "simplemsg", "controller_emulator")
+    for path in (ROOT / folder).rglob("*.py")
+    if path.name != "verdicts.py"
+]
 
 
 def kinds(base: type[errors.MotionError]) -> list[type[errors.MotionError]]:
@@ -53,3 +64,12 @@ def test_a_refusal_carries_joint_value_and_limit(
 
 def test_a_refusal_without_words_uses_those_of_the_catalogue() -> None:
     assert Refusal(VerdictCode.MOVING).sentence == CATALOGUE[VerdictCode.MOVING].cause
+
+
+def raised(code: VerdictCode) -> bool:
+    """Whether some source file other than the catalogue uses a code."""
+    return any(re.search(rf"\b(VerdictCode|V)\.{code.name}\b", text) for text in SOURCES)
+
+
+def test_every_code_of_the_catalogue_is_given_somewhere() -> None:
+    assert [code.name for code in VerdictCode if not raised(code)] == []

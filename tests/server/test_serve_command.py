@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from openpendant.server.app import Ports, RosPorts
 from openpendant.server.cli import main, say_ready
+from openpendant.server.ports import Ports, RosPorts
 
 FREE_PORTS = ("--pendant-port", "0", "--ros-motion-port", "0", "--ros-state-port", "0")
 

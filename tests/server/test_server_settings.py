@@ -7,13 +7,14 @@ from typing import Any
 
 import pytest
 
+from openpendant.server.configuration_file import ConfigurationError
 from openpendant.server.server_settings import (
     MOST_CELLS,
     ServerSettings,
     make_server_settings,
     server_settings_as_toml,
 )
-from openpendant.server.settings import CellSettings, ConfigurationError
+from openpendant.server.settings import CellSettings
 
 ROOM = """
 tick_rate = 125

@@ -8,13 +8,12 @@ from typing import Any
 
 import pytest
 
-from openpendant.server.settings import (
-    CellSettings,
+from openpendant.server.configuration_file import (
     ConfigurationError,
     load_settings,
-    make_settings,
     settings_as_toml,
 )
+from openpendant.server.settings import CellSettings, make_settings
 
 
 def refusal(data: dict[str, Any]) -> ConfigurationError:

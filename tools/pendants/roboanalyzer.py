@@ -15,17 +15,19 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from types import TracebackType
 from typing import Self
 
 from openpendant.simplemsg.pendant import Motion, OperatingMode, StateField
+from openpendant.simplemsg.verdicts import VerdictCode
 
 from .attitude import quaternion_of, roll_pitch_yaw
 from .client import DEFAULT_PORT, Pose
-from .failures import WrongArgument
+from .failures import Refused, WrongArgument
 from .roboanalyzer_robots import RobotDisplay, RobotPosture, display_of, posture_of
 from .sync_client import SyncPendantClient
+from .sync_motions import SyncMotion
 
 _READY_WITHIN = 10.0
 
@@ -126,7 +128,7 @@ class RoboAnalyzerClient:
 
     def ClearTrace(self) -> None:
         """Have every display of this robot forget the trace of its tool so far."""
-        self._pendant.manage({"op": "clear_trace"})
+        self._pendant.manage({"op": "trace.clear"})
 
     # Joints.
 
@@ -136,7 +138,7 @@ class RoboAnalyzerClient:
             raise WrongArgument(f"{len(angles)} angles; the robot has {len(self._units)} joints")
         target = [value * unit for value, unit in zip(angles, self._units, strict=True)]
         with self._enabled():
-            self._pendant.move_joints(target, speed=self.speed).done()
+            _arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
 
     def IncrementJointAngle(self, joint: int, increment: float) -> None:
         """Move one joint, counted from 1, by an increment [°, mm for a linear axis]."""
@@ -158,12 +160,12 @@ class RoboAnalyzerClient:
             for value, increment, unit in zip(here, increments, self._units, strict=True)
         ]
         with self._enabled():
-            self._pendant.move_joints(target, speed=self.speed).done()
+            _arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
 
     def SetHomePosition(self) -> None:
         """Move all joints to the robot's home position."""
         with self._enabled():
-            self._pendant.home(speed=self.speed).done()
+            _arrive(lambda: self._pendant.home(speed=self.speed))
 
     # The tool, in base.
 
@@ -207,7 +209,7 @@ class RoboAnalyzerClient:
 
     def _line_to(self, pose: Pose) -> None:
         with self._enabled():
-            self._pendant.move_to_pose(pose, motion=Motion.LIN, speed=self.speed).done()
+            _arrive(lambda: self._pendant.move_to_pose(pose, motion=Motion.LIN, speed=self.speed))
 
     def _tool_pose(self) -> Pose:
         self._pendant.next_state()
@@ -243,3 +245,14 @@ class RoboAnalyzerClient:
             return
         with self._pendant.enabling():
             yield
+
+
+def _arrive(move: Callable[[], SyncMotion]) -> None:
+    """Begin a motion and wait for its end; a robot that is there already has arrived."""
+    try:
+        motion = move()
+    except Refused as refused:
+        if refused.code != VerdictCode.NO_MOTION:
+            raise
+        return
+    motion.done()

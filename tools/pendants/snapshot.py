@@ -23,6 +23,37 @@ class Owner(TypedDict):
     client: str
 
 
+class Speed(TypedDict):
+    """The override, and the cap of tool and elbow, m/s; None where the mode sets none."""
+
+    override: float
+    tool_speed_cap: float | None
+
+
+class Signals(TypedDict):
+    """Inputs and outputs as last read; empty where the controller offers none to the server."""
+
+    offered: bool
+    inputs: list[bool]
+    outputs: list[bool]
+
+
+class RecordingUnderWay(TypedDict):
+    """The recording that is being made; its length so far in seconds and samples."""
+
+    name: str
+    duration: float
+    samples: int
+
+
+class ProgramUnderWay(TypedDict):
+    """The program that runs, waits or is paused, with its line in the text."""
+
+    name: str
+    state: str
+    line: int
+
+
 class LatchedStop(TypedDict):
     """The latched stop: who, and why."""
 
@@ -42,6 +73,12 @@ class Snapshot(TypedDict):
         activity: what it is doing, in lower case.
         link: the controller connection: down, up or stale.
         mode: the controller's own mode.
+        operating_mode: the mode that rules here.
+        speed: override and cap.
+        tool: the selected tool; None for the bare flange.
+        signals: inputs and outputs.
+        recording: what is being recorded; None for nothing.
+        program: what is under way; None for nothing.
         owner: who holds the motion authority; None for nobody.
         stop: the latched stop; None where there is none.
         obstacle: why no motion may start now; empty where it may.
@@ -54,6 +91,12 @@ class Snapshot(TypedDict):
     activity: str
     link: str
     mode: str
+    operating_mode: str
+    speed: Speed
+    tool: str | None
+    signals: Signals
+    recording: RecordingUnderWay | None
+    program: ProgramUnderWay | None
     owner: Owner | None
     stop: LatchedStop | None
     obstacle: str

@@ -77,8 +77,9 @@ Version {PROTOCOL_VERSION}. They use ids 65000 to 65535, which REP-I0004 leaves 
   connection.
 - **Outcomes.** A motion request carries a request id of the pendant's choice and is refused (a
   failure `verdict`), or accepted (a success `verdict`) and then completed or aborted (an
-  `outcome`). Nothing is clipped silently. Replies and outcomes are never dropped; of `state` a
-  slow reader gets the newest only.
+  `outcome`). Request ids of what can move the robot count up on each connection: one that is not
+  higher than the last is refused with REQUEST_REPEATED. Nothing is clipped silently. Replies and
+  outcomes are never dropped; of `state` a slow reader gets the newest only.
 - **Authority.** One connection at a time may move the robot. It asks with `authority`, sends an
   `authority_beat` each second, and loses the authority {_PENDANTS.authority_timeout:g} s after the
   last, or with its connection. Nothing resumes by itself.

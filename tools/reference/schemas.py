@@ -7,7 +7,9 @@ from typing import Any, Literal
 
 from pydantic import BaseModel
 
-from openpendant.server.pendant.management import Failure, Snapshot, SnapshotRequest
+from openpendant.server.pendant.management import Failure
+from openpendant.server.pendant.served_cells import CellsRequest, ServedCells
+from openpendant.server.pendant.snapshot import Snapshot, SnapshotRequest
 from openpendant.server.why import WhyReply, WhyRequest
 
 from .notice import NOTICE
@@ -15,6 +17,8 @@ from .notice import NOTICE
 BODIES: dict[str, type[BaseModel]] = {
     "snapshot-request": SnapshotRequest,
     "snapshot-reply": Snapshot,
+    "cells-request": CellsRequest,
+    "cells-reply": ServedCells,
     "why-request": WhyRequest,
     "why-reply": WhyReply,
     "failure-reply": Failure,

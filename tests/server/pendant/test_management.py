@@ -10,7 +10,7 @@ from server_clients import Pendant
 from server_rig import ServerRig, ready
 
 from openpendant.simplemsg import ReplyCode
-from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Management
+from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Capability, HelloReply, Management
 from openpendant.simplemsg.verdicts import VerdictCode
 
 
@@ -50,6 +50,24 @@ def test_a_snapshot_names_the_owner_the_stop_and_the_obstacle() -> None:
     assert body["owner"] == {"session": 1, "client": "anna"}
     assert body["stop"] == {"session": 1, "client": "anna", "reason": "tea"}
     assert "tea" in body["obstacle"]
+
+
+def test_a_pendant_is_told_which_cells_there_are() -> None:
+    code, body = ask(ready().pendant(), b'{"op": "cells"}')
+    assert code == ReplyCode.SUCCESS
+    assert body == {"cells": [{"cell": "cell", "robot": "two-joints"}]}
+
+
+def test_a_cell_without_surroundings_offers_nothing_of_them() -> None:
+    rig = ready()
+    body = snapshot(rig)
+    assert body["signals"] == {"offered": False, "inputs": [], "outputs": []}
+    assert (body["tool"], body["recording"], body["program"]) == (None, None, None)
+    (hello,) = ready().stranger().hello()
+    assert isinstance(hello, HelloReply)
+    offered = Capability(hello.capabilities)
+    assert Capability.JOG in offered
+    assert not offered & (Capability.RECORDING | Capability.SIGNALS | Capability.SCENE)
 
 
 @pytest.mark.parametrize(

@@ -195,12 +195,12 @@ def test_each_request_has_one_verdict_and_one_outcome_if_it_began(
     assert len(outcomes) == (1 if verdicts[0][1] is V.ACCEPTED else 0)
 
 
-def test_the_same_request_id_twice_still_gets_one_verdict_each() -> None:
+def test_promise_28_the_same_request_id_twice_is_refused_and_disturbs_nothing() -> None:
     rig = ready()
     pendant = rig.holder()
     pendant.got.clear()
     assert pendant.code(joints(0.5, 0.5)) is V.ACCEPTED
-    assert pendant.code(joints(0.1, 0.1)) is V.MOVING
+    assert pendant.code(joints(0.1, 0.1)) is V.REQUEST_REPEATED
     rig.wait(2_000)
     assert pendant.outcomes() == [(9, V.ACCEPTED)]
     assert rig.controller.position == (0.5, 0.5)

@@ -71,6 +71,7 @@ def test_after_20_random_pauses_the_executed_path_is_the_unpaused_one() -> None:
 def test_a_pause_comes_to_rest_and_holds_for_as_long_as_it_lasts() -> None:
     rig, pad = moving()
     pad.control(PAUSE)
+    assert rig.activity() is Activity.PAUSING
     pad.hold(1_000)
     assert rig.activity() is Activity.PAUSED
     stood = rig.controller.position

@@ -14,7 +14,8 @@ from collections.abc import Iterator
 import pytest
 
 from openpendant.server.settings import make_settings
-from openpendant.server.watchdog.process import StopTarget, Watchdog
+from openpendant.server.watchdog.pipe import StopTarget
+from openpendant.server.watchdog.process import Watchdog
 from openpendant.server.watchdog.targets import stop_target
 from openpendant.simplemsg import MsgType
 
@@ -26,7 +27,8 @@ DEADLINE = 0.1
 
 SERVER = """
 import sys, time
-from openpendant.server.watchdog.process import StopTarget, Watchdog
+from openpendant.server.watchdog.pipe import StopTarget
+from openpendant.server.watchdog.process import Watchdog
 target = StopTarget("cell", "127.0.0.1", int(sys.argv[1]), sys.argv[2], True)
 with Watchdog([target], 0.1, 0.01) as watchdog:
     while True:

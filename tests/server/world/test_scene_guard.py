@@ -52,7 +52,7 @@ class GuardedRig:
 
     @property
     def is_held(self) -> bool:
-        playing = self.rig.core.cell.playing
+        playing = self.rig.core.cell.motions.playing
         return playing is not None and playing.is_paused
 
 

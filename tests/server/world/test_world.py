@@ -11,7 +11,6 @@ import pytest
 from surrounded_cell import SurroundedCell, robot
 
 from openpendant.motion.frames import FLANGE
-from openpendant.motion.kinematics import Kinematics
 from openpendant.server.planning.jobs import PoseGoal
 from openpendant.server.playback.operations import Asker
 from openpendant.server.playback.running_program import RunningProgram
@@ -55,7 +54,7 @@ def test_tools_and_scene_are_there_after_a_restart(cell: SurroundedCell, tmp_pat
     assert again.mathematics.frames.selected_tool == "gripper"
     assert again.mathematics.scene.names == ("box",)
     assert again.ask("frames.show")["problems"] == {}
-    assert again.cell.scene == again.mathematics.scene
+    assert again.cell.motions.scene == again.mathematics.scene
     again.store.close()
 
 
@@ -103,8 +102,8 @@ def test_an_object_counts_at_once_even_if_the_disk_is_full(cell: SurroundedCell)
     code, text = cell.refused("scene.add", object=BOX, expected_revision=0)
     assert code is V.DISK_FULL
     assert "in force" in text
-    assert cell.cell.scene is not None
-    assert cell.cell.scene.names == ("box",)
+    assert cell.cell.motions.scene is not None
+    assert cell.cell.motions.scene.names == ("box",)
 
 
 def test_the_selected_tool_moves_where_the_tool_is(cell: SurroundedCell) -> None:
@@ -116,7 +115,7 @@ def test_the_selected_tool_moves_where_the_tool_is(cell: SurroundedCell) -> None
     assert math.dist(flange, tool) == pytest.approx(0.12)
 
 
-def test_a_pose_in_a_user_frame_is_reached_by_the_selected_tool(cell: SurroundedCell) -> None:
+def test_a_pose_in_a_user_frame_is_where_the_selected_tool_goes(cell: SurroundedCell) -> None:
     cell.ask("tools.add", name="gripper", tcp=GRIPPER, expected_revision=0)
     cell.ask("tools.select", name="gripper", expected_revision=1)
     cell.ask("frames.add", name="table", pose=TABLE, expected_revision=0)
@@ -128,9 +127,10 @@ def test_a_pose_in_a_user_frame_is_reached_by_the_selected_tool(cell: Surrounded
         pose={"position": position, "orientation": orientation},
     )["pose"]
     goal = PoseGoal(tuple(there["position"]), tuple(there["orientation"]))
-    flange = cell.mathematics.flange_goal(goal, "table")
-    at_home = Kinematics(robot()).forward(robot().home_position)
-    assert flange.position == pytest.approx(at_home.position.tolist())
+    in_base = cell.mathematics.goal_in_base(goal, "table")
+    assert in_base.position == pytest.approx(position)
+    assert cell.mathematics.tool_in_flange is not None
+    assert math.hypot(*cell.mathematics.tool_in_flange.position) == pytest.approx(0.12)
 
 
 def test_where_the_tool_was_is_still_known(cell: SurroundedCell) -> None:

@@ -58,7 +58,7 @@ def server() -> Iterator[ScriptedPendantServer]:
     thread = LoopThread("scripted server")
     with thread.entered(scripted_server()) as running:
         running.mode = OperatingMode.AUTOMATIC
-        running.answers = {"snapshot": SNAPSHOT, "cells": CELLS, "clear_trace": {"trace_since": 9}}
+        running.answers = {"snapshot": SNAPSHOT, "cells": CELLS, "trace.clear": {}}
         yield running
     thread.end()
 
@@ -161,7 +161,7 @@ def test_the_trace_is_cleared_by_a_documented_message(
     server: ScriptedPendantServer, robot: RoboAnalyzerClient
 ) -> None:
     robot.ClearTrace()
-    assert server.all(Management)[-1].body == b'{"op": "clear_trace"}'
+    assert server.all(Management)[-1].body == b'{"op": "trace.clear"}'
 
 
 @pytest.mark.parametrize("name", ["puma560", "right"])

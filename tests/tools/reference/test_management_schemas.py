@@ -8,7 +8,7 @@ import pytest
 from pydantic import BaseModel
 
 from openpendant.server import why
-from openpendant.server.pendant import management
+from openpendant.server.pendant import management, served_cells, snapshot
 from openpendant.tools.reference.schemas import BODIES, schema_files
 
 SCHEMAS = {name: json.loads(text) for name, text in schema_files().items()}
@@ -17,7 +17,7 @@ SCHEMAS = {name: json.loads(text) for name, text in schema_files().items()}
 def test_every_model_of_the_management_messages_has_its_schema() -> None:
     models = {
         name
-        for module in (management, why)
+        for module in (management, served_cells, snapshot, why)
         for name, model in inspect.getmembers(module, inspect.isclass)
         if issubclass(model, BaseModel)
         and model.__module__ == module.__name__

@@ -26,7 +26,7 @@ from openpendant.server.cell_shell import CellShell, ServedCell
 from openpendant.server.client_connection import ClientConnection
 from openpendant.server.core import Port
 from openpendant.server.errand_record import ErrandRecordError, answer_from_json
-from openpendant.server.pendant.management import snapshot
+from openpendant.server.pendant.snapshot import snapshot
 from openpendant.server.planning.jobs import Job
 from openpendant.server.planning.plan_record import PlanRecordError, plan_from_json
 from openpendant.server.planning.process import Deliver
@@ -162,7 +162,7 @@ class ReenactedServer:
             cell = happening.more.get("cell")
         except KeyError:
             raise unknown_event(happening) from None
-        client = self._clients[happening.link] = ClientConnection(self._app, port, cell)
+        client = self._clients[happening.link] = ClientConnection(self._app.clients, port, cell)
         client.connection_made(DeadEnd(address))
 
     def _client(self, happening: Happening) -> ClientConnection:

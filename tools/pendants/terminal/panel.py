@@ -275,7 +275,8 @@ class Panel:
         if state is None:
             return False
         program = (ProgramState.PAUSED, ProgramState.AT_BREAKPOINT, ProgramState.STEPPED)
-        return state.activity == Activity.PAUSED or state.program_state in program
+        paused = (Activity.PAUSED, Activity.PAUSING)
+        return state.activity in paused or state.program_state in program
 
     # Questions.
 

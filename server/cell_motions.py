@@ -1,0 +1,249 @@
+"""The motions of one robot cell: asked for, planned, begun, steered and ended by their owner.
+
+Owns which plan is waited for, at what share of its planned speed a motion runs, and pause, resume
+and program stop. Whether a motion may start is `readiness`' chain, asked through the cell; how a
+motion is driven is `driving`'s.
+
+A motion's life: `ask` (the conditions hold, the authority is there) → planned here, or by the
+planning process and back through `planned` → certified, started → set-points through the cell's
+`answered` and `tick` → `Ended`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from openpendant.motion.errors import MotionError
+from openpendant.motion.limits import JointLimits
+from openpendant.motion.ptp import straight_move
+from openpendant.motion.scene import Scene
+from openpendant.motion.straight_certificate import certify_straight_move
+from openpendant.simplemsg.pendant import JogEnd
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from .authority import Authority, Holder
+from .driving.certified import Certified
+from .driving.driving import Driving, Listener
+from .driving.execution import start_mismatch
+from .driving.feedback import Feedback
+from .driving.row_sources import StoredRows
+from .driving.stop_account import StopAccount
+from .driving.work import Work
+from .jog.jogging import JogRows
+from .jog.press import Press
+from .news import Begun, Ended, Refused, Request
+from .operating_mode import MotionKind, OperatingModes
+from .outgoing import Outgoing, Plan
+from .planning.jobs import MotionJob, Planned
+from .readiness import permission
+from .refusal import Refusal, refusal_of
+
+if TYPE_CHECKING:
+    from openpendant.motion.jog import JogTarget
+
+Recheck = Callable[[int, MotionKind, int], Refusal | None]
+"""Returns why a session may not begin, at a time [ns], what was planned for it; None if it may."""
+
+
+class CellMotions:
+    """What a cell has planned and what it moves, for whoever holds the authority.
+
+    Attributes:
+        scene: what motions must not touch, the robot itself included; None to check nothing.
+    """
+
+    def __init__(
+        self,
+        limits: JointLimits,
+        authority: Authority,
+        feedback: Feedback,
+        modes: OperatingModes,
+        driving: Driving,
+        recheck: Recheck,
+        tell: Listener,
+    ) -> None:
+        """Make one where nothing is planned.
+
+        Args:
+            limits: the robot's joint limits, controller side.
+            authority: the lease.
+            feedback: what the controller said last.
+            modes: the mode of operation and its speeds.
+            driving: plays what begins here.
+            recheck: the conditions, asked anew once a plan is there.
+            tell: told all news; returns what is to be written because of them.
+        """
+        self.scene: Scene | None = None
+        self._limits = limits
+        self._authority = authority
+        self._feedback = feedback
+        self._modes = modes
+        self._driving = driving
+        self._recheck = recheck
+        self._tell = tell
+        self._last_job = 0
+
+    # What there is.
+
+    @property
+    def started(self) -> int:
+        """How many motions and jogs have begun so far."""
+        return self._driving.started
+
+    @property
+    def driven_jog(self) -> JogRows | None:
+        """The jog that is driven, None where none is."""
+        return self._driving.driven_jog
+
+    @property
+    def playing(self) -> StoredRows | None:
+        """The certified trajectory that is played; None while planning, in a jog and at rest."""
+        return None if self._driving.work is None else self._driving.work.stored
+
+    @property
+    def waypoints_passed(self) -> int:
+        """How many waypoints after its start the motion that is played has passed."""
+        return 0 if self.playing is None else self.playing.waypoints_passed
+
+    # To begin one.
+
+    def new_job_id(self) -> int:
+        """Return a number for a planning job."""
+        self._last_job += 1
+        return self._last_job
+
+    def ask(
+        self, request: Request, job: MotionJob, kind: MotionKind = MotionKind.MOVE
+    ) -> list[Outgoing]:
+        """Have a motion planned that `check` permitted; its fate comes as news."""
+        if self.scene is not None:
+            job = replace(job, scene=self.scene)
+        cap = self._modes.tool_speed_cap(self._feedback.mode)
+        self._driving.work = Work(request, kind, job.job_id, planned_cap=cap)
+        return [Plan(job)]
+
+    def move_joints(
+        self,
+        request: Request,
+        goal: Sequence[float],
+        speed: float,
+        now: int,
+    ) -> list[Outgoing]:
+        """Plan, certify and start a joint move that `check` permitted, on this call stack.
+
+        Only where no cap of the tool speed rules (`tool_speed_cap`) and nothing can be touched
+        (`scene`); else it is to be planned.
+
+        A straight joint move is timed in closed form, so it needs no planning process.
+        """
+        start = self._feedback.position
+        assert start is not None
+        try:
+            move = straight_move(start, goal, self._limits, speed=speed)
+            certificate = certify_straight_move(move, self._limits, start=start)
+        except MotionError as error:
+            return self._tell(Refused(request, refusal_of(error)), now)
+        work = Work(request, MotionKind.MOVE, self.new_job_id())
+        certified = Certified(move, certificate)
+        return self._driving.play(work, certified, self._share(work), now)
+
+    def jog(self, request: Request, rows: JogRows, lead: float, now: int) -> list[Outgoing]:
+        """Start a jog that `check` permitted; its set-points are made as it goes."""
+        work = Work(request, MotionKind.JOG, self.new_job_id())
+        return self._driving.drive(work, rows, lead, now)
+
+    def take_over_jog(
+        self, request: Request, rows: JogRows, target: JogTarget, press: Press, now: int
+    ) -> list[Outgoing]:
+        """Let a new press steer the jog that is driven; the request of the old one is completed."""
+        work = self._driving.work
+        assert work is not None
+        rows.press.end(JogEnd.REPLACED, now)
+        account = StopAccount(
+            rows.press.number,
+            JogEnd.REPLACED,
+            0.0,
+            0.0,
+            tuple(rows.last.position),
+            tuple(rows.last.position),
+        )
+        before = Ended(work.request, None, 0.0, rows.last.time, account)
+        work.request = request
+        rows.aim(target, press)
+        return self._tell(Begun(request), now) + self._tell(before, now)
+
+    def planned(self, planned: Planned, now: int) -> list[Outgoing]:
+        """Take the answer of the planning process; one that nobody waits for is dropped."""
+        work = self._driving.work
+        if work is None or work.execution is not None or work.job_id != planned.job_id:
+            return []
+        self._driving.work = None
+        if isinstance(planned.result, Refusal):
+            return self._tell(Refused(work.request, planned.result), now)
+        assert isinstance(planned.result, tuple)
+        trajectory, certificate = planned.result
+        refusal = self._recheck(work.request.session, work.kind, now) or start_mismatch(
+            trajectory, self._feedback
+        )
+        if refusal is not None:
+            return self._tell(Refused(work.request, refusal), now)
+        work.plan_time = planned.plan_time
+        certified = Certified(trajectory, certificate)
+        return self._driving.play(work, certified, self._share(work), now)
+
+    # To steer the one that is under way.
+
+    def set_speed(self, by: Holder, override: float, cap: float, now: int) -> Refusal | None:
+        """Set speed override and cap of the tool speed [m/s]; acts on the running motion.
+
+        Returns:
+            Why a value is refused.
+        """
+        refusal = permission(self._authority, by.session, now)
+        if refusal is None:
+            refusal = self._modes.set_speed(override, cap)
+        work = self._driving.work
+        if refusal is None and work is not None and work.stored is not None:
+            work.stored.scale(self._share(work))
+        return refusal
+
+    def _share(self, work: Work) -> float:
+        """Return at what part of its planned speed a motion runs under override and cap of now."""
+        cap, planned = self._modes.tool_speed_cap(self._feedback.mode), work.planned_cap
+        if cap is None or planned is None:
+            return self._modes.override
+        return self._modes.override * min(1.0, cap / planned)
+
+    def pause(self, by: Holder, now: int) -> Refusal | None:
+        """Bring the motion to rest on its path; None where it does."""
+        refusal = permission(self._authority, by.session, now)
+        stored = self.playing
+        if refusal is None and (stored is None or not stored.pause()):
+            return Refusal(VerdictCode.NOTHING_TO_CONTROL)
+        return refusal
+
+    def resume(self, by: Holder, now: int) -> Refusal | None:
+        """Let a paused motion go on along its path; None where it does."""
+        work = self._driving.work
+        refusal = permission(self._authority, by.session, now)
+        if refusal is not None:
+            return refusal
+        if work is None or work.stored is None or not work.stored.is_paused:
+            return Refusal(VerdictCode.NOTHING_TO_CONTROL)
+        if not self._modes.override:
+            return Refusal(VerdictCode.BAD_ARGUMENT, "the speed override is 0; raise it first")
+        refusal = self._modes.unready(work.kind, by.session, self._feedback.mode, now)
+        if refusal is None:
+            work.stored.resume()
+        return refusal
+
+    def program_stop(self, by: Holder, now: int) -> Refusal | list[Outgoing]:
+        """End what is planned or moves, without a latch; anyone in control may."""
+        refusal = permission(self._authority, by.session, now)
+        if refusal is not None:
+            return refusal
+        if self._driving.work is None:
+            return Refusal(VerdictCode.NOTHING_TO_CONTROL)
+        return self._driving.end(Refusal(VerdictCode.PROGRAM_STOPPED), now)

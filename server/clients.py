@@ -1,0 +1,144 @@
+"""The client connections of a server: numbered, let in, and handed on to their cells.
+
+Owns how many connections there may be at once, which addresses may speak in clear text, and the
+byte order in which each ROS-Industrial address is spoken to. Must not know what a message means;
+whose a connection is, is `cells`' business.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from openpendant.simplemsg import ByteOrder, Received
+from openpendant.simplemsg.journal import Journal
+
+from .accept_rate import place_fault
+from .access.admission import Login
+from .access.exposure import clear_text_fault
+from .access.opening import exposure_of
+from .cells import Cells, Routed
+from .client_connection import ClientConnection
+from .core import Port
+from .settings import CellSettings
+
+
+class Clients:
+    """All client connections of a server.
+
+    Attributes:
+        by_session: the connections by their numbers.
+        journal: tells the time of the event at hand.
+    """
+
+    def __init__(
+        self,
+        router: Cells,
+        settings: Sequence[CellSettings],
+        login: Login,
+        journal: Journal,
+        perform: Callable[[Routed], None],
+        misheard: Callable[[int, int, Exception, int], None],
+    ) -> None:
+        """Know no connection yet.
+
+        Args:
+            router: the cells.
+            settings: of each cell; the most connections are those of the first.
+            login: who completed hello.
+            journal: the time and the record.
+            perform: carries out what a cell wants done.
+            misheard: told where we failed on a message: cell, connection, fault, time.
+        """
+        self.by_session: dict[int, ClientConnection] = {}
+        self.journal = journal
+        self._router = router
+        self._settings = settings
+        self._login = login
+        self._perform = perform
+        self._misheard = misheard
+        self._orders: dict[tuple[int | None, str], ByteOrder] = {}
+        self._next_session = 1
+
+    def admit(self, client: ClientConnection) -> None:
+        """Number a new connection and tell its cell; turn it away where it may not be here."""
+        client.session = self._next_session
+        self._next_session += 1
+        more: dict[str, Any] = {} if client.cell is None else {"cell": client.cell}
+        now = self.journal.begin(
+            "opened", client.session, port=client.port.name, address=client.address, **more
+        )
+        fault = self._place_fault(client.port) or self._clear_text_fault(client)
+        if fault is not None:
+            client.abort(fault)
+            return
+        self.by_session[client.session] = client
+        self._perform(
+            self._router.opened(client.session, client.port, client.address, now, client.cell)
+        )
+
+    def _place_fault(self, port: Port) -> str | None:
+        """Return why there is no place for one more connection; None where there is."""
+        pendants = sum(client.port is Port.PENDANT for client in self.by_session.values())
+        return place_fault(
+            len(self.by_session),
+            pendants - len(self._login.visitors),
+            self._settings[0].listen.max_connections,
+            is_pendant=port is Port.PENDANT,
+        )
+
+    def _clear_text_fault(self, client: ClientConnection) -> str | None:
+        """Return why an address may not speak in clear text to the port of a cell."""
+        if client.cell is None:
+            return None
+        fault = clear_text_fault(exposure_of(self._settings[client.cell]), client.address)
+        return None if fault is None else fault.sentence
+
+    def receive(self, session: int, received: Received, now: int) -> None:
+        """Hand a client's message to its cell; a fault of ours ends the connection, not us."""
+        try:
+            self._perform(self._router.receive(session, received, now))
+        except Exception as error:
+            self._misheard(self._router.home_of(session) or 0, session, error, now)
+
+    def dismiss(self, client: ClientConnection) -> None:
+        """Tell its cell that a connection ended."""
+        if self.by_session.pop(client.session, None) is not None:
+            now = self.journal.begin("closed", client.session)
+            home = self._router.home_of(client.session) or 0
+            try:
+                self._perform(self._router.closed(client.session, now))
+            except Exception as error:
+                self._misheard(home, client.session, error, now)
+
+    def check_deadlines(self, now: int) -> None:
+        """Close the connections that read or write too slowly."""
+        for client in list(self.by_session.values()):
+            client.check_deadlines(now)
+
+    def hang_up(self, reason: str) -> None:
+        """Close every connection."""
+        for client in list(self.by_session.values()):
+            client.close(reason)
+
+    # The byte order of ROS-Industrial connections.
+
+    def state_byte_order(self, client: ClientConnection) -> ByteOrder:
+        """Return the byte order for a state connection: the address's own, else configured."""
+        configured = self._settings[client.cell or 0].ros_i.byte_order
+        default = ByteOrder.LITTLE if configured == "little" else ByteOrder.BIG
+        return self._orders.get((client.cell, client.address), default)
+
+    def learn_byte_order(self, motion: ClientConnection) -> None:
+        """Note what a motion connection spoke; a state connection in the other order is closed.
+
+        The client connects again and is then spoken to in its own order; going on in the wrong one
+        could make the reference client read a length of millions.
+        """
+        order = motion.wire.byte_order or ByteOrder.LITTLE
+        self._orders[motion.cell, motion.address] = order
+        for client in list(self.by_session.values()):
+            mismatch = client.wire.byte_order is not order
+            is_same = (client.cell, client.address) == (motion.cell, motion.address)
+            if client.port is Port.ROS_STATE and is_same and mismatch:
+                client.close("its motion connection speaks the other byte order")

@@ -1,0 +1,80 @@
+"""What pendants are told unasked: what happened in the cell, and its state.
+
+Owns who hears which news, and the numbering of state. How a message is worded is `replies`' and
+`state_report`'s business.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+from ..jog.desk import RecentStates
+from ..news import AuthorityMoved, Begun, Ended, ModeMoved, News, Refused, StopMoved
+from ..outgoing import Outgoing, Send, Spread
+from ..robot_cell import RobotCell
+from ..robot_view import RobotView
+from .listeners import Listener, Listeners
+from .replies import authority_changed, jog_ended, mode_changed, outcome, stop_changed, verdict
+from .state_report import state_message
+
+
+class Announcing:
+    """The announcements of one cell to its pendants."""
+
+    def __init__(
+        self, cell: RobotCell, robot: RobotView, listeners: Listeners, recent: RecentStates
+    ) -> None:
+        """Make one that has told nothing yet.
+
+        Args:
+            cell: the cell.
+            robot: the mathematics of the robot.
+            listeners: the connections.
+            recent: noted there is each state message, so that a jog can quote it.
+        """
+        self._cell = cell
+        self._robot = robot
+        self._listeners = listeners
+        self._recent = recent
+        self._sequence = 0
+
+    def news(self, news: News) -> list[Outgoing]:
+        """Tell whoever asked for a motion its fate, and everybody what concerns all."""
+        match news:
+            case Begun(request=request) if request.session in self._listeners:
+                return [Send(request.session, verdict(request.request_id))]
+            case Refused(request=request) if request.session in self._listeners:
+                return [Send(request.session, verdict(request.request_id, news.refusal))]
+            case Ended(request=request) if request.session in self._listeners:
+                return [*self._jog_account(news), Send(request.session, outcome(news))]
+            case ModeMoved():
+                return self._listeners.to_all(mode_changed(news))
+            case AuthorityMoved():
+                return self._listeners.to_all(authority_changed(news))
+            case StopMoved():
+                return self._listeners.to_all(stop_changed(news))
+        return []
+
+    def _jog_account(self, news: Ended) -> list[Outgoing]:
+        """Tell a pendant how its jog came to rest, before its outcome."""
+        account = news.jog
+        if account is None:
+            return []
+        began, ended = (self._robot.tool_pose(at)[0] for at in (account.began_at, account.ended_at))
+        return [Send(news.request.session, jog_ended(account, math.dist(began, ended)))]
+
+    def state(self, due: list[Listener], now: int) -> list[Outgoing]:
+        """Send the state once for all; a pendant that was too slow gets its own drop counter."""
+        if not due:
+            return []
+        self._sequence += 1
+        self._recent.sent(self._sequence, now)
+        state = state_message(self._cell, self._robot, self._sequence, now)
+        prompt = tuple(listener.session for listener in due if not listener.dropped)
+        out: list[Outgoing] = [Spread(prompt, state)] if prompt else []
+        for listener in due:
+            if listener.dropped:
+                late = dataclasses.replace(state, dropped=listener.dropped)
+                out.append(Spread((listener.session,), late))
+        return out

@@ -1,0 +1,101 @@
+"""Stops, modes and speeds as pendants ask for them, and pause, resume and program stop.
+
+Owns what such a request acts on: the program that runs, else the motion of the cell. Whether it is
+permitted is the cell's rule.
+"""
+
+from __future__ import annotations
+
+from openpendant.simplemsg import CommType
+from openpendant.simplemsg.pendant import (
+    MotionControl,
+    MotionControlAction,
+    ResetStop,
+    SetMode,
+    SetSpeed,
+    SoftwareStop,
+)
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..jog.desk import JogDesk
+from ..outgoing import Outgoing, Send
+from ..playback.desk import ProgramDesk
+from ..refusal import Refusal
+from ..robot_cell import RobotCell
+from .listeners import Listeners
+from .replies import REASON_BYTES, cut, verdict
+
+
+class ControlDesk:
+    """Stops, modes and speeds of one cell, for its pendants."""
+
+    def __init__(
+        self, cell: RobotCell, listeners: Listeners, jogs: JogDesk, programs: ProgramDesk
+    ) -> None:
+        """Make a desk for one cell.
+
+        Args:
+            cell: the cell.
+            listeners: the connections.
+            jogs: told of a new speed.
+            programs: runs programs.
+        """
+        self._cell = cell
+        self._listeners = listeners
+        self._jogs = jogs
+        self._programs = programs
+
+    def software_stop(self, session: int, message: SoftwareStop, now: int) -> list[Outgoing]:
+        """Stop the robot; the stop leaves before the verdict, and a topic has none."""
+        by = self._listeners[session].holder
+        out = self._cell.software_stop(by, cut(message.reason, REASON_BYTES), now)
+        if message.comm_type == CommType.REQUEST:
+            out.append(Send(session, verdict(message.request_id)))
+        return out
+
+    def reset_stop(self, session: int, message: ResetStop, now: int) -> Refusal | list[Outgoing]:
+        """Unlatch the stop; whoever asked hears the verdict before the news."""
+        reset = self._cell.reset_stop(self._listeners[session].holder, now)
+        if isinstance(reset, Refusal):
+            return reset
+        return [Send(session, verdict(message.request_id)), *reset]
+
+    def set_mode(self, session: int, message: SetMode, now: int) -> Refusal | list[Outgoing]:
+        """Set the mode of operation; what stops because of it stops before the verdict."""
+        out = self._cell.set_mode(self._listeners[session].holder, message.mode, now)
+        return _then_verdict(out, session, message.request_id)
+
+    def set_speed(self, session: int, message: SetSpeed, now: int) -> Refusal | None:
+        """Set speed override and cap; a jog that is driven follows at once."""
+        by = self._listeners[session].holder
+        refusal = self._cell.motions.set_speed(by, message.override, message.tool_speed, now)
+        self._jogs.respeed(now)
+        return refusal
+
+    def motion_control(
+        self, session: int, message: MotionControl, now: int
+    ) -> Refusal | list[Outgoing]:
+        """Pause, resume or end what runs."""
+        by = self._listeners[session].holder
+        running = self._programs if self._programs.is_under_way else self._cell.motions
+        out: list[Outgoing] | Refusal | None
+        match message.action:
+            case MotionControlAction.PAUSE:
+                out = running.pause(by, now)
+            case MotionControlAction.RESUME:
+                out = running.resume(by, now)
+            case MotionControlAction.PROGRAM_STOP:
+                out = running.program_stop(by, now)
+            case _:
+                text = f"action {message.action}; accepted: 1 pause, 2 resume, 3 program stop"
+                return Refusal(VerdictCode.BAD_ARGUMENT, text)
+        return _then_verdict(out, session, message.request_id)
+
+
+def _then_verdict(
+    out: list[Outgoing] | Refusal | None, session: int, request_id: int
+) -> Refusal | list[Outgoing]:
+    """Return what follows from a request that was carried out, and the verdict behind it."""
+    if isinstance(out, Refusal):
+        return out
+    return [*(out or ()), Send(session, verdict(request_id))]

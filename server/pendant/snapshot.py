@@ -1,0 +1,169 @@
+"""The snapshot: a cell as it is now, whole, for a pendant that has just come in.
+
+Owns what of a cell is told so; all of it is read from the cell and what surrounds it.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from openpendant.motion.limits import JointLimits
+
+from ..robot_cell import RobotCell
+from ..settings import CellSettings
+from ..world.cell_surroundings import CellSurroundings
+from .management_bodies import Body
+
+_ROBOTS_OWN = ("base", "root")
+
+
+class SnapshotRequest(Body):
+    """Asks for the whole state of the cell."""
+
+    op: Literal["snapshot"]
+
+
+class JointDescription(Body):
+    """One driven joint, controller side; rad, or m for a linear axis."""
+
+    name: str
+    unit: Literal["rad", "m"]
+    lower: float
+    upper: float
+    velocity: float
+    acceleration: float
+
+
+class OwnerDescription(Body):
+    """Who holds the motion authority."""
+
+    session: int
+    client: str
+
+
+class StopDescription(Body):
+    """The latched stop."""
+
+    session: int
+    client: str
+    reason: str
+
+
+class SpeedDescription(Body):
+    """The override, and the cap of tool and elbow; null where the mode sets none, m/s."""
+
+    override: float
+    tool_speed_cap: float | None
+
+
+class SignalsDescription(Body):
+    """Inputs and outputs as last read; empty where the controller offers none to the server."""
+
+    offered: bool
+    inputs: tuple[bool, ...]
+    outputs: tuple[bool, ...]
+
+
+class RecordingDescription(Body):
+    """The recording that is being made; its length so far in seconds and samples."""
+
+    name: str
+    duration: float
+    samples: int
+
+
+class ProgramDescription(Body):
+    """The program that is under way, which also waits or is paused."""
+
+    name: str
+    state: str
+    line: int
+
+
+class Snapshot(Body):
+    """The cell as it is now."""
+
+    cell: str
+    robot: str
+    joints: tuple[JointDescription, ...]
+    frames: tuple[str, ...]
+    activity: str
+    link: str
+    mode: str
+    """The controller's own."""
+    operating_mode: str
+    speed: SpeedDescription
+    tool: str | None
+    """The selected tool; null for the bare flange."""
+    signals: SignalsDescription
+    recording: RecordingDescription | None
+    program: ProgramDescription | None
+    owner: OwnerDescription | None
+    stop: StopDescription | None
+    obstacle: str
+
+
+def snapshot(
+    cell: RobotCell, settings: CellSettings, now: int, around: CellSurroundings | None = None
+) -> Snapshot:
+    """Return the cell as it is now; without surroundings it has no frames of users and no tool."""
+    holder, stop, obstacle = cell.authority.holder, cell.stop, cell.obstacle(now)
+    program = cell.program
+    return Snapshot(
+        cell=settings.name,
+        robot=settings.robot,
+        joints=_joints(cell.limits),
+        frames=_ROBOTS_OWN if around is None else tuple(around.world.frames.frames),
+        activity=cell.activity.name.lower(),
+        link=cell.link_state(now).name.lower(),
+        mode=cell.mode.name.lower(),
+        operating_mode=cell.modes.mode(cell.mode).name.lower(),
+        speed=SpeedDescription(
+            override=cell.modes.override, tool_speed_cap=cell.modes.tool_speed_cap(cell.mode)
+        ),
+        tool=None if around is None else around.world.frames.selected_tool,
+        signals=_signals(around),
+        recording=_recording(around),
+        program=None
+        if program is None
+        else ProgramDescription(
+            name=program.name, state=program.state.name.lower(), line=program.line
+        ),
+        owner=None
+        if holder is None
+        else OwnerDescription(session=holder.session, client=holder.client),
+        stop=None
+        if stop is None
+        else StopDescription(session=stop.by.session, client=stop.by.client, reason=stop.reason),
+        obstacle="" if obstacle is None else obstacle.sentence,
+    )
+
+
+def _joints(limits: JointLimits) -> tuple[JointDescription, ...]:
+    return tuple(
+        JointDescription(
+            name=limits.names[index],
+            unit="m" if limits.prismatic[index] else "rad",
+            lower=limits.lower[index],
+            upper=limits.upper[index],
+            velocity=limits.velocity[index],
+            acceleration=limits.acceleration[index],
+        )
+        for index in range(limits.dof)
+    )
+
+
+def _recording(around: CellSurroundings | None) -> RecordingDescription | None:
+    status = None if around is None else around.recordings.recorder.status
+    if status is None:
+        return None
+    return RecordingDescription(name=status.name, duration=status.duration, samples=status.samples)
+
+
+def _signals(around: CellSurroundings | None) -> SignalsDescription:
+    if around is None:
+        return SignalsDescription(offered=False, inputs=(), outputs=())
+    signals = around.signals
+    return SignalsDescription(
+        offered=signals.is_offered, inputs=signals.inputs, outputs=signals.outputs
+    )

@@ -1,0 +1,87 @@
+"""Points that are taught: where the robot stands becomes an edit of a program.
+
+Owns in which frame and with which tool: the program's own for a new point, those of the point for
+one that is touched up. Saves nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..programs.editing import RecordPoint, TouchUp
+from ..programs.history import History
+from ..programs.points import TeachPoint
+from ..programs.program import Program, check_robot
+from ..refusal import Refusal
+from ..robot_cell import RobotCell
+from ..robot_view import RobotView
+from . import operations as op
+from .taught_points import taught_point
+
+
+class NotTaught(Exception):
+    """A point cannot be taught now; the refusal says why."""
+
+    def __init__(self, refusal: Refusal) -> None:
+        super().__init__(refusal.sentence)
+        self.refusal = refusal
+
+
+class Teacher:
+    """Teaches points of one robot."""
+
+    def __init__(self, cell: RobotCell, robot: RobotView, robot_name: str) -> None:
+        """Make a teacher.
+
+        Args:
+            cell: knows where the robot stands.
+            robot: its mathematics.
+            robot_name: its name.
+        """
+        self._cell = cell
+        self._robot = robot
+        self._robot_name = robot_name
+
+    def record(self, history: History, asked: op.RecordPoint, now: int) -> History:
+        """Return the history after a point was added where the robot stands.
+
+        Raises:
+            NotTaught: it moves, or nobody knows where it is.
+            ProgramError: the program is of another robot, or the edit is refused.
+        """
+        point = replace(self._taught(history.present, asked.point, now), comment=asked.comment)
+        return history.edited(RecordPoint(point, asked.move, asked.at))
+
+    def touch_up(self, history: History, asked: op.TouchUpPoint, now: int) -> History:
+        """Return the history after a point was put where the robot stands.
+
+        Raises:
+            NotTaught: it moves, or nobody knows where it is.
+            ProgramError: as of `record`, or there is no such point.
+        """
+        before = history.present.point(asked.point).pose
+        point = self._taught(
+            history.present,
+            asked.point,
+            now,
+            frame=None if before is None else before.frame,
+            tool=None if before is None else before.tool,
+        )
+        return history.edited(TouchUp(point.name, point.joints, point.pose, point.configuration))
+
+    def _taught(
+        self,
+        program: Program,
+        name: str,
+        now: int,
+        frame: str | None = None,
+        tool: str | None = None,
+    ) -> TeachPoint:
+        """Return the point where the robot stands, in the program's own frame if none is named."""
+        check_robot(program, self._robot_name, self._cell.limits)
+        point = taught_point(
+            self._cell, self._robot, name, frame or program.frame, tool or program.tool, now
+        )
+        if isinstance(point, Refusal):
+            raise NotTaught(point)
+        return point

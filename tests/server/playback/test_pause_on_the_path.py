@@ -1,0 +1,165 @@
+"""Pauses, resumes and overrides never lead the robot off the path that it was planned along."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import program_cell
+import pytest
+from program_cell import ProgramCell
+
+from openpendant.motion.joint_curves import JointLine, Path
+from openpendant.motion.ptp import StraightMove
+from openpendant.motion.trajectory import Array, Trajectory
+from openpendant.motion.velocity_profile import VelocityProfile
+from openpendant.server.outgoing import Keep, Outgoing
+from openpendant.simplemsg import JointTrajPtFull
+from openpendant.simplemsg.pendant import MotionControlAction, SetSpeed
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+PAUSE, RESUME = MotionControlAction.PAUSE, MotionControlAction.RESUME
+BOUND = 1e-6
+"""How far a paused motion may be from the unpaused path [rad]."""
+
+BETWEEN = {"a program": 4e-6}
+"""The same for what the controller makes of the points, where it is more [rad].
+
+Where a zone begins and ends the path's curvature jumps, mostly between two points that are 10 ms
+apart; the controller is not told where. Without any pause it leaves the path there by 1.5e-6 rad.
+"""
+
+_FAR = "point far joints 0.6 -1.2 1.7 -1.4 -1.3 0.4 rad\n"
+PROGRAMS = {
+    "joint moves": "move PTP far speed 60 %\nmove PTP a speed 60 %\nmove PTP c\nmove PTP a\n",
+    "lines": "move LIN far speed 200 mm/s\nmove LIN a speed 200 mm/s\n",
+    "a program": (
+        "move PTP far speed 50 %\nmove LIN b speed 250 mm/s zone 10 mm\n"
+        "move LIN c speed 250 mm/s\nwait 0.1 s\nmove SPLINE a via b far speed 30 %\n"
+    ),
+    "at full speed": "move SPLINE far via b c\nmove LIN a\nmove PTP far\nmove PTP a\n",
+}
+_PLACES = 2_000
+
+
+class WatchedCell(ProgramCell):
+    """Keeps the straight moves that began, and where the controller was every 5 ms."""
+
+    def __init__(self, statements: str) -> None:
+        self.straight: list[StraightMove] = []
+        self.executed: list[tuple[float, ...]] = []
+        super().__init__(main=statements)
+
+    def perform(self, outgoing: list[Outgoing]) -> list[Outgoing]:
+        for item in outgoing:
+            if isinstance(item, Keep):
+                played = item.motion.certified.trajectory
+                if isinstance(played, StraightMove):
+                    self.straight.append(played)
+        return super().perform(outgoing)
+
+    def wait(self, milliseconds: int) -> None:
+        for _ in range(0, milliseconds, 5):
+            super().wait(5)
+            self.executed.append(self.position)
+
+    @property
+    def set_points(self) -> list[tuple[float, ...]]:
+        return [each.positions[:6] for each in self.sent if isinstance(each, JointTrajPtFull)]
+
+
+@pytest.fixture
+def planned(monkeypatch: pytest.MonkeyPatch) -> list[Path]:
+    """The paths that were timed, as functions of their parameter: no samples, no chords."""
+    paths: list[Path] = []
+    sampled = VelocityProfile.sampled
+
+    def noted(self: VelocityProfile, path: Path, *more: Any) -> Trajectory:
+        paths.append(path)
+        return sampled(self, path, *more)
+
+    monkeypatch.setattr(VelocityProfile, "sampled", noted)
+    return paths
+
+
+def unpaused_paths(statements: str, planned: list[Path]) -> list[Path]:
+    cell = WatchedCell(statements)
+    planned.clear()
+    assert cell.run() is V.ACCEPTED
+    assert cell.until_outcomes() == [V.ACCEPTED]
+    return [*planned, *(JointLine(move.start, move.goal) for move in cell.straight)]
+
+
+def distance(points: Sequence[Sequence[float]], paths: Sequence[Path]) -> float:
+    """Return how far the farthest point is from the nearest path, in any joint [rad]."""
+    rows = np.unique(np.array(points), axis=0)
+    nearest = np.full(len(rows), np.inf)
+    for path in paths:
+        nearest = np.minimum(nearest, _distances(rows, path))
+    return float(nearest.max())
+
+
+def _distances(rows: Array, path: Path) -> Array:
+    s = np.linspace(0.0, path.length, _PLACES)
+    step, curve = s[1], path.evaluate(s)
+    found: list[Array] = []
+    for some in np.array_split(rows, len(rows) // 200 + 1):
+        first = s[((some[:, np.newaxis] - curve) ** 2).sum(axis=2).argmin(axis=1)]
+        least, most = np.maximum(first - step, 0.0), np.minimum(first + step, path.length)
+        at = first
+        for _ in range(6):  # Newton's steps to where the way to the point is square to the path
+            gap, slope = path.evaluate(at) - some, path.evaluate(at, 1)
+            bend = (slope**2).sum(axis=1) + (gap * path.evaluate(at, 2)).sum(axis=1)
+            at = np.clip(at - (gap * slope).sum(axis=1) / np.maximum(bend, 1e-9), least, most)
+        found.append(np.abs(path.evaluate(at) - some).max(axis=1))
+    return np.concatenate(found)
+
+
+def pauses(cell: WatchedCell, seed: int) -> Iterator[None]:
+    """Pause and resume 20 times at random, as long as the program runs."""
+    dice = random.Random(seed)
+    for _ in range(20):
+        cell.pass_time(dice.randrange(10, 500, 10))
+        if cell.user.outcomes():
+            return
+        assert cell.control(PAUSE) is V.ACCEPTED
+        cell.pass_time(dice.randrange(10, 300, 10))
+        assert cell.control(RESUME) is V.ACCEPTED
+        yield
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("kind", PROGRAMS)
+def test_twenty_random_pauses_leave_the_path_as_it_is(
+    kind: str, seed: int, planned: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Set-points lie on the path but for rounding; so does what the controller interpolates."""
+    monkeypatch.setattr(program_cell, "HEAD", program_cell.HEAD + _FAR)
+    paths = unpaused_paths(PROGRAMS[kind], planned)
+    cell = WatchedCell(PROGRAMS[kind])
+    before = len(cell.set_points)
+    cell.executed.clear()
+    assert cell.run() is V.ACCEPTED
+    assert sum(1 for _ in pauses(cell, seed)) >= 5
+    assert cell.until_outcomes() == [V.ACCEPTED]
+    assert distance(cell.set_points[before:], paths) <= 0.2 * BOUND
+    assert distance(cell.executed, paths) <= BETWEEN.get(kind, BOUND)
+    assert not any(cell.controller.referee.counts.values())
+
+
+def test_overrides_while_running_leave_the_path_as_it_is(
+    planned: list[Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(program_cell, "HEAD", program_cell.HEAD + _FAR)
+    paths = unpaused_paths(PROGRAMS["a program"], planned)
+    cell = WatchedCell(PROGRAMS["a program"])
+    cell.executed.clear()
+    assert cell.run() is V.ACCEPTED
+    for override in (0.3, 1.0, 0.07, 0.8, 0.33, 0.9):
+        assert cell.user.code(SetSpeed(cell.user._next(), override, 0.0)) is V.ACCEPTED
+        cell.pass_time(700)
+    assert cell.until_outcomes() == [V.ACCEPTED]
+    assert distance(cell.set_points, paths) <= 0.2 * BOUND
+    assert distance(cell.executed, paths) <= BETWEEN["a program"]

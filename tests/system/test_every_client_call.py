@@ -1,0 +1,420 @@
+"""Every public call of the client library, against the server and the emulator as processes.
+
+What each test used of the library is noted, and the last one demands that nothing was left out.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import math
+import os
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import asynccontextmanager
+from typing import Any, ClassVar
+
+import pytest
+
+from openpendant.simplemsg.pendant import (
+    AccountRole,
+    Activity,
+    Capability,
+    JogEnd,
+    JogReason,
+    OperatingMode,
+    State,
+    StopKind,
+)
+from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.tools.pendants.client import Aborted, Motion, PendantClient, Pose, Refused, RunKind
+from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
+
+pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+
+SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
+SECRET = "a long enough password"
+
+
+PATIENT = """
+[jog]
+lead = 0.1
+[modes]
+enabling_deadline = 0.25
+[watchdog]
+deadline = 1.0
+"""
+"""A busy test machine must neither let go of the enabling device nor latch a stop."""
+
+
+class Noting:
+    """Notes which public names of an object are used."""
+
+    used: ClassVar[set[str]]
+
+    def __getattribute__(self, name: str) -> Any:
+        if not name.startswith("_"):
+            type(self).used.add(name)
+        return super().__getattribute__(name)
+
+
+class Pendant(Noting, PendantClient):
+    """The asynchronous client."""
+
+    used: ClassVar[set[str]] = set()
+
+
+class RoboAnalyzer(Noting, RoboAnalyzerClient):
+    """RoboAnalyzer's calls."""
+
+    used: ClassVar[set[str]] = set()
+
+
+def public(kind: type) -> set[str]:
+    return {name for name in dir(kind) if not name.startswith("_")} - {"connect"}
+
+
+@pytest.fixture(scope="module")
+def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
+    """The pendant port of one server with an emulated UR5, for the whole module."""
+    folder = tmp_path_factory.mktemp("cell")
+    config = folder / "cell.toml"
+    config.write_text(PATIENT, "utf-8")
+    emulator, controller = started(
+        "openpendant.controller_emulator",
+        *("--robot", "ur5", "--motion-port", "0", "--state-port", "0"),
+        *("--report", str(folder / "referee.json")),
+    )
+    server, ports = started(
+        "openpendant.server",
+        *("--config", str(config), "--robot", "ur5"),
+        *("--pendant-port", "0", "--ros-motion-port", "0"),
+        *("--ros-state-port", "0", "--store", str(folder / "store.db")),
+        *("--controller", f"127.0.0.1:{controller['motion']}:{controller['state']}"),
+        *("--signals", "openpendant"),
+    )
+    try:
+        yield ports["pendant"]
+    finally:
+        for process in (server, emulator):
+            process.terminate()
+            process.communicate(timeout=10 * SCALE)
+    assert json.loads((folder / "referee.json").read_text("utf-8"))["violations"] == 0
+
+
+def started(module: str, *arguments: str) -> tuple[subprocess.Popen[str], dict[str, int]]:
+    process = subprocess.Popen(
+        [sys.executable, "-m", module, *arguments, "--json"], stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout is not None
+    return process, json.loads(process.stdout.readline())
+
+
+async def connected(port: int, **options: Any) -> Pendant:
+    pendant = await Pendant.connect("127.0.0.1", port, state_rate=100.0, **options)
+    await pendant.wait_until(lambda state: state.motion_possible == 1, within=15 * SCALE)
+    return pendant
+
+
+@asynccontextmanager
+async def in_control(port: int) -> AsyncIterator[Pendant]:
+    """A pendant in control of a robot that stands at home, in automatic."""
+    async with await connected(port) as pendant, pendant.control():
+        await pendant.set_mode(OperatingMode.AUTOMATIC)
+        await pendant.set_speed(1.0)
+        aside = [pendant.joints()[0] + 0.01, *pendant.joints()[1:]]
+        await (await pendant.move_joints(aside, speed=1.0)).done()
+        await (await pendant.home(speed=1.0)).done()
+        await pendant.next_state()
+        yield pendant
+
+
+def shifted(pose: Pose, **by: float) -> Pose:
+    x, y, z = (value + by.get(axis, 0.0) for axis, value in zip("xyz", pose.position, strict=True))
+    return Pose((x, y, z), pose.orientation, pose.frame)
+
+
+async def test_looking_on_hellos_states_snapshots_and_news(port: int) -> None:
+    async with await connected(port, client="onlooker") as pendant:
+        assert pendant.hello.cell == "cell"
+        for capability in Capability:
+            assert pendant.offers(capability), capability
+        await asyncio.sleep(0.2)  # signals are read 20 times a second
+        shot = await pendant.snapshot()
+        assert (shot["operating_mode"], shot["tool"], shot["recording"]) == (
+            "automatic",
+            None,
+            None,
+        )
+        assert shot["signals"]["offered"]
+        assert len(shot["signals"]["inputs"]) == 16
+        cells = await pendant.manage({"op": "cells"})
+        assert cells == {"cells": [{"cell": "cell", "robot": pendant.hello.robot}]}
+
+        await pendant.subscribe(20.0)
+        first = await pendant.next_state()
+        async for state in pendant.states():
+            if state.sequence > first.sequence + 3:
+                break
+        await pendant.subscribe(100.0)
+        assert len(pendant.joints()) == 6
+        assert math.dist(pendant.tool_pose().position, (0, 0, 0)) > 0.1
+        with pytest.raises(TimeoutError):
+            await pendant.wait_until(lambda state: state.sequence < 0, within=0.05)
+
+        told: list[Any] = []
+        for name in ("on_state", "on_authority", "on_wanted", "on_stop", "on_mode", "on_program"):
+            setattr(pendant, name, told.append)
+        await pendant.take_control()
+        async with await connected(port, client="another") as other:
+            with pytest.raises(Refused) as refused:
+                await other.take_control()
+            assert refused.value.code == VerdictCode.HELD_BY_OTHER
+        await pendant.set_mode(OperatingMode.MANUAL_HIGH)
+        await pendant.stop("a look at the news")
+        await pendant.wait_until(lambda state: state.stop == StopKind.SOFTWARE)
+        await pendant.reset_stop()
+        await pendant.release_control()
+        assert not pendant.in_control
+        kinds = {type(each).__name__ for each in told}
+        assert kinds >= {
+            "State",
+            "AuthorityChanged",
+            "AuthorityWanted",
+            "StopChanged",
+            "ModeChanged",
+        }
+
+
+async def test_each_motion_arrives_where_it_was_asked_to(port: int) -> None:
+    async with in_control(port) as pendant:
+        home = pendant.joints()
+        target = [home[0] + 0.2, *home[1:]]
+        await (await pendant.move_joints(target, speed=0.5)).done()
+        await pendant.next_state()
+        assert pendant.joints() == pytest.approx(target, abs=1e-4)
+
+        lower = shifted(pendant.tool_pose(), z=-0.05)
+        await (await pendant.move_to_pose(lower, motion=Motion.LIN, speed=0.5)).done()
+        await pendant.next_state()
+        assert pendant.tool_pose().position == pytest.approx(lower.position, abs=2e-4)
+
+        await (await pendant.follow_joints([target, home], speed=0.5)).done()
+        await pendant.next_state()
+        assert pendant.joints() == pytest.approx(home, abs=1e-4)
+
+        corners = [shifted(pendant.tool_pose(), y=0.05), shifted(pendant.tool_pose(), z=-0.05)]
+        await (await pendant.follow_poses(corners, speed=0.5)).done()
+        await pendant.next_state()
+        assert pendant.tool_pose().position == pytest.approx(corners[1].position, abs=2e-4)
+
+        await (await pendant.home("home", speed=0.5)).done()
+        await pendant.next_state()
+        assert pendant.joints() == pytest.approx(home, abs=1e-4)
+
+        long = await pendant.move_joints([home[0] + 1.0, *home[1:]], speed=0.2)
+        await pendant.wait_until(lambda state: state.activity == Activity.MOVING)
+        await pendant.set_speed(0.5)
+        await pendant.pause()
+        await pendant.wait_until(lambda state: not any(state.velocities), within=5)
+        await pendant.resume()
+        await pendant.wait_until(lambda state: state.activity == Activity.MOVING)
+        await pendant.program_stop()
+        with pytest.raises(Aborted) as aborted:
+            await long.done()
+        assert aborted.value.code == VerdictCode.PROGRAM_STOPPED
+
+
+JOGS: list[tuple[str, Callable[[Pendant], Any], Callable[[list[float], list[float]], bool]]] = [
+    ("one joint", lambda p: p.jog({0: 0.5}), lambda joints, tool: joints[0] > 0.01),
+    (
+        "two keys at once",
+        lambda p: p.jog({0: -0.5, 5: 0.5}),
+        lambda joints, tool: joints[0] < -0.01 and joints[5] > 0.01,
+    ),
+    *(
+        (
+            f"{axis} of base",
+            lambda p, a=axis: p.jog_tool(**{a: 0.5}),
+            lambda j, t, n=n: t[n] > 0.005,
+        )
+        for n, axis in enumerate("xyz")
+    ),
+    (
+        "tool frame",
+        lambda p: p.jog_tool(z=-0.5, frame="tool"),
+        lambda j, t: max(map(abs, t)) > 5e-3,
+    ),
+    ("user frame", lambda p: p.jog_tool(x=0.5, frame="table"), lambda j, t: t[1] > 5e-3),
+    *(
+        (
+            f"turn {axis}",
+            lambda p, a=axis: p.jog_tool(**{a: 0.5}),
+            lambda j, t: max(map(abs, j)) > 0.01 and max(map(abs, t)) < 2e-3,
+        )
+        for axis in "abc"
+    ),
+]
+
+
+async def test_each_way_to_jog_moves_the_robot_so_and_no_other(port: int) -> None:
+    """Features J01, J06 to J13, J15 to J17, J32."""
+    async with in_control(port) as pendant:
+        turned = (0.0, 0.0, math.sin(math.pi / 4), math.cos(math.pi / 4))
+        table = {"position": (0.1, 0.0, 0.0), "orientation": turned}
+        await pendant.manage(
+            {"op": "frames.add", "name": "table", "pose": table, "expected_revision": 0}
+        )
+        await pendant.set_mode(OperatingMode.MANUAL_REDUCED)
+        async with pendant.enabling():
+            for name, press, moved in JOGS:
+                joints, tool = pendant.joints(), pendant.tool_pose().position
+                async with press(pendant) as jog:
+                    await jog.hold(0.25)
+                await pendant.next_state()
+                ways = [
+                    [b - a for a, b in zip(before, after, strict=True)]
+                    for before, after in (
+                        (joints, pendant.joints()),
+                        (tool, pendant.tool_pose().position),
+                    )
+                ]
+                assert moved(*ways), (name, ways)
+                assert jog.account.reason == JogEnd.RELEASED
+                assert jog.account.stop_time > 0.0
+            last = pendant.joints()
+            await (await pendant.undo_jog()).done()
+            await pendant.next_state()
+            assert pendant.joints() == pytest.approx(joints, abs=2e-3)
+            assert pendant.joints() != pytest.approx(last, abs=5e-3)
+            await (await pendant.step({1: math.radians(0.5)})).done()
+            await pendant.next_state()
+            assert pendant.joints()[1] - joints[1] == pytest.approx(math.radians(0.5), abs=2e-3)
+            before = pendant.tool_pose()
+            await (await pendant.step_tool(z=0.005, frame="base")).done()
+            await pendant.next_state()
+            assert pendant.tool_pose().position == pytest.approx(
+                shifted(before, z=0.005).position, abs=2e-4
+            )
+
+
+async def test_a_jog_into_a_limit_says_why_and_which_way_leads_out(port: int) -> None:
+    """Features J20, J21, J23: scaled before the limit, the reason and the joint in the state."""
+    async with in_control(port) as pendant:
+        at_limit = [2 * math.pi - 0.15, *pendant.joints()[1:]]
+        await (await pendant.move_joints(at_limit, speed=1.0)).done()
+        await pendant.set_mode(OperatingMode.MANUAL_REDUCED)
+        seen: list[State] = []
+        pendant.on_state = seen.append
+        async with pendant.enabling(), pendant.jog({0: 1.0}) as jog:
+            await jog.hold(1.0)
+        assert max(state.positions[0] for state in seen) < 2 * math.pi
+        slowed = [state for state in seen if state.jog_reason == JogReason.JOINT_LIMIT]
+        assert {state.jog_joint for state in slowed} == {0}
+        assert min(state.jog_scale for state in slowed) < 0.5
+        async with pendant.enabling(), pendant.jog({0: -1.0}) as back:
+            await back.hold(0.5)
+        await pendant.next_state()
+        assert pendant.joints()[0] < 2 * math.pi - 0.15
+
+
+async def test_programs_recordings_signals_and_tools_by_management(port: int) -> None:
+    async with in_control(port) as pendant:
+        await pendant.manage({"op": "recordings.start", "name": "swing"})
+        recording = (await pendant.snapshot())["recording"]
+        assert recording is not None
+        assert recording["name"] == "swing"
+        revision = (await pendant.manage({"op": "programs.create", "name": "main"}))["revision"]
+        for name, by in (("a", 0.0), ("b", 0.2)):
+            await (
+                await pendant.move_joints(
+                    [pendant.joints()[0] + by + 0.01, *pendant.joints()[1:]], speed=0.5
+                )
+            ).done()
+            await pendant.next_state()
+            move = {"way": "PTP", "point": name, "speed": {"kind": "fraction", "value": 0.5}}
+            asked = {"op": "programs.record", "name": "main", "point": name, "move": move}
+            told = await pendant.manage({**asked, "expected_revision": revision})
+            revision = told["revision"]
+        await pendant.manage({"op": "recordings.stop"})
+        run = await pendant.run_program("main", run=RunKind.ALL)
+        shot = await pendant.snapshot()
+        assert shot["program"] is not None
+        assert shot["program"]["name"] == "main"
+        await run.done()
+
+        await pendant.manage({"op": "signals.set", "output": 2, "value": True})
+        await asyncio.sleep(0.2)
+        assert (await pendant.snapshot())["signals"]["outputs"][2]
+        tcp = {"position": (0.0, 0.0, 0.15)}
+        add = {"op": "tools.add", "name": "torch", "tcp": tcp, "expected_revision": 0}
+        await pendant.manage(add)
+        before = pendant.tool_pose().position
+        await pendant.manage({"op": "tools.select", "name": "torch", "expected_revision": 1})
+        await pendant.next_state()
+        assert math.dist(before, pendant.tool_pose().position) == pytest.approx(0.15, abs=1e-4)
+        assert (await pendant.snapshot())["tool"] == "torch"
+
+
+async def test_the_twelve_calls_move_the_robot_as_they_say(port: int) -> None:
+    def calls() -> None:
+        with RoboAnalyzer("127.0.0.1", port, speed=0.5) as robot:
+            (name,) = robot.ShowAvailableRobots()
+            robot.LoadRobot(name)
+            display = robot.DisplayRobot()
+            assert (display.name, len(display.joints)) == (name, 6)
+            robot.SetHomePosition()
+            home = robot.UpdateRobot()
+
+            robot.IncrementJointAngle(1, 5.0)
+            assert robot.UpdateRobot().joints[0] - home.joints[0] == pytest.approx(5.0, abs=0.01)
+            robot.IncrementJointAngles([-5.0, 0.0, 0.0, 0.0, 0.0, 2.0])
+            assert robot.UpdateRobot().joints[5] - home.joints[5] == pytest.approx(2.0, abs=0.01)
+            robot.UpdateJointAngles(home.joints)
+            assert robot.UpdateRobot().joints == pytest.approx(home.joints, abs=0.01)
+
+            for axis in "xyz":
+                before = robot.UpdateRobot()
+                getattr(robot, f"Increment{axis.upper()}")(-20.0)
+                after = robot.UpdateRobot()
+                for other in "xyz":
+                    expected = -20.0 if other == axis else 0.0
+                    gone = getattr(after, other) - getattr(before, other)
+                    assert gone == pytest.approx(expected, abs=0.3), (axis, other)
+            for angle in "abc":
+                before = robot.UpdateRobot()
+                getattr(robot, f"Increment{angle.upper()}")(4.0)
+                after = robot.UpdateRobot()
+                turned = getattr(after, angle) - getattr(before, angle)
+                assert math.remainder(turned - 4.0, 360.0) == pytest.approx(0.0, abs=0.1), angle
+                assert (after.x, after.y, after.z) == pytest.approx(
+                    (before.x, before.y, before.z), abs=0.3
+                )
+            robot.ClearTrace()
+
+    await asyncio.to_thread(calls)
+    async with await connected(port) as pendant:
+        trace = await pendant.manage({"op": "trace.show"})
+        assert trace["total"] <= 1
+
+
+async def test_an_admin_lets_a_class_in(port: int) -> None:
+    async with await connected(port) as admin:
+        with pytest.raises(Refused):
+            await admin.set_password("nobody", SECRET)
+        code = await admin.issue_pairing_code()
+        async with await connected(port, user="anna", pairing=code) as guest:
+            assert guest.hello.session != admin.hello.session
+        await admin.end_pairing()
+        with pytest.raises(Refused):
+            await admin.login("anna", pairing=code)
+        await admin.add_account("berta", AccountRole.ADMIN, SECRET)
+    late = await connected(port)
+    late.abort()
+    await late.close()
+
+
+async def test_nothing_of_the_library_was_left_out() -> None:
+    assert public(PendantClient) - Pendant.used == set()
+    assert public(RoboAnalyzerClient) - RoboAnalyzer.used == set()

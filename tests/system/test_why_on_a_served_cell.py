@@ -1,0 +1,108 @@
+"""`openpendant why` names each condition as it is broken, on a server and an emulator that run."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+from typing import Any
+
+import pytest
+
+from openpendant.simplemsg import PENDANT, codec_for
+from openpendant.simplemsg.pendant import Activity, OperatingMode, OperatorAction, OperatorEvent
+from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
+from openpendant.tools import why
+
+pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+
+V = VerdictCode
+SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
+READY, NOT_READY = 0, 1
+
+
+class Asker:
+    """Runs the command against one server."""
+
+    def __init__(self, port: int, capsys: pytest.CaptureFixture[str]) -> None:
+        self._address = f"127.0.0.1:{port}"
+        self._capsys = capsys
+
+    async def asked(self, kind: str = "move") -> tuple[int, str]:
+        code = await asyncio.to_thread(why.main, [self._address, "--kind", kind])
+        return code, self._capsys.readouterr().out
+
+    async def expect(self, condition: str, code: VerdictCode, kind: str = "move") -> None:
+        """Ask until that condition is the first broken one; cause and remedy stand below."""
+        for _ in range(20):
+            exit_code, said = await self.asked(kind)
+            if f"> NO  {condition} " in said:
+                assert exit_code == NOT_READY
+                assert f"cause:  {CATALOGUE[code].cause} ({code.name}, {int(code)})" in said
+                assert f"remedy: {CATALOGUE[code].remedy}" in said
+                return
+            await asyncio.sleep(0.1 * SCALE)
+        raise AssertionError(said)
+
+
+async def operate(port: int, action: OperatorAction) -> None:
+    reader, writer = await asyncio.open_connection("127.0.0.1", port)
+    writer.write(codec_for(PENDANT).encode(OperatorEvent(action=action)))
+    await reader.readexactly(16)
+    writer.close()
+    await writer.wait_closed()
+
+
+async def test_each_condition_is_named_as_it_is_broken(
+    start_cell: Any, capsys: pytest.CaptureFixture[str], tmp_path: Any
+) -> None:
+    cell = await start_cell(server=("--store", str(tmp_path / "store.db")))
+    pendant = await cell.ready_pendant()
+    asker = Asker(cell.ports["pendant"], capsys)
+    await asker.expect("authority", V.NOT_IN_CONTROL)
+
+    await pendant.take_control()
+    exit_code, said = await asker.asked()
+    assert (exit_code, "is ready for a move" in said) == (READY, True)
+    await asker.expect("mode", V.MODE_FORBIDS, kind="jog")
+
+    await pendant.set_mode(OperatingMode.MANUAL_REDUCED)
+    await asker.expect("enabling", V.NOT_ENABLED, kind="jog")
+    await pendant.set_mode(OperatingMode.AUTOMATIC)
+
+    await pendant.stop("tea")
+    await asker.expect("stop", V.STOP_LATCHED)
+    await pendant.reset_stop()
+
+    goal = [pendant.joints()[0] + 1.0, *pendant.joints()[1:]]
+    await pendant.move_joints(goal, speed=0.05)
+    await asker.expect("standing", V.MOVING)
+    await pendant.program_stop()
+    await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
+
+    revision = (await pendant.manage({"op": "programs.create", "name": "waits"}))["revision"]
+    edit = {"edit": "insert", "statements": [{"statement": "wait", "duration": 60.0}]}
+    await pendant.manage(
+        {"op": "programs.edit", "name": "waits", "expected_revision": revision, "edit": edit}
+    )
+    await pendant.run_program("waits")
+    await asker.expect("program", V.PROGRAM_RUNNING)
+    await pendant.program_stop()
+
+    place = {"type": "sphere", "radius": 0.05}
+    ball = {"name": "ball", "shape": place, "position": pendant.tool_pose().position}
+    await pendant.manage({"op": "scene.add", "object": ball, "expected_revision": 0})
+    await asker.expect("scene", V.START_IN_COLLISION)
+    await pendant.manage({"op": "scene.remove", "name": "ball", "expected_revision": 1})
+
+    await operate(cell.controller["motion"], OperatorAction.EMERGENCY_STOP)
+    await asker.expect("controller", V.CONTROLLER_NOT_READY)
+    await operate(cell.controller["motion"], OperatorAction.RESET)
+
+    os.kill(cell.emulator.pid, signal.SIGSTOP)
+    try:
+        await asker.expect("feedback", V.FEEDBACK_STALE)
+    finally:
+        os.kill(cell.emulator.pid, signal.SIGCONT)
+    os.kill(cell.emulator.pid, signal.SIGKILL)
+    await asker.expect("link", V.CONTROLLER_DOWN)
