@@ -35,6 +35,9 @@ from .trajectory import JointState, Trajectory
 RAMP = 0.1
 """Least time for the scale to go from 0 to 1 where the joints would allow less [s]."""
 
+_FELT = 1e-290
+"""A factor below this cannot bound anything, and a limit divided by it is no number."""
+
 _SOUND = 1.0 + 2e-3
 """What a trajectory may exceed its acceleration limits by, as its certificate allows."""
 
@@ -281,7 +284,7 @@ class ScaledRun:
         for at, speed in ((begins, velocity), (ends, velocity + gain * (ends - begins))):
             # |gain · x + factor · dx/dτ| <= bound
             factor = gain * (at - into) + 0.5 * speed
-            felt = ahead & (factor != 0.0)
+            felt = ahead & (np.abs(factor) > _FELT)
             size = np.abs(factor[felt])
             centre = -np.sign(factor[felt]) * gain[felt] * x
             least = max(least, float(((centre - bound[felt]) / size).max(initial=-math.inf)))

@@ -2,7 +2,8 @@
 
 Owns the rule that slots the robot does not have are zero, and the rule of 4-byte reals: a target
 exactly on a limit may arrive rounded beyond it and is then taken as the limit, so that everything
-after this module can compare exactly. Vectors are controller side.
+after this module can compare exactly. A value too small for a normal 4-byte real is 0. Vectors are
+controller side.
 """
 
 from __future__ import annotations
@@ -15,6 +16,9 @@ from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .refusal import Refusal, refusal_of
+
+_SMALLEST = 2.0**-126
+"""The smallest normal 4-byte real (IEEE 754)."""
 
 
 class JointSlots:
@@ -57,6 +61,8 @@ class JointSlots:
         )
 
     def _without_rounding(self, joint: int, value: float) -> float:
+        if abs(value) < _SMALLEST:
+            return 0.0
         lower, upper = self._limits.lower[joint], self._limits.upper[joint]
         if upper < value <= self._rounded.upper[joint]:
             return upper

@@ -281,3 +281,14 @@ def test_a_trajectory_beyond_the_limits_is_refused() -> None:
         ScaledRun(swing(), weak, started=0)
     with pytest.raises(WrongJointCount):
         ScaledRun(swing(), serial_robot("kuka_iiwa14").limits, started=0)
+
+
+@pytest.mark.parametrize("distance", [5e-324, 2.2e-313, 1e-305, 1e-200])
+def test_a_joint_that_moves_next_to_nothing_does_not_hinder_a_pause(distance: float) -> None:
+    trajectory = plan_joint_move([0.5] * 5 + [0.0], [0.9] * 5 + [distance], UR5)
+    run = ScaledRun(trajectory, UR5, started=BEGAN)
+    run.pause(BEGAN + 20 * TICK)
+    still = ticks_until(run, lambda now: run.scale(now) == 0.0, BEGAN + 20 * TICK)
+    run.resume(still)
+    done = ticks_until(run, run.finished, still)
+    assert np.array_equal(run.state(done).position, trajectory.position[-1])

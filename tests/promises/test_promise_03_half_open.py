@@ -1,0 +1,75 @@
+"""Promise 3: a peer whose cable was pulled keeps neither authority nor connection for 3 s."""
+
+from __future__ import annotations
+
+import asyncio
+import shutil
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from app_on_loop import app_on_loop, said, until
+from jog_pad import JogPad
+from promise_rig import tell
+from server_rig import MS, TICK, ready
+
+from openpendant.simplemsg.pendant import AuthorityBeat, AuthorityChanged, AuthorityReason
+
+CABLE = Path(__file__).parent.parent / "pulled_cable.py"
+
+
+def test_promise_3_the_authority_of_a_silent_peer_is_free_after_three_seconds() -> None:
+    rig = ready()
+    pad = JogPad(rig)
+    witness = rig.pendant("witness")
+    last = rig.now
+    pad.pendant.send(AuthorityBeat())
+    while rig.core.cell.authority.holder is not None:
+        rig.wait(10)
+        assert rig.now - last <= 3_000 * MS + TICK
+    assert rig.now - last >= 3_000 * MS
+    (change,) = witness.all(AuthorityChanged)
+    assert change.reason == AuthorityReason.EXPIRED
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_promise_3_the_kernel_is_told_to_look_for_dead_peers() -> None:
+    async with app_on_loop() as served:
+        await served.visitor(begin=said())
+        await until(lambda: served.connections == 1, 1.0)
+        (client,) = served.app.clients.by_session.values()
+        assert client._transport is not None
+        accepted = client._transport.get_extra_info("socket")
+        tcp = socket.IPPROTO_TCP
+        assert accepted.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE) == 1
+        idle, pause, count = (
+            accepted.getsockopt(tcp, option)
+            for option in (socket.TCP_KEEPIDLE, socket.TCP_KEEPINTVL, socket.TCP_KEEPCNT)
+        )
+        assert idle + pause * count <= 3
+        assert accepted.getsockopt(tcp, socket.TCP_USER_TIMEOUT) <= 3_000
+        await asyncio.sleep(0)
+
+
+@pytest.mark.realtime
+def test_promise_3_a_pulled_cable_is_noticed_within_three_seconds() -> None:
+    """In a network of its own, whose only cable is its loopback."""
+    unshare = shutil.which("unshare")
+    probe = [unshare or "", "--net", "true"]
+    if unshare is None or subprocess.run(probe, capture_output=True, check=False).returncode:
+        pytest.skip("a network of its own cannot be had here")
+    done = subprocess.run(
+        [unshare, "--net", sys.executable, str(CABLE)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    talking, listening = map(float, done.stdout.split())
+    tell(f"promise 3: noticed after {talking:.2f} s with state under way, {listening:.2f} s idle")
+    assert talking <= 3.0 + 0.5
+    assert listening <= 3.0 + 0.5

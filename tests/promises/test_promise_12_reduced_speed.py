@@ -1,0 +1,157 @@
+"""Promise 12: in T1 neither tool nor elbow is ever faster than 250 mm/s, whatever is asked.
+
+From the pendant's message to the set-points that leave for the emulated robot; speeds are found by
+forward kinematics of the set-points, not from what planner or jog say of themselves.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from emulated_cell import EmulatedCell
+from server_clients import Pendant, pose
+
+from openpendant.motion.kinematics import Kinematics
+from openpendant.motion.robot import serial_robot
+from openpendant.motion.tool_speed import elbow_link
+from openpendant.simplemsg import joint_array
+from openpendant.simplemsg.pendant import (
+    Activity,
+    Enabling,
+    EnablingPosition,
+    JogBeat,
+    JogRelease,
+    JogSpace,
+    JogStart,
+    OperatingMode,
+    SetMode,
+    SetSpeed,
+    State,
+    Subscribe,
+)
+from openpendant.simplemsg.standard import JointTrajPtFull
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+UR5 = Kinematics(serial_robot("ur5"))
+CAP = 0.25
+JOG = {"joint_speed": 1.0, "tool_speed": 2.0, "rotation_speed": 3.0}
+
+JOGS = [
+    (JogSpace.JOINTS, "", (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)),
+    (JogSpace.JOINTS, "", (-1.0, -0.6, 0.8, 1.0, -1.0, 1.0)),
+    (JogSpace.TOOL, "base", (0.0, 1.0, 0.4, 0.0, 0.0, 0.0)),
+    (JogSpace.TOOL, "tool", (0.0, 0.0, -1.0, 1.0, 0.0, -1.0)),
+    (JogSpace.TOOL, "base", (0.0, 0.0, 0.0, 1.0, 1.0, 1.0)),
+]
+
+
+class T1:
+    """A cell in T1 and the pendant that enables it."""
+
+    def __init__(self) -> None:
+        self.cell = EmulatedCell("ur5", jog=JOG)
+        self.pendant: Pendant = self.cell.holder()
+        assert self.pendant.code(Subscribe(self.request(), 100.0)) is V.ACCEPTED
+        mode = SetMode(self.request(), OperatingMode.MANUAL_REDUCED)
+        assert self.pendant.code(mode) is V.ACCEPTED
+        self.hold(50)
+
+    def request(self) -> int:
+        self.pendant.last_request += 1
+        return self.pendant.last_request
+
+    def hold(self, milliseconds: int, press: int = 0) -> None:
+        for beat in range(1, milliseconds // 50 + 1):
+            self.pendant.send(Enabling(EnablingPosition.HELD))
+            if press:
+                self.pendant.send(JogBeat(press, beat))
+            self.cell.wait(50)
+
+    def jog(self, press: int, space: JogSpace, frame: str, values: tuple[float, ...]) -> None:
+        newest = self.pendant.all(State)[-1].sequence
+        start = JogStart(self.request(), press, newest, 0.2, space, frame, 6, joint_array(values))
+        assert self.pendant.code(start) is V.ACCEPTED
+        self.hold(600, press)
+        self.pendant.send(JogRelease(self.request(), press))
+        self.finish()
+
+    def finish(self) -> None:
+        for _ in range(200):
+            self.hold(50)
+            if self.cell.core.cell.activity is Activity.IDLE:
+                return
+        raise AssertionError("the motion does not end")
+
+    def runs(self) -> list[list[JointTrajPtFull]]:
+        """Return the set-points that were sent, motion by motion."""
+        points = [item for item in self.cell.sent if isinstance(item, JointTrajPtFull)]
+        runs: list[list[JointTrajPtFull]] = []
+        for point in points:
+            if point.sequence == 0:
+                runs.append([])
+            runs[-1].append(point)
+        return runs
+
+
+def fastest(run: list[JointTrajPtFull]) -> float:
+    """Return the greatest speed of tool or elbow, between set-points and at each [m/s]."""
+    speeds = [0.0]
+    for link in (None, elbow_link(UR5)):
+        for one, two in itertools.pairwise(run):
+            before, after = (np.array(each.positions[:6]) for each in (one, two))
+            velocity = np.array(two.velocities[:6])
+            ends = [UR5.forward(at, link=link).position for at in (before, after)]
+            speeds.append(math.dist(*ends) / (two.time - one.time))
+            near = [
+                UR5.forward(after + sign * 1e-6 * velocity, link=link).position for sign in (1, -1)
+            ]
+            speeds.append(math.dist(*near) / 2e-6)
+    return max(speeds)
+
+
+def test_promise_12_every_jog_keeps_tool_and_elbow_below_250_mm_a_second() -> None:
+    hands = T1()
+    for press, jog in enumerate(JOGS, 1):
+        hands.jog(press, *jog)
+    runs = hands.runs()
+    assert len(runs) == len(JOGS)
+    speeds = [fastest(run) for run in runs]
+    assert max(speeds) <= CAP * (1 + 1e-6), speeds
+    assert max(speeds) > 0.99 * CAP
+    assert hands.cell.controller.referee.total == 0
+
+
+def test_promise_12_every_planned_motion_keeps_below_it_too() -> None:
+    hands = T1()
+    home = hands.cell.position
+    tool = UR5.forward(home)
+    x, y, z = tool.position.tolist()
+    assert hands.pendant.move(home[0] + 0.6, *home[1:]) is V.ACCEPTED
+    hands.finish()
+    assert hands.pendant.path((home[0] + 0.3, *home[1:]), home) is V.ACCEPTED
+    hands.finish()
+    goal = pose(2, 1.0, (x, y + 0.1, z - 0.05), tool.quaternion.tolist())
+    goal.request_id = hands.request()
+    assert hands.pendant.code(goal) is V.ACCEPTED
+    hands.finish()
+    runs = hands.runs()
+    assert len(runs) == 3
+    assert max(map(fastest, runs)) <= CAP * (1 + 1e-6)
+
+
+@pytest.mark.parametrize(("override", "cap"), [(0.3, 0.25), (1.0, 0.1)])
+def test_promise_12_override_and_cap_only_lower_it(override: float, cap: float) -> None:
+    hands = T1()
+    assert hands.pendant.code(SetSpeed(hands.request(), override, cap)) is V.ACCEPTED
+    hands.jog(1, *JOGS[0])
+    (run,) = hands.runs()
+    assert 0.0 < fastest(run) <= min(CAP, cap) * (1 + 1e-6)
+
+
+@pytest.mark.parametrize(("override", "cap"), [(1.0, 0.2501), (1.01, 0.25)])
+def test_promise_12_what_would_raise_it_is_refused(override: float, cap: float) -> None:
+    hands = T1()
+    assert hands.pendant.code(SetSpeed(hands.request(), override, cap)) is V.BAD_ARGUMENT

@@ -1,0 +1,128 @@
+"""Promise 13: a pose out of reach is refused by code before anything moves, and soon."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+from emulated_cell import EmulatedCell
+from promise_rig import tell
+from server_clients import pose
+
+from openpendant.motion.kinematics import Kinematics
+from openpendant.motion.pose import Pose
+from openpendant.motion.robot import serial_robot
+from openpendant.server.planning.jobs import PoseGoal, PoseJob
+from openpendant.server.planning.planner import answer
+from openpendant.server.refusal import Refusal
+from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.standard import JointTrajPtFull
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
+BOUND = 0.1
+"""99th percentile of the time until the refusal [s]."""
+
+UR5 = Kinematics(serial_robot("ur5"))
+
+REACH = {"ur5": 1.1, "kuka_iiwa14": 1.5, "abb_irb2400": 2.2}
+"""No tool is farther from the base's origin than this [m]."""
+
+
+def out_of_reach(robot: str, random: np.random.Generator) -> PoseGoal:
+    """Return a pose beyond the reach, or for the UR5 on the axis that it turns about."""
+    towards = random.normal(size=3)
+    towards /= np.linalg.norm(towards)
+    turn = random.normal(size=4)
+    turn /= np.linalg.norm(turn)
+    far = (
+        0.01
+        if robot == "ur5" and random.random() < 0.3
+        else REACH[robot] * random.uniform(1.0, 3.0)
+    )
+    return PoseGoal(tuple((far * towards).tolist()), tuple(turn.tolist()))
+
+
+@cache
+def stretched() -> Pose:
+    """Return where the UR5's tool is farthest out."""
+    grid = np.linspace(-np.pi, np.pi, 49).tolist()
+    poses = [UR5.forward([0.0, 0.0, 0.0, one, two, 0.0]) for one in grid for two in grid]
+    return max(poses, key=lambda each: float(np.linalg.norm(each.position)))
+
+
+def turned_round(pose: Pose) -> PoseGoal:
+    """Return the same place with the tool turned to look the other way."""
+    x, y, z, w = pose.quaternion.tolist()
+    return PoseGoal(tuple(pose.position.tolist()), (w, z, -y, -x))
+
+
+def refusal_times(robot: str, count: int, clock: Callable[[], float]) -> list[float]:
+    """Ask for poses out of reach; return how long each refusal took by a clock [s], rising."""
+    random = np.random.default_rng(13)
+    start = tuple(serial_robot(robot).home_position)
+    took: list[float] = []
+    for number in range(count):
+        goal = out_of_reach(robot, random)
+        motion = Motion.PTP if number % 2 else Motion.LIN
+        job = PoseJob(number, start, (goal,), "base", motion, 0.5)
+        began = clock()
+        result = answer(robot, job).result
+        took.append(clock() - began)
+        assert isinstance(result, Refusal), goal
+        assert result.code in (V.UNREACHABLE, V.OUT_OF_RANGE), result
+        assert result.text
+    return sorted(took)
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("robot", sorted(REACH))
+def test_promise_13_poses_out_of_reach_are_refused_with_a_code_and_soon(robot: str) -> None:
+    """By the processor's time, as it is one process beside others here."""
+    took = refusal_times(robot, 17, time.process_time)
+    assert took[-1] <= 3 * BOUND * SCALE, took
+
+
+@pytest.mark.soak
+@pytest.mark.realtime
+@pytest.mark.parametrize("robot", sorted(REACH))
+def test_promise_13_a_thousand_poses_out_of_reach_are_refused_within_100_ms(robot: str) -> None:
+    took = refusal_times(robot, 334, time.perf_counter)
+    p50, p99 = took[len(took) // 2], took[len(took) * 99 // 100]
+    figures = ", ".join(f"{1e3 * each:.1f}" for each in (p50, p99, took[-1]))
+    tell(f"promise 13, {robot}: p50, p99 and max {figures} ms")
+    assert p99 <= BOUND * SCALE
+
+
+def test_promise_13_nothing_leaves_for_the_robot_and_it_stays_where_it_is() -> None:
+    cell = EmulatedCell("ur5")
+    pendant = cell.holder()
+    random = np.random.default_rng(31)
+    before = cell.position
+    goals = [out_of_reach("ur5", random) for _ in range(4)] + [turned_round(stretched())]
+    for goal in goals:
+        pendant.last_request += 1
+        request = pose(1, 0.5, goal.position, goal.orientation)
+        request.request_id = pendant.last_request
+        assert pendant.code(request) in (V.UNREACHABLE, V.OUT_OF_RANGE)
+        cell.wait(50)
+    assert not [item for item in cell.sent if isinstance(item, JointTrajPtFull)]
+    assert cell.position == before
+
+
+def test_promise_13_a_pose_may_be_out_of_reach_by_its_turn_alone() -> None:
+    start = tuple(serial_robot("ur5").home_position)
+    place = stretched()
+    reached = PoseGoal(tuple(place.position.tolist()), tuple(place.quaternion.tolist()))
+    assert isinstance(answer("ur5", _ptp(start, reached)).result, tuple)
+    refused = answer("ur5", _ptp(start, turned_round(place))).result
+    assert isinstance(refused, Refusal)
+    assert refused.code is V.UNREACHABLE
+
+
+def _ptp(start: tuple[float, ...], goal: PoseGoal) -> PoseJob:
+    return PoseJob(1, start, (goal,), "base", Motion.PTP, 0.5)

@@ -1,0 +1,145 @@
+"""Promise 21: so many connections and no more; files are counted before the first is taken."""
+
+from __future__ import annotations
+
+import asyncio
+import resource
+
+import pytest
+from app_on_loop import app_on_loop, said, until
+
+from openpendant.server.accept_rate import (
+    BURST,
+    MOST_STRANGERS,
+    PER_SECOND,
+    STOP_PLACES,
+    place_fault,
+)
+from openpendant.server.cli import main
+from openpendant.server.configuration_file import ConfigurationError
+from openpendant.server.listening import BACKLOG
+from openpendant.server.open_files import files_needed, provide_files
+from openpendant.server.server_settings import ServerSettings, make_server_settings
+from openpendant.server.settings import make_settings
+
+PLACES = 16
+
+
+@pytest.mark.parametrize(
+    ("connections", "strangers", "is_pendant", "named"),
+    [
+        (255, 0, True, None),
+        (256, 0, True, "256 connections"),
+        (247, 0, False, None),
+        (248, 0, False, "more than 248 connections; the last 8 are for pendants"),
+        (100, MOST_STRANGERS - 1, True, None),
+        (100, MOST_STRANGERS, True, "64 pendants that did not say hello"),
+        (100, MOST_STRANGERS, False, None),
+    ],
+)
+def test_promise_21_there_is_a_place_or_a_reason(
+    connections: int, strangers: int, is_pendant: bool, named: str | None
+) -> None:
+    fault = place_fault(connections, strangers, 256, is_pendant=is_pendant)
+    assert (fault is None) == (named is None)
+    assert named is None or (fault is not None and named in fault)
+
+
+def test_promise_21_no_file_may_ask_for_more_than_1024_connections() -> None:
+    with pytest.raises(ConfigurationError, match="max_connections"):
+        make_settings({"listen": {"max_connections": 1_025}}, "cell.toml")
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_promise_21_who_has_no_place_is_closed_at_once_and_the_others_stay() -> None:
+    async with app_on_loop(max_connections=PLACES) as served:
+        for _ in range(PLACES):
+            await served.visitor(begin=said())
+        await until(lambda: served.connections == PLACES, 1.0)
+        loop = asyncio.get_running_loop()
+        late = await served.visitor()
+        came = loop.time()
+        assert await loop.sock_recv(late, 1) == b""
+        assert loop.time() - came <= 0.05
+        assert served.connections == PLACES
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_promise_19_ros_clients_leave_places_for_whoever_wants_to_stop() -> None:
+    async with app_on_loop(max_connections=PLACES) as served:
+        for _ in range(PLACES):
+            await served.visitor(served.ros_state)
+        await asyncio.sleep(0.5)
+        assert served.connections == PLACES - STOP_PLACES
+        for _ in range(STOP_PLACES):
+            await served.visitor(begin=said())
+        await until(lambda: served.connections == PLACES, 1.0)
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_promise_21_strangers_take_64_places_and_are_gone_after_their_deadline() -> None:
+    async with app_on_loop() as served:
+        # In crowds that the system's queue holds; else its own second try takes a second.
+        for crowd in (BURST, BACKLOG, MOST_STRANGERS + 6 - BURST - BACKLOG):
+            for _ in range(crowd):
+                await served.visitor()
+            await asyncio.sleep(crowd / PER_SECOND)
+        assert served.connections == MOST_STRANGERS
+        await asyncio.sleep(2.0)
+        assert served.connections == 0
+        await served.visitor(begin=said())
+        await until(lambda: served.connections == 1, 0.1)
+
+
+# Open files.
+
+
+def settings(connections: int = 256) -> ServerSettings:
+    return make_server_settings({"listen": {"max_connections": connections}}, "cell.toml")
+
+
+@pytest.fixture
+def system(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
+    """Limits as the test sets them; the last is in force."""
+    limits = [(1_024, 4_096)]
+    monkeypatch.setattr(resource, "getrlimit", lambda _: limits[-1])
+    monkeypatch.setattr(resource, "setrlimit", lambda _, pair: limits.append(pair))
+    return limits
+
+
+def test_promise_21_a_soft_limit_that_is_too_low_is_raised(system: list[tuple[int, int]]) -> None:
+    system[:] = [(64, 4_096)]
+    provide_files(settings(), "cell.toml")
+    assert system[-1] == (files_needed(settings()), 4_096)
+
+
+def test_a_limit_that_is_high_enough_is_left_alone(system: list[tuple[int, int]]) -> None:
+    provide_files(settings(), "cell.toml")
+    assert system == [(1_024, 4_096)]
+
+
+def test_promise_21_a_hard_limit_that_is_too_low_is_refused_with_what_would_do(
+    system: list[tuple[int, int]],
+) -> None:
+    system[:] = [(200, 200)]
+    with pytest.raises(ConfigurationError) as refused:
+        provide_files(settings(), "cell.toml")
+    most = 200 - (files_needed(settings()) - 256)
+    assert f"at most {most} connections" in str(refused.value)
+    provide_files(settings(most), "cell.toml")
+    system[:] = [(40, 40)]
+    with pytest.raises(ConfigurationError, match="accepted: a higher limit"):
+        provide_files(settings(1), "cell.toml")
+
+
+def test_promise_21_the_command_says_so_in_one_line(
+    system: list[tuple[int, int]], capsys: pytest.CaptureFixture[str]
+) -> None:
+    system[:] = [(40, 40)]
+    assert main(["--pendant-port", "0"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("openpendant serve: arguments: listen.max_connections: 256 connections")
+    assert said.count("\n") == 1

@@ -1,0 +1,334 @@
+"""Promises 1, 2, 18 to 21, and the press that begins a motion, measured where bytes arrive.
+
+A recording controller stands between server and emulated robot; each trial is measured there, and
+beside each an event loop that has nothing to do. `make test` allows three times the bound over few
+trials, `make soak` the bound over a thousand.
+"""
+
+from __future__ import annotations
+
+import random
+import subprocess
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from enum import Enum
+from pathlib import Path
+
+import pytest
+from promise_rig import SLACK, Figures, PromiseRig, promise_rig
+from recording_controller import Arrival
+from wire_pendant import WirePendant
+
+from openpendant.simplemsg.pendant import (
+    Activity,
+    Authority,
+    AuthorityAction,
+    StopKind,
+    Verdict,
+)
+from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.tools.bench.jogging_pendants import lateness
+
+pytestmark = [pytest.mark.realtime, pytest.mark.timeout(3_600)]
+
+LISTENERS = 200
+LISTENER_RATE = 25.0
+
+FEW, MANY = 20, 1_000
+TRIALS = [
+    pytest.param(FEW, SLACK, id="few"),
+    pytest.param(MANY, 1.0, id="many", marks=pytest.mark.soak),
+]
+
+BY_DEADLINE = 150.0
+"""The deadline that a press declares [ms]."""
+
+
+@pytest.fixture(scope="module")
+def rig(tmp_path_factory: pytest.TempPathFactory) -> Iterator[PromiseRig]:
+    with promise_rig(tmp_path_factory.mktemp("promises")) as made:
+        yield made
+
+
+def is_stop(arrival: Arrival) -> bool:
+    return arrival.is_stop
+
+
+def moves(arrival: Arrival) -> bool:
+    return bool(arrival.joint_velocity)
+
+
+def slows_down(rig: PromiseRig, since: int) -> Callable[[Arrival], bool]:
+    """Return what tells the first set-point that is slower than the one before it."""
+    before = [abs(each.joint_velocity or 0.0) for each in rig.controller.arrivals[-20:]]
+    last = max(before)
+
+    def is_slower(arrival: Arrival) -> bool:
+        nonlocal last
+        if arrival.joint_velocity is None:
+            return arrival.is_stop
+        speed = abs(arrival.joint_velocity)
+        slower, last = speed < last - 1e-6, speed
+        return slower
+
+    return is_slower
+
+
+def hold_key(rig: PromiseRig, pendant: WirePendant, chance: random.Random, trial: int) -> None:
+    """Hold a key, once this way and once that, until the robot has moved for a random time.
+
+    A machine that is busy may make the server refuse a press, or the watchdog stop the robot before
+    the trial begins; then the key is pressed again.
+    """
+    for _ in range(20):
+        pressed = pendant.press(0.5 if trial % 2 else -0.5, BY_DEADLINE / 1e3)
+        pendant.listen(0.05 + chance.random() * 0.05)
+        if rig.controller.first(moves, pressed, 0.0) is not None:
+            return
+        pendant.listen(0.2)
+        pendant.come_to_rest()
+        if pendant.state is not None and pendant.state.stop != StopKind.NONE:
+            pendant.reset()
+    raise AssertionError(f"the robot does not move: {pendant.got[-4:]}")
+
+
+class Void:
+    """Trials that a busy machine made void before they began; a fifth of them at most.
+
+    Attributes:
+        count: how many there were.
+    """
+
+    def __init__(self, trials: int) -> None:
+        self.count = 0
+        self._most = max(trials // 5, 1)
+
+    def add(self) -> None:
+        self.count += 1
+        assert self.count <= self._most, f"{self.count} trials were void"
+
+
+def no_motion(rig: PromiseRig, since: int) -> None:
+    """Fail where the robot was moved after a time [ns]: then the trial was not void."""
+    late = [each for each in rig.controller.arrivals if each.time > since and moves(each)]
+    assert not late, "set-points, and nothing that ended them"
+
+
+class End(Enum):
+    """How a connection ends."""
+
+    FIN = "fin"
+    RESET = "reset"
+    KILL = "kill"
+
+
+def lose(rig: PromiseRig, end: End, chance: random.Random, trial: int) -> int:
+    """Let a new pendant jog and end its connection; return when [ns].
+
+    Killed is a process that alone holds the socket; it is there before the key is pressed, because
+    to start it may take longer than a press lives.
+    """
+    pendant = rig.pendant(f"hand {trial}")
+    pendant.take_control()
+    with ExitStack() as stack:
+        command = ["sleep", "60"]
+        holder = None
+        if end is End.KILL:
+            shared = [pendant.sock.fileno()]
+            holder = stack.enter_context(subprocess.Popen(command, pass_fds=shared))
+        hold_key(rig, pendant, chance, trial)
+        if holder is not None:
+            pendant.close()
+        now = time.monotonic_ns()
+        match end:
+            case End.FIN:
+                pendant.close()
+            case End.RESET:
+                pendant.abort()
+            case End.KILL if holder is not None:
+                holder.kill()
+    return now
+
+
+@pytest.mark.parametrize(("trials", "slack"), TRIALS)
+@pytest.mark.parametrize("end", End)
+def test_promise_2_a_lost_connection_stops_within_20_ms(
+    rig: PromiseRig, end: End, trials: int, slack: float
+) -> None:
+    chance = random.Random(2)
+    figures, void = Figures(f"promise 2, {end.value}"), Void(trials)
+    while len(figures.delays) < trials:
+        ended = lose(rig, end, chance, len(figures.delays) + void.count)
+        stop = rig.controller.first(is_stop, ended, 1.0)
+        if stop is None:
+            no_motion(rig, ended)
+            void.add()
+            continue
+        figures.delays.append((stop.time - ended) / 1e6)
+        figures.idle.append(rig.idle_delay())
+    figures.judge(20.0, slack=slack)
+
+
+@pytest.mark.parametrize(("trials", "slack"), TRIALS)
+def test_promise_1_a_silent_press_ramps_down_by_its_deadline_and_two_ticks(
+    rig: PromiseRig, trials: int, slack: float
+) -> None:
+    """The bound is deadline and one tick on the server's clock; sockets get one more tick."""
+    chance = random.Random(1)
+    figures, void = Figures("promise 1, after the deadline"), Void(trials)
+    pendant = rig.pendant("silent")
+    pendant.take_control()
+    while (trial := len(figures.delays)) < trials:
+        hold_key(rig, pendant, chance, trial)
+        last_beat = pendant.beat()
+        pendant.beats = False
+        slower = slows_down(rig, last_beat)
+        pendant.listen(0.25)
+        ramp = rig.controller.first(slower, last_beat, 1.0)
+        pendant.come_to_rest()
+        if ramp is None:
+            no_motion(rig, last_beat)
+            void.add()
+            continue
+        figures.delays.append((ramp.time - last_beat) / 1e6 - BY_DEADLINE)
+        figures.idle.append(rig.idle_delay())
+    pendant.close()
+    figures.judge(20.0, slack=slack)
+
+
+@pytest.mark.parametrize(("trials", "slack"), TRIALS)
+def test_a_press_changes_the_set_point_within_30_ms(
+    rig: PromiseRig, trials: int, slack: float
+) -> None:
+    chance = random.Random(30)
+    figures, void = Figures("press to first changed set-point"), Void(trials)
+    pendant = rig.pendant("presser")
+    pendant.take_control()
+    while (trial := len(figures.delays)) < trials:
+        pendant.listen(chance.random() * 0.02)
+        before = len(pendant.got)
+        pressed = pendant.press(0.5 if trial % 2 else -0.5)
+        pendant.listen(0.05)
+        moved = rig.controller.first(moves, pressed, 1.0)
+        if moved is None:
+            refused = [each for each in pendant.got[before:] if isinstance(each, Verdict)]
+            assert refused, "a press that was neither obeyed nor refused"
+            assert refused[0].code != VerdictCode.ACCEPTED, refused
+            void.add()
+            pendant.come_to_rest()
+            continue
+        figures.delays.append((moved.time - pressed) / 1e6)
+        figures.idle.append(rig.idle_delay())
+        pendant.come_to_rest()
+    pendant.close()
+    figures.judge(30.0, slack=slack)
+
+
+@pytest.mark.parametrize(("trials", "slack"), TRIALS)
+def test_promise_19_a_stop_passes_200_listeners_and_a_planning_job_within_20_ms(
+    tmp_path: Path, trials: int, slack: float
+) -> None:
+    chance = random.Random(19)
+    figures = Figures("promise 19, stop in to stop out")
+    with promise_rig(tmp_path) as rig:
+        rig.beside("listeners", LISTENERS, LISTENER_RATE)
+        rig.beside("planner")
+        observer = rig.pendant("observer", rate=0.0)
+        pendant = rig.pendant("mover")
+        pendant.take_control()
+        for trial in range(trials):
+            hold_key(rig, pendant, chance, trial)
+            asked = observer.stop()
+            stop = rig.controller.first(is_stop, asked)
+            assert stop is not None
+            figures.delays.append((stop.time - asked) / 1e6)
+            figures.idle.append(rig.idle_delay())
+            pendant.come_to_rest()
+            observer.listen(0.001)
+            assert pendant.reset() is VerdictCode.ACCEPTED
+            pendant.wait_until(lambda state: state.stop == StopKind.NONE)
+    figures.judge(20.0, slack=slack, most=50.0)
+
+
+def test_promise_18_of_thirty_that_ask_at_once_one_gets_it_and_the_others_hear_who(
+    rig: PromiseRig,
+) -> None:
+    crowd = [rig.pendant(f"racer {number}", rate=0.0) for number in range(30)]
+    requests = [Authority(each.request(), AuthorityAction.REQUEST) for each in crowd]
+    for pendant, request in zip(crowd, requests, strict=True):
+        pendant.send(request)
+    answers: list[Verdict] = []
+    for pendant in crowd:
+        pendant.wait_for(Verdict)
+        answers += [each for each in pendant.got if isinstance(each, Verdict)]
+    codes = Counter(VerdictCode(each.code) for each in answers)
+    assert codes == {VerdictCode.ACCEPTED: 1, VerdictCode.HELD_BY_OTHER: 29}
+    (winner,) = [n for n, each in enumerate(answers) if each.code == VerdictCode.ACCEPTED]
+    assert all(f"racer {winner}" in each.text for each in answers if each.code)
+    for pendant in crowd:
+        pendant.close()
+
+
+@pytest.mark.parametrize(("trials", "slack"), TRIALS)
+def test_promise_18_a_second_one_is_refused_within_20_ms(
+    rig: PromiseRig, trials: int, slack: float
+) -> None:
+    figures = Figures("promise 18, request to refusal")
+    holder, second = rig.pendant("holder"), rig.pendant("second", rate=0.0)
+    holder.take_control()
+    for _ in range(trials):
+        holder.listen(0.01)
+        asked = time.monotonic_ns()
+        code = second.verdict(Authority(second.request(), AuthorityAction.REQUEST))
+        figures.delays.append((time.monotonic_ns() - asked) / 1e6)
+        figures.idle.append(rig.idle_delay())
+        assert code is VerdictCode.HELD_BY_OTHER
+    holder.close()
+    second.close()
+    figures.judge(20.0, slack=slack)
+
+
+def tick_lateness(pendant: WirePendant, seconds: float) -> list[float]:
+    """Return how late each tick of the server was while a key is held [ms], by its own stamps."""
+    pendant.ticks.clear()
+    pendant.listen(seconds)
+    return [late / 1e6 for late in lateness(pendant.ticks)]
+
+
+def test_promise_20_a_storm_of_connections_neither_delays_ticks_nor_ends_a_jog(
+    rig: PromiseRig,
+) -> None:
+    figures = Figures("promise 20, ticks late in a storm")
+    pendant = rig.pendant("in the storm")
+    pendant.take_control()
+    figures.idle += tick_lateness(pendant, 1.0)
+    with rig.storm():
+        pendant.hold_anew()
+        pendant.press(0.3)
+        figures.delays += tick_lateness(pendant, 2.0)
+    assert pendant.state is not None
+    assert pendant.state.activity == Activity.JOGGING, pendant.got[-4:]
+    pendant.come_to_rest()
+    pendant.close()
+    figures.judge(10.0, slack=SLACK)
+
+
+@pytest.mark.soak
+def test_promise_21_a_jog_goes_on_beside_a_thousand_idle_connections(tmp_path: Path) -> None:
+    figures = Figures("promise 21, ticks late beside 1,000")
+    with promise_rig(tmp_path, listen={"max_connections": 1_024}) as rig:
+        pendant = rig.pendant("among many")
+        pendant.take_control()
+        pendant.press(0.3)
+        figures.idle += tick_lateness(pendant, 2.0)
+        pendant.come_to_rest()
+        rig.beside("listeners", 1_000, 0.0)
+        pendant = rig.pendant("one more")
+        pendant.take_control()
+        pendant.press(-0.3)
+        figures.delays += tick_lateness(pendant, 5.0)
+        assert pendant.state is not None
+        assert pendant.state.activity == Activity.JOGGING
+    figures.judge(10.0)
