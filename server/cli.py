@@ -206,9 +206,12 @@ async def _run(
     journal_file: Path | None,
 ) -> None:
     from .app import App, loop_time  # here for the same reason as in `serve`
+    from .scheduling import ask_for_niceness
     from .store.opening import opened_store
     from .watchdog.targets import watchdog_of
 
+    # First, so that the watchdog's process has it as well.
+    ask_for_niceness(settings.cells[0].niceness)
     loop = asyncio.get_running_loop()
     interrupted = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -199,6 +199,8 @@ class SharedTables(Table):
 
     tick_rate: Annotated[int, Field(ge=50, le=250)] = 100
     """Control rate, Hz."""
+    niceness: Annotated[int, Field(ge=-20, le=19)] = -10
+    """Scheduling priority that the server asks the system for."""
     pendants: Pendants = Pendants()
     watchdog: Watchdog = Watchdog()
     store: StoreFile = StoreFile()

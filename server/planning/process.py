@@ -194,7 +194,8 @@ def run_child(robots: Sequence[str]) -> None:
 def _answer_jobs(robots: Sequence[str]) -> None:
     # The terminal's Ctrl-C goes to the whole group; the server decides when planning ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.nice(_NICENESS)
+    # Absolute, as the server that it inherits from may run before others.
+    os.setpriority(os.PRIO_PROCESS, 0, _NICENESS)
     jobs = sys.stdin.buffer
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     # Whatever a library prints must not end up between the answers.
