@@ -23,13 +23,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
 from .between_samples import BetweenSamples
 from .errors import BadArgument
 from .limits import JointLimits
+from .scale_phase import Phase
 from .trajectory import JointState, Trajectory
 
 RAMP = 0.1
@@ -42,29 +42,6 @@ _SOUND = 1.0 + 2e-3
 """What a trajectory may exceed its acceleration limits by, as its certificate allows."""
 
 _NS = 1_000_000_000
-
-
-class _Phase(NamedTuple):
-    """A time of constant dσ/dt.
-
-    Attributes:
-        begin: when, from the start of the run [s].
-        time: τ then [s].
-        scale: σ then.
-        rate: dσ/dt [1/s].
-        lasts: how long [s]; infinite if nothing will change.
-    """
-
-    begin: float
-    time: float
-    scale: float
-    rate: float
-    lasts: float
-
-    def at(self, elapsed: float) -> tuple[float, float]:
-        """Return τ and σ after a time in this phase [s]."""
-        scale = max(self.scale + self.rate * elapsed, 0.0)
-        return self.time + 0.5 * (self.scale + scale) * elapsed, scale
 
 
 class ScaledRun:
@@ -226,7 +203,7 @@ class ScaledRun:
         time, scale = self._phase.at(elapsed - self._phase.begin)
         self._phase = self._following(elapsed, min(time, self._end), scale)
 
-    def _ahead(self) -> Iterator[_Phase]:
+    def _ahead(self) -> Iterator[Phase]:
         """Yield this phase and those that follow if nothing is changed, up to standing still."""
         phase = self._phase
         while True:
@@ -247,28 +224,28 @@ class ScaledRun:
             time = nearest
         return self._end if time >= self._end - 1e-12 * max(self._end, 1.0) else time
 
-    def _following(self, begin: float, time: float, scale: float) -> _Phase:
+    def _following(self, begin: float, time: float, scale: float) -> Phase:
         """Return the phase that begins at τ and σ."""
         wanted = self.scale_wanted
         if time >= self._end:
-            return _Phase(begin, self._end, 0.0, 0.0, math.inf)
+            return Phase(begin, self._end, 0.0, 0.0, math.inf)
         if not self._motion.state(time).velocity.any():
             # At rest any scale will do at once.
             scale = wanted
         if scale == wanted:
             lasts = (self._end - time) / scale if scale else math.inf
-            return _Phase(begin, time, scale, 0.0, lasts)
+            return Phase(begin, time, scale, 0.0, lasts)
         place, into = self._motion.interval(time)
         least, greatest = self._slopes(place, into, scale**2)
         left = self._motion.period - into
         rate = 0.5 * (greatest if wanted > scale else least)
         if rate == 0.0:
             # Nothing can be changed on this interval.
-            return _Phase(begin, time, scale, 0.0, left / scale)
+            return Phase(begin, time, scale, 0.0, left / scale)
         # From σ² = scale² + 2 rate τ: where the interval ends, or the scale wanted is reached.
         reached = (wanted**2 - scale**2) / (2.0 * rate)
         final = wanted if reached <= left else math.sqrt(scale**2 + 2.0 * rate * left)
-        return _Phase(begin, time, scale, rate, (final - scale) / rate)
+        return Phase(begin, time, scale, rate, (final - scale) / rate)
 
     def _slopes(self, place: int, into: float, x: float) -> tuple[float, float]:
         """Return the least and the greatest dx/dτ on the rest of an interval."""

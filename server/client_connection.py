@@ -16,7 +16,6 @@ from openpendant.simplemsg import (
     PENDANT,
     STANDARD,
     Connection,
-    LocalProtocolError,
     Message,
     Role,
 )
@@ -66,6 +65,7 @@ class ClientConnection(asyncio.Protocol):
         self._frame_begun: int | None = None
         self._clogged_since: int | None = None
         self._is_ending = False
+        self._unsent: Exception | None = None
         self._heard_mask = SecretMask()
         self._said_mask = SecretMask()
 
@@ -91,12 +91,18 @@ class ClientConnection(asyncio.Protocol):
         self._clients.admit(self)
 
     def data_received(self, data: bytes) -> None:
+        """Decode what came and hand each message to the core; a fault of ours ends this, not us."""
+        noted = self._heard_mask.feed(data) if self._is_masked else data
+        now = self._clients.journal.begin("in", self.session, noted)
+        try:
+            self._take(data, now)
+        except Exception as error:
+            self._clients.failed(self, error, now)
+
+    def _take(self, data: bytes, now: int) -> None:
         """Decode what came and hand each message to the core, on this call stack."""
         wire = self.wire
         order = wire.byte_order
-        journal = self._clients.journal
-        noted = self._heard_mask.feed(data) if self._is_masked else data
-        now = journal.begin("in", self.session, noted)
         complete = wire.receive(data)
         for received in complete:
             if self.is_closing:
@@ -147,11 +153,12 @@ class ClientConnection(asyncio.Protocol):
         self._clients.dismiss(self)
 
     def send(self, message: Message) -> None:
-        """Write a message; one that the conversation forbids is a bug of ours and is logged."""
+        """Write a message; the next tick ends the connection where we failed to make its bytes."""
         try:
             frame = self.wire.send(message)
-        except LocalProtocolError:
-            log.exception("session %d: not sent", self.session)
+        except Exception as error:
+            # Not here: what the core wants done may go on behind this message, and a stop with it.
+            self._unsent = self._unsent or error
             return
         self.write(frame)
 
@@ -176,7 +183,14 @@ class ClientConnection(asyncio.Protocol):
         return self._clients.journal.answer("clogged", self.session, is_clogged)
 
     def check_deadlines(self, now: int) -> None:
-        """Cut off a client whose frame never ends or who never reads; called once a tick."""
+        """Cut off a client whose frame never ends or who never reads; called once a tick.
+
+        Raises:
+            Exception: what went wrong with a message to it.
+        """
+        if self._unsent is not None:
+            unsent, self._unsent = self._unsent, None
+            raise unsent
         if self._frame_begun is not None and now - self._frame_begun > FRAME_DEADLINE_NS:
             self.abort("a frame was begun and not completed within 1 s")
         elif not self.is_clogged():

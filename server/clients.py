@@ -48,7 +48,7 @@ class Clients:
             login: who completed hello.
             journal: the time and the record.
             perform: carries out what a cell wants done.
-            misheard: told where we failed on a message: cell, connection, fault, time.
+            misheard: told where we failed on a client: cell, connection, fault, time.
         """
         self.by_session: dict[int, ClientConnection] = {}
         self.journal = journal
@@ -68,6 +68,12 @@ class Clients:
         now = self.journal.begin(
             "opened", client.session, port=client.port.name, address=client.address, **more
         )
+        try:
+            self._let_in(client, now)
+        except Exception as error:
+            self.failed(client, error, now)
+
+    def _let_in(self, client: ClientConnection, now: int) -> None:
         fault = self._place_fault(client.port) or self._clear_text_fault(client)
         if fault is not None:
             client.abort(fault)
@@ -95,11 +101,21 @@ class Clients:
         return None if fault is None else fault.sentence
 
     def receive(self, session: int, received: Received, now: int) -> None:
-        """Hand a client's message to its cell; a fault of ours ends the connection, not us."""
-        try:
-            self._perform(self._router.receive(session, received, now))
-        except Exception as error:
-            self._misheard(self._router.home_of(session) or 0, session, error, now)
+        """Hand a client's message to its cell."""
+        self._perform(self._router.receive(session, received, now))
+
+    def failed(self, client: ClientConnection, error: Exception, now: int) -> None:
+        """End a connection that we failed on, and stop its robot; everybody else goes on.
+
+        Args:
+            client: the connection.
+            error: the fault of ours.
+            now: monotonic time, ns.
+        """
+        home = self._router.home_of(client.session)
+        self._misheard(client.cell or 0 if home is None else home, client.session, error, now)
+        # Its cell may not know it yet.
+        client.close("a fault of the server")
 
     def dismiss(self, client: ClientConnection) -> None:
         """Tell its cell that a connection ended."""
@@ -114,7 +130,10 @@ class Clients:
     def check_deadlines(self, now: int) -> None:
         """Close the connections that read or write too slowly."""
         for client in list(self.by_session.values()):
-            client.check_deadlines(now)
+            try:
+                client.check_deadlines(now)
+            except Exception as error:
+                self.failed(client, error, now)
 
     def hang_up(self, reason: str) -> None:
         """Close every connection."""

@@ -10,15 +10,16 @@ from __future__ import annotations
 from enum import Enum
 
 from openpendant.motion.limits import JointLimits
-from openpendant.simplemsg import CommType, Malformed, Ping, Received, Unasked, accepted, refused
+from openpendant.simplemsg import Received
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .access.audit_trail import AuditTrail
 from .access.desk import CoreAccess
+from .controller_messages import heard
 from .controller_path import ControllerPath
 from .errands import Errands
 from .news import LatchedStop, News, StopMoved
-from .outgoing import Answer, Close, ForwardStop, Outgoing, Send
+from .outgoing import Close, ForwardStop, Outgoing, Send
 from .pendant.face import PendantFace
 from .pendant.greeting import Identity
 from .pendant.replies import stop_changed
@@ -144,7 +145,7 @@ class ServerCore:
         """A planning process answered."""
         if self.fault is not None:
             return []
-        out = self.pendants.programs.planned(planned)
+        out = self.pendants.programs.planned(planned, now)
         around = self.surroundings
         if out is None and around is not None:
             out = around.planned(planned, now)
@@ -202,32 +203,8 @@ class ServerCore:
         if self.fault is not None:
             return []
         # First of all: its answer must not call forth the set-points of the time that was lost.
-        return self._after_a_freeze(now) + self._heard(path, received, pending, now)
-
-    def _heard(
-        self, path: ControllerPath, received: Received, pending: int, now: int
-    ) -> list[Outgoing]:
-        is_motion = path is ControllerPath.MOTION
-        match received:
-            case Unasked():
-                problem = "the controller answered although nothing was asked"
-                return self.cell.misanswered(problem, now) if is_motion else []
-            case Malformed():
-                is_answer = is_motion and received.comm_type == CommType.REPLY
-                return self.cell.misanswered(str(received.error), now) if is_answer else []
-        if received.comm_type == CommType.REPLY:
-            if is_motion:
-                return self.cell.answered(received, pending, now)
-            around = self.surroundings if path is ControllerPath.STATE else None
-            return [] if around is None else around.answered(received, now)
-        if received.comm_type == CommType.REQUEST:
-            # But for a ping a controller has nothing to ask of us; an answer is still owed.
-            is_ping = isinstance(received, Ping)
-            return [Answer(path, accepted(received) if is_ping else refused(received))]
-        if path is not ControllerPath.STATE:
-            return []
-        out = self.cell.reported(received, now)
-        return out if self.surroundings is None else out + self.surroundings.reported(now)
+        out = self._after_a_freeze(now)
+        return out + heard(self.cell, self.surroundings, path, received, pending, now)
 
     def controller_fault(self, path: ControllerPath, problem: str, now: int) -> list[Outgoing]:
         """The bytes of a connection to the controller make no sense any more."""

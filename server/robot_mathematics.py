@@ -11,7 +11,17 @@ from openpendant.motion.collision import CollisionModel, Proximity
 from openpendant.motion.configuration import Configuration, configuration_of
 from openpendant.motion.errors import BadArgument
 from openpendant.motion.frames import BASE, TOOL, FrameTree
-from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogTarget, JointJog, ToolJog
+from openpendant.motion.jog import (
+    JogCaps,
+    Jogger,
+    JogModel,
+    JogTarget,
+    JointJog,
+    ToolJog,
+    WayOut,
+    leads_out,
+    ways_out,
+)
 from openpendant.motion.jog.increments import shifted, turned
 from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.pose import Array, Pose, matrix_to_quaternion
@@ -172,9 +182,17 @@ class RobotMathematics:
         """Return the target of a joint jog from (n,) shares, -1 to 1."""
         return JointJog(tuple(rates))
 
-    def tool(self, values: Sequence[float], frame: str) -> JogTarget:
+    def tool(self, values: Sequence[float], frame: str) -> ToolJog:
         """Return the target of a tool jog from (6,) shares along and about the frame's axes."""
         return ToolJog(tuple(values[:3]), tuple(values[3:]), self._axes(frame))
+
+    def ways_out(self, position: Sequence[float]) -> list[WayOut]:
+        """Return at what a jog stands at joints (n,), and which joint leads out of each."""
+        return ways_out(self._jogs, position)
+
+    def leads_out(self, position: Sequence[float], values: Sequence[float], frame: str) -> bool:
+        """Tell whether a tool jog of (6,) shares leads out of all that it stands at."""
+        return leads_out(self._jogs, position, self.tool(values, frame))
 
     def stepped_pose(self, start: Sequence[float], values: Sequence[float], frame: str) -> PoseGoal:
         """Return the tool in base after a (6,) increment [m, rad] of it from `start`.

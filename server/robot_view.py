@@ -14,7 +14,7 @@ from .settings import Jog
 if TYPE_CHECKING:
     from openpendant.motion.configuration import Configuration
     from openpendant.motion.frames import FrameTree
-    from openpendant.motion.jog import JogCaps, Jogger, JogTarget
+    from openpendant.motion.jog import JogCaps, Jogger, JogTarget, WayOut
 
 
 class RobotView(Protocol):
@@ -66,6 +66,16 @@ class RobotView(Protocol):
 
         Raises:
             MotionError: a share is none, or nobody knows the frame.
+        """
+
+    def ways_out(self, position: Sequence[float]) -> list[WayOut]:
+        """Return at what a jog stands at joints (n,), and which joint leads out of each."""
+
+    def leads_out(self, position: Sequence[float], values: Sequence[float], frame: str) -> bool:
+        """Tell whether a tool jog of (6,) shares leads out of all that it stands at.
+
+        Raises:
+            MotionError: nobody knows the frame any more.
         """
 
     def goal_in_base(self, goal: PoseGoal, frame: str) -> PoseGoal:

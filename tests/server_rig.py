@@ -19,7 +19,7 @@ from simple_jogger import SimpleJogger
 from openpendant.motion.certificate import certify
 from openpendant.motion.errors import BadArgument, FrameUnknown, MotionError
 from openpendant.motion.frames import FrameTree
-from openpendant.motion.jog import JogCaps, Jogger, JogTarget, JointJog, ToolJog
+from openpendant.motion.jog import JogCaps, Jogger, JogTarget, JointJog, ToolJog, WayOut
 from openpendant.motion.limits import JointLimits
 from openpendant.motion.ptp import plan_joint_move
 from openpendant.server.controller_path import ControllerPath
@@ -117,6 +117,12 @@ class NoTool:
         if frame not in ("base", "tool"):
             raise FrameUnknown(frame, ("base", "tool"))
         return ToolJog(tuple(values[:3]), tuple(values[3:]))
+
+    def ways_out(self, position: Sequence[float]) -> list[WayOut]:
+        return []
+
+    def leads_out(self, position: Sequence[float], values: Sequence[float], frame: str) -> bool:
+        return False
 
     def stepped_pose(self, start: Sequence[float], values: Sequence[float], frame: str) -> PoseGoal:
         if frame not in ("base", "tool"):

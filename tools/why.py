@@ -1,7 +1,8 @@
 """`openpendant why`: asks a server which condition keeps its robot from moving.
 
 Speaks the public protocol as an onlooker; takes no authority and moves nothing. Exit codes: 0
-ready, 1 not ready, 2 wrong usage, 69 nobody answered or the server does not want us.
+ready, 1 not ready, 2 wrong usage, 69 nobody answered or the server does not want us, 130
+interrupted.
 """
 
 from __future__ import annotations
@@ -9,12 +10,15 @@ from __future__ import annotations
 import argparse
 import asyncio
 import json
+import ssl
 import sys
+from pathlib import Path
 from typing import Any
 
-from .pendants.client import DEFAULT_PORT, PendantClient, PendantError
+from .pendants.client import DEFAULT_PORT, PendantClient, PendantError, WrongArgument
+from .pendants.signing_in import PASSWORD_VARIABLE, password_of, trusted
 
-_READY, _NOT_READY, _UNAVAILABLE = 0, 1, 69
+_READY, _NOT_READY, _USAGE, _UNAVAILABLE, _INTERRUPTED = 0, 1, 2, 69, 130
 _TIMEOUT = 5.0
 _KINDS = ("move", "jog", "program")
 
@@ -31,7 +35,13 @@ def main(argv: list[str] | None = None) -> int:
     arguments = _parser().parse_args(sys.argv[1:] if argv is None else argv)
     host, port = arguments.server
     try:
-        answer = asyncio.run(_ask(host, port, arguments.cell, arguments.kind))
+        tls, password = trusted(arguments.ca), password_of(arguments.user)
+    except WrongArgument as error:
+        return _complain(str(error), _USAGE)
+    except KeyboardInterrupt:
+        return _complain("interrupted", _INTERRUPTED)
+    try:
+        answer = asyncio.run(_ask(arguments, tls, password))
     except TimeoutError:
         return _complain(f"{host}:{port} did not answer within {_TIMEOUT:g} s")
     except OSError as error:
@@ -58,6 +68,18 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--cell", default="", help="name of the cell, where it serves several")
     parser.add_argument("--kind", choices=_KINDS, default="move", help="what shall move it")
+    parser.add_argument(
+        "--ca",
+        type=Path,
+        metavar="FILE",
+        help="certificate of the server; encrypts the connection",
+    )
+    parser.add_argument(
+        "--user",
+        default="",
+        metavar="NAME",
+        help=f"account; its password is asked for, or taken from {PASSWORD_VARIABLE}",
+    )
     parser.add_argument("--json", action="store_true", help="print the whole answer as JSON")
     return parser
 
@@ -71,13 +93,23 @@ def _address(text: str) -> tuple[str, int]:
     return host, int(port)
 
 
-async def _ask(host: str, port: int, cell: str, kind: str) -> dict[str, Any]:
+async def _ask(
+    arguments: argparse.Namespace, tls: ssl.SSLContext | None, password: str | None
+) -> dict[str, Any]:
+    host, port = arguments.server
     async with asyncio.timeout(_TIMEOUT):
         pendant = await PendantClient.connect(
-            host, port, client="openpendant why", cell=cell, state_rate=0.0
+            host,
+            port,
+            client="openpendant why",
+            cell=arguments.cell,
+            state_rate=0.0,
+            tls=tls,
+            user=arguments.user,
+            password=password,
         )
         async with pendant:
-            return await pendant.manage({"op": "why", "kind": kind})
+            return await pendant.manage({"op": "why", "kind": arguments.kind})
 
 
 def table(answer: dict[str, Any]) -> str:
@@ -101,9 +133,9 @@ def table(answer: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _complain(text: str) -> int:
+def _complain(text: str, code: int = _UNAVAILABLE) -> int:
     print(f"openpendant why: {text}", file=sys.stderr)
-    return _UNAVAILABLE
+    return code
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ from .jogger import Jogger
 from .model import JogModel, jog_model
 from .reasons import JogCause, JogReason, JogStep, Retreat, Stopping
 from .targets import BASE_AXES, LONGEST_STEP, JogCaps, JogTarget, JointJog, ToolJog
+from .ways_out import WayOut, leads_out, ways_out
 
 __all__ = [
     "BASE_AXES",
@@ -25,5 +26,8 @@ __all__ = [
     "Retreat",
     "Stopping",
     "ToolJog",
+    "WayOut",
     "jog_model",
+    "leads_out",
+    "ways_out",
 ]

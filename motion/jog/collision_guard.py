@@ -157,6 +157,14 @@ class CollisionGuard:
         """Return whether distances of `look` hold a pair nearer than a jog may stop."""
         return distances is not None and min(distances.values()) < CLEAR
 
+    def nearest(self, position: Sequence[float]) -> JogCause | None:
+        """Return the nearest two bodies as a cause; None where all are beyond `NEAR`."""
+        found = self.look(position)
+        if found is None:
+            return None
+        pair = min(found, key=found.__getitem__)
+        return JogCause(JogReason.COLLISION, found[pair], CLEAR, pair=self._pairs[pair])
+
     def way_apart(self, position: Sequence[float]) -> list[float] | None:
         """Return the joint direction along which the near pairs part, greatest element ±1.
 
@@ -164,15 +172,18 @@ class CollisionGuard:
         differences. None where no joint changes their distances.
         """
         place = np.array(position, dtype=np.float64)
-        here = self._collision.clearances(place)
-        near = here < SLOW
-        weights = 1.0 / np.maximum(here[near], _TOUCH) ** 2
+        here = self.look(position) or {}
+        near = [pair for pair, distance in here.items() if distance < SLOW]
+        if not near:
+            return None
+        weights = 1.0 / np.maximum([here[pair] for pair in near], _TOUCH) ** 2
         gradient = np.zeros(len(place))
         for joint in range(len(place)):
             for sign in (1.0, -1.0):
                 moved = place.copy()
                 moved[joint] += sign * _STEP
-                gradient[joint] += sign * float(weights @ self._collision.clearances(moved)[near])
+                clear = self._collision.clearances_of(near, moved)
+                gradient[joint] += sign * float(weights @ np.array(clear))
         greatest = float(np.abs(gradient).max())
         if greatest <= _SAME:
             return None

@@ -80,6 +80,7 @@ OF_OPERATION: Mapping[str, Permission] = {
             "snapshot",
             "cells",
             "why",
+            "jog.retreat",
             "programs.list",
             "programs.load",
             "programs.history",

@@ -63,11 +63,13 @@ class JogDesk:
 
     Attributes:
         states: the state messages that a press may quote.
+        pressed: the key that was pressed last; None before the first.
     """
 
     def __init__(self, cell: RobotCell, settings: Jog, model: RobotView) -> None:
         """Make a desk where nothing is pressed."""
         self.states = RecentStates()
+        self.pressed: JogStart | None = None
         self._cell = cell
         self._settings = settings
         self._model = model
@@ -100,6 +102,7 @@ class JogDesk:
             return refusal
         if not self._cell.modes.override:
             return Refusal(VerdictCode.BAD_ARGUMENT, "the speed override is 0; raise it first")
+        self.pressed = message
         request = Request(session, message.request_id)
         if running is not None:
             return self._cell.motions.take_over_jog(request, running, target, press, now)

@@ -53,6 +53,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..access.desk import AccessDesk, CoreAccess
 from ..access.roles import Permission
 from ..jog.desk import JogDesk
+from ..jog.retreat_desk import RetreatDesk
 from ..news import Begun, Ended, News, Refused
 from ..outgoing import Outgoing, Send
 from ..playback.cell_programs import CellPrograms
@@ -128,7 +129,13 @@ class PendantFace:
         self._control = ControlDesk(cell, listeners, self._jogs, self.programs.desk)
         served = ServedCells.of(identity.cells or [(identity.cell, identity.robot)])
         self._management = ManagementDesk(
-            cell, settings, listeners, self.access, self.programs, served
+            cell,
+            settings,
+            listeners,
+            self.access,
+            self.programs,
+            served,
+            RetreatDesk(cell, robot, self._jogs),
         )
         self._announcing = Announcing(cell, robot, listeners, self._jogs.states)
         self._requests = self._request_table()

@@ -97,8 +97,8 @@ class Listeners:
         self._by_session[session] = Listener(session, opened=now, heard=now, address=address)
 
     def closed(self, session: int) -> None:
-        """Forget a connection."""
-        del self._by_session[session]
+        """Forget a connection, also one that an incident ended before it was taken note of."""
+        self._by_session.pop(session, None)
 
     def set_rate(self, session: int, rate: float, now: int) -> None:
         """Send a connection state at a rate [Hz] from now on, 0 for never."""

@@ -14,6 +14,8 @@ from openpendant.simplemsg.pendant import Management
 from ..access.desk import AccessDesk
 from ..access.operations import PREFIXES as ACCESS_PREFIXES
 from ..access.permissions import operation_of
+from ..jog.retreat_desk import PREFIX as JOG_PREFIX
+from ..jog.retreat_desk import RetreatDesk
 from ..outgoing import Outgoing, Send
 from ..playback.cell_programs import CellPrograms
 from ..playback.operations import PREFIX as PROGRAM_PREFIX
@@ -41,6 +43,7 @@ class ManagementDesk:
         access: AccessDesk,
         programs: CellPrograms,
         served: ServedCells,
+        retreats: RetreatDesk,
     ) -> None:
         """Make a desk that knows no surroundings.
 
@@ -51,6 +54,7 @@ class ManagementDesk:
             access: answers what is about access.
             programs: answers what is about programs.
             served: all cells of the server.
+            retreats: tells which key leads out of what holds a jog.
         """
         self._cell = cell
         self._settings = settings
@@ -60,6 +64,7 @@ class ManagementDesk:
         self._routes: list[tuple[tuple[str, ...], _Answer]] = [
             (ACCESS_PREFIXES, access.operation),
             ((PROGRAM_PREFIX,), programs.operation),
+            ((JOG_PREFIX,), retreats.operation),
         ]
 
     def surround(self, around: CellSurroundings) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 
 from openpendant.motion.errors import MotionError
 from openpendant.motion.kinematics import Kinematics
+from openpendant.motion.pose import Pose
 from openpendant.motion.scene import Scene
 from openpendant.motion.trajectory import Trajectory
 
@@ -23,7 +24,9 @@ from ..programs.dry_run_results import BlockPlan, BlockRefused, ToolSample
 from ..programs.motion_blocks import MotionBlock
 from ..programs.points import TeachPoint
 from ..programs.printer import statement_lines
+from ..programs.statements import Attach, Detach
 from ..refusal import Refusal, refusal_of
+from ..world.carrying import left, taken
 from .block_planning import BlockFault, Places, placed_refusal, plan_block
 from .jobs import DryRunFound, DryRunJob, DryRunSlice, JointVector
 from .way_check import collision_on
@@ -33,7 +36,7 @@ MOST_DRY_RUNS = 4
 
 _SAMPLE_PERIOD = 0.1
 
-_Known: TypeAlias = dict[tuple[JointVector, MotionBlock], BlockPlan | BlockRefused]
+_Known: TypeAlias = dict[tuple[JointVector, MotionBlock, Scene | None], BlockPlan | BlockRefused]
 
 
 class _SliceOver(Exception):
@@ -63,16 +66,21 @@ class DryRuns:
         lines = {name: statement_lines(each) for name, each in job.linked.programs.items()}
         before = len(known)
 
-        def plan(start: JointVector, block: MotionBlock) -> BlockPlan | BlockRefused:
-            key = (start, block)
+        def plan(
+            start: JointVector, block: MotionBlock, scene: Scene | None
+        ) -> BlockPlan | BlockRefused:
+            key = (start, block, scene)
             if key not in known:
                 if len(known) > before and expired():
                     raise _SliceOver
-                known[key] = _planned(kinematics, job, start, block, lines)
+                known[key] = _planned(kinematics, job, start, block, scene, lines)
             return known[key]
 
+        def rearrange(scene: Scene, statement: Attach | Detach, at: JointVector) -> Scene | Refusal:
+            return _rearranged(kinematics, scene, statement, at)
+
         try:
-            found = dry_run(job.linked, job.start, plan)
+            found = dry_run(job.linked, job.start, plan, job.scene, rearrange)
         except _SliceOver:
             return DryRunSlice(len(known))
         del self._known[job.run_id]
@@ -94,6 +102,7 @@ def _planned(
     job: DryRunJob,
     start: JointVector,
     block: MotionBlock,
+    scene: Scene | None,
     lines: dict[str, tuple[int, ...]],
 ) -> BlockPlan | BlockRefused:
     try:
@@ -104,11 +113,28 @@ def _planned(
         move = block.moves[fault.place]
         refusal = placed_refusal(fault, move, lines[move.program][move.index])
         return BlockRefused(fault.place, refusal)
-    touching = None if job.scene is None else _touching(kinematics, block, trajectory, job.scene)
+    touching = None if scene is None else _touching(kinematics, block, trajectory, scene)
     if touching is not None:
         return touching
     path = _tool_path(kinematics, trajectory)
     return BlockPlan(trajectory.duration, trajectory.final, tuple(path))
+
+
+def _rearranged(
+    kinematics: Kinematics, scene: Scene, statement: Attach | Detach, at: JointVector
+) -> Scene | Refusal:
+    """Return the scene after an object changed hands at a joint position, or why it cannot."""
+    flange, name = kinematics.robot.tool_link, statement.scene_object
+
+    def link_pose(link: str) -> Pose:
+        return kinematics.forward(at, link=link)
+
+    try:
+        if isinstance(statement, Attach):
+            return taken(scene, name, flange, link_pose(flange))
+        return left(scene, name, flange, link_pose)
+    except MotionError as error:
+        return refusal_of(error)
 
 
 def _touching(

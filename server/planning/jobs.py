@@ -205,10 +205,12 @@ class DryRunFound:
     Attributes:
         run: what was found about each move.
         points: whether each point of the main program can be reached.
+        refused: how many moves and points cannot, those included that `dry_run_answer` cut off.
     """
 
     run: DryRun
     points: tuple[PointVerdict, ...]
+    refused: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,12 +220,21 @@ class Planned:
     Attributes:
         job_id: number of the job.
         result: of a motion, a trajectory with its certificate, or why there is none; of a dry
-            run, what was found, or how far it is; of a look along the way, that it is free.
+            run, what was found, or how far it is; of a look along the way, that it is free; of a
+            task about a program, what was done, or what is wrong with the program.
         plan_time: wall time that planning took [s].
         playback: of a recording, what was asked and what is possible.
     """
 
     job_id: int
-    result: tuple[Trajectory, Certificate] | Refusal | DryRunFound | DryRunSlice | WayFree
+    result: (
+        tuple[Trajectory, Certificate]
+        | Refusal
+        | DryRunFound
+        | DryRunSlice
+        | WayFree
+        | Done
+        | ProgramRefused
+    )
     plan_time: float
     playback: PlaybackAccount | None = None

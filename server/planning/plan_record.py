@@ -20,13 +20,14 @@ from openpendant.motion.limits import JointLimits
 from openpendant.motion.trajectory import Array, FineSamples, Trajectory
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ..programs.work import RESULTS
 from ..refusal import Refusal
 from .jobs import DryRunFound, DryRunSlice, Planned
 from .recording_job import PlaybackAccount
 from .way_check_job import WayFree
 
 _FOUND: dict[str, TypeAdapter[Any]] = {
-    kind.__name__: TypeAdapter(kind) for kind in (DryRunFound, DryRunSlice, WayFree)
+    kind.__name__: TypeAdapter(kind) for kind in (DryRunFound, DryRunSlice, WayFree, *RESULTS)
 }
 _PLAYBACK = TypeAdapter(PlaybackAccount)
 _ARRAYS = ("times", "position", "velocity", "acceleration", "waypoint_times")

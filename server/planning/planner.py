@@ -25,18 +25,22 @@ from openpendant.motion.tool_speed import ToolSpeedLimit, reduced_speed
 from openpendant.motion.trajectory import Trajectory
 from openpendant.simplemsg.pendant import Motion
 
+from ..programs.work import perform
 from ..refusal import Refusal, refusal_of
 from ..ros.planning import plan_ros_path
 from .block_planning import plan_block_job
+from .dry_run_answer import shortened
 from .dry_run_planning import DryRuns
 from .jobs import (
     BlockJob,
+    DryRunFound,
     DryRunJob,
     Job,
     JointPathJob,
     Planned,
     PoseGoal,
     PoseJob,
+    ProgramJob,
     RosPathJob,
 )
 from .recording_job import PlaybackAccount, RecordingJob
@@ -77,9 +81,13 @@ def answer(robot: str, job: Job) -> Planned:
         be made.
     """
     began = time.perf_counter()
+    if isinstance(job, ProgramJob):
+        return Planned(job.job_id, perform(job.task), time.perf_counter() - began)
     kinematics = kinematics_of(robot)
     if isinstance(job, DryRunJob):
         found = _dry_runs.slice(kinematics, job, lambda: time.perf_counter() - began > _SLICE)
+        if isinstance(found, DryRunFound):
+            found = shortened(found)
         return Planned(job.job_id, found, time.perf_counter() - began)
     if isinstance(job, WayCheckJob):
         return Planned(job.job_id, _looked(kinematics, job), time.perf_counter() - began)

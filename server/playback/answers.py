@@ -13,13 +13,12 @@ from ..store.documents import DocumentKind, Heading
 from ..store.errors import Conflict, StoreError
 from ..store.requests import Answer
 from .operations import Asker
-from .shelf import StoredProgram
 
 MOST_LISTED = 150
 """Programs in one answer."""
 
 
-def conflict(name: str, expected: int, found: StoredProgram) -> Refusal | None:
+def conflict(name: str, expected: int, found: Heading) -> Refusal | None:
     """Return the refusal with both revisions where a change was made from another than is kept."""
     if found.revision == expected:
         return None

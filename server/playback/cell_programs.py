@@ -18,6 +18,7 @@ from .desk import ProgramDesk, ToAll
 from .dry_run_desk import DryRunDesk
 from .library import ProgramLibrary
 from .operations import OPERATION, Asker
+from .program_work import ProgramWork
 from .shelf import ProgramShelf
 from .surroundings import BareSurroundings
 
@@ -49,9 +50,10 @@ class CellPrograms:
             cell_name: name of the cell.
             robot_name: name of the robot.
         """
-        shelf = ProgramShelf(ask, robot_name, cell.limits)
+        self._work = ProgramWork(cell.motions.new_job_id)
+        shelf = ProgramShelf(ask, self._work, robot_name, cell.limits)
         self.desk = ProgramDesk(cell, robot, shelf, BareSurroundings(), to_all)
-        self._library = ProgramLibrary(ask, shelf, cell, robot, robot_name)
+        self._library = ProgramLibrary(ask, shelf, self._work, cell, robot, robot_name)
         self._dry_runs = DryRunDesk(cell, robot, shelf, cell_name)
 
     def operation(self, body: bytes, asker: Asker, now: int) -> list[Outgoing]:
@@ -70,9 +72,10 @@ class CellPrograms:
                 return self._dry_runs.progress(asker)
         return self._library.handle(asked, asker, now)
 
-    def planned(self, planned: Planned) -> list[Outgoing] | None:
+    def planned(self, planned: Planned, now: int) -> list[Outgoing] | None:
         """Take an answer of the planning process; None where it is to a motion."""
-        return self._dry_runs.planned(planned)
+        done = self._work.planned(planned, now)
+        return self._dry_runs.planned(planned) if done is None else done
 
     def closed(self, session: int) -> None:
         """Forget a connection that ended."""

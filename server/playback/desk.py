@@ -230,16 +230,17 @@ class ProgramDesk:
         return []
 
     def tick(self, now: int) -> list[Outgoing]:
-        """Look at the time, the enabling device, and how far the motion has come."""
+        """Read on in what is loaded; look at the time, the enabling device and the motion."""
+        loaded = self._shelf.tick(now)
         current = self._run
         if current is None:
-            return []
+            return loaded
         modes, controller = self._cell.modes, self._cell.mode
         runs = current.runner.status.state is run.RunState.RUNNING
         if runs and not current.motion.is_asked and modes.needs_enabling(controller):
             if not modes.is_enabled(current.by.session, now):
-                return self.abandon(Refusal(VerdictCode.ENABLING_LOST), now)
-        return current.tick(now)
+                return loaded + self.abandon(Refusal(VerdictCode.ENABLING_LOST), now)
+        return loaded + current.tick(now)
 
     def abandon(self, refusal: Refusal, now: int) -> list[Outgoing]:
         """End the run for a reason from outside; the robot is stopped, where it moves for it."""

@@ -1,7 +1,7 @@
 """Dry runs as pendants ask for them: what would happen if a program ran, while nothing moves.
 
 Owns the one dry run of a cell: it goes to the planning process slice by slice, so that motions are
-planned in between, and its findings are cut to what fits an answer.
+planned in between; `planning.dry_run_answer` cuts its findings to what fits an answer.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..outgoing import Outgoing, Plan
 from ..planning.jobs import DryRunFound, DryRunJob, DryRunSlice, Planned
-from ..programs.dry_run_results import DryRun, ToolSample
 from ..programs.linking import Linked
 from ..programs.printer import statement_lines
 from ..refusal import Refusal
@@ -21,12 +20,6 @@ from ..robot_cell import RobotCell
 from ..robot_view import RobotView
 from .operations import Asker
 from .shelf import ProgramShelf
-
-MOST_VERDICTS = 100
-"""Verdicts in an answer, those that refuse first."""
-
-MOST_SAMPLES = 250
-"""Samples of the tool's way in an answer."""
 
 _LONGEST_TEXT = 120
 
@@ -117,14 +110,12 @@ def _told(linked: Linked, found: DryRunFound) -> dict[str, object]:
     """Return the findings as JSON data that fits an answer."""
     run = found.run
     lines = {name: statement_lines(program) for name, program in linked.programs.items()}
-    verdicts = sorted(run.moves, key=lambda verdict: verdict.refusal is None)
-    points = sorted(found.points, key=lambda verdict: verdict.refusal is None)
     return {
         "program": linked.main,
         "duration": run.duration,
         "endless": run.endless,
         "complete": run.complete,
-        "refused": len(run.refusals) + sum(each.refusal is not None for each in found.points),
+        "refused": found.refused,
         "moves": [
             {
                 "program": each.program,
@@ -133,16 +124,23 @@ def _told(linked: Linked, found: DryRunFound) -> dict[str, object]:
                 "zone_used": each.zone_used,
                 **_refused(each.refusal),
             }
-            for each in verdicts[:MOST_VERDICTS]
+            for each in run.moves
         ],
-        "points": [
-            {"point": each.point, **_refused(each.refusal)} for each in points[:MOST_VERDICTS]
+        "scene": [
+            {
+                "program": each.program,
+                "line": lines[each.program][each.index],
+                "does": each.statement.statement,
+                "object": each.statement.scene_object,
+                **_refused(each.refusal),
+            }
+            for each in run.hand_overs
         ],
+        "points": [{"point": each.point, **_refused(each.refusal)} for each in found.points],
         "not_walked": [
-            {"program": name, "line": lines[name][index]}
-            for name, index in run.not_walked[:MOST_VERDICTS]
+            {"program": name, "line": lines[name][index]} for name, index in run.not_walked
         ],
-        "path": [[round(value, 6) for value in sample] for sample in _thinned(run)],
+        "path": [[round(value, 6) for value in sample] for sample in run.path],
     }
 
 
@@ -150,12 +148,3 @@ def _refused(refusal: Refusal | None) -> dict[str, object]:
     if refusal is None:
         return {"reachable": True}
     return {"reachable": False, "code": int(refusal.code), "text": refusal.sentence[:_LONGEST_TEXT]}
-
-
-def _thinned(run: DryRun) -> list[ToolSample]:
-    """Return some samples of the tool's way, its end among them."""
-    every = -(-len(run.path) // MOST_SAMPLES) or 1
-    chosen = list(run.path[::every])
-    if run.path and chosen[-1] != run.path[-1]:
-        chosen.append(run.path[-1])
-    return chosen

@@ -21,6 +21,7 @@ from ..programs.editing import Edit
 from ..programs.errors import ProgramError, ProgramSyntaxError
 from ..programs.program import MOST_STATEMENTS
 from ..programs.statements import Move
+from ..programs.work import ProgramRefused
 from ..refusal import Refusal
 
 PREFIX = "programs."
@@ -246,6 +247,12 @@ class Asker:
         if isinstance(error, ProgramSyntaxError):
             return self.refuse(error.refusal, line=error.line, column=error.column)
         return self.refuse(error.refusal)
+
+    def refuse_work(self, refused: ProgramRefused) -> list[Outgoing]:
+        """As `refuse_program`, of what was wrong where a task was done."""
+        if refused.line is None:
+            return self.refuse(refused.refusal)
+        return self.refuse(refused.refusal, line=refused.line, column=refused.column)
 
     def _reply(self, fields: dict[str, Any], code: ReplyCode) -> list[Outgoing]:
         body = json.dumps(fields, ensure_ascii=False, separators=(",", ":")).encode()

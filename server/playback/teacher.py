@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..programs.editing import RecordPoint, TouchUp
-from ..programs.history import History
 from ..programs.points import TeachPoint
 from ..programs.program import Program, check_robot
 from ..refusal import Refusal
@@ -42,32 +41,42 @@ class Teacher:
         self._robot = robot
         self._robot_name = robot_name
 
-    def record(self, history: History, asked: op.RecordPoint, now: int) -> History:
-        """Return the history after a point was added where the robot stands.
+    def record(self, head: Program, asked: op.RecordPoint, now: int) -> RecordPoint:
+        """Return the edit that adds a point where the robot stands.
+
+        Args:
+            head: the program; of its points one is enough, of its statements none.
+            asked: what to add.
+            now: monotonic time, ns.
 
         Raises:
             NotTaught: it moves, or nobody knows where it is.
-            ProgramError: the program is of another robot, or the edit is refused.
+            ProgramError: the program is of another robot, or the name is refused.
         """
-        point = replace(self._taught(history.present, asked.point, now), comment=asked.comment)
-        return history.edited(RecordPoint(point, asked.move, asked.at))
+        point = replace(self._taught(head, asked.point, now), comment=asked.comment)
+        return RecordPoint(point, asked.move, asked.at)
 
-    def touch_up(self, history: History, asked: op.TouchUpPoint, now: int) -> History:
-        """Return the history after a point was put where the robot stands.
+    def touch_up(self, head: Program, asked: op.TouchUpPoint, now: int) -> TouchUp:
+        """Return the edit that puts a point where the robot stands.
+
+        Args:
+            head: the program; of its points the one in question is enough.
+            asked: which point.
+            now: monotonic time, ns.
 
         Raises:
             NotTaught: it moves, or nobody knows where it is.
             ProgramError: as of `record`, or there is no such point.
         """
-        before = history.present.point(asked.point).pose
+        before = head.point(asked.point).pose
         point = self._taught(
-            history.present,
+            head,
             asked.point,
             now,
             frame=None if before is None else before.frame,
             tool=None if before is None else before.tool,
         )
-        return history.edited(TouchUp(point.name, point.joints, point.pose, point.configuration))
+        return TouchUp(point.name, point.joints, point.pose, point.configuration)
 
     def _taught(
         self,

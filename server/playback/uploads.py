@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from ..programs.document import MOST_JSON_BYTES
 from ..programs.errors import BadValue, ProgramTooLarge
+from ..programs.tokens import MOST_BYTES
 from .operations import SaveProgram
 
 
@@ -50,8 +51,9 @@ class Uploads:
             raise BadValue("the part", f"{text} in its turn")
         upload.bodies.append(asked.body)
         upload.characters += len(asked.body)
-        if upload.characters > MOST_JSON_BYTES:
-            raise ProgramTooLarge("characters of a program", upload.characters, MOST_JSON_BYTES)
+        most = MOST_BYTES if asked.format == "text" else MOST_JSON_BYTES
+        if upload.characters > most:
+            raise ProgramTooLarge("characters of a program", upload.characters, most)
         if asked.part == asked.parts:
             return "".join(upload.bodies)
         self._under_way[session] = upload

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from .errors import BadBlocks
-from .statements import Else, End, IfFlag, IfInput, Loop, Statement
+from .statements import Else, End, IfFlag, IfInput, Loop, Move, Statement
 
 DEEPEST_NESTING = 32
 """Blocks inside blocks."""
@@ -62,6 +62,8 @@ def blocks_of(statements: Sequence[Statement]) -> Blocks:
     opened: list[int] = []
     for index, statement in enumerate(statements):
         match statement:
+            case Move():
+                pass  # Most statements are, and a long program is asked for its blocks in one go.
             case Loop() | IfInput() | IfFlag():
                 if len(opened) == DEEPEST_NESTING:
                     problem = f"the block is number {DEEPEST_NESTING + 1} inside of each other"

@@ -9,7 +9,16 @@ import math
 from collections.abc import Sequence
 
 from .errors import ProgramSyntaxError, excerpt
-from .quantities import LONGEST_NUMBER, UNITS, Dimension, is_number, read_number, to_si, units_of
+from .quantities import (
+    LONGEST_NUMBER,
+    UNITS,
+    Dimension,
+    is_number,
+    read_number,
+    to_si,
+    unit_words,
+    units_of,
+)
 from .tokens import Line, Word
 
 _SHAPE_OF_A_NUMBER = "a number with a decimal dot"
@@ -20,14 +29,14 @@ class Clauses:
 
     def __init__(self, line: Line, file: str) -> None:
         self._line = line
+        self._words = line.words
         self._file = file
         self._place = 0
 
     @property
     def next(self) -> Word | None:
         """The next word; None at the end of the line."""
-        words = self._line.words
-        return words[self._place] if self._place < len(words) else None
+        return self._words[self._place] if self._place < len(self._words) else None
 
     def at_keyword(self, *keywords: str) -> bool:
         """Tell whether the next word is one of some keywords."""
@@ -94,9 +103,8 @@ class Clauses:
         while self.at_number() or not found:
             numbers = [self._number()]
             while self.at_number():
-                numbers.append(self._number())
-            accepted = f"{_SHAPE_OF_A_NUMBER}, or {units_of(*dimensions)}"
-            unit = self._unit(dimensions, accepted)
+                numbers.append(self.take(""))
+            unit = self._unit(dimensions, f"{_SHAPE_OF_A_NUMBER}, or {units_of(*dimensions)}")
             found += [
                 (self._finite(to_si(each.text, unit), each), UNITS[unit].dimension)
                 for each in numbers
@@ -121,9 +129,8 @@ class Clauses:
             raise self.refuse(_SHAPE_OF_A_NUMBER)
         return self.take("")
 
-    def _unit(self, dimensions: Sequence[Dimension], accepted: str) -> str:
-        words = [word for word, unit in UNITS.items() if unit.dimension in dimensions]
-        if not self.at_keyword(*words):
+    def _unit(self, dimensions: tuple[Dimension, ...], accepted: str) -> str:
+        if not self.at_keyword(*unit_words(*dimensions)):
             raise self.refuse(accepted)
         return self.take("").text
 

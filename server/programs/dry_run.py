@@ -10,28 +10,42 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from openpendant.motion.scene import Scene
+
 from ..refusal import Refusal
-from .dry_run_results import ENDLESS_PASSES, DryRun, PlanBlock, PointVerdict
+from .dry_run_results import ENDLESS_PASSES, DryRun, PlanBlock, PointVerdict, Rearrange
 from .dry_walk import Walker
 from .linking import Linked
 from .points import JointVector, TeachPoint
 from .program import Program
-from .statements import Loop, Move
+from .statements import Attach, Detach, Loop, Move
 
 MOST_WALKS = 64
 """Walks until every branch was taken; conditions inside of conditions need several."""
 
 
-def dry_run(linked: Linked, start: JointVector, plan: PlanBlock) -> DryRun:
+def _as_it_is(scene: Scene, _: Attach | Detach, __: JointVector) -> Scene:
+    return scene
+
+
+def dry_run(
+    linked: Linked,
+    start: JointVector,
+    plan: PlanBlock,
+    scene: Scene | None = None,
+    rearrange: Rearrange = _as_it_is,
+) -> DryRun:
     """Walk through a program.
 
     Args:
         linked: the program with all that it calls.
         start: (n,) where the robot stands at the start [rad or m].
-        plan: the planner; asked once for each block and start.
+        plan: the planner; asked once for each block, start and scene.
+        scene: what stands around at the start; None to check nothing.
+        rearrange: tells what comes of a statement that changes the scene.
     """
     bounded, endless = _bounded(linked)
-    walker = Walker(bounded, plan)
+    walker = Walker(bounded, plan, scene, rearrange)
     first = walker.walk(start)
     ended = first.ended
     for _ in range(MOST_WALKS - 1):
@@ -51,6 +65,7 @@ def dry_run(linked: Linked, start: JointVector, plan: PlanBlock) -> DryRun:
         path=tuple(first.path),
         moves=tuple(walker.verdicts[key] for key in sorted(walker.verdicts)),
         not_walked=tuple(sorted(moves - walker.verdicts.keys())),
+        hand_overs=tuple(walker.hand_overs[key] for key in sorted(walker.hand_overs)),
     )
 
 

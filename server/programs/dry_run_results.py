@@ -6,9 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from openpendant.motion.scene import Scene
+
 from ..refusal import Refusal
 from .motion_blocks import MotionBlock
 from .points import JointVector
+from .statements import Attach, Detach
 
 ENDLESS_PASSES = 2
 """Passes of an endless loop: into it, and from its end to its beginning."""
@@ -45,8 +48,11 @@ class BlockRefused:
     refusal: Refusal
 
 
-PlanBlock: TypeAlias = Callable[[JointVector, MotionBlock], BlockPlan | BlockRefused]
-"""Plans a block from where the robot stands."""
+PlanBlock: TypeAlias = Callable[[JointVector, MotionBlock, Scene | None], BlockPlan | BlockRefused]
+"""Plans a block from where the robot stands, in a scene; None to check nothing."""
+
+Rearrange: TypeAlias = Callable[[Scene, Attach | Detach, JointVector], Scene | Refusal]
+"""Returns the scene after an object changed hands where the robot stands, or why it cannot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +75,23 @@ class MoveVerdict:
 
 
 @dataclass(frozen=True, slots=True)
+class HandOver:
+    """What was found about one statement that changes the scene.
+
+    Attributes:
+        program: name of its program.
+        index: its number, from 0.
+        statement: what changes hands, and how.
+        refusal: why it cannot; None where it can.
+    """
+
+    program: str
+    index: int
+    statement: Attach | Detach
+    refusal: Refusal | None
+
+
+@dataclass(frozen=True, slots=True)
 class DryRun:
     """What a walk through a program found.
 
@@ -80,6 +103,8 @@ class DryRun:
         path: the tool's way in the first walk; times from the start of the run [s].
         moves: a verdict for every statement that was walked, in order of program and number.
         not_walked: the moves that no walk came to, as program and number.
+        hand_overs: the statements that were walked and change the scene, in order of program and
+            number.
     """
 
     duration: float
@@ -88,11 +113,13 @@ class DryRun:
     path: tuple[ToolSample, ...]
     moves: tuple[MoveVerdict, ...]
     not_walked: tuple[tuple[str, int], ...]
+    hand_overs: tuple[HandOver, ...] = ()
 
     @property
-    def refusals(self) -> tuple[MoveVerdict, ...]:
-        """The moves that cannot be run."""
-        return tuple(verdict for verdict in self.moves if verdict.refusal is not None)
+    def refusals(self) -> tuple[MoveVerdict | HandOver, ...]:
+        """The statements that cannot be run."""
+        found: tuple[MoveVerdict | HandOver, ...] = (*self.moves, *self.hand_overs)
+        return tuple(verdict for verdict in found if verdict.refusal is not None)
 
 
 @dataclass(frozen=True, slots=True)

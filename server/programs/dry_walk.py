@@ -1,7 +1,8 @@
 """One walk through a program after the other, each time where there was none yet.
 
 Owns the walk: loops are unrolled up to a bound, an input or a flag has the value that leads where
-the walks have been least, and every block of moves is planned once from each start.
+the walks have been least, and every block of moves is planned once from each start in each scene:
+what the tool takes it carries from there on, and what it leaves stays there.
 """
 
 from __future__ import annotations
@@ -9,16 +10,29 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import replace
 
+from openpendant.motion.scene import Scene
+
 from ..refusal import Refusal
 from .control_flow import ControlFlow, Position
-from .dry_run_results import BlockPlan, BlockRefused, MoveVerdict, PlanBlock, ToolSample
+from .dry_run_results import (
+    BlockPlan,
+    BlockRefused,
+    HandOver,
+    MoveVerdict,
+    PlanBlock,
+    Rearrange,
+    ToolSample,
+)
 from .linking import Linked
 from .motion_blocks import BlockMove, Gatherer, MotionBlock
 from .points import JointVector
-from .statements import IfFlag, IfInput, Move, Wait
+from .statements import Attach, Detach, IfFlag, IfInput, Move, Wait
 
 MOST_STATEMENTS_WALKED = 20_000
 """Statements of one walk, loops unrolled."""
+
+MOST_HAND_OVERS = 100
+"""Objects taken and left in one walk; each makes another scene, in which all is planned anew."""
 
 MOST_SAMPLES = 50_000
 """Samples of the tool's way that are kept of one walk."""
@@ -33,10 +47,14 @@ class Walk:
         path: the tool's way, up to `MOST_SAMPLES`.
         ended: whether it came to the end of the program.
         moved: whether the robot is at a point of the program.
+        scene: what stands around now; None to check nothing.
+        hand_overs: how often an object changed hands.
     """
 
-    def __init__(self, start: JointVector) -> None:
+    def __init__(self, start: JointVector, scene: Scene | None) -> None:
         self.joints = start
+        self.scene = scene
+        self.hand_overs = 0
         self.time = 0.0
         self.path: list[ToolSample] = []
         self.ended = False
@@ -47,17 +65,25 @@ class Walker:
     """Walks, each time where it has been least.
 
     Attributes:
-        verdicts: what was found, by program and number.
+        verdicts: what was found about moves, by program and number.
+        hand_overs: likewise about what changes the scene.
         untaken: the branches that no walk took yet.
     """
 
-    def __init__(self, linked: Linked, plan: PlanBlock) -> None:
+    def __init__(
+        self, linked: Linked, plan: PlanBlock, scene: Scene | None, rearrange: Rearrange
+    ) -> None:
         self._flow = ControlFlow(linked)
         self._gatherer = Gatherer(self._flow)
         self._ask = plan
-        self._plans: dict[tuple[JointVector, MotionBlock], BlockPlan | BlockRefused] = {}
+        self._scene = scene
+        self._rearrange = rearrange
+        self._plans: dict[
+            tuple[JointVector, MotionBlock, Scene | None], BlockPlan | BlockRefused
+        ] = {}
         self._taken: Counter[tuple[str, int, bool]] = Counter()
         self.verdicts: dict[tuple[str, int], MoveVerdict] = {}
+        self.hand_overs: dict[tuple[str, int], HandOver] = {}
         self.untaken = {
             (name, index, holds)
             for name, program in linked.programs.items()
@@ -68,11 +94,13 @@ class Walker:
 
     def walk(self, start: JointVector) -> Walk:
         """Walk from the start of the program to its end, or to the bound."""
-        walk = Walk(start)
+        walk = Walk(start, self._scene)
         position = self._flow.start()
         for _ in range(MOST_STATEMENTS_WALKED):
             if not position:
                 walk.ended = True
+                break
+            if walk.hand_overs > MOST_HAND_OVERS:
                 break
             position = self._pass(position, walk)
         return walk
@@ -86,6 +114,8 @@ class Walker:
                 return self._flow.branch(position, self._choice(position))
             case Wait(duration):
                 walk.time += duration
+            case Attach() | Detach():
+                self._hand_over(position, statement, walk)
         behind = self._flow.after(position, {})
         if behind is None:
             raise AssertionError("conditions on flags are branched above")
@@ -101,6 +131,20 @@ class Walker:
         self.untaken.discard((level.program, level.index, choice))
         return choice
 
+    def _hand_over(self, position: Position, statement: Attach | Detach, walk: Walk) -> None:
+        """Let an object change hands; where it cannot, all stays as it was."""
+        if walk.scene is None:
+            return
+        key = position[-1].program, position[-1].index
+        found = self._rearrange(walk.scene, statement, walk.joints)
+        refusal = found if isinstance(found, Refusal) else None
+        if not isinstance(found, Refusal):
+            walk.scene = found
+            walk.hand_overs += 1
+        before = self.hand_overs.get(key)
+        first = refusal if before is None else before.refusal or refusal
+        self.hand_overs[key] = HandOver(*key, statement, first)
+
     def _pass_moves(self, position: Position, walk: Walk) -> Position:
         if walk.moved:
             gathered = self._gatherer.block(position, _nowhere)
@@ -115,9 +159,9 @@ class Walker:
         moves = block.moves
         while moves:
             rest = replace(block, moves=moves)
-            key = (walk.joints, rest)
+            key = (walk.joints, rest, walk.scene)
             if key not in self._plans:
-                self._plans[key] = self._ask(walk.joints, rest)
+                self._plans[key] = self._ask(*key)
             found = self._plans[key]
             if isinstance(found, BlockPlan):
                 self._note_path(found, walk)

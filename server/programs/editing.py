@@ -17,6 +17,9 @@ from .points import CLOSED, ArmConfiguration, JointVector, PointPose, TeachPoint
 from .program import Program
 from .statements import Move
 
+MOST_INSERTED = 200
+"""Statements that one edit inserts; the event loop reads each of them."""
+
 _T = TypeVar("_T")
 
 
@@ -101,7 +104,7 @@ class InsertStatements:
     __pydantic_config__: ClassVar[ConfigDict] = CLOSED
 
     edit: Literal["insert"] = field(default="insert", kw_only=True, repr=False)
-    statements: tuple[AnyStatement, ...]
+    statements: Annotated[tuple[AnyStatement, ...], Field(max_length=MOST_INSERTED)]
     at: int | None = None
 
 

@@ -57,12 +57,15 @@ def _relinked(main: str, sources: tuple[tuple[str, str], ...]) -> Linked:
     return Linked(main, programs, dict(sources))
 
 
-def link(program: Program, resolve: ResolveCall) -> Linked:
+def link(
+    program: Program, resolve: ResolveCall, sources: Mapping[str, str] | None = None
+) -> Linked:
     """Return a program with all that it calls.
 
     Args:
         program: the one to run.
         resolve: gives the others; asked once for each.
+        sources: the JSON of each program, where it is known.
 
     Raises:
         ProgramUnknown: a program that is called is not there.
@@ -90,7 +93,8 @@ def link(program: Program, resolve: ResolveCall) -> Linked:
             programs[name] = called
             waiting.append(called)
     _check_depth(program.name, programs)
-    return Linked(program.name, programs)
+    known = sources or {}
+    return Linked(program.name, programs, {name: known[name] for name in programs if name in known})
 
 
 def _check_depth(main: str, programs: Mapping[str, Program]) -> None:

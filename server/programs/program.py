@@ -68,18 +68,20 @@ class Program:
         if len(self.point_by_name) != len(self.points):
             names = [point.name for point in self.points]
             raise PointExists(next(name for name in names if names.count(name) > 1))
+        first = len(self.points[0].joints) if self.points else 0
         for point in self.points:
-            count, first = len(point.joints), len(self.points[0].joints)
+            count = len(point.joints)
             if count != first:
                 text = f"has {count} joints; accepted: {first}, as the first point"
                 raise BadValue(f"point {point.name}", text)
 
     def _check_statements(self) -> None:
+        known = self.point_by_name
         for index, statement in enumerate(self.statements):
-            if isinstance(statement, Move):
+            if isinstance(statement, Move) and (statement.via or statement.point not in known):
                 for name in statement.points:
-                    if name not in self.point_by_name:
-                        raise PointUnknown(name, tuple(self.point_by_name), index)
+                    if name not in known:
+                        raise PointUnknown(name, tuple(known), index)
         _ = self.blocks  # raises where one does not close
 
     @cached_property
@@ -92,7 +94,7 @@ class Program:
         """The points by their names."""
         return {point.name: point for point in self.points}
 
-    @property
+    @cached_property
     def calls(self) -> tuple[tuple[int, str], ...]:
         """The statements that call a program, each with the program's name."""
         return tuple(

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Context, Decimal
 from enum import Enum
+from functools import cache
 
 LONGEST_NUMBER = 40
 """Characters of a number."""
@@ -62,9 +63,16 @@ UNITS: Mapping[str, Unit] = {
 """Every unit word of the grammar; those of one dimension stand together."""
 
 
+@cache
+def unit_words(*dimensions: Dimension) -> tuple[str, ...]:
+    """Return the unit words of some dimensions."""
+    return tuple(word for word, unit in UNITS.items() if unit.dimension in dimensions)
+
+
+@cache
 def units_of(*dimensions: Dimension) -> str:
     """Return the unit words of some dimensions, for a message."""
-    return " or ".join(word for word, unit in UNITS.items() if unit.dimension in dimensions)
+    return " or ".join(unit_words(*dimensions))
 
 
 def is_number(text: str) -> bool:

@@ -1,7 +1,7 @@
 """The difference between two texts as one stretch that is replaced by another.
 
-Owns how it is found, made and taken back. What it costs does not grow with what a text means: nothing
-is parsed, so it may be applied on an event loop.
+Owns how it is found, made and taken back. Nothing is parsed for that, so it may be done on an event
+loop.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from .errors import ProgramSyntaxError, ProgramTooLarge, excerpt
 
@@ -19,10 +20,11 @@ LONGEST_LINE = 4_096
 """Characters of a line."""
 
 _WORD = re.compile(r'"([^"]*)"|([^\s"#]+)')
+_PLAIN = re.compile(r"[ !$-~]+")
+_BARE = re.compile(r"[^ ]+")
 
 
-@dataclass(frozen=True, slots=True)
-class Word:
+class Word(NamedTuple):
     """One word.
 
     Attributes:
@@ -98,6 +100,10 @@ def lines_of(text: str, file: str) -> Iterator[Line]:
 
 
 def _split(line: str, number: int, file: str) -> Line:
+    if _PLAIN.fullmatch(line):
+        # Without names in quotation marks, comments and tabs, as nearly all lines of a long text.
+        plain = tuple(Word(found[0], found.start() + 1) for found in _BARE.finditer(line))
+        return Line(number, plain, None, 0, len(line.rstrip(" ")) + 1)
     words: list[Word] = []
     place = end = 0
     while place < len(line):

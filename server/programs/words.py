@@ -7,6 +7,7 @@ the text form needs no escapes.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 from ..store.documents import check_name as check_document_name
 from ..store.errors import BadName
@@ -30,11 +31,17 @@ def check_name(name: str, what: str) -> None:
         ProgramNameRefused: it cannot be a name.
     """
     try:
-        check_document_name(name)
+        _check_words(name)
     except BadName as error:
         raise ProgramNameRefused(what, error.problem) from None
     if '"' in name:
         raise ProgramNameRefused(what, 'holds a quotation mark; accepted: a name without "')
+
+
+@lru_cache(maxsize=8_192)
+def _check_words(name: str) -> None:
+    """Check a name once; the moves of a program name each point many times."""
+    check_document_name(name)
 
 
 def check_comment_line(text: str, what: str = "the comment") -> None:

@@ -27,7 +27,7 @@ MOST_JSON_AT_ONCE = 12_288
 """The same of its JSON, which is read in a tenth of the time."""
 
 PACK = 50
-"""Points or statements in one piece of an unpacked program; a piece is read within a millisecond."""
+"""Points or statements in one piece of an unpacked program, which is read in a millisecond."""
 
 Form: TypeAlias = Literal["text", "json"]
 

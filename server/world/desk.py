@@ -25,6 +25,7 @@ from ..playback.operations import Asker
 from ..refusal import Refusal, refusal_of
 from ..robot_cell import RobotCell
 from ..store.documents import DocumentKind
+from . import device_operations as device
 from . import operations as op
 from .documents import scene_from_json, with_frames
 from .robot_surroundings import RobotSurroundings
@@ -68,17 +69,17 @@ class WorldDesk:
         match asked:
             case op.ShowFrames() | op.TeachFrame() | op.TransformPose() | op.CalibrateTool():
                 return self._frame_question(asked, asker, now)
-            case op.ShowScene() | op.NearestBodies() | op.ShowTrace() | op.ClearTrace():
+            case op.ShowScene() | op.NearestBodies() | device.ShowTrace() | device.ClearTrace():
                 return self._scene_question(asked, asker)
-            case op.ListRobots() | op.DescribeRobot() | op.LoadRobot():
+            case device.ListRobots() | device.DescribeRobot() | device.LoadRobot():
                 return self._robot(asked, asker)
-            case op.ReadAllSignals():
+            case device.ReadAllSignals():
                 return asker.answer(
                     offered=self._signals.is_offered,
                     inputs=self._signals.inputs,
                     outputs=self._signals.outputs,
                 )
-            case op.SetSignal():
+            case device.SetSignal():
                 return self._set_signal(asked, asker, now)
             case (
                 op.AddObject()
@@ -139,7 +140,9 @@ class WorldDesk:
                 )
 
     def _scene_question(
-        self, asked: op.ShowScene | op.NearestBodies | op.ShowTrace | op.ClearTrace, asker: Asker
+        self,
+        asked: op.ShowScene | op.NearestBodies | device.ShowTrace | device.ClearTrace,
+        asker: Asker,
     ) -> Refusal | list[Outgoing]:
         match asked:
             case op.ShowScene():
@@ -159,24 +162,24 @@ class WorldDesk:
                     first_point=found.first_point.tolist(),
                     second_point=found.second_point.tolist(),
                 )
-            case op.ShowTrace(first=first):
+            case device.ShowTrace(first=first):
                 points = self._trace.points
                 shown = points[first : first + _POINTS_OF_AN_ANSWER]
                 return asker.answer(points=shown, total=len(points))
-            case op.ClearTrace():
+            case device.ClearTrace():
                 self._trace.clear()
                 return asker.answer()
 
     def _robot(
-        self, asked: op.ListRobots | op.DescribeRobot | op.LoadRobot, asker: Asker
+        self, asked: device.ListRobots | device.DescribeRobot | device.LoadRobot, asker: Asker
     ) -> Refusal | list[Outgoing]:
         own = self._robot_name
         match asked:
-            case op.ListRobots():
+            case device.ListRobots():
                 return asker.answer(robots=robot_names(), loaded=own)
-            case op.DescribeRobot(name=name) if name in (None, own):
+            case device.DescribeRobot(name=name) if name in (None, own):
                 return asker.answer(**self._view.specification)
-            case op.LoadRobot(name=name) if name == own:
+            case device.LoadRobot(name=name) if name == own:
                 return asker.answer(loaded=own)
         known = asked.name in robot_names()
         text = f"this cell has {own!r}" + ("" if known else f"; no robot is called {asked.name!r}")
@@ -184,7 +187,9 @@ class WorldDesk:
 
     # Changes.
 
-    def _set_signal(self, asked: op.SetSignal, asker: Asker, now: int) -> Refusal | list[Outgoing]:
+    def _set_signal(
+        self, asked: device.SetSignal, asker: Asker, now: int
+    ) -> Refusal | list[Outgoing]:
         def done(refusal: Refusal | None, at: int) -> list[Outgoing]:
             return asker.answer() if refusal is None else asker.refuse(refusal)
 

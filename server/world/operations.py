@@ -1,4 +1,4 @@
-"""The management requests about frames, tools, scene, signals, the robot and its trace, as JSON.
+"""The management requests about frames, tools and scene, as JSON, and the table of all of a world.
 
 Owns the fields of each request; what a request does is told by `desk`. Poses are position [m]
 and quaternion x, y, z, w. Every change names the revision that it was made from.
@@ -11,6 +11,17 @@ from typing import Annotated, Any, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from openpendant.motion.pose import Pose
+
+from .device_operations import (
+    ClearTrace,
+    DescribeRobot,
+    ListRobots,
+    LoadRobot,
+    Operation,
+    ReadAllSignals,
+    SetSignal,
+    ShowTrace,
+)
 
 PREFIXES = ("frames.", "tools.", "scene.", "signals.", "robots.", "trace.")
 
@@ -37,17 +48,13 @@ class PlacedPose(BaseModel):
         return Pose.from_values(self.position, self.orientation)
 
 
-class _Operation(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
-
-
-class ShowFrames(_Operation):
+class ShowFrames(Operation):
     """Asks for all frames and tools, which tool is selected, and the revisions."""
 
     op: Literal["frames.show"]
 
 
-class AddFrame(_Operation):
+class AddFrame(Operation):
     """Adds a user frame."""
 
     op: Literal["frames.add"]
@@ -57,7 +64,7 @@ class AddFrame(_Operation):
     expected_revision: Revision
 
 
-class MoveFrame(_Operation):
+class MoveFrame(Operation):
     """Puts a user frame elsewhere."""
 
     op: Literal["frames.move"]
@@ -67,7 +74,7 @@ class MoveFrame(_Operation):
     expected_revision: Revision
 
 
-class RenameFrame(_Operation):
+class RenameFrame(Operation):
     """Gives a user frame another name."""
 
     op: Literal["frames.rename"]
@@ -76,7 +83,7 @@ class RenameFrame(_Operation):
     expected_revision: Revision
 
 
-class RemoveFrame(_Operation):
+class RemoveFrame(Operation):
     """Removes a user frame from which no other hangs."""
 
     op: Literal["frames.remove"]
@@ -84,7 +91,7 @@ class RemoveFrame(_Operation):
     expected_revision: Revision
 
 
-class TeachFrame(_Operation):
+class TeachFrame(Operation):
     """Asks for the frame of three points (origin, on x, on the side of y) or four.
 
     Keeps nothing: the frame found is added, where it is good, by `frames.add`.
@@ -95,7 +102,7 @@ class TeachFrame(_Operation):
     """In base, m."""
 
 
-class TransformPose(_Operation):
+class TransformPose(Operation):
     """Asks where a pose of one frame is in another, now or at a time in the last ten seconds."""
 
     op: Literal["frames.transform"]
@@ -105,7 +112,7 @@ class TransformPose(_Operation):
     seconds_ago: Annotated[float, Field(ge=0, le=10)] = 0.0
 
 
-class ImportFrames(_Operation):
+class ImportFrames(Operation):
     """Replaces user frames, or tools, by those of a file's content."""
 
     op: Literal["frames.import", "tools.import"]
@@ -113,7 +120,7 @@ class ImportFrames(_Operation):
     expected_revision: Revision
 
 
-class AddTool(_Operation):
+class AddTool(Operation):
     """Adds a tool: its centre point in the flange."""
 
     op: Literal["tools.add"]
@@ -122,7 +129,7 @@ class AddTool(_Operation):
     expected_revision: Revision
 
 
-class MoveTool(_Operation):
+class MoveTool(Operation):
     """Gives a tool another centre point."""
 
     op: Literal["tools.move"]
@@ -131,7 +138,7 @@ class MoveTool(_Operation):
     expected_revision: Revision
 
 
-class RemoveTool(_Operation):
+class RemoveTool(Operation):
     """Removes a tool that is not selected."""
 
     op: Literal["tools.remove"]
@@ -139,7 +146,7 @@ class RemoveTool(_Operation):
     expected_revision: Revision
 
 
-class SelectTool(_Operation):
+class SelectTool(Operation):
     """Selects a tool; null for the bare flange. In force once it is answered."""
 
     op: Literal["tools.select"]
@@ -147,7 +154,7 @@ class SelectTool(_Operation):
     expected_revision: Revision
 
 
-class CalibrateTool(_Operation):
+class CalibrateTool(Operation):
     """Asks for the tool centre point from joint positions that touch one point; keeps nothing."""
 
     op: Literal["tools.calibrate"]
@@ -155,13 +162,13 @@ class CalibrateTool(_Operation):
     """Joints, controller side, rad or m."""
 
 
-class ShowScene(_Operation):
+class ShowScene(Operation):
     """Asks for the scene as a file's content, and its revision."""
 
     op: Literal["scene.show"]
 
 
-class AddObject(_Operation):
+class AddObject(Operation):
     """Adds an object, also while the robot moves."""
 
     op: Literal["scene.add"]
@@ -170,7 +177,7 @@ class AddObject(_Operation):
     expected_revision: Revision
 
 
-class RemoveObject(_Operation):
+class RemoveObject(Operation):
     """Removes an object."""
 
     op: Literal["scene.remove"]
@@ -178,7 +185,7 @@ class RemoveObject(_Operation):
     expected_revision: Revision
 
 
-class MoveObject(_Operation):
+class MoveObject(Operation):
     """Puts an object elsewhere in base."""
 
     op: Literal["scene.move"]
@@ -187,7 +194,7 @@ class MoveObject(_Operation):
     expected_revision: Revision
 
 
-class AllowContact(_Operation):
+class AllowContact(Operation):
     """Lets two bodies touch, or not any more."""
 
     op: Literal["scene.allow", "scene.forbid"]
@@ -196,7 +203,7 @@ class AllowContact(_Operation):
     expected_revision: Revision
 
 
-class AttachObject(_Operation):
+class AttachObject(Operation):
     """Lets a link take an object where both are now, or leaves it there."""
 
     op: Literal["scene.attach", "scene.detach"]
@@ -206,7 +213,7 @@ class AttachObject(_Operation):
     expected_revision: Revision
 
 
-class ImportScene(_Operation):
+class ImportScene(Operation):
     """Replaces the scene by that of a file's content."""
 
     op: Literal["scene.import"]
@@ -214,58 +221,10 @@ class ImportScene(_Operation):
     expected_revision: Revision
 
 
-class NearestBodies(_Operation):
+class NearestBodies(Operation):
     """Asks which two bodies are nearest to each other now, and how near."""
 
     op: Literal["scene.nearest"]
-
-
-class ReadAllSignals(_Operation):
-    """Asks for all inputs and outputs."""
-
-    op: Literal["signals.read"]
-
-
-class SetSignal(_Operation):
-    """Gives an output a value; answered once the controller has done it."""
-
-    op: Literal["signals.set"]
-    output: int
-    value: bool
-
-
-class ListRobots(_Operation):
-    """Asks which robots the server knows, and which one this cell has."""
-
-    op: Literal["robots.list"]
-
-
-class DescribeRobot(_Operation):
-    """Asks for a robot's specification; this cell's where no name is given."""
-
-    op: Literal["robots.describe"]
-    name: str | None = None
-
-
-class LoadRobot(_Operation):
-    """Asks that this cell has a certain robot; refused unless it has it already."""
-
-    op: Literal["robots.load"]
-    name: str
-
-
-class ShowTrace(_Operation):
-    """Asks for the way of the tool since the trace was cleared."""
-
-    op: Literal["trace.show"]
-    first: Annotated[int, Field(ge=0)] = 0
-    """Points to leave out at the beginning."""
-
-
-class ClearTrace(_Operation):
-    """Forgets the way of the tool."""
-
-    op: Literal["trace.clear"]
 
 
 WorldOperation: TypeAlias = (

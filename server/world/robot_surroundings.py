@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from ..planning.jobs import PoseGoal
-from .world import WorldView
+from .world_view import WorldView
 
 if TYPE_CHECKING:
     from openpendant.motion.collision import Proximity

@@ -9,11 +9,10 @@ mathematics are behind `WorldView`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol, TypeAlias
+from typing import TypeAlias
 
 from openpendant.motion.errors import FrameInUse, MotionError
 from openpendant.motion.frames import FrameTree
-from openpendant.motion.pose import Pose
 from openpendant.motion.scene import Scene
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -24,48 +23,9 @@ from ..store.documents import Document, DocumentKind, Heading
 from ..store.errors import NotFound, StoreError
 from ..store.questions import AskStore
 from ..store.requests import Answer, Load, Save
+from .carrying import left, taken
 from .documents import WORLD_KINDS, document_of, scene_from_json, with_frames
-
-
-class WorldView(Protocol):
-    """What the world needs of the robot's mathematics.
-
-    Attributes:
-        frames: the named frames and tools in force.
-        scene: what stands around, in force.
-    """
-
-    frames: FrameTree
-    scene: Scene
-
-    @property
-    def flange_link(self) -> str:
-        """Name of the link that tools are bolted to."""
-
-    def surround(self, frames: FrameTree, scene: Scene) -> None:
-        """Let frames, tools and scene rule from now on.
-
-        Raises:
-            MotionError: the scene does not fit the robot; all stays as it was.
-        """
-
-    def flange(self, position: JointVector) -> Pose:
-        """Return the flange in the base frame at (n,) joints."""
-
-    def link_pose(self, position: JointVector, link: str) -> Pose:
-        """Return a link of the robot in the base frame at (n,) joints.
-
-        Raises:
-            FrameUnknown: there is no such link.
-        """
-
-
-class Ground(Protocol):
-    """What the world needs to know of the cell."""
-
-    def under_way(self) -> str:
-        """Return what is planned or moves, in words; empty where nothing is."""
-
+from .world_view import Ground, WorldView
 
 Told: TypeAlias = Callable[[int | Refusal, int], list[Outgoing]]
 """Takes the new revision of a document, or why it was not changed, and the time."""
@@ -225,20 +185,17 @@ class World:
         The document of the scene is not changed: after a restart all stands where it was taught.
         """
         link = self._view.flange_link
-
-        def taken(scene: Scene) -> Scene:
-            return scene.attach(name, link, self._view.link_pose(at, link), touching=(link,))
-
-        return self._in_passing(taken, now)
+        pose = self._view.link_pose(at, link)
+        return self._in_passing(lambda scene: taken(scene, name, link, pose), now)
 
     def put_down(self, name: str, at: JointVector, now: int) -> Refusal | list[Outgoing]:
         """Leave a carried object where it is, for a program."""
+        view = self._view
 
-        def left(scene: Scene) -> Scene:
-            link = scene.get(name).link or self._view.flange_link
-            return scene.detach(name, self._view.link_pose(at, link))
+        def changed(scene: Scene) -> Scene:
+            return left(scene, name, view.flange_link, lambda link: view.link_pose(at, link))
 
-        return self._in_passing(left, now)
+        return self._in_passing(changed, now)
 
     def _in_passing(self, change: SceneChange, now: int) -> Refusal | list[Outgoing]:
         try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from typing import NoReturn
 
@@ -85,3 +85,74 @@ async def test_a_fault_on_a_message_stops_the_robot_and_ends_that_connection_alo
     assert line.exc_info is None
     assert line.getMessage().startswith("incident ")
     assert "ZeroDivisionError: a fault for the test (test_incidents.py:" in line.getMessage()
+
+
+Break = Callable[[App, pytest.MonkeyPatch], None]
+
+
+def fail_to_let_in(app: App, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(app.cells[0].core.pendants, "opened", broken)
+
+
+def fail_to_count(app: App, patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(app.clients, "_place_fault", broken)
+
+
+def fail_to_decode(app: App, patch: pytest.MonkeyPatch) -> None:
+    newest = app.clients.by_session[max(app.clients.by_session)]
+    patch.setattr(newest.wire, "receive", broken)
+
+
+def fail_to_encode(app: App, patch: pytest.MonkeyPatch) -> None:
+    newest = app.clients.by_session[max(app.clients.by_session)]
+    patch.setattr(newest.wire, "send", broken)
+
+
+def fail_to_look_at_deadlines(app: App, patch: pytest.MonkeyPatch) -> None:
+    newest = app.clients.by_session[max(app.clients.by_session)]
+    patch.setattr(newest, "is_clogged", broken)
+
+
+async def talk(other: PendantClient | None, port: int) -> None:
+    """Listen and ask on a connection, or on a new one, until it is closed."""
+    pendant = other or await PendantClient.connect("127.0.0.1", port)
+    while True:
+        await pendant.next_state()
+        await pendant.release_control()
+
+
+@pytest.mark.parametrize(
+    ("fault", "is_new"),
+    [
+        (fail_to_let_in, True),
+        (fail_to_count, True),
+        (fail_to_decode, False),
+        (fail_to_encode, False),
+        (fail_to_look_at_deadlines, False),
+    ],
+)
+async def test_a_fault_anywhere_in_serving_a_client_is_one_incident(
+    fault: Break, is_new: bool, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level(logging.INFO)
+    async with running_app() as (app, port):
+        holder = await connected(port)
+        await holder.take_control()
+        goal = [holder.joints()[0] + 1.0, *holder.joints()[1:]]
+        other = None if is_new else await connected(port)
+        move = await holder.move_joints(goal, speed=0.1)
+        with monkeypatch.context() as patch:
+            fault(app, patch)
+            with pytest.raises((ConnectionLost, OSError)):
+                await talk(other, port)
+            with pytest.raises(Aborted) as aborted:
+                await move.done()
+        assert aborted.value.code == VerdictCode.PROTECTIVE_STOP
+        assert app.cells[0].core.fault is None
+        await holder.wait_until(lambda state: state.activity == Activity.IDLE)
+        await holder.reset_stop()
+        await (await holder.move_joints(goal, speed=0.5)).done()
+        await holder.close()
+    (line,) = [record for record in caplog.records if record.levelno >= logging.ERROR]
+    assert line.getMessage().startswith("incident ")
+    assert not any(record.exc_info for record in caplog.records)

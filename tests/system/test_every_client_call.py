@@ -313,10 +313,16 @@ async def test_a_jog_into_a_limit_says_why_and_which_way_leads_out(port: int) ->
         slowed = [state for state in seen if state.jog_reason == JogReason.JOINT_LIMIT]
         assert {state.jog_joint for state in slowed} == {0}
         assert min(state.jog_scale for state in slowed) < 0.5
-        async with pendant.enabling(), pendant.jog({0: -1.0}) as back:
-            await back.hold(0.5)
-        await pendant.next_state()
+        await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
+        (hold,) = await pendant.retreat()
+        assert hold["text"].startswith("joint 1 stands at ")
+        (way,) = hold["ways"]
+        assert way["press"] == "joint 1 towards -"
+        async with pendant.enabling(), pendant.jog_out(way) as back:
+            await back.hold(1.0)
+        await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
         assert pendant.joints()[0] < 2 * math.pi - 0.15
+        assert await pendant.retreat() == []
 
 
 async def test_programs_recordings_signals_and_tools_by_management(port: int) -> None:

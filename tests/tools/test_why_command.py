@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import socket
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -90,3 +91,28 @@ def test_an_address_that_is_none_is_wrong_usage(address: str) -> None:
     with pytest.raises(SystemExit) as ended:
         why.main([address])
     assert ended.value.code == 2
+
+
+def test_a_certificate_that_is_none_is_named(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert why.main(["--ca", str(tmp_path / "none.pem")]) == 2
+    assert "none.pem" in capsys.readouterr().err
+
+
+def test_a_user_that_nobody_types_a_password_for_is_wrong_usage(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def nobody(_: str) -> str:
+        raise EOFError
+
+    monkeypatch.delenv("OPENPENDANT_PASSWORD", raising=False)
+    monkeypatch.setattr("getpass.getpass", nobody)
+    assert why.main(["--user", "ann"]) == 2
+    assert "OPENPENDANT_PASSWORD may hold it" in capsys.readouterr().err
+
+
+def test_a_password_is_no_argument(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        why.main(["--password", "x"])
+    assert "--password" in capsys.readouterr().err

@@ -19,6 +19,7 @@ MODULES = (
     "latency",
     "ik",
     "planning",
+    "programs",
     "path_accuracy",
     "ticks",
     "cells",

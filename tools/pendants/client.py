@@ -24,12 +24,14 @@ from .moves import Moves
 from .operating import EnablingDevice, Operating
 from .session import DEFAULT_PORT
 from .snapshot import Snapshot
+from .way_out import Hold, WayOut
 
 __all__ = [
     "DEFAULT_PORT",
     "Aborted",
     "ConnectionLost",
     "EnablingDevice",
+    "Hold",
     "Jog",
     "JogAccount",
     "JogEnd",
@@ -44,6 +46,7 @@ __all__ = [
     "RunKind",
     "Snapshot",
     "State",
+    "WayOut",
     "WrongArgument",
 ]
 

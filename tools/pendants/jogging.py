@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import cast
 
-from openpendant.simplemsg.pendant import JogEnded, JogStep, JogUndo
+from openpendant.simplemsg.pendant import JogEnded, JogSpace, JogStep, JogUndo
 
 from .jog import Jog
 from .joint_values import JogValues, slots
 from .motions import MotionHandle
 from .observing import Observing
 from .press_line import PressLine
+from .way_out import Hold, WayOut
 
 DEFAULT_DEADLINE = 0.15
 """The server ends a press so long after its last beat, where nothing else is declared [s]."""
@@ -80,6 +82,38 @@ class Jogging(Observing):
             A context manager that presses on entry and releases on exit.
         """
         return self._jog(JogValues.of_tool((x, y, z, a, b, c), frame), deadline, longest)
+
+    async def retreat(self) -> list[Hold]:
+        """Ask at what limit, singularity or contact the robot stands, and which key leads out.
+
+        Returns:
+            One entry for each; none where it stands free. Show `press`, or jog by `jog_out`.
+
+        Raises:
+            Refused: the robot moves, or where it stands is not known.
+            ConnectionLost: the connection ended.
+        """
+        return cast(list[Hold], (await self.manage({"op": "jog.retreat"}))["holds"])
+
+    def jog_out(
+        self, way: WayOut, *, deadline: float = DEFAULT_DEADLINE, longest: float | None = None
+    ) -> Jog:
+        """Return the jog of a key that `retreat` named.
+
+        Args:
+            way: one of its ways.
+            deadline: the robot ramps to rest so long after a beat was missed, 0.05 to 0.25 s.
+            longest: let go by itself so long after the last call of `aim` or `hold` [s].
+
+        Returns:
+            A context manager that presses on entry and releases on exit.
+        """
+        values = way["values"]
+        if way["space"] == JogSpace.TOOL:
+            aim = JogValues.of_tool(tuple(values), way["frame"])
+        else:
+            aim = JogValues.of_joints(dict(enumerate(values)), self.hello.dof)
+        return self._jog(aim, deadline, longest)
 
     def _jog(self, aim: JogValues, deadline: float, longest: float | None) -> Jog:
         return Jog(self._line, aim, deadline, longest)

@@ -32,6 +32,7 @@ from .client import DEFAULT_PORT, EnablingDevice, MotionHandle, PendantClient, P
 from .jogging import DEFAULT_DEADLINE
 from .loop_thread import LoopThread
 from .sync_motions import SyncJog, SyncMotion
+from .way_out import Hold, WayOut
 
 LONGEST_JOG = 2.0
 """A jog lets go by itself so long after the program's last call [s]."""
@@ -305,6 +306,21 @@ class SyncPendantClient:
         jog = self.background.jog_tool(
             x=x, y=y, z=z, a=a, b=b, c=c, frame=frame, deadline=deadline, longest=longest
         )
+        return SyncJog.held(self._thread, jog)
+
+    def retreat(self) -> list[Hold]:
+        """Ask at what limit, singularity or contact the robot stands, and which key leads out."""
+        return self._thread.call(self.background.retreat())
+
+    def jog_out(
+        self,
+        way: WayOut,
+        *,
+        deadline: float = DEFAULT_DEADLINE,
+        longest: float | None = LONGEST_JOG,
+    ) -> contextlib.AbstractContextManager[SyncJog]:
+        """Jog by a key that `retreat` named for the length of the context."""
+        jog = self.background.jog_out(way, deadline=deadline, longest=longest)
         return SyncJog.held(self._thread, jog)
 
     def step(self, joints: Mapping[int, float], *, speed: float = 1.0) -> SyncMotion:

@@ -20,6 +20,7 @@ from openpendant.server.access.permissions import (
     permission_of,
 )
 from openpendant.server.access.roles import LEAST_ROLE, Permission
+from openpendant.server.jog.retreat_desk import RetreatRequest
 from openpendant.server.pendant.management import OPERATIONS
 from openpendant.server.playback.operations import Operation
 from openpendant.server.recording.operations import RecordingOperation
@@ -117,7 +118,7 @@ def test_a_refused_role_is_noted_with_the_permission_that_was_wanted(rig: Guarde
 
 def _operations() -> set[str]:
     bodies = [*get_args(Operation), *get_args(RecordingOperation), *get_args(WorldOperation)]
-    bodies += get_args(AccessOperation)
+    bodies += [*get_args(AccessOperation), RetreatRequest]
     named = {op for body in bodies for op in get_args(body.model_fields["op"].annotation)}
     return named | set(OPERATIONS)
 

@@ -1,4 +1,4 @@
-"""A pause shows as PAUSED soon after the joints rest, whatever the controller says of its speeds."""
+"""A pause shows as PAUSED soon after the joints rest, whatever is reported of their speeds."""
 
 from __future__ import annotations
 
@@ -59,6 +59,9 @@ class ShiveringCell(EmulatedCell):
         if not isinstance(received, JointPosition):
             super()._hear(path, received)
 
+    def activity(self) -> Activity:
+        return self.core.cell.activity
+
     def until_shown(self) -> int | None:
         """Return how long after the joints rested PAUSED showed [ns]; None after 3 s."""
         rested = None
@@ -66,7 +69,7 @@ class ShiveringCell(EmulatedCell):
             self.wait(5)
             if rested is None and not any(self.controller.motion(self.now)[1]):
                 rested = self.now
-            if self.core.cell.activity is Activity.PAUSED:
+            if self.activity() is Activity.PAUSED:
                 return max(self.now - (rested or self.now), 0)
         return None
 
@@ -85,10 +88,10 @@ def paused(cell: ShiveringCell, after: int) -> Pendant:
     pendant = cell.holder()
     assert pendant.move(*(value + 0.8 for value in cell.position), speed=0.3) is V.ACCEPTED
     cell.wait(after)
-    assert cell.core.cell.activity is Activity.MOVING
+    assert cell.activity() is Activity.MOVING
     pendant.send(AuthorityBeat())
     assert pendant.code(MotionControl(pendant._next(), Action.PAUSE)) is V.ACCEPTED
-    assert cell.core.cell.activity is Activity.PAUSING
+    assert cell.activity() is Activity.PAUSING
     return pendant
 
 
@@ -126,7 +129,7 @@ def test_with_noisy_speeds_a_paused_motion_goes_on_arrives_and_stops() -> None:
     assert pendant.move(*(value - 0.8 for value in cell.position)) is V.ACCEPTED
     cell.wait(200)
     pendant.stop()
-    assert cell.core.cell.activity is Activity.STOPPING
+    assert cell.activity() is Activity.STOPPING
     cell.wait(600)
-    assert cell.core.cell.activity is Activity.IDLE
+    assert cell.activity() is Activity.IDLE
     assert not any(cell.controller.motion(cell.now)[1])

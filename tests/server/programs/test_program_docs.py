@@ -11,7 +11,7 @@ from program_samples import HEAD
 from openpendant.server.programs.blocks import DEEPEST_NESTING
 from openpendant.server.programs.document import program_from_json
 from openpendant.server.programs.errors import ProgramSyntaxError
-from openpendant.server.programs.linking import DEEPEST_CALL, MOST_PROGRAMS
+from openpendant.server.programs.linking import DEEPEST_CALL, MOST_PARTS, MOST_PROGRAMS
 from openpendant.server.programs.parser import parse
 from openpendant.server.programs.printer import print_program
 from openpendant.server.programs.program import MOST_POINTS, MOST_STATEMENTS
@@ -79,7 +79,7 @@ def test_the_error_on_the_page_is_the_parsers() -> None:
 
 def test_the_limits_on_the_page_are_those_of_the_code() -> None:
     assert MOST_BYTES == 1 << 20
-    for limit in (LONGEST_LINE, MOST_POINTS, MOST_STATEMENTS, DEEPEST_NESTING):
+    for limit in (LONGEST_LINE, MOST_POINTS, MOST_STATEMENTS, MOST_PARTS, DEEPEST_NESTING):
         assert f"{limit:,}" in section("Errors")
     for limit in (DEEPEST_CALL, MOST_PROGRAMS, LONGEST_COMMENT):
         assert f"{limit} " in section("Errors")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from program_samples import linked, program
 
+from openpendant.motion.scene import Scene
 from openpendant.server.programs.dry_run import dry_run, reachability
 from openpendant.server.programs.dry_run_results import (
     BlockPlan,
@@ -32,7 +33,9 @@ class Planner:
         self.asked: list[tuple[JointVector, str]] = []
         self._beyond = beyond
 
-    def __call__(self, start: JointVector, block: MotionBlock) -> BlockPlan | BlockRefused:
+    def __call__(
+        self, start: JointVector, block: MotionBlock, scene: Scene | None = None
+    ) -> BlockPlan | BlockRefused:
         names = [each.target.name for each in block.moves]
         self.asked.append((start, " ".join(names)))
         for place, name in enumerate(names):
@@ -123,7 +126,9 @@ def test_a_move_before_the_one_at_fault_is_good() -> None:
 
 def test_a_move_that_fails_in_one_pass_only_fails() -> None:
     class Picky(Planner):
-        def __call__(self, start: JointVector, block: MotionBlock) -> BlockPlan | BlockRefused:
+        def __call__(
+            self, start: JointVector, block: MotionBlock, scene: Scene | None = None
+        ) -> BlockPlan | BlockRefused:
             if start == program("").point("b").joints and block.moves[0].target.name == "a":
                 return BlockRefused(0, BEYOND)
             return super().__call__(start, block)

@@ -22,11 +22,9 @@ from openpendant.server.programs.editing import (
     TouchUp,
     apply,
 )
-from openpendant.server.programs.errors import NothingToUndo, ProgramError
-from openpendant.server.programs.history import MOST_UNDO, History
+from openpendant.server.programs.errors import ProgramError
 from openpendant.server.programs.points import TeachPoint
 from openpendant.server.programs.printer import print_program
-from openpendant.server.programs.program import Program
 from openpendant.server.programs.statements import Call, End, Loop, Move, Wait, Way
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -166,58 +164,3 @@ def test_an_edit_that_leaves_no_valid_program_is_refused(
 )
 def test_an_edit_comes_back_from_its_json(edit: Edit) -> None:
     assert EDIT.validate_json(EDIT.dump_json(edit)) == edit
-
-
-EDITS: list[Edit] = [
-    RecordPoint(D, Move(Way.LIN, "d")),
-    RenamePoint("a", "start"),
-    DeleteStatements(4),
-]
-
-
-def edited() -> tuple[History, list[Program]]:
-    history, seen = History(BEFORE), [BEFORE]
-    for edit in EDITS:
-        history = history.edited(edit)
-        seen.append(history.present)
-    return history, seen
-
-
-def test_every_edit_is_undone_and_redone() -> None:
-    history, seen = edited()
-    for expected in reversed(seen[:-1]):
-        history = history.undone()
-        assert history.present == expected
-    for expected in seen[1:]:
-        history = history.redone()
-        assert history.present == expected
-
-
-def test_an_edit_after_an_undo_ends_what_could_be_redone() -> None:
-    history = edited()[0].undone().edited(DeletePoint("c"))
-    with pytest.raises(NothingToUndo, match="no edit is left to redo"):
-        history.redone()
-
-
-def test_there_is_nothing_before_the_first_edit() -> None:
-    with pytest.raises(NothingToUndo) as caught:
-        History(BEFORE).undone()
-    assert caught.value.refusal.code is VerdictCode.NOTHING_TO_UNDO
-
-
-def test_a_history_is_bounded() -> None:
-    history = History(BEFORE)
-    for number in range(MOST_UNDO + 20):
-        history = history.edited(DescribeProgram(comment=str(number)))
-    for _ in range(MOST_UNDO):
-        history = history.undone()
-    assert history.present.comment == "19"
-    with pytest.raises(NothingToUndo):
-        history.undone()
-
-
-def test_a_refused_edit_leaves_the_history_as_it_was() -> None:
-    history, _ = edited()
-    with pytest.raises(ProgramError):
-        history.edited(DeletePoint("b"))
-    assert history.present == edited()[1][-1]

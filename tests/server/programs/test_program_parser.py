@@ -229,7 +229,7 @@ def test_a_truncated_text_is_read_or_refused(cut: int) -> None:
 
 def test_a_program_nested_too_deep_is_refused() -> None:
     parse(HEAD + "loop\n" * 32 + "end\n" * 32)
-    error = error_of(HEAD + "loop\n" * 9_000)
+    error = error_of(HEAD + "loop\n" * 3_900)
     assert "the block is number 33 inside of each other; accepted: up to 32" in str(error)
     assert error.line == 5 + 33
 

@@ -65,4 +65,4 @@ end
 def test_a_text_that_could_not_be_read_back_is_not_printed() -> None:
     comment = Comment(comment="ß" * 200)
     with pytest.raises(ProgramTooLarge, match="bytes in the text of long; accepted: up to 1048576"):
-        print_program(Program("long", "ur5", statements=(comment,) * 5_000))
+        print_program(Program("long", "ur5", statements=(comment,) * 3_000))

@@ -29,7 +29,7 @@ pytestmark = pytest.mark.realtime
 
 ASYNC_ONLY = {"abort"}
 SYNC_ONLY: set[str] = set()
-DIFFERENT_DEFAULTS = {("jog", "longest"), ("jog_tool", "longest")}
+DIFFERENT_DEFAULTS = {(name, "longest") for name in ("jog", "jog_tool", "jog_out")}
 
 
 def calls(client: type) -> dict[str, inspect.Signature]:

@@ -7,9 +7,7 @@ to print about, 2 wrong usage or no terminal, 69 textual is not installed, 130 i
 from __future__ import annotations
 
 import asyncio
-import getpass
 import importlib
-import ssl
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +15,8 @@ from typing import Annotated
 
 import typer
 
-from ..client import DEFAULT_PORT, PendantClient, PendantError
+from ..client import DEFAULT_PORT, PendantClient, PendantError, WrongArgument
+from ..signing_in import PASSWORD_VARIABLE, password_of, prompted, trusted
 from .connection import Connect
 from .plain_status import status_once
 
@@ -71,7 +70,10 @@ def pendant(
     ] = f"127.0.0.1:{DEFAULT_PORT}",
     cell: Annotated[str, typer.Option(help="Name of the cell; not needed for the only one.")] = "",
     name: Annotated[str, typer.Option(help="Name of this pendant, shown to others.")] = "terminal",
-    user: Annotated[str, typer.Option(help="Account; its password is asked for.")] = "",
+    user: Annotated[
+        str,
+        typer.Option(help=f"Account; its password is asked for, or in {PASSWORD_VARIABLE}."),
+    ] = "",
     pairing: Annotated[bool, typer.Option(help="Ask for a pairing code.")] = False,
     ca: Annotated[
         Path | None, typer.Option(help="Certificate of the server; encrypts the connection.")
@@ -91,8 +93,11 @@ def pendant(
         raise _Unusable("this is no terminal; --plain prints once how the robot stands")
     if not plain:
         _check_textual()
-    secret = _secret(user, pairing)
-    tls = _tls(ca)
+    try:
+        tls = trusted(ca)
+        secret = prompted("Pairing code: ") if pairing else password_of(user)
+    except WrongArgument as error:
+        raise _Unusable(str(error)) from None
 
     async def connect() -> PendantClient:
         return await PendantClient.connect(
@@ -147,19 +152,3 @@ def _address(text: str) -> tuple[str, int]:
     if not host or not (port.isascii() and port.isdigit() and 1 <= int(port) <= 65_535):
         raise _Unusable(f"{text!r} is no server; accepted: HOST or HOST:PORT, PORT 1 to 65535")
     return host, int(port)
-
-
-def _secret(user: str, pairing: bool) -> str | None:
-    """Ask for what shows who is there; never an argument, where every user could read it."""
-    if pairing:
-        return getpass.getpass("Pairing code: ")
-    return getpass.getpass(f"Password of {user}: ") if user else None
-
-
-def _tls(ca: Path | None) -> ssl.SSLContext | None:
-    if ca is None:
-        return None
-    try:
-        return ssl.create_default_context(cafile=str(ca))
-    except (OSError, ssl.SSLError) as error:
-        raise _Unusable(f"{ca}: {error}") from None

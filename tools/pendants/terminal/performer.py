@@ -15,7 +15,7 @@ from typing import Any
 from openpendant.simplemsg.pendant import Motion
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..client import EnablingDevice, PendantClient, PendantError, Pose, Refused
+from ..client import EnablingDevice, Hold, PendantClient, PendantError, Pose, Refused
 from ..motions import MotionHandle
 from . import commands as do
 from .cell_view import CellView
@@ -140,7 +140,8 @@ class Performer:
                 await client.program_stop()
             case do.AskWhy():
                 request = why_request(self._cell.mode)
-                self._panel.explained(why_lines(await client.manage(dict(request))))
+                answer = await client.manage(dict(request))
+                self._panel.explained(why_lines(answer, await self._holds()))
             case do.OpenProgram(name=name):
                 await self._open(name)
             case do.EditProgram(edit=edit):
@@ -149,6 +150,13 @@ class Performer:
                 motion, name = await self._motion(command)
                 self._panel.messages.add(f"{name} began")
                 await self._ended(motion, name)
+
+    async def _holds(self) -> list[Hold]:
+        """Ask what the robot stands at; nothing where the server cannot tell now."""
+        try:
+            return await self._client.retreat()
+        except Refused:
+            return []
 
     @property
     def _cell(self) -> CellView:

@@ -26,6 +26,7 @@ from openpendant.tools.pendants.terminal.explanation import why_lines, why_reque
 from openpendant.tools.pendants.terminal.jog_keys import JogKind
 from openpendant.tools.pendants.terminal.keyboard import Page
 from openpendant.tools.pendants.terminal.taught_program import TaughtProgram
+from openpendant.tools.pendants.way_out import Hold, WayOut
 
 
 def shown(rig: PanelRig, page: Page) -> list[str]:
@@ -314,6 +315,22 @@ def test_why_names_the_first_broken_condition_and_the_remedy() -> None:
     )
     assert why_request(OperatingMode.AUTOMATIC)["kind"] == "program"
     assert why_request(None)["kind"] == "jog"
+
+
+def test_why_names_the_key_that_leads_out_of_what_the_robot_stands_at() -> None:
+    """Feature J23."""
+    way = WayOut(press="tool Z+ in base", space=2, frame="base", values=[0, 0, 1, 0, 0, 0])
+    other = WayOut(press="joint 2 towards -", space=1, frame="", values=[0, -1, 0, 0, 0, 0])
+    holds = [
+        Hold(reason="collision", text="table and tool are 5.1 mm apart", ways=[way, other]),
+        Hold(reason="singularity", text="it stands at a singularity", ways=[]),
+    ]
+    assert why_lines({"kind": "jog", "conditions": []}, holds)[1:] == (
+        "table and tool are 5.1 mm apart:",
+        "-> tool Z+ in base or joint 2 towards -",
+        "it stands at a singularity:",
+        "-> no single key leads out",
+    )
 
 
 def test_why_says_so_where_nothing_is_broken() -> None:

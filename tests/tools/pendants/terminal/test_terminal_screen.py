@@ -182,6 +182,17 @@ async def test_the_reason_why_it_does_not_move_gets_a_page() -> None:
         await shown.until(lambda: "No jog:" in shown.text("lcd"))
 
 
+async def test_the_way_out_of_a_limit_is_on_that_page() -> None:
+    """Feature J23."""
+    async with screen() as shown:
+        way = {"press": "joint 3 towards -", "space": 1, "frame": "", "values": [0, 0, -1]}
+        hold = {"reason": "joint-limit", "text": "joint 3 stands", "ways": [way]}
+        shown.server.answers["why"] = {"kind": "jog", "conditions": []}
+        shown.server.answers["jog.retreat"] = {"holds": [hold]}
+        await shown.keys("question_mark")
+        await shown.until(lambda: "-> joint 3 towards -" in shown.text("lcd"))
+
+
 async def test_a_stop_of_another_is_told_with_its_reason() -> None:
     async with screen() as shown:
         stop = StopChanged(stop=StopKind.SOFTWARE, session=3, client="bench-2", reason="smoke")

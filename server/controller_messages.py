@@ -1,0 +1,55 @@
+"""What each kind of message of a controller means to a cell.
+
+Owns which message is an answer that was owed, one that nobody asked for, a question to us, or a
+report, on each of the three connections. What follows from it is the cell's business.
+"""
+
+from __future__ import annotations
+
+from openpendant.simplemsg import CommType, Malformed, Ping, Received, Unasked, accepted, refused
+
+from .controller_path import ControllerPath
+from .outgoing import Answer, Outgoing
+from .robot_cell import RobotCell
+from .world.cell_surroundings import CellSurroundings
+
+
+def heard(
+    cell: RobotCell,
+    around: CellSurroundings | None,
+    path: ControllerPath,
+    received: Received,
+    pending: int,
+    now: int,
+) -> list[Outgoing]:
+    """Hand a message of the controller to whom it is for.
+
+    Args:
+        cell: the cell.
+        around: what surrounds the robot; None in a cell without.
+        path: on which connection it came.
+        received: the message.
+        pending: replies that the connection still owes us.
+        now: monotonic time, ns.
+    """
+    is_motion = path is ControllerPath.MOTION
+    match received:
+        case Unasked():
+            problem = "the controller answered although nothing was asked"
+            return cell.misanswered(problem, now) if is_motion else []
+        case Malformed():
+            is_answer = is_motion and received.comm_type == CommType.REPLY
+            return cell.misanswered(str(received.error), now) if is_answer else []
+    if received.comm_type == CommType.REPLY:
+        if is_motion:
+            return cell.answered(received, pending, now)
+        asked = around if path is ControllerPath.STATE else None
+        return [] if asked is None else asked.answered(received, now)
+    if received.comm_type == CommType.REQUEST:
+        # But for a ping a controller has nothing to ask of us; an answer is still owed.
+        is_ping = isinstance(received, Ping)
+        return [Answer(path, accepted(received) if is_ping else refused(received))]
+    if path is not ControllerPath.STATE:
+        return []
+    out = cell.reported(received, now)
+    return out if around is None else out + around.reported(now)

@@ -1,0 +1,157 @@
+"""Which key leads out of a limit, a singularity or a contact, for whoever asks.
+
+Owns the request, the names of the keys, and what is said of each cause. Which way leads out is the
+mathematics' answer (`RobotView`); a pendant may show the text, or press what the values say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import TypeAdapter, ValidationError
+
+from openpendant.motion.errors import MotionError
+from openpendant.simplemsg.pendant import JogSpace, JogStart
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..outgoing import Outgoing
+from ..pendant.management_bodies import Body, body_fault
+from ..playback.operations import Asker
+from ..refusal import Refusal
+from ..robot_cell import RobotCell
+from ..robot_view import RobotView
+from .desk import JogDesk
+
+if TYPE_CHECKING:
+    from openpendant.motion.jog import JogCause, WayOut
+
+PREFIX = "jog."
+"""How the names of these operations begin."""
+
+_TOOL_KEYS = ("X", "Y", "Z", "A", "B", "C")
+
+
+class RetreatRequest(Body):
+    """Asks which key leads out of what the robot stands at."""
+
+    op: Literal["jog.retreat"]
+
+
+_REQUEST: TypeAdapter[RetreatRequest] = TypeAdapter(RetreatRequest)
+
+
+class WayReport(Body):
+    """One key that leads out: its name, and what a JOG_START of it holds."""
+
+    press: str
+    """As a person would say it: `joint 3 towards -`, `tool Z+ in base`."""
+    space: int
+    """1 joints, 2 tool, as in JOG_START."""
+    frame: str
+    """Empty for joints."""
+    values: tuple[float, ...]
+
+
+class HoldReport(Body):
+    """One thing that the robot stands at."""
+
+    reason: str
+    """`joint-limit`, `singularity` or `collision`."""
+    text: str
+    ways: tuple[WayReport, ...]
+    """Keys that lead out, the opposite of the last press first; empty where none is known."""
+
+
+class RetreatReply(Body):
+    """All that the robot stands at; empty where it stands free."""
+
+    holds: tuple[HoldReport, ...]
+
+
+class RetreatDesk:
+    """The retreats of one cell."""
+
+    def __init__(self, cell: RobotCell, view: RobotView, jogs: JogDesk) -> None:
+        """Make a desk.
+
+        Args:
+            cell: the cell.
+            view: the mathematics of its robot.
+            jogs: knows which key was pressed last.
+        """
+        self._cell = cell
+        self._view = view
+        self._jogs = jogs
+
+    def operation(self, body: bytes, asker: Asker, now: int) -> list[Outgoing]:
+        """Answer a management request about the way out; `now` [ns]."""
+        try:
+            _REQUEST.validate_json(body)
+        except ValidationError as error:
+            return asker.refuse(body_fault(error))
+        reply = self._retreat(now)
+        if isinstance(reply, Refusal):
+            return asker.refuse(reply)
+        return asker.answer(**reply.model_dump())
+
+    def _retreat(self, now: int) -> RetreatReply | Refusal:
+        feedback = self._cell.feedback
+        position = feedback.position
+        if position is None or not feedback.is_fresh(now):
+            return Refusal(VerdictCode.FEEDBACK_STALE)
+        if not feedback.joints_rest:
+            return Refusal(VerdictCode.MOVING, "the way out is told once the robot stands")
+        found = self._view.ways_out(position)
+        back = self._opposite(position) if found else None
+        return RetreatReply(holds=tuple(self._hold(each, back) for each in found))
+
+    def _hold(self, way: WayOut, back: WayReport | None) -> HoldReport:
+        ways = [] if back is None else [back]
+        if way.joint is not None:
+            values = [0.0] * self._cell.limits.dof
+            values[way.joint] = way.sign
+            ways.append(_joint_key(values))
+        told = _told(way.cause, way.singularity)
+        return HoldReport(reason=way.cause.reason, text=told, ways=tuple(ways))
+
+    def _opposite(self, position: Sequence[float]) -> WayReport | None:
+        """Return the opposite of the last press of the tool, if that leads out from here."""
+        pressed = self._jogs.pressed
+        if pressed is None or pressed.space != JogSpace.TOOL:
+            return None
+        values = tuple(-value for value in pressed.values[: pressed.value_count])
+        try:
+            is_out = self._view.leads_out(position, values, pressed.frame)
+        except MotionError:
+            return None  # the frame was removed since
+        return _tool_key(values, pressed) if is_out else None
+
+
+def _joint_key(values: Sequence[float]) -> WayReport:
+    (named,) = (
+        f"joint {joint + 1} towards {_sign(value)}" for joint, value in enumerate(values) if value
+    )
+    return WayReport(press=named, space=JogSpace.JOINTS, frame="", values=tuple(values))
+
+
+def _tool_key(values: tuple[float, ...], pressed: JogStart) -> WayReport:
+    keys = zip(_TOOL_KEYS, values, strict=True)
+    named = " and ".join(f"{key}{_sign(value)}" for key, value in keys if value)
+    press = f"tool {named} in {pressed.frame}"
+    return WayReport(press=press, space=JogSpace.TOOL, frame=pressed.frame, values=values)
+
+
+def _sign(value: float) -> str:
+    return "+" if value > 0.0 else "-"
+
+
+def _told(cause: JogCause, singularity: str) -> str:
+    """Return what is said of one cause, with its numbers."""
+    if cause.pair is not None:
+        first, second = cause.pair
+        return f"{first} and {second} are {1e3 * cause.value:.1f} mm apart"
+    if cause.joint >= 0:
+        return f"joint {cause.joint + 1} stands at {cause.value:.4f}, its limit is {cause.limit:g}"
+    name = f"the {singularity} singularity" if singularity else "a singularity"
+    return f"it stands at {name}"

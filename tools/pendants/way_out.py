@@ -1,0 +1,35 @@
+"""At what the robot stands, and which key leads out, as the server tells it: plain typed data."""
+
+from __future__ import annotations
+
+from typing import TypedDict
+
+
+class WayOut(TypedDict):
+    """One key that leads out.
+
+    Attributes:
+        press: its name, as `joint 3 towards -` or `tool Z+ in base`.
+        space: 1 joints, 2 tool.
+        frame: of a tool key; empty for joints.
+        values: parts of the jog speed, one per joint, or along and about the frame's axes.
+    """
+
+    press: str
+    space: int
+    frame: str
+    values: list[float]
+
+
+class Hold(TypedDict):
+    """One thing that the robot stands at.
+
+    Attributes:
+        reason: `joint-limit`, `singularity` or `collision`.
+        text: what it is, with its numbers.
+        ways: keys that lead out, the best first; empty where none is known.
+    """
+
+    reason: str
+    text: str
+    ways: list[WayOut]
