@@ -31,7 +31,14 @@ def run_demo(*arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize("robot", ["ur5", "abb_irb2400", "kawasaki_ra10n"])
+@pytest.mark.parametrize(
+    "robot",
+    [
+        "ur5",
+        pytest.param("abb_irb2400", marks=pytest.mark.soak),
+        pytest.param("kawasaki_ra10n", marks=pytest.mark.soak),
+    ],
+)
 def test_the_demo_moves_the_robot_and_leaves_a_plot_and_a_table(robot: str, tmp_path: Path) -> None:
     demo = run_demo("--robot", robot, "--output", str(tmp_path))
     assert demo.returncode == 0, demo.stderr
@@ -42,6 +49,7 @@ def test_the_demo_moves_the_robot_and_leaves_a_plot_and_a_table(robot: str, tmp_
     assert rerun(journals) == 0
 
 
+@pytest.mark.soak
 def test_an_imported_arm_of_four_axes_does_what_it_can(tmp_path: Path) -> None:
     robot = tmp_path / "four_axes.yaml"
     urdf = written(tmp_path, FOREIGN["flat_arm"].urdf)
