@@ -7,7 +7,7 @@
 PYTHON ?= python3
 ROBOT ?= ur5
 PYTEST_ARGS ?=
-WORKERS ?= 2
+WORKERS ?= 3
 
 VENV := .venv
 PY := $(VENV)/bin/python
@@ -38,7 +38,7 @@ help:
 demo: $(VENV)/demo.stamp
 	$(VENV)/bin/openpendant demo --robot '$(ROBOT)'
 
-## test     lint, then every test but the soak tests, in WORKERS=2 processes
+## test     lint, then every test but the soak tests, in WORKERS=3 processes
 test: lint
 	$(PY) -m pytest --numprocesses $(WORKERS) --dist loadfile $(PYTEST_ARGS)
 

@@ -240,7 +240,9 @@ async def test_an_emergency_stop_at_the_controller_aborts_and_its_reset_moves_no
     with pytest.raises(Aborted) as aborted:
         await asyncio.wait_for(move.done(), 5)
     assert aborted.value.code == VerdictCode.CONTROLLER_STOPPED
-    state = await pendant.wait_until(lambda state: state.e_stopped == 1 and state.in_motion == 0)
+    state = await pendant.wait_until(
+        lambda state: state.e_stopped == 1 and state.activity == Activity.IDLE
+    )
     with pytest.raises(Refused) as refused:
         await pendant.move_joints(moved(pendant, 0, 0.1))
     assert refused.value.code == VerdictCode.CONTROLLER_NOT_READY

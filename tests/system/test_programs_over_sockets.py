@@ -10,7 +10,7 @@ from openpendant.simplemsg.pendant import Activity, ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import Aborted, PendantClient, Refused, RunKind
 
-pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
+pytestmark = [pytest.mark.realtime, pytest.mark.asyncio, pytest.mark.soak]
 
 
 async def teach(pendant: PendantClient, *offsets: float) -> None:
