@@ -206,12 +206,10 @@ async def _run(
     journal_file: Path | None,
 ) -> None:
     from .app import App, loop_time  # here for the same reason as in `serve`
-    from .scheduling import ask_for_niceness
+    from .scheduling import asked_niceness
     from .store.opening import opened_store
     from .watchdog.targets import watchdog_of
 
-    # First, so that the watchdog's process has it as well.
-    ask_for_niceness(settings.cells[0].niceness)
     loop = asyncio.get_running_loop()
     interrupted = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -221,7 +219,9 @@ async def _run(
     async with opened_store(settings.cells[0].store) as store:
         watchdog = watchdog_of([each.settings for each in served])
         server = App(served, journal, store, watchdog, access.door, access.tls)
-        with kept_journal(journal, journal_file, settings), watchdog:
+        # The priority first, so that the watchdog's process has it as well.
+        priority = asked_niceness(settings.cells[0].niceness)
+        with priority, kept_journal(journal, journal_file, settings), watchdog:
             async with server.running() as ports:
                 # What start-up made stays: the collector need not look at it, tick after tick.
                 gc.freeze()

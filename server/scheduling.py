@@ -9,18 +9,27 @@ from __future__ import annotations
 
 import logging
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 log = logging.getLogger(__name__)
 
 
-def ask_for_niceness(niceness: int) -> None:
+@contextmanager
+def asked_niceness(niceness: int) -> Iterator[None]:
     """Ask the system for a scheduling priority; what it denies is logged, and the server goes on.
 
     Args:
         niceness: -20, before all others, to 19, after all others (POSIX `setpriority`).
     """
+    before = os.getpriority(os.PRIO_PROCESS, 0)
     try:
         os.setpriority(os.PRIO_PROCESS, 0, niceness)
     except PermissionError:
-        kept = os.getpriority(os.PRIO_PROCESS, 0)
-        log.info("the system does not allow niceness %d; it stays at %d", niceness, kept)
+        log.info("the system does not allow niceness %d; it stays at %d", niceness, before)
+    try:
+        yield
+    finally:
+        # Only down again: who was denied a higher priority is denied the way back up as well.
+        if before > os.getpriority(os.PRIO_PROCESS, 0):
+            os.setpriority(os.PRIO_PROCESS, 0, before)
