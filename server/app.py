@@ -37,6 +37,7 @@ from .planning.pool import PlanningPool
 from .ports import Ports, listen_for
 from .robot_mathematics import RobotMathematics
 from .store.door import AbsentStore, StoreDoor
+from .tick_deadlines import next_deadline
 from .watchdog.process import Watchdog
 
 log = logging.getLogger("openpendant.server")
@@ -51,7 +52,7 @@ class App:
         cells: the shell of each cell.
         clients: the connections of pendants and of ROS-Industrial.
         journal: tells the time of the event at hand.
-        overruns: ticks that were skipped because the loop was late.
+        overruns: ticks that were left out because the loop was late by more than a period.
     """
 
     def __init__(
@@ -177,12 +178,8 @@ class App:
 
     def _set_timer(self) -> None:
         loop = asyncio.get_running_loop()
-        self._next_tick += self._period
-        late = loop.time() - self._next_tick
-        if late > 0:
-            skipped = int(late / self._period) + 1
-            self.overruns += skipped
-            self._next_tick += skipped * self._period
+        self._next_tick, left_out = next_deadline(self._next_tick, loop.time(), self._period)
+        self.overruns += left_out
         self._timer = loop.call_at(self._next_tick, self._on_timer)
 
     # From start to end.
