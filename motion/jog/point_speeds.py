@@ -1,18 +1,20 @@
 """How fast tool and elbow get by a joint velocity: at the end of a tick, and in a stop after it.
 
 Owns the rule that keeps a joint jog within a speed of points although the arm changes its shape. A
-stop scales a velocity by λ, from 1 to 0, and has then gone the share 1 - λ² of its way; between the
-speed S where it begins and S' where it ends, both for the whole velocity, the speed is
+stop scales a velocity by λ, from 1 to 0, and has then gone the share p = 1 - λ² of its way. With
+S(p) the speed of a point there, for the whole velocity, the point has the speed
 
-    λ (S + (S' - S)(1 - λ²))
+    λ S(p),   λ = √(1 - p)
 
 The greatest of it must be within the limit, so a stop never has to be harder than the joints can: a
-stretching arm gets faster by itself. Likewise without the joints whose range ends first, which may
-have taken from the speed. Knows no tick and no target.
+stretching arm gets faster by itself. S is known where the stop begins, at two places of the way and
+where it ends, and is the cubic through these four between them. Likewise without the joints whose
+range ends first, which may have taken from the speed. Knows no tick and no target.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from ..errors import NoAssembly
@@ -21,8 +23,23 @@ from .reasons import JogCause, JogReason
 
 _RESERVE = 0.998  # of the limit, for what a speed changes within a tick
 _REASONS = (JogReason.TOOL_SPEED, JogReason.ELBOW_SPEED)
-_LAMBDAS = (0.9, 0.75, 0.577, 0.4)
-_GROWTH = 1.5  # of S' over S, up to which the greatest is S
+_BETWEEN = (0.2, 0.5)  # of the way of a stop
+_LOOKED_AT = (0.05, 0.1, 0.15, 0.2, 0.275, 0.35, 0.425, 0.5, 0.65, 0.8)
+_MISSED = 1.25  # times what a stop adds to a speed: more than the cubic ever missed of it
+_SLOW = 0.6  # of the limit, at both ends of a stop: it does not get beyond the limit between
+
+
+def _weights(share: float) -> tuple[float, ...]:
+    """Return what λ S(share) is of S at the four places (Lagrange's polynomials times λ)."""
+    places = (0.0, *_BETWEEN, 1.0)
+    return tuple(
+        math.sqrt(1.0 - share)
+        * math.prod((share - other) / (place - other) for other in places if other != place)
+        for place in places
+    )
+
+
+_WEIGHTS = tuple(map(_weights, _LOOKED_AT))
 
 
 def point_excess(
@@ -43,25 +60,48 @@ def point_excess(
         limit: greatest speed of tool centre point and elbow [m/s].
         time: `stop_time` of the velocity [s].
     """
-    # One joint alone leads every point on a circle about its axis, always as fast.
-    steady = model.arm.rigid and sum(1 for each in velocity if each) == 1
-    begin = model.arm.point_speeds(here, velocity)
-    end = begin if steady else _at_rest(model, there, velocity, begin)
-    points = list(zip(_REASONS, begin, end, strict=True))
+    worst = 0.0
+    found: JogCause | None = None
+    allowed = _RESERVE * limit
+    greatest = _greatest_in_stop(model, here, there, velocity, allowed)
     for others in _without_ending(model, here, velocity, time):
-        without = model.arm.point_speeds(here, others)
-        points += zip(_REASONS, without, (0.0, 0.0), strict=True)
-    worst, found = 0.0, None
-    for reason, now, then in points:
-        greatest = now
-        if then > _GROWTH * now:
-            growth = then - now
-            for share in _LAMBDAS:
-                greatest = max(greatest, share * (now + growth * (1.0 - share * share)))
-        if greatest > worst * _RESERVE * limit:
-            worst = greatest / (_RESERVE * limit)
-            found = JogCause(reason, greatest, limit)
+        greatest = tuple(map(max, greatest, model.arm.point_speeds(here, others)))
+    for reason, speed in zip(_REASONS, greatest, strict=True):
+        if speed > worst * allowed:
+            worst = speed / allowed
+            found = JogCause(reason, speed, limit)
     return worst, found
+
+
+def _greatest_in_stop(
+    model: JogModel, here: list[float], there: list[float], velocity: list[float], allowed: float
+) -> tuple[float, ...]:
+    """Return the greatest speeds of both points from the end of the tick to rest."""
+    begin = model.arm.point_speeds(here, velocity)
+    # One joint alone leads every point on a circle about its axis, always as fast.
+    if model.arm.rigid and sum(1 for each in velocity if each) == 1:
+        return begin
+    end = _on_the_way(model, there, velocity, begin)
+    if max(*begin, *end) < _SLOW * allowed:
+        return begin
+    first, second = (
+        _on_the_way(
+            model,
+            [start + share * (stop - start) for start, stop in zip(here, there, strict=True)],
+            velocity,
+            begin,
+        )
+        for share in _BETWEEN
+    )
+    points = zip(begin, first, second, end, strict=True)
+    return tuple(_greatest(speeds) for speeds in points)
+
+
+def _greatest(speeds: tuple[float, float, float, float]) -> float:
+    """Return the greatest λ S of a point by its S at the four places."""
+    s0, s1, s2, s3 = speeds
+    most = max([w0 * s0 + w1 * s1 + w2 * s2 + w3 * s3 for w0, w1, w2, w3 in _WEIGHTS])
+    return s0 + _MISSED * (most - s0) if most > s0 else s0
 
 
 def stop_time(model: JogModel, velocity: Sequence[float]) -> float:
@@ -99,13 +139,13 @@ def _without_ending(
     ]
 
 
-def _at_rest(
+def _on_the_way(
     model: JogModel,
     place: Sequence[float],
     velocity: Sequence[float],
     otherwise: tuple[float, float],
 ) -> tuple[float, float]:
-    """Return S' of both points; what it is otherwise, where a platform cannot stand there."""
+    """Return S of both points; what it is otherwise, where a platform cannot stand there."""
     try:
         return model.arm.point_speeds(place, velocity)
     except NoAssembly:

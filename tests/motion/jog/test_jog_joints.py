@@ -54,6 +54,17 @@ def test_a_joint_rests_just_before_the_end_of_its_range(name: str, dt: float) ->
         assert not watched.faults
 
 
+@pytest.mark.parametrize("ticks", [46, 50, 58, 70])
+def test_a_tool_that_the_stop_itself_makes_faster_keeps_to_reduced_speed(ticks: int) -> None:
+    # The fourth joint swings the tool outwards while it brakes; found by the chains of presses.
+    start = [2.756, -0.5427, -1.327, -2.4827, -2.0776, 5.0408]
+    watched = referee("abb_irb120", start, REDUCED)
+    watched.run(JointJog((0.0, 0.15, 0.0, 1.0, 0.0, -0.05)), ticks)
+    watched.rest(None)
+    assert not watched.faults
+    assert watched.fastest_point > 0.2
+
+
 def test_the_other_joints_go_on_when_one_is_held() -> None:
     limits = robot("ur5").limits
     start = [limits.upper[0] - 0.05, *UR5_BENT[1:]]
