@@ -29,7 +29,8 @@ from openpendant.motion.robot import SerialRobot
 from openpendant.motion.robot_report import robot_data
 from openpendant.motion.scene import Scene
 
-from .planning.jobs import JointVector, PoseGoal
+from .planning.jobs import JointVector
+from .planning.pose_goal import PoseGoal
 from .settings import Jog
 
 _NAMED_POSITIONS = ("home", "zero")

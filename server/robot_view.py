@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
-from .planning.jobs import JointVector, PoseGoal
+from .planning.jobs import JointVector
+from .planning.pose_goal import PoseGoal
 from .settings import Jog
 
 if TYPE_CHECKING:

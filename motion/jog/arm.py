@@ -88,6 +88,9 @@ class JogArm(Protocol):
     def posture(self, position: Sequence[float]) -> Posture | None:
         """Return the limit beside those of the joints that is used most; None if there is none."""
 
+    def gains(self, position: Sequence[float]) -> list[float]:
+        """Return the singular values of the Jacobian at a joint position, the greatest first."""
+
     def condition(self, position: Sequence[float]) -> float:
         """Return the condition number at a joint position."""
 

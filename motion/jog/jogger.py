@@ -20,6 +20,7 @@ from .targets import LONGEST_STEP, JogCaps, JogTarget, JointJog, ToolJog
 from .tool_motion import ToolMotion
 from .tool_path import JogTwist
 from .undo import JogWay
+from .ways_out import leads_along
 
 _BEND_RETRY = 4  # ticks between trials to bend
 _LONGEST_STOP = 3000  # ticks
@@ -220,8 +221,6 @@ class Jogger:
         """Return whether the opposite of what was asked leads out of where the robot is held."""
         motion = self._motion
         if isinstance(motion, ToolMotion):
-            # It may come nearer to a singularity that the robot was led out of, so it is tried.
-            twist = motion.twist.reversed()
-            there = ToolMotion.begin(self._model, twist, motion.position, self.caps.point_speed)
-            return there.leads_out()
+            # It may come nearer to what the robot was led out of, so it is tried.
+            return leads_along(self._model, motion.position, motion.twist.reversed())
         return motion.position != self._began

@@ -95,6 +95,10 @@ class PlatformTool:
                 found = Posture(swing / workspace.cone, cause)
         return found
 
+    def gains(self, position: Sequence[float]) -> list[float]:
+        """Return the singular values of the Jacobian at leg lengths."""
+        return self._gains(self._assembly(position)[1])
+
     def condition(self, position: Sequence[float]) -> float:
         """Return the condition number at leg lengths."""
         return self._condition(self._assembly(position)[1])
@@ -129,8 +133,12 @@ class PlatformTool:
         self._found = [*self._found[1 - _REMEMBERED :], (lengths, pose, found.jacobian)]
         return pose, found.jacobian
 
-    def _condition(self, jacobian: Array) -> float:
+    def _gains(self, jacobian: Array) -> list[float]:
         scaled = jacobian.copy()
         scaled[:, 3:] /= self.length
-        values = np.linalg.svd(scaled, compute_uv=False).tolist()
+        values: list[float] = np.linalg.svd(scaled, compute_uv=False).tolist()
+        return values
+
+    def _condition(self, jacobian: Array) -> float:
+        values = self._gains(jacobian)
         return values[0] / values[-1] if values[-1] > 0.0 else math.inf

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from .model import JogModel
 from .reasons import JogCause, JogReason, Retreat
+from .singular_keys import keys_out
 
 
 def retreat(
@@ -31,7 +32,11 @@ def retreat(
         case JogReason.COLLISION if model.guard is not None:
             apart = model.guard.way_apart(position)
             return Retreat(None if apart is None else tuple(apart), reverse)
-        case JogReason.SINGULARITY | JogReason.REACH | JogReason.WORKSPACE:
+        case JogReason.SINGULARITY:
+            found = model.arm.way_out(position)._replace(reverse=reverse)
+            # At two singularities at once no small step leads out of either.
+            return found._replace(joints=found.joints or keys_out(model, position))
+        case JogReason.REACH | JogReason.WORKSPACE:
             return model.arm.way_out(position)._replace(reverse=reverse)
     return None
 

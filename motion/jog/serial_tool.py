@@ -22,6 +22,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..closed_form import closed_form
 from ..kinematics import Array, Kinematics, model_map
 from ..pose import Pose
 from ..reduced_task import kept_direction
@@ -82,6 +83,8 @@ class SerialTool:
         self._weights: Array = (speeds / speeds.max()) ** 2
         self._middle = (kinematics.lower + kinematics.upper) / 2.0
         self._half = (kinematics.upper - kinematics.lower) / 2.0
+        # Names of singularities need it. Worked out here, because `way_out` is asked on the way.
+        closed_form(kinematics)
 
     def place(self, position: Sequence[float]) -> tuple[Array, Array]:
         """Return the rotation and position of the tool centre point."""
@@ -150,6 +153,11 @@ class SerialTool:
         """Return None: a chain of joints has the limits of its joints only."""
         return None
 
+    def gains(self, position: Sequence[float]) -> list[float]:
+        """Return the singular values of the Jacobian at a joint position."""
+        _, _, jacobian = self._linearise(list(position))
+        return self._gains(jacobian)
+
     def condition(self, position: Sequence[float]) -> float:
         """Return the condition number at a joint position."""
         _, _, jacobian = self._linearise(list(position))
@@ -214,8 +222,12 @@ class SerialTool:
         away: Array = -np.sign(share) * excess * excess
         return away
 
+    def _gains(self, jacobian: Array) -> list[float]:
+        values: list[float] = np.linalg.svd(jacobian * self._scale, compute_uv=False).tolist()
+        return values
+
     def _condition(self, jacobian: Array) -> float:
-        values = np.linalg.svd(jacobian * self._scale, compute_uv=False).tolist()
+        values = self._gains(jacobian)
         return values[0] / values[-1] if values[-1] > 0.0 else math.inf
 
 

@@ -13,7 +13,6 @@ import math
 from ..pose import Array
 from .look_ahead import LookAhead
 from .model import JogModel
-from .nearness import HALT_CONDITION
 from .reasons import JogCause
 from .targets import LONGEST_STEP
 from .tick_bounds import is_even, speed_bounds
@@ -22,7 +21,6 @@ from .way_node import WayNode
 
 _CHUNK = 1  # cells that are looked ahead at a time
 _MOST_CHUNKS = 6  # in one tick
-_WAY_OUT = 16  # cells within which a way leads out of a singularity
 _FORGET = 32  # places behind
 _CORRECTIONS = 24
 _SLACK = 1.0 - 1e-7
@@ -171,16 +169,6 @@ class ToolMotion:
         if len(self._ahead.nodes) == 1:
             self._ahead.extend(_CHUNK, 0)
         return len(self._ahead.nodes) > 1
-
-    def leads_out(self) -> bool:
-        """Return whether the way ahead goes on for a while, and out of singularity if it is in one.
-
-        Asked at rest.
-        """
-        self._ahead.extend(_WAY_OUT, 0)
-        nodes = self._ahead.nodes
-        least = min(node.condition for node in nodes)
-        return len(nodes) > _WAY_OUT // 4 and least < HALT_CONDITION
 
     def _allowed(self, dt: float, asked: float) -> float:
         """Return the speed at the end of the tick that the way ahead allows; sets the cause."""

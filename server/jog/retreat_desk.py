@@ -24,7 +24,7 @@ from ..robot_view import RobotView
 from .desk import JogDesk
 
 if TYPE_CHECKING:
-    from openpendant.motion.jog import JogCause, WayOut
+    from openpendant.motion.jog import WayOut
 
 PREFIX = "jog."
 """How the names of these operations begin."""
@@ -42,10 +42,10 @@ _REQUEST: TypeAdapter[RetreatRequest] = TypeAdapter(RetreatRequest)
 
 
 class WayReport(Body):
-    """One key that leads out: its name, and what a JOG_START of it holds."""
+    """A key that leads out, or several to hold together: names, and what a JOG_START holds."""
 
     press: str
-    """As a person would say it: `joint 3 towards -`, `tool Z+ in base`."""
+    """As a person would say it: `joint 3 towards -`, `tool Z+ in base`; several with `and`."""
     space: int
     """1 joints, 2 tool, as in JOG_START."""
     frame: str
@@ -108,12 +108,9 @@ class RetreatDesk:
 
     def _hold(self, way: WayOut, back: WayReport | None) -> HoldReport:
         ways = [] if back is None else [back]
-        if way.joint is not None:
-            values = [0.0] * self._cell.limits.dof
-            values[way.joint] = way.sign
-            ways.append(_joint_key(values))
-        told = _told(way.cause, way.singularity)
-        return HoldReport(reason=way.cause.reason, text=told, ways=tuple(ways))
+        if way.rates is not None:
+            ways.append(_joint_keys(way.rates))
+        return HoldReport(reason=way.cause.reason, text=_told(way), ways=tuple(ways))
 
     def _opposite(self, position: Sequence[float]) -> WayReport | None:
         """Return the opposite of the last press of the tool, if that leads out from here."""
@@ -128,11 +125,11 @@ class RetreatDesk:
         return _tool_key(values, pressed) if is_out else None
 
 
-def _joint_key(values: Sequence[float]) -> WayReport:
-    (named,) = (
+def _joint_keys(values: tuple[float, ...]) -> WayReport:
+    named = " and ".join(
         f"joint {joint + 1} towards {_sign(value)}" for joint, value in enumerate(values) if value
     )
-    return WayReport(press=named, space=JogSpace.JOINTS, frame="", values=tuple(values))
+    return WayReport(press=named, space=JogSpace.JOINTS, frame="", values=values)
 
 
 def _tool_key(values: tuple[float, ...], pressed: JogStart) -> WayReport:
@@ -146,12 +143,17 @@ def _sign(value: float) -> str:
     return "+" if value > 0.0 else "-"
 
 
-def _told(cause: JogCause, singularity: str) -> str:
+def _told(way: WayOut) -> str:
     """Return what is said of one cause, with its numbers."""
+    cause = way.cause
     if cause.pair is not None:
         first, second = cause.pair
         return f"{first} and {second} are {1e3 * cause.value:.1f} mm apart"
     if cause.joint >= 0:
         return f"joint {cause.joint + 1} stands at {cause.value:.4f}, its limit is {cause.limit:g}"
-    name = f"the {singularity} singularity" if singularity else "a singularity"
+    name = f"the {way.singularity} singularity" if way.singularity else "a singularity"
+    if way.rates is None:
+        return f"it stands at {name}; a motion of the joints leads out, such as to home"
+    if sum(map(abs, way.rates)) > 1.0:
+        return f"it stands at {name} and near another, so one joint alone does not lead out"
     return f"it stands at {name}"

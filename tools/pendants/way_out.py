@@ -6,10 +6,11 @@ from typing import TypedDict
 
 
 class WayOut(TypedDict):
-    """One key that leads out.
+    """One key that leads out, or two or three to be held together.
 
     Attributes:
-        press: its name, as `joint 3 towards -` or `tool Z+ in base`.
+        press: the name, as `joint 3 towards -`, `tool Z+ in base`, or
+            `joint 3 towards + and joint 5 towards -`.
         space: 1 joints, 2 tool.
         frame: of a tool key; empty for joints.
         values: parts of the jog speed, one per joint, or along and about the frame's axes.
@@ -27,7 +28,7 @@ class Hold(TypedDict):
     Attributes:
         reason: `joint-limit`, `singularity` or `collision`.
         text: what it is, with its numbers.
-        ways: keys that lead out, the best first; empty where none is known.
+        ways: what leads out, the best first; empty where nothing is known.
     """
 
     reason: str

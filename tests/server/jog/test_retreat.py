@@ -140,6 +140,20 @@ def test_out_of_a_wrist_singularity_leads_a_joint(jogged: Jogged, near: float) -
     assert jogged.holds() == []
 
 
+def test_out_of_two_singularities_at_once_lead_two_joints_together(jogged: Jogged) -> None:
+    """The elbow is straight and the wrist, too: either joint alone leaves it at the other."""
+    jogged.stand_at(j3=0.0, j5=0.0)
+    (hold,) = jogged.holds()
+    told = "it stands at the elbow singularity and near another, so one joint alone does not"
+    assert hold["text"].startswith(told)
+    (way,) = hold["ways"]
+    assert way["press"].startswith("joint 3 towards ")
+    assert " and joint 5 towards " in way["press"]
+    for _ in range(2):  # at 250 mm/s a long arm takes longer than one press
+        jogged.go(way)
+    assert jogged.holds() == []
+
+
 def test_out_of_a_stretched_arm_leads_the_tool_back_or_a_joint(jogged: Jogged) -> None:
     """The tool is jogged outwards until the elbow is all but straight."""
     jogged.stand_at(j2=-0.9, j3=0.7, j4=-1.2)
