@@ -105,12 +105,6 @@ class BetweenSamples:
             breaks, np.cumsum(np.concatenate((begins, gains), axis=2), axis=2), acceleration
         )
 
-    @property
-    def greatest_acceleration(self) -> Array:
-        """(n,) the greatest acceleration of each joint [rad/s² or m/s²]."""
-        greatest: Array = np.abs(self.pieces().acceleration).max(axis=(0, 2))
-        return greatest
-
     def interval(self, time: float) -> tuple[int, float]:
         """Return the place of the interval that a time lies in, and how far into it [s]."""
         last = len(self) - 1

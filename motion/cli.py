@@ -1,39 +1,30 @@
 """The command `openpendant robots`: list, show, draw, check and import robots, and try kinematics.
 
-Owns arguments, output and exit codes, nothing else. Results go to standard output, one JSON line
-for `fk` and `ik`; an error is one line on standard error.
+Owns arguments and output, nothing else; `fk` and `ik` are in `kinematics_cli`, `import` is in
+`robot_import`. Results go to standard output; an error is one line on standard error.
 
 Exit codes: 0 done, 1 a checked robot is bad, 2 a bad argument, robot name or robot file,
-3 refused: the pose cannot be reached, or the robot has no such kinematics, 130 interrupted.
+3 refused: the pose cannot be reached, or the robot has no such thing, 74 a file cannot be written,
+130 interrupted.
 """
 
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from .errors import (
-    BadArgument,
-    FrameUnknown,
-    MotionError,
-    NotFinite,
-    RobotFileError,
-    UnknownRobot,
-    UnsupportedKind,
-    WrongJointCount,
-)
-from .json_input import parse_joints, parse_pose
-from .robot import ParallelRobot, SerialRobot, load_robot, robot_names, serial_robot
+from .command_line import run
+from .errors import BadArgument, UnsupportedKind
+from .json_input import parse_joints
+from .kinematics_cli import fk, ik
+from .robot import ParallelRobot, SerialRobot, load_robot, robot_names
 from .robot_arguments import (
     Angles,
     AsJson,
-    Frame,
-    InFrame,
     OnSide,
     Robot,
     note_out_of_range,
@@ -44,21 +35,6 @@ from .robot_arguments import (
 from .robot_import.cli import import_robot
 
 EXIT_BAD_ROBOT = 1
-EXIT_USAGE = 2
-EXIT_REFUSED = 3
-EXIT_INTERRUPTED = 130
-
-_USAGE_ERRORS = (
-    BadArgument,
-    FrameUnknown,
-    NotFinite,
-    RobotFileError,
-    UnknownRobot,
-    WrongJointCount,
-)
-# Newer typers carry their own click, older ones import it; this names its error in both.
-_TyperUsageError: type[Exception] = typer.BadParameter.mro()[2]
-
 
 app = typer.Typer(
     add_completion=False,
@@ -75,17 +51,7 @@ def main(argv: Sequence[str]) -> int:
     Args:
         argv: the arguments after `robots`.
     """
-    try:
-        result = app(args=list(argv), prog_name="openpendant robots", standalone_mode=False)
-    except _TyperUsageError as error:
-        describe = getattr(error, "format_message", error.__str__)
-        return _fail(describe(), EXIT_USAGE)
-    except typer.Abort:
-        return _fail("interrupted", EXIT_INTERRUPTED)
-    except MotionError as error:
-        usage = isinstance(error, _USAGE_ERRORS)
-        return _fail(str(error), EXIT_USAGE if usage else EXIT_REFUSED)
-    return result if isinstance(result, int) else 0
+    return run(app, "robots", argv)
 
 
 @app.command("list")
@@ -125,9 +91,10 @@ def show(
         report = VrmReport.of(_serial(facts))
         print_vrm(report.robot, report.table, report.home_angles, report.in_words)
         return
+    arm = _serial(facts) if frames else None
     print_robot(facts, dh_exactness(facts))
-    if frames:
-        print_frames(_serial(facts), dh_frames_at_home(_serial(facts)))
+    if arm is not None:
+        print_frames(arm, dh_frames_at_home(arm))
 
 
 @app.command()
@@ -158,7 +125,7 @@ def draw(
     position = None if joints is None else parse_joints(joints, "--joints")
     if position is not None and isinstance(facts, SerialRobot):
         position = tuple(to_controller(facts, position, angles))
-        note_out_of_range(facts, position)
+        note_out_of_range(facts.limits, position)
     view = View(math.radians(azimuth), math.radians(elevation), perspective=not orthographic)
     target = output or Path(f"{facts.name}.svg")
     write_picture(draw(facts, position, view), target, facts.name)
@@ -190,93 +157,11 @@ def check(
 app.command("import")(import_robot)
 
 
-@app.command()
-def fk(
-    robot: Robot,
-    joints: Annotated[str, typer.Option(help="JSON list, one value per driven joint [rad or m].")],
-    frame: InFrame = Frame.BASE,
-    angles: OnSide = Angles.FILE,
-) -> None:
-    """Print the tool's pose for joint values: position [m] and quaternion x, y, z, w."""
-    facts = serial_robot(robot)
-    position = to_controller(facts, parse_joints(joints, "--joints"), angles)
-    note_out_of_range(facts, position)
-    from .kinematics import Kinematics
-
-    pose = Kinematics(facts).forward(position, frame)
-    print_json(
-        {"xyz": pose.position.tolist(), "quat": pose.quaternion.tolist(), "frame": frame.value}
-    )
-
-
-@app.command()
-def ik(
-    robot: Robot,
-    pose: Annotated[str, typer.Option(help='JSON {"xyz": [m], "quat": [x, y, z, w]}.')],
-    seed: Annotated[
-        str | None, typer.Option(help="JSON list to start from; the robot's home if not given.")
-    ] = None,
-    frame: Annotated[
-        Frame | None, typer.Option(help="Frame of the pose; its own `frame`, else base.")
-    ] = None,
-    angles: OnSide = Angles.FILE,
-    restarts: Annotated[int, typer.Option(min=0, max=10_000, help="Search budget.")] = 50,
-    random_seed: Annotated[
-        int, typer.Option(min=0, max=2**63 - 1, help="Same number, same answer.")
-    ] = 0,
-) -> None:
-    """Print joint values that put the tool at a pose, inside the limits."""
-    facts = serial_robot(robot)
-    xyz, quaternion, named = parse_pose(pose, "--pose")
-    asked = _frame(frame, named)
-    start = (
-        facts.home_position
-        if seed is None
-        else to_controller(facts, parse_joints(seed, "--seed"), angles)
-    )
-    from .ik import solve
-    from .kinematics import Kinematics
-    from .pose import Pose
-
-    target = Pose.from_values(xyz, quaternion)
-    solution = solve(
-        Kinematics(facts),
-        target,
-        start,
-        frame=asked,
-        restarts=restarts,
-        random_seed=random_seed,
-    )
-    found = tuple(solution.joint_position.tolist())
-    print_json(
-        {
-            "joints": facts.to_model(found) if angles is Angles.FILE else found,
-            "angles": angles.value,
-            "frame": asked.value,
-            "position_error": solution.position_error,
-            "rotation_error": solution.rotation_error,
-            "restarts": solution.restarts,
-            "iterations": solution.iterations,
-        }
-    )
+app.command()(fk)
+app.command()(ik)
 
 
 def _serial(robot: ParallelRobot | SerialRobot) -> SerialRobot:
     if isinstance(robot, ParallelRobot):
-        raise UnsupportedKind(robot.name, robot.kind, "a DH table")
+        raise UnsupportedKind(robot.name, robot.kind, "DH table")
     return robot
-
-
-def _frame(option: Frame | None, named: str | None) -> Frame:
-    if named is None:
-        return option or Frame.BASE
-    if named not in list(Frame):
-        raise FrameUnknown(named, tuple(Frame))
-    if option is not None and option != named:
-        raise BadArgument("--frame", option.value, f"the pose's own frame, {named}")
-    return Frame(named)
-
-
-def _fail(message: str, code: int) -> int:
-    print(f"error: {one_line(message)}", file=sys.stderr)
-    return code

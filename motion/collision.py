@@ -1,9 +1,9 @@
 """What a robot touches: itself, the scene around it, and with what it holds.
 
-Owns the collision model: the shapes of the robot file and of a scene as coal geometry on the
-pinocchio model, the pairs that are checked, and how far each pair can approach per unit of joint
-travel. Beside `kinematics` the only module that imports pinocchio or coal. Joint vectors are
-controller-side driven joints in file order; distances and points are in m, in the base frame.
+Owns the collision model: the shapes of the robot file and of a scene on the pinocchio model, the
+pairs that are checked, and how far each pair can approach per unit of joint travel. Beside
+`kinematics` the only module that imports pinocchio. Joint vectors are controller-side driven joints
+in file order; distances and points are in m, in the base frame.
 
 Checked are all pairs of bodies but these: links of one joint or of consecutive ones, the first and
 last link of the wrist of an arm of six axes or more, pairs that the robot file or the scene allows,
@@ -21,17 +21,13 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, NamedTuple
 
-import coal
 import numpy as np
 import pinocchio as pin
 
+from .collision_shapes import link_geometry, object_geometry
 from .errors import DuplicateObject, FrameUnknown, UnknownObject
 from .kinematics import Array, Kinematics, model_map
-from .mesh_file import read_mesh
-from .robot_schema import Box as LinkBox
-from .robot_schema import Capsule as LinkCapsule
-from .robot_schema import Shape as LinkShape
-from .scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Shape, Sphere
+from .scene import Scene, SceneObject
 
 TOUCHING = 1e-6
 """Bodies nearer than this touch [m].
@@ -113,10 +109,6 @@ class CollisionModel:
         self.sweep = self.sweep.reshape(len(checked), self._model.njoints - 1)
         self._exact = pin.GeometryData(self._geometry)
         self._padded: dict[float, Any] = {}
-
-    def with_scene(self, scene: Scene) -> CollisionModel:
-        """Return a model of the same robot in another scene."""
-        return CollisionModel(self.kinematics, scene)
 
     def collides(self, joint_position: Sequence[float] | Array) -> bool:
         """Return whether any checked pair touches at a (n,) controller-side position [rad or m].
@@ -220,13 +212,14 @@ class CollisionModel:
         for link, shapes in self.kinematics.robot.collision.items():
             for shape in shapes:
                 placement = pin.SE3(pin.rpy.rpyToMatrix(*shape.rpy), np.array(shape.xyz))
-                yield self._body(link, link, placement, _link_geometry(shape))
+                yield self._body(link, link, placement, link_geometry(shape))
 
     def _objects(self) -> Iterator[_Body]:
         for each in self.scene.objects:
             if each.link is not None and each.link not in self.kinematics.robot.links:
                 raise FrameUnknown(each.link, self.kinematics.robot.links)
-            yield self._body(each.name, each.link, self._placement(each), _geometry(each.shape))
+            geometry = object_geometry(each.shape)
+            yield self._body(each.name, each.link, self._placement(each), geometry)
 
     def _placement(self, each: SceneObject) -> Any:
         pose = each.pose
@@ -296,35 +289,3 @@ def _check_names(scene: Scene, links: Sequence[str]) -> None:
             raise DuplicateObject(name)
     for name in sorted({name for pair in scene.allowed for name in pair} - known):
         raise UnknownObject(name, (*scene.names, *links))
-
-
-def _link_geometry(shape: LinkShape) -> Any:
-    if isinstance(shape, LinkBox):
-        return coal.Box(*shape.size)
-    if isinstance(shape, LinkCapsule):
-        return coal.Capsule(shape.radius, shape.length)
-    return coal.Sphere(shape.radius)
-
-
-def _geometry(shape: Shape) -> Any:
-    match shape:
-        case Box(size):
-            return coal.Box(*size)
-        case Sphere(radius):
-            return coal.Sphere(radius)
-        case Cylinder(radius, length):
-            return coal.Cylinder(radius, length)
-        case Capsule(radius, length):
-            return coal.Capsule(radius, length)
-        case Mesh(file, scale):
-            return _surface(file, scale)
-
-
-def _surface(file: str, scale: Sequence[float]) -> Any:
-    vertices, corners = read_mesh(file)
-    surface = coal.BVHModelOBBRSS()
-    surface.beginModel(len(corners), len(vertices))
-    surface.addVertices(vertices * np.array(scale))
-    surface.addTriangles(corners)
-    surface.endModel()
-    return surface

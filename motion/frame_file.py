@@ -19,6 +19,7 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from .bounded_file import read_text
 from .errors import FrameFileError, MotionError
 from .field_problems import field_problems
 from .frame import LONGEST_NAME, Frame
@@ -120,18 +121,7 @@ def save_frames(tree: FrameTree, path: Path) -> None:
 
 def load_frames(path: Path, tree: FrameTree | None = None) -> FrameTree:
     """Read a file of frames and tools; arguments and refusals are those of `frames_from_json`."""
-    try:
-        with path.open("rb") as file:
-            raw = file.read(MAX_FILE_BYTES + 1)
-    except (OSError, ValueError) as error:
-        problem = getattr(error, "strerror", None) or "cannot be read"
-        raise FrameFileError(str(path), "", problem) from error
-    if len(raw) > MAX_FILE_BYTES:
-        raise FrameFileError(str(path), "", f"is larger than {MAX_FILE_BYTES} bytes")
-    try:
-        text = raw.decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise FrameFileError(str(path), "", f"is not UTF-8 text (byte {error.start})") from error
+    text = read_text(path, MAX_FILE_BYTES, FrameFileError)
     return frames_from_json(text, str(path), tree)
 
 
@@ -167,7 +157,7 @@ def _document(content: Any, file: str) -> _Document:
     try:
         return _Document.model_validate(content)
     except ValidationError as error:
-        raise FrameFileError(file, *field_problems(error)[0]) from None
+        raise FrameFileError(file, *field_problems(error, _Document)[0]) from None
 
 
 def _pose(placed: _Placed, file: str, where: str) -> Pose:

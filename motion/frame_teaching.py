@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .errors import BadArgument, NotFinite, PoorGeometry
-from .pose import Array, Pose
+from .errors import PoorGeometry
+from .pose import Array, Pose, checked_vector
 
 LEAST_DISTANCE = 0.01
 """Least distance of two taught points [m]: at 10 mm a touch 0.2 mm off tilts the frame by 1°."""
@@ -71,9 +71,9 @@ def frame_from_three_points(
         BadArgument: a point does not have three values.
         NotFinite: a value is infinite or not a number.
     """
-    o = _point(origin, "origin")
-    x = _separation(o, _point(on_x, "on_x"), "origin", "on_x")
-    side = _separation(o, _point(on_y_side, "on_y_side"), "origin", "on_y_side")
+    o = checked_vector(origin, 3, "origin")
+    x = _separation(o, checked_vector(on_x, 3, "on_x"), "origin", "on_x")
+    side = _separation(o, checked_vector(on_y_side, 3, "on_y_side"), "origin", "on_y_side")
     _separation(o + x, o + side, "on_x", "on_y_side")
     angle = _angle(x, side)
     _check_not_in_line(angle, "the angle at the origin")
@@ -107,9 +107,9 @@ def frame_from_four_points(
         BadArgument: a point does not have three values.
         NotFinite: a value is infinite or not a number.
     """
-    a, c = _point(first_on_x, "first_on_x"), _point(first_on_y, "first_on_y")
-    x = _separation(a, _point(second_on_x, "second_on_x"), "first_on_x", "second_on_x")
-    y = _separation(c, _point(second_on_y, "second_on_y"), "first_on_y", "second_on_y")
+    a, c = checked_vector(first_on_x, 3, "first_on_x"), checked_vector(first_on_y, 3, "first_on_y")
+    x = _separation(a, checked_vector(second_on_x, 3, "second_on_x"), "first_on_x", "second_on_x")
+    y = _separation(c, checked_vector(second_on_y, 3, "second_on_y"), "first_on_y", "second_on_y")
     angle = _angle(x, y)
     skew = abs(angle - math.pi / 2.0)
     if skew > GREATEST_SKEW:
@@ -153,13 +153,3 @@ def _check_not_in_line(angle: float, what: str) -> None:
 
 def _angle(first: Array, second: Array) -> float:
     return math.atan2(float(np.linalg.norm(np.cross(first, second))), float(first @ second))
-
-
-def _point(values: Sequence[float] | Array, what: str) -> Array:
-    point = np.array(values, dtype=np.float64)
-    if point.shape != (3,):
-        raise BadArgument(what, point.tolist(), "3 numbers")
-    finite = np.isfinite(point)
-    if not finite.all():
-        raise NotFinite(what, int(np.argmin(finite)))
-    return point

@@ -11,8 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .errors import BadArgument, NotFinite
-from .pose import Array, Pose
+from .pose import Array, Pose, checked_vector
 
 
 def transform_point(transform: Pose, point: Sequence[float] | Array) -> Array:
@@ -26,7 +25,7 @@ def transform_point(transform: Pose, point: Sequence[float] | Array) -> Array:
         BadArgument: there are not three values.
         NotFinite: a value is infinite or not a number.
     """
-    moved: Array = transform.position + transform.rotation @ _numbers(point, 3, "point")
+    moved: Array = transform.position + transform.rotation @ checked_vector(point, 3, "point")
     return moved
 
 
@@ -37,7 +36,7 @@ def transform_vector(transform: Pose, vector: Sequence[float] | Array) -> Array:
         BadArgument: there are not three values.
         NotFinite: a value is infinite or not a number.
     """
-    turned: Array = transform.rotation @ _numbers(vector, 3, "vector")
+    turned: Array = transform.rotation @ checked_vector(vector, 3, "vector")
     return turned
 
 
@@ -57,17 +56,7 @@ def transform_twist(transform: Pose, twist: Sequence[float] | Array) -> Array:
         BadArgument: there are not six values.
         NotFinite: a value is infinite or not a number.
     """
-    values = _numbers(twist, 6, "twist")
+    values = checked_vector(twist, 6, "twist")
     rotation = transform.rotation
     angular = rotation @ values[3:]
     return np.concatenate((rotation @ values[:3] + np.cross(transform.position, angular), angular))
-
-
-def _numbers(values: Sequence[float] | Array, count: int, what: str) -> Array:
-    vector = np.array(values, dtype=np.float64)
-    if vector.shape != (count,):
-        raise BadArgument(what, vector.tolist(), f"{count} numbers")
-    finite = np.isfinite(vector)
-    if not finite.all():
-        raise NotFinite(what, int(np.argmin(finite)))
-    return vector

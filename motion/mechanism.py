@@ -11,8 +11,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Protocol
 
-import numpy as np
-
 from .joint_curves import JointSpline, Path
 from .limits import JointLimits
 from .pose import Array, Pose
@@ -199,23 +197,3 @@ def mechanism(robot: Robot) -> Mechanism:
             return SerialMechanism(robot)
         case ParallelRobot():
             return PlatformMechanism(robot)
-
-
-def straight_legs(
-    robot: Mechanism,
-    start: Sequence[float] | Array,
-    poses: Sequence[Pose],
-    *,
-    frame: str = "base",
-) -> list[Path]:
-    """Return one straight tool line after another; they meet at corners, so each ends at rest.
-
-    Raises:
-        MotionError: a line is refused, as of `Mechanism.line`.
-    """
-    legs: list[Path] = []
-    here: Sequence[float] | Array = start
-    for pose in poses:
-        legs.append(robot.line(here, pose, frame=frame))
-        here = legs[-1].evaluate(np.array([legs[-1].length]))[0]
-    return legs

@@ -16,6 +16,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from .bounded_file import read_bounded
 from .errors import MeshFileError
 from .trajectory import Array
 
@@ -45,7 +46,7 @@ def read_mesh(path: str | Path) -> Triangles:
     suffix = file.suffix.lower()
     if suffix not in (".stl", ".obj"):
         raise MeshFileError(str(path), "", f"ends in {suffix!r}; accepted: .stl or .obj")
-    content = _read(file)
+    content = read_bounded(file, MAX_BYTES, MeshFileError)
     if suffix == ".obj":
         return _obj(str(path), content)
     if len(content) >= _HEADER + 4:
@@ -55,19 +56,6 @@ def read_mesh(path: str | Path) -> Triangles:
     if content.lstrip()[:5].lower() == b"solid":
         return _ascii_stl(str(path), content)
     raise _not_binary_stl(str(path), content)
-
-
-def _read(file: Path) -> bytes:
-    try:
-        with file.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
-    except OSError as error:
-        raise MeshFileError(str(file), "", error.strerror or "cannot be read") from error
-    except ValueError as error:
-        raise MeshFileError(repr(str(file)), "", "is not a legal file name") from error
-    if len(content) > MAX_BYTES:
-        raise MeshFileError(str(file), "", f"is larger than {MAX_BYTES} bytes")
-    return content
 
 
 def _binary_stl(file: str, content: bytes, count: int) -> Triangles:

@@ -1,32 +1,23 @@
-"""Turns as numbers: roll, pitch, yaw, their increments and rates, and turns about an axis.
+"""Turns as numbers: roll, pitch, yaw, their increments and rates, and rotation vectors.
 
-Owns the difference between two things that pendants both call A, B, C. `rpy_increment` adds to the
-three values; `axis_rotation` turns about a frame's x, y or z. They agree only where roll, pitch
-and yaw are all 0, or the axis is that of the outermost turn. Knows no robot. Convention of `pose`:
-R = Rz(yaw) Ry(pitch) Rx(roll); quaternions x, y, z, w; radians.
+Owns the formulas. Of the two things that pendants both call A, B, C, `rpy_increment` is the one
+that adds to the three values; turns about the axes of a frame are `jog.increments.turned`. They
+agree only where roll, pitch and yaw are all 0, or the axis is that of the outermost turn. Knows no
+robot. Convention of `pose`: R = Rz(yaw) Ry(pitch) Rx(roll); quaternions x, y, z, w; radians.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from enum import IntEnum
 
 import numpy as np
 
-from .errors import BadArgument, NotFinite
-from .pose import Array, Pose, quaternion_product
+from .errors import BadArgument
+from .pose import Array, Pose
 
 _GIMBAL = 1e-9
 """Cosine of the pitch below which roll and yaw turn about one axis."""
-
-
-class Axis(IntEnum):
-    """An axis of a frame."""
-
-    X = 0
-    Y = 1
-    Z = 2
 
 
 def roll_pitch_yaw(rotation: Array) -> Array:
@@ -62,29 +53,6 @@ def rpy_increment(pose: Pose, increment: Sequence[float] | Array) -> Pose:
     if change.shape != (3,):
         raise BadArgument("increment", change.tolist(), "3 numbers")
     return Pose.from_rpy(pose.position, roll_pitch_yaw(pose.rotation) + change)
-
-
-def axis_rotation(pose: Pose, axis: Axis, angle: float, about: Pose | None = None) -> Pose:
-    """Return the pose turned about an axis of a frame, through the pose's own origin.
-
-    Args:
-        pose: in any frame.
-        axis: which axis.
-        angle: how far [rad], right-handed.
-        about: the frame whose axis it is, in the frame of the pose: the identity (None) for the
-            axes that the pose is given in, the pose itself for its own.
-
-    Raises:
-        NotFinite: the angle is infinite or not a number.
-    """
-    if not math.isfinite(angle):
-        raise NotFinite("the angle", 0)
-    vector = np.zeros(3)
-    vector[axis] = angle
-    if about is not None:
-        vector = about.rotation @ vector
-    turn = Pose(np.zeros(3), quaternion_of_vector(vector))
-    return Pose(pose.position, quaternion_product(turn.quaternion, pose.quaternion))
 
 
 def quaternion_of_vector(vector: Array) -> Array:

@@ -1,7 +1,7 @@
 """Geometric paths: the curves in joint space, and those of the tool.
 
-Owns the ways to ask for a path: one straight line, circle or spline of the tool, several lines in
-turn, joint waypoints through poses. Lists of mixed segments come from `segments`, joint-space
+Owns the ways to ask for a path: one straight line of the tool, several lines in turn, joint
+waypoints through poses. Circles, splines and mixed lists come from `segment_planning`, joint-space
 curves from `joint_curves` and `zones`; they are named here too. Knows no timing. The server's event
 loop imports this module, so inverse kinematics is imported only by the functions that search.
 """
@@ -22,10 +22,9 @@ from .joint_curves import (
     settle_start,
 )
 from .pose import Pose
-from .segment_curves import circle_curve
 from .segment_planning import plan_path
 from .segments import Circ, Lin, Ptp, Segment, Spline
-from .tool_curves import ToolLine, ToolSpline
+from .tool_curves import ToolLine
 from .tool_kinematics import ToolKinematics, joints_at
 from .tool_paths import follow_tool_curve
 from .trajectory import Array
@@ -43,13 +42,11 @@ __all__ = [
     "Segment",
     "Spline",
     "check_extent",
-    "circular_path",
     "joint_path_through_poses",
     "linear_legs",
     "linear_path",
     "plan_path",
     "settle_start",
-    "tool_spline_path",
 ]
 
 
@@ -86,61 +83,6 @@ def linear_path(
     here = settle_start(start, kinematics.limits)
     line = ToolLine(kinematics.forward(here), kinematics.to_base(target, frame))
     return follow_tool_curve(kinematics, here, line)
-
-
-def circular_path(
-    kinematics: ToolKinematics,
-    start: Sequence[float] | Array,
-    circ: Circ,
-) -> JointSpline:
-    """Return the joint path that leads the tool along a circle.
-
-    Args:
-        kinematics: the robot.
-        start: (n,) where the robot stands; see `settle_start`.
-        circ: the circle; its zone is not used.
-
-    Returns:
-        A path with two waypoints: its start and its end.
-
-    Raises:
-        BadCircle: the points determine no circle.
-        MotionError: otherwise as of `linear_path`.
-    """
-    here = settle_start(start, kinematics.limits)
-    return follow_tool_curve(
-        kinematics, here, circle_curve(kinematics, kinematics.forward(here), circ)
-    )
-
-
-def tool_spline_path(
-    kinematics: ToolKinematics,
-    start: Sequence[float] | Array,
-    poses: Sequence[Pose],
-    *,
-    frame: str = "base",
-) -> JointSpline:
-    """Return the joint path that leads the tool along a smooth curve through poses.
-
-    Args:
-        kinematics: the robot.
-        start: (n,) where the robot stands [rad or m]; see `settle_start`.
-        poses: one or more tool poses in `frame`; positions in m.
-        frame: `base` or `root`.
-
-    Returns:
-        A path whose waypoints are the start and the poses; the curve is `ToolSpline`'s.
-
-    Raises:
-        BadArgument: there are no poses.
-        NoMotion: the tool is at all of them already.
-        MotionError: otherwise as of `linear_path`.
-    """
-    if not poses:
-        raise BadArgument("poses", 0, "at least one pose")
-    here = settle_start(start, kinematics.limits)
-    through = [kinematics.to_base(pose, frame) for pose in poses]
-    return follow_tool_curve(kinematics, here, ToolSpline([kinematics.forward(here), *through]))
 
 
 def linear_legs(

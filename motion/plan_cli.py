@@ -1,6 +1,6 @@
 """The command `openpendant plan`: a motion around obstacles, planned offline.
 
-Owns arguments, the progress bar, files and exit codes, nothing else. The table goes to standard
+Owns arguments, the progress bar and files, nothing else. The table goes to standard
 output, or one JSON line with `--json -`; progress and errors go to standard error, an error being
 one line.
 
@@ -20,21 +20,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from .cli import EXIT_INTERRUPTED, EXIT_REFUSED, EXIT_USAGE
-from .errors import (
-    BadArgument,
-    DuplicateObject,
-    FrameUnknown,
-    MeshFileError,
-    MotionError,
-    NotFinite,
-    PlannerUnavailable,
-    RobotFileError,
-    SceneFileError,
-    UnknownObject,
-    UnknownRobot,
-    WrongJointCount,
-)
+from .command_line import run
+from .errors import BadArgument
 from .json_input import parse_joints, parse_pose
 from .robot import SerialRobot, serial_robot
 from .robot_arguments import Angles, to_controller
@@ -45,26 +32,10 @@ if TYPE_CHECKING:
     from .plan_output import PlannedMotion
     from .planner import Progress
 
-EXIT_OUTPUT = 74
 BAR_AFTER = 1.0
 """A progress bar is shown for what takes longer than this [s]."""
 
 MAX_GOALS = 1000
-
-_USAGE_ERRORS = (
-    BadArgument,
-    DuplicateObject,
-    FrameUnknown,
-    MeshFileError,
-    NotFinite,
-    PlannerUnavailable,
-    RobotFileError,
-    SceneFileError,
-    UnknownObject,
-    UnknownRobot,
-    WrongJointCount,
-)
-_TyperUsageError: type[Exception] = typer.BadParameter.mro()[2]
 
 app = typer.Typer(
     add_completion=False,
@@ -79,21 +50,7 @@ def main(argv: Sequence[str]) -> int:
     Args:
         argv: the arguments after `plan`.
     """
-    try:
-        result = app(args=list(argv), prog_name="openpendant plan", standalone_mode=False)
-    except _TyperUsageError as error:
-        describe = getattr(error, "format_message", error.__str__)
-        return _fail(describe(), EXIT_USAGE)
-    except (typer.Abort, KeyboardInterrupt):
-        return _fail("interrupted", EXIT_INTERRUPTED)
-    except MotionError as error:
-        usage = isinstance(error, _USAGE_ERRORS)
-        return _fail(str(error), EXIT_USAGE if usage else EXIT_REFUSED)
-    except BrokenPipeError:
-        raise
-    except OSError as error:
-        return _fail(f"{error.filename or 'output'}: {error.strerror or error}", EXIT_OUTPUT)
-    return result if isinstance(result, int) else 0
+    return run(app, "plan", argv)
 
 
 @app.command()
@@ -292,9 +249,3 @@ def _goals(goal: str | None, pose: str | None, program: Path | None) -> list[str
     if not isinstance(content, list) or not 1 <= len(content) <= MAX_GOALS:
         raise BadArgument("--program", str(program), accepted)
     return [json.dumps(each) for each in content]
-
-
-def _fail(message: str, code: int) -> int:
-    line = "".join(char if char.isprintable() else " " for char in message)
-    sys.stderr.write(f"error: {line}\n")
-    return code

@@ -113,7 +113,7 @@ def plan_free_path(
         clock: tells seconds; without one only the number of samples is bounded.
 
     Returns:
-        Lines in joint space joined by parabolas, to be timed by `time_path`.
+        Lines in joint space with zones between, to be timed by `time_path`.
 
     Raises:
         StartInCollision: the robot touches something at the start.

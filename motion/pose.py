@@ -44,8 +44,8 @@ class Pose:
     quaternion: Array
 
     def __post_init__(self) -> None:
-        position = _vector(self.position, 3, "position")
-        quaternion = _vector(self.quaternion, 4, "quaternion")
+        position = checked_vector(self.position, 3, "position")
+        quaternion = checked_vector(self.quaternion, 4, "quaternion")
         if float(np.max(np.abs(position))) > _LARGEST_COORDINATE:
             raise BadArgument("position", position.tolist(), "coordinates within a million metres")
         # Dividing by the largest element first keeps the norm from overflowing.
@@ -79,7 +79,7 @@ class Pose:
             BadArgument: a vector does not have three values.
             NotFinite: a value is infinite or not a number.
         """
-        half = _vector(rpy, 3, "rpy") / 2.0
+        half = checked_vector(rpy, 3, "rpy") / 2.0
         (sr, sp, sy), (cr, cp, cy) = np.sin(half), np.cos(half)
         quaternion = np.array(
             [
@@ -241,7 +241,18 @@ def _canonical(quaternion: Array) -> Array:
     return (quaternion if _sign(quaternion.tolist()) > 0.0 else -quaternion) + 0.0
 
 
-def _vector(values: Sequence[float] | Array, count: int, what: str) -> Array:
+def checked_vector(values: Sequence[float] | Array, count: int, what: str) -> Array:
+    """Return numbers that somebody handed in as a (count,) array of their own.
+
+    Args:
+        values: what was handed in, in any unit.
+        count: how many there must be.
+        what: what to call them in errors.
+
+    Raises:
+        BadArgument: there are not so many values.
+        NotFinite: a value is infinite or not a number.
+    """
     vector = np.array(values, dtype=np.float64)
     if vector.shape != (count,):
         raise BadArgument(what, vector.tolist(), f"{count} numbers")

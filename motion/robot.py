@@ -46,10 +46,6 @@ from .robot_schema import (
 _Facts = TypeVar("_Facts", bound=Facts)
 
 _SUFFIX = ".yaml"
-_KINDS = {
-    "joints": frozenset({"fixed", "revolute", "prismatic"}),
-    "collision": frozenset({"capsule", "box", "sphere"}),
-}
 
 
 class SerialRobot(RobotFacts):
@@ -205,7 +201,8 @@ def serial_robot(name_or_path: str | Path) -> SerialRobot:
     """
     robot = load_robot(name_or_path)
     if not isinstance(robot, SerialRobot):
-        raise UnsupportedKind(robot.name, robot.kind, "forward and inverse kinematics")
+        missing = "emulated controller, pendant server or planner"
+        raise UnsupportedKind(robot.name, robot.kind, missing)
     return robot
 
 
@@ -250,7 +247,7 @@ def validated(model: type[_Facts], content: Mapping[str, Any], file: str) -> _Fa
     try:
         return model.model_validate(content, context={"file": file})
     except ValidationError as error:
-        raise _file_error(file, field_problems(error, _KINDS)) from None
+        raise _file_error(file, field_problems(error, model)) from None
 
 
 def _raise_problems(problems: Iterator[Problem], info: ValidationInfo) -> None:

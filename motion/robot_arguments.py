@@ -14,6 +14,7 @@ from typing import Annotated
 import typer
 
 from .errors import OutOfRange
+from .limits import JointLimits
 from .robot import SerialRobot
 
 
@@ -51,10 +52,10 @@ def to_controller(
     return robot.to_controller(values) if angles is Angles.FILE else values
 
 
-def note_out_of_range(robot: SerialRobot, position: Sequence[float]) -> None:
+def note_out_of_range(limits: JointLimits, position: Sequence[float]) -> None:
     """Tell on standard error where a (n,) position [rad or m] leaves a joint's range."""
     try:
-        robot.limits.check_position(position)
+        limits.check_position(position)
     except OutOfRange as error:
         sys.stderr.write(f"note: {one_line(str(error))}\n")
 

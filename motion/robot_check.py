@@ -3,7 +3,7 @@
 Owns what a file is compared with beyond its own rules: the chain's forward kinematics against its
 Denavit–Hartenberg table and that of RoboAnalyzer, the reach against the data sheet's, the dependent
 joints against their ranges, self-collision at home and at random positions, and the room left at
-home. Returns findings as data; prints nothing.
+home. Of a platform: whether its leg lengths tell its pose. Findings are data; it prints nothing.
 """
 
 from __future__ import annotations
@@ -68,23 +68,9 @@ def check_robot(name_or_path: str | Path) -> CheckReport:
     except RobotFileError as error:
         found = (f"{field}: {problem}" if field else problem for field, problem in error.problems)
         return CheckReport(str(name_or_path), tuple(found))
-    remarks = [*_name_remarks(robot, Path(name_or_path))]
-    if isinstance(robot, ParallelRobot):
-        remarks.append("parallel robot: geometry is consistent, no kinematics to compare")
-        return CheckReport(robot.name, (), tuple(remarks))
-    # Imported here, since listing and showing robots must not wait for pinocchio.
-    from .kinematics import Kinematics
-
-    kinematics = Kinematics(robot)
-    findings = [
-        *_dh(robot),
-        *_vrm(robot),
-        *_limits(kinematics),
-        *_reach(kinematics),
-        *_self_collision(kinematics),
-        _Finding(_room_at_home(robot), bad=False),
-    ]
+    findings = [*_platform(robot)] if isinstance(robot, ParallelRobot) else [*_arm(robot)]
     problems = tuple(finding.text for finding in findings if finding.bad)
+    remarks = [*_name_remarks(robot, Path(name_or_path))]
     remarks += [finding.text for finding in findings if not finding.bad]
     return CheckReport(robot.name, problems, tuple(remarks))
 
@@ -106,6 +92,42 @@ def dh_residual(robot: SerialRobot) -> DhResidual | None:
         worst_position = max(worst_position, by_chain.position_distance(by_table))
         worst_rotation = max(worst_rotation, by_chain.rotation_distance(by_table))
     return DhResidual(worst_position, worst_rotation)
+
+
+def _arm(robot: SerialRobot) -> Iterator[_Finding]:
+    # Imported here, since listing and showing robots must not wait for pinocchio.
+    from .kinematics import Kinematics
+
+    kinematics = Kinematics(robot)
+    yield from _dh(robot)
+    yield from _vrm(robot)
+    yield from _limits(kinematics)
+    yield from _reach(kinematics)
+    yield from _self_collision(kinematics)
+    yield _Finding(_room_at_home(robot), bad=False)
+
+
+def _platform(robot: ParallelRobot) -> Iterator[_Finding]:
+    from .stewart import StewartKinematics
+    from .stewart_assembly import uniqueness
+
+    kinematics = StewartKinematics(robot)
+    legs, workspace = kinematics.legs, kinematics.workspace
+    measure = uniqueness(legs, workspace.bounds)
+    text = f"legs: the Jacobian changes by {measure:.2f} of that at home within the workspace"
+    if measure < 1.0:
+        yield _Finding(f"{text}, so their lengths tell the pose", bad=False)
+    else:
+        accepted = "accepted: less than 1, by a smaller workspace, so that they tell the pose"
+        yield _Finding(f"{text}; {accepted}", bad=True)
+    corners = np.concatenate((np.eye(6), -np.eye(6))) * workspace.bounds
+    worst = max(workspace.holding(workspace.pose(corner)).condition for corner in corners)
+    at_home = workspace.holding(legs.home).condition
+    yield _Finding(
+        f"singularity: condition {at_home:.2f} at home, {worst:.2f} at the worst corner of the"
+        " workspace",
+        bad=False,
+    )
 
 
 def _name_remarks(robot: Robot, path: Path) -> list[str]:

@@ -14,6 +14,7 @@ from typing import Any
 
 import yaml
 
+from .bounded_file import read_text
 from .errors import RobotFileError
 
 MAX_FILE_BYTES = 1 << 20
@@ -58,7 +59,7 @@ def read_mapping(path: Path) -> dict[str, Any]:
     Raises:
         RobotFileError: the file cannot be read, is too large, or is not a plain YAML mapping.
     """
-    text = _read_text(path)
+    text = read_text(path, MAX_FILE_BYTES, RobotFileError)
     try:
         _refuse_hostile_structure(text, str(path))
         loaded = yaml.load(text, Loader=_Loader)
@@ -71,22 +72,6 @@ def read_mapping(path: Path) -> dict[str, Any]:
         problem = "is not a mapping; accepted: a mapping of field names to values"
         raise RobotFileError(str(path), "", problem)
     return loaded
-
-
-def _read_text(path: Path) -> str:
-    try:
-        with path.open("rb") as file:
-            raw = file.read(MAX_FILE_BYTES + 1)
-    except OSError as error:
-        raise RobotFileError(str(path), "", error.strerror or "cannot be read") from error
-    except ValueError as error:
-        raise RobotFileError(repr(str(path)), "", "is not a legal file name") from error
-    if len(raw) > MAX_FILE_BYTES:
-        raise RobotFileError(str(path), "", f"is larger than {MAX_FILE_BYTES} bytes")
-    try:
-        return raw.decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise RobotFileError(str(path), "", f"is not UTF-8 text (byte {error.start})") from error
 
 
 @dataclass(slots=True)

@@ -124,7 +124,7 @@ def robot_data(robot: Robot, *, frames: bool = False, vrm: bool = False) -> dict
         if vrm:
             data["vrm"] = VrmReport.of(robot).as_data()
     elif frames or vrm:
-        raise UnsupportedKind(robot.name, robot.kind, "a DH table")
+        raise UnsupportedKind(robot.name, robot.kind, "DH table")
     return data
 
 

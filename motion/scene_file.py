@@ -32,7 +32,6 @@ SCENE_SCHEMA = "openpendant-scene/1"
 MAX_OBJECTS = 1000
 
 _Vector: TypeAlias = tuple[Real, Real, Real]
-_KINDS = frozenset({"box", "sphere", "cylinder", "capsule", "mesh"})
 
 
 class _Entry(BaseModel):
@@ -148,7 +147,7 @@ def scene_from_data(content: dict[str, Any], source: str) -> Scene:
     try:
         read = _File.model_validate(content)
     except ValidationError as error:
-        (field, problem), *more = field_problems(error, {"objects": _KINDS})
+        (field, problem), *more = field_problems(error, _File)
         raise SceneFileError(source, field, problem, tuple(more)) from None
     objects: list[SceneObject] = []
     for index, entry in enumerate(read.objects):

@@ -2,11 +2,18 @@
 
 Owns the choice of the points that reduced speed watches (the tool centre point and the elbow) and
 the derivative of a point's place by the path parameter. Knows no time and no timing: `timing` turns
-these derivatives into bounds on the path velocity, since |v| = |dp/ds| · ds/dt. Points come as
-callables of joint positions, so neither pinocchio nor a robot is needed here.
+these derivatives into bounds on the path velocity. Points come as callables of joint positions, so
+neither pinocchio nor a robot is needed here. Places are in the base frame [m]; joint vectors are
+controller-side driven joints in file order [rad or m]; s is the path parameter of `joint_curves`.
 
-The turn is a point too, in the nine dimensions of rotation matrices: from dR/dt = [ω]× R follows
-‖dR/dt‖ = √2 |ω| in the Frobenius norm, so R/√2 moves at the speed |ω|.
+A point's speed. With p(q) its place and q(s) the path, the chain rule gives dp/ds = (∂p/∂q) q'(s)
+and |v| = |dp/ds| · ds/dt: a limit V on |v| bounds ds/dt by V / |dp/ds| at each s, the form of a
+velocity limit in time-optimal path following (Bobrow, Dubowsky and Gibson, "Time-Optimal Control of
+Robotic Manipulators Along Specified Paths", IJRR 4(3), 1985).
+
+The turn is a point too, in the nine dimensions of rotation matrices. With dR/dt = [ω]× R (Lynch and
+Park, Modern Robotics, section 3.2.2), and because a rotation changes no Frobenius norm and that of
+[ω]× is √2 |ω|, ‖dR/dt‖ = √2 |ω|: R/√2 moves at the speed |ω|.
 """
 
 from __future__ import annotations
@@ -30,9 +37,9 @@ PointPosition: TypeAlias = Callable[[Array], Array]
 else moves with the joints, (m, k) in a unit of its own."""
 
 REDUCED_SPEED = 0.25
-"""Greatest speed of the tool under manual reduced speed, by ISO 10218-1 [m/s]."""
+"""Greatest speed of the tool under manual reduced speed, by ISO 10218-1:2011, 5.6.2 [m/s]."""
 
-_JOINT_STEP = 1e-5  # rad or m; the error of the central difference is of its square
+_JOINT_STEP = 1e-5  # h of the central difference, rad or m: its error is of h², some 1e-10 of p
 _PARALLEL = 1e-6  # sine of the angle between axes that count as parallel
 _APART = 1e-3  # m, between parallel axes that are not one
 
@@ -59,10 +66,18 @@ class ToolSpeedLimit:
             raise BadArgument(f"speed limit of the {self.name}", self.limit, accepted)
 
     def slope(self, path: Path, s: Array) -> Array:
-        """Return the (m,) |dp/ds| at path positions s (m,) [m or rad per unit of s].
+        """Return how far the point moves per unit of the path parameter.
 
-        By the chain rule this is the derivative of p along the direction dq/ds at q(s), taken as a
-        central difference. So it is smooth wherever dq/ds is continuous, knots included.
+        This is the derivative of p at q(s) along the direction d = q'(s), as the central difference
+        (p(q + h d) - p(q - h d)) / 2h with d scaled so that no joint steps farther than h. It is
+        smooth wherever q' is continuous, knots included.
+
+        Args:
+            path: what is run along.
+            s: (m,) path positions, 0 to the path's length.
+
+        Returns:
+            (m,) |dp/ds|: `unit` times seconds, [m] or [rad], per unit of s.
         """
         joints, direction = path.evaluate(s), path.evaluate(s, 1)
         length = np.abs(direction).max(axis=1, keepdims=True)
@@ -73,7 +88,10 @@ class ToolSpeedLimit:
 
 
 def speed_ratios(points: Sequence[ToolSpeedLimit], path: Path, s: Array) -> Array:
-    """Return the ratios of points' speeds to their limits at path velocity 1.
+    """Return the ratios of points' speeds to their limits at path velocity ds/dt = 1.
+
+    Ratio times path velocity is the share of the limit that is used, so 1 / ratio is the greatest
+    path velocity that a point allows.
 
     Args:
         points: k limits.
@@ -81,7 +99,7 @@ def speed_ratios(points: Sequence[ToolSpeedLimit], path: Path, s: Array) -> Arra
         s: path positions, of any shape.
 
     Returns:
-        The shape of s, and k.
+        The shape of s with a last axis of k: |dp/ds| over limit [s per unit of s], 0 or more.
     """
     ratios = [point.slope(path, s.ravel()).reshape(s.shape) / point.limit for point in points]
     return np.stack(ratios, axis=-1)
@@ -100,6 +118,9 @@ def reduced_speed(
         limit: greatest speed of either point [m/s].
         tool: (3,) the tool centre point in the frame of the tool link [m].
 
+    Returns:
+        One limit, or two for an arm with an elbow; see `elbow_link`.
+
     Raises:
         BadArgument: the limit is not more than 0, or the tool is not three finite numbers.
     """
@@ -115,7 +136,10 @@ def rotation_speed(kinematics: Kinematics, limit: float) -> ToolSpeedLimit:
 
     Args:
         kinematics: the robot.
-        limit: greatest rotation speed [rad/s].
+        limit: greatest rotation speed |ω| of the tool link against the base [rad/s].
+
+    Returns:
+        A limit whose point is the (m, 9) elements of R/√2; see the text of the module.
 
     Raises:
         BadArgument: the limit is not more than 0.
@@ -136,6 +160,9 @@ def tool_point(kinematics: Kinematics, offset: Sequence[float] = (0.0, 0.0, 0.0)
         kinematics: the robot.
         offset: (3,) the point in the frame of the tool link [m].
 
+    Returns:
+        From (m, n) joint positions to (m, 3) places p + R · offset [m].
+
     Raises:
         BadArgument: the offset is not three finite numbers.
     """
@@ -154,6 +181,13 @@ def tool_point(kinematics: Kinematics, offset: Sequence[float] = (0.0, 0.0, 0.0)
 def link_point(kinematics: Kinematics, link: str) -> PointPosition:
     """Return where the origin of a link's frame is, in the base frame.
 
+    Args:
+        kinematics: the robot.
+        link: a link of the chain.
+
+    Returns:
+        From (m, n) joint positions to (m, 3) places [m].
+
     Raises:
         FrameUnknown: the robot has no such link.
     """
@@ -171,7 +205,11 @@ def elbow_link(kinematics: Kinematics) -> str | None:
     The elbow is on the first joint that turns about an axis parallel to an earlier joint's and
     apart from it: joint 3 of the usual six axes, 4 of a seven-axis arm whose joint 3 is a roll or
     whose first axis is a rail, 2 of a SCARA. Its child link's frame has its origin on that axis,
-    where upper arm and forearm meet.
+    where upper arm and forearm meet. Two axes count as parallel where the sine of the angle between
+    them is below 1e-6 with all joints at 0, and as apart from 1 mm on.
+
+    Args:
+        kinematics: the robot.
     """
     standing = np.zeros(kinematics.dof)
     shoulders: list[tuple[Array, Array]] = []

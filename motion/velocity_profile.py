@@ -1,7 +1,17 @@
 """How fast a path is run: its velocity over the path, measured against limits and sampled in time.
 
 Owns the profile whose path acceleration is constant between grid points. Knows nothing of how one
-is found. Joint vectors are controller-side driven joints in file order [rad or m, s].
+is found. Joint vectors are controller-side driven joints in file order [rad or m, s]; s is the path
+parameter of `joint_curves`, q' and q'' the path's derivatives by it.
+
+On a step of length Δs with the path acceleration u, from the path velocity v to v₊:
+
+    v₊² = v² + 2 u Δs        Δt = 2 Δs / (v + v₊)        s(t) = s + v t + u t²/2
+    dq/dt = q' v             d²q/dt² = q' u + q'' v²
+
+the discretisation of TOPP-RA (Pham and Pham, "A New Approach to Time-Optimal Path Parameterization
+Based on Reachability Analysis", IEEE T-RO 34(3), 2018). The square of the velocity is linear in s,
+and so both ratios to limits are smooth on a step but not linear: they are measured in between.
 """
 
 from __future__ import annotations
@@ -14,8 +24,8 @@ from .joint_curves import Indices, Path
 from .limits import JointLimits
 from .trajectory import FINER, MOST_FINE, Array, FineSamples, Trajectory
 
-_MEASURED = 32  # places measured between two knots
-_LEAST_MEASURED = 4  # between two grid points
+_MEASURED = 32  # places measured between two knots of the path, about
+_LEAST_MEASURED = 4  # places between two grid points, at the least
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -23,10 +33,10 @@ class VelocityProfile:
     """A run along a path from rest to rest; the square of its rate is linear on each step.
 
     Attributes:
-        grid: (g,) path positions from 0 to the path's length, with every knot among them.
-        rate: (g,) path velocity there [1/s times the unit of the grid].
-        gain: (g - 1,) path acceleration on the step that follows [1/s² likewise].
-        times: (g,) when the run passes [s].
+        grid: (g,) path positions s from 0 to the path's length, with every knot among them.
+        rate: (g,) path velocity v there [unit of s per s], 0 at both ends.
+        gain: (g - 1,) path acceleration u on the step that follows [unit of s per s²].
+        times: (g,) when the run passes, from 0 [s].
     """
 
     grid: Array
@@ -36,7 +46,12 @@ class VelocityProfile:
 
     @classmethod
     def through(cls, grid: Array, rate: Array) -> VelocityProfile:
-        """Return the profile with given rates at the grid points, no two successive ones 0."""
+        """Return the profile with given rates at the grid points.
+
+        Args:
+            grid: (g,) path positions, increasing.
+            rate: (g,) path velocities, 0 or more, no two successive ones 0 [unit of s per s].
+        """
         steps = np.diff(grid)
         both = rate[1:] + rate[:-1]
         gain = np.diff(rate) * both / (2.0 * steps)
@@ -53,15 +68,16 @@ class VelocityProfile:
         """Measure the run between the grid points.
 
         Args:
-            path: what is run along.
-            velocity: (g - 1, n) velocity limits on each step.
-            acceleration: (n,) acceleration limits.
+            path: what is run along, n joints.
+            velocity: (g - 1, n) velocity limits on each step [rad/s or m/s].
+            acceleration: (n,) acceleration limits [rad/s² or m/s²].
             tool: (g - 1, places, k) at the `measured_places`, for each of k points of the arm the
-                ratio of its speed to its limit at path velocity 1.
+                ratio of its speed to its limit at path velocity 1, as of `speed_ratios`.
 
         Returns:
             For each step (g - 1,) the greatest ratio of a joint velocity or tool speed, and of a
-            joint acceleration, to its limit.
+            joint acceleration, to its limit; 1 is at the limit. Both are bounds from above where a
+            curve is a parabola between places, see `_crests`.
         """
         s = measured_places(path, self.grid)
         steps, places = s.shape
@@ -83,12 +99,18 @@ class VelocityProfile:
     ) -> Trajectory:
         """Return the run, slowed down as a whole to last a number of sample periods.
 
+        Slower by the factor c, the run passes each place at c times its time: its path velocity is
+        divided by c, its path acceleration by c².
+
         Args:
-            path: what is run along.
+            path: what is run along, n joints.
             limits: whose ranges the path keeps but for rounding.
-            waypoints: places of the path's waypoints in the grid.
-            samples: number of sample periods.
+            waypoints: (w,) places of the path's waypoints in the grid.
+            samples: number m of sample periods; m times the period is the duration or more.
             period: their length [s].
+
+        Returns:
+            m + 1 samples of n joints, and finer ones between them unless there are too many.
         """
         slower = samples * period / self.duration
         finer = FINER if samples <= MOST_FINE else 1
@@ -118,7 +140,12 @@ class VelocityProfile:
 
 
 def measured_places(path: Path, grid: Array) -> Array:
-    """Return the (g - 1, places) path positions where a run is measured, ends of steps included."""
+    """Return the (g - 1, places) path positions where a run is measured, ends of steps included.
+
+    Args:
+        path: what is run along; its knots say how finely to look.
+        grid: (g,) path positions of the profile.
+    """
     steps = len(grid) - 1
     count = max(_MEASURED * len(path.knots) // steps, _LEAST_MEASURED)
     ahead = np.diff(grid)[:, np.newaxis] * (np.arange(count + 1) / count)
@@ -129,8 +156,8 @@ def measured_places(path: Path, grid: Array) -> Array:
 def _crests(values: Array) -> Array:
     """Return the (steps,) greatest magnitude on each step of curves given at (steps, places, n).
 
-    Between neighbouring places a curve rises above them by an eighth of their second difference at
-    most, as far as it is a parabola.
+    Between neighbouring places at a distance h a parabola rises above their chord by h² |f''| / 8
+    at most (the remainder of linear interpolation), and h² f'' is its second difference.
     """
     rise = np.abs(np.diff(values, 2, axis=1)).max(axis=(1, 2)) / 8.0
     greatest: Array = np.abs(values).max(axis=(1, 2)) + rise

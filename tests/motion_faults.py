@@ -432,7 +432,7 @@ class _IgnoresTopicStop(_Answers):
 
 class _IgnoresStrangersStop(_Answers):
     def disobeys(self, link: int, message: Received, now: int) -> bool:
-        return is_stop(message) and self._owner not in (None, link)
+        return is_stop(message) and self._taking.owner not in (None, link)
 
 
 def _late_stop(link: FaultyLink, received: Received) -> Iterable[Received]:
@@ -507,7 +507,7 @@ class _StopKeepsDownload(_Answers):
     """Answers STOP amid a download and goes on as soon as points are forgotten."""
 
     def disobeys(self, link: int, message: Received, now: int) -> bool:
-        if is_stop(message) and self._trajectory.is_download:
+        if is_stop(message) and self._taking.is_download:
             self._servo.go(now)
             return True
         return False
@@ -706,14 +706,20 @@ class _StateNeedsMotion(FaultyService):
             listener.abort()
 
 
-class _CarriesOn(Controller):
+class _AnybodyCommands(Controller):
+    """Takes points of whoever sends them, and then as if he had commanded all along."""
+
+    def handle(self, link: int, message: Received, now: int) -> Outgoing:
+        if isinstance(message, JointTrajPt | JointTrajPtFull):
+            self._taking.owner = link
+        return super().handle(link, message, now)
+
+
+class _CarriesOn(_AnybodyCommands):
     """Does not mind that its client is gone."""
 
     def disconnected(self, link: int, now: int) -> Outgoing:
         return []
-
-    def _may_command(self, link: int, step: object) -> bool:
-        return True
 
 
 class _CarriesOnAfterClose(FaultyService):
@@ -759,11 +765,6 @@ class _DeadAfterLoss(Controller):
         if self._was_lost and isinstance(message, JointTrajPt) and not is_stop(message):
             return [(link, dataclasses.replace(accepted(message), reply_code=2))]
         return super().handle(link, message, now)
-
-
-class _AnybodyCommands(Controller):
-    def _may_command(self, link: int, step: object) -> bool:
-        return True
 
 
 def _sixty_four_pings(link: FaultyLink, data: bytes) -> bytes:

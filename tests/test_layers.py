@@ -38,7 +38,7 @@ PLAIN_DATA = {f"{UMBRELLA}.motion.{module}" for module in ("errors", "limits", "
 # Heavy libraries: the only files that may import them.
 HOMES = {
     "pinocchio": {"motion/collision.py", "motion/kinematics.py"},
-    "coal": {"motion/collision.py"},
+    "coal": {"motion/collision_shapes.py"},
     "toppra": {"motion/timing.py"},
     "ompl": {"motion/ompl_planner.py"},
     "ruckig": {"motion/jerk_limited.py"},

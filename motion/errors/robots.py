@@ -8,6 +8,11 @@ from typing import ClassVar
 from .motion_error import MotionError
 from .wording import in_file
 
+_FOR_A_PLATFORM = (
+    "For a parallel one there are `openpendant robots show`, `draw`, `check`, `fk` and `ik`, and"
+    " jogs and paths from Python (docs/motion.md)"
+)
+
 
 @dataclass(eq=False)
 class RobotFileError(MotionError):
@@ -43,7 +48,13 @@ class UnknownRobot(MotionError):
 
 @dataclass(eq=False)
 class UnsupportedKind(MotionError):
-    """The robot is of a kind for which `what` does not exist."""
+    """The robot is of a kind for which `what` does not exist.
+
+    Attributes:
+        name: the robot's.
+        kind: its kind, `parallel` for one.
+        what: what was asked for, as it stands behind "no".
+    """
 
     code: ClassVar[str] = "unsupported-kind"
     name: str
@@ -51,4 +62,6 @@ class UnsupportedKind(MotionError):
     what: str
 
     def __str__(self) -> str:
-        return f"{self.name} is a {self.kind} robot; only a serial one has {self.what}"
+        refused = f"{self.name} is a {self.kind} robot, and there is no {self.what} for one"
+        instead = f". {_FOR_A_PLATFORM}" if self.kind == "parallel" else ""
+        return f"{refused}; accepted: a serial robot, see `openpendant robots list`{instead}"

@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from ..bounded_file import read_text
 from ..errors import RobotFileError
 from ..robot_file import MAX_FILE_BYTES
-from .xml_reader import read_bounded
 
 _NUMBER_COLUMNS = frozenset(
     {"theta", "d", "a", "alpha", "lower", "upper", "velocity", "acceleration"}
@@ -27,10 +27,7 @@ def read_dh_csv(path: Path) -> dict[str, Any]:
         RobotFileError: the file cannot be read or is no table of cells.
     """
     file = str(path)
-    try:
-        text = read_bounded(path, MAX_FILE_BYTES).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise RobotFileError(file, "", f"is not UTF-8 text (byte {error.start})") from error
+    text = read_text(path, MAX_FILE_BYTES, RobotFileError, "utf-8-sig")
     lines = text.splitlines()
     content: dict[str, Any] = {}
     for line in lines:

@@ -12,6 +12,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.parsers import expat
 
+from ..bounded_file import read_bounded
 from ..errors import RobotFileError
 
 MAX_XML_BYTES = 8 << 20
@@ -32,27 +33,9 @@ def read_xml(path: Path) -> ElementTree.Element:
         RobotFileError: the file cannot be read, is too large or too deep, declares a document
             type, or is not well-formed XML.
     """
-    raw = read_bounded(path, MAX_XML_BYTES)
+    raw = read_bounded(path, MAX_XML_BYTES, RobotFileError)
     _refuse_hostile_structure(raw, str(path))
     return ElementTree.fromstring(raw)
-
-
-def read_bounded(path: Path, limit: int) -> bytes:
-    """Read a whole file that must not be larger than `limit` bytes.
-
-    Raises:
-        RobotFileError: the file cannot be read or is larger.
-    """
-    try:
-        with path.open("rb") as file:
-            raw = file.read(limit + 1)
-    except OSError as error:
-        raise RobotFileError(str(path), "", error.strerror or "cannot be read") from error
-    except ValueError as error:
-        raise RobotFileError(repr(str(path)), "", "is not a legal file name") from error
-    if len(raw) > limit:
-        raise RobotFileError(str(path), "", f"is too large; accepted: at most {limit} bytes")
-    return raw
 
 
 def _refuse_hostile_structure(raw: bytes, file: str) -> None:

@@ -88,7 +88,10 @@ SAMPLES: list[tuple[MotionError, list[str]]] = [
     (BadCircle(CircleFault.NOT_EQUIDISTANT, 0.2, 0.1), ["200 mm", "100 mm", "equal radii"]),
     (ZoneTooLarge(2, 0.5, 0.2, "m", "half a leg"), ["0.5 m", "waypoint 2", "0.2 m", "half a leg"]),
     (SegmentRefused(3, NoMotion()), ["segment 3", "already there"]),
-    (UnsupportedKind("hexapod", "parallel", "a Jacobian"), ["hexapod", "parallel", "a Jacobian"]),
+    (
+        UnsupportedKind("hexapod", "parallel", "emulator"),
+        ["hexapod is a parallel robot", "no emulator", "accepted: a serial", "robots list", "`ik`"],
+    ),
 ]
 
 

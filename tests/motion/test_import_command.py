@@ -11,8 +11,9 @@ import yaml
 from urdf_files import FIRST, ROBOTS_FILES, SECOND, SOUND, THIRD, joint, robot, written
 
 from openpendant.motion.certificate import certify
-from openpendant.motion.cli import EXIT_USAGE, main
+from openpendant.motion.cli import main
 from openpendant.motion.collision import CollisionModel
+from openpendant.motion.command_line import EXIT_USAGE
 from openpendant.motion.ik import solve
 from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.paths import linear_path

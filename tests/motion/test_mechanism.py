@@ -13,7 +13,7 @@ from openpendant.motion.errors import (
     SegmentRefused,
     WrongJointCount,
 )
-from openpendant.motion.mechanism import Mechanism, mechanism, straight_legs
+from openpendant.motion.mechanism import Mechanism, mechanism
 from openpendant.motion.orientation import rotation_of_vector
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot import load_robot, robot_names
@@ -120,7 +120,7 @@ def test_a_platforms_segment_that_breaks_a_limit_is_named_with_its_fraction() ->
 
 def test_several_lines_meet_and_are_one_trajectory(arm: Mechanism) -> None:
     poses = [lifted(arm, -0.01), lifted(arm, 0.005, 0.0), lifted(arm, -0.005)]
-    legs = straight_legs(arm, arm.home_position, poses)
+    legs = arm.segments(arm.home_position, [Lin(pose) for pose in poses])
     trajectory = time_legs(legs, arm.limits)
     certify(trajectory, arm.limits, start=arm.home_position)
     assert arm.forward(trajectory.final).position_distance(poses[-1]) < 1e-5

@@ -8,8 +8,8 @@ import yaml
 from planning_scenes import pillar_scene, pillar_task
 
 from openpendant.motion import plan_cli
-from openpendant.motion.cli import EXIT_USAGE
-from openpendant.motion.plan_cli import EXIT_OUTPUT, main
+from openpendant.motion.command_line import EXIT_OUTPUT, EXIT_USAGE
+from openpendant.motion.plan_cli import main
 from openpendant.motion.robot import serial_robot
 from openpendant.motion.scene_file import save_scene
 

@@ -123,6 +123,7 @@ def test_the_parallel_robot_loads_but_has_no_serial_kinematics() -> None:
     with pytest.raises(UnsupportedKind) as refused:
         serial_robot("stewart_classroom")
     assert refused.value.kind == "parallel"
+    assert "accepted: a serial robot" in str(refused.value)
 
 
 @pytest.mark.parametrize("attribute", ["name", "joints"])
@@ -183,7 +184,15 @@ BAD_FACTS: list[tuple[str, Callable[[Content], object], str, str]] = [
     ("ur5", drop("schema"), "schema", "robot-facts/1"),
     ("ur5", put("kind", "hexapod"), "kind", "serial or parallel"),
     ("ur5", put("kind", ["serial"]), "kind", "serial or parallel"),
-    ("ur5", put("colour", "red"), "colour", "not permitted"),
+    ("ur5", put("colour", "red"), "colour", "not permitted; accepted: schema, name, manufacturer"),
+    ("ur5", put("joints", 1, "axes", [0.0, 0.0, 1.0]), "joints[1].axes", "perhaps 'axis' is meant"),
+    ("ur5", put("dh", "rows", 0, "alfa", 0.0), "dh.rows[0].alfa", "accepted: joint, theta_offset"),
+    (
+        "ur5",
+        put("collision", "forearm_link", 0, "radios", 1.0),
+        "collision.forearm_link[0].radios",
+        "accepted: xyz, rpy, type",
+    ),
     ("ur5", drop("home"), "home", "required"),
     ("ur5", put("home", 0, True), "home[0]", "number"),
     ("ur5", put("home", 0, "0.5"), "home[0]", "number"),

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import yaml
 
-from openpendant.motion.cli import EXIT_BAD_ROBOT, EXIT_REFUSED, EXIT_USAGE, main
+from openpendant.motion.cli import EXIT_BAD_ROBOT, main
+from openpendant.motion.command_line import EXIT_REFUSED, EXIT_USAGE
 from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.robot import robot_names, serial_robot
 from openpendant.motion.robot_file import read_mapping
@@ -174,6 +175,19 @@ def test_check_says_what_is_wrong_and_fails(capsys: Capture, tmp_path: Path) -> 
     assert "1 of 3 robots are good" in report
 
 
+def test_check_refuses_a_platform_whose_leg_lengths_fit_two_poses(
+    capsys: Capture, tmp_path: Path
+) -> None:
+    content = packaged("stewart_classroom")
+    assert main(["check", "stewart_classroom"]) == 0
+    assert "so their lengths tell the pose" in capsys.readouterr().out
+    content["workspace"] = {name: 3.0 * bound for name, bound in content["workspace"].items()}
+    large = tmp_path / "stewart_classroom.yaml"
+    large.write_text(yaml.safe_dump(content))
+    assert main(["check", str(large)]) == EXIT_BAD_ROBOT
+    assert "accepted: less than 1, by a smaller workspace" in capsys.readouterr().out
+
+
 def test_check_of_a_missing_file_fails(capsys: Capture, tmp_path: Path) -> None:
     assert main(["check", str(tmp_path / "none.yaml")]) == EXIT_BAD_ROBOT
     assert "No such file" in capsys.readouterr().out
@@ -244,16 +258,41 @@ def test_an_unreachable_pose_is_refused_with_the_distance(capsys: Capture) -> No
     assert "x 9 m" in line
 
 
+def test_ik_undoes_fk_of_a_platforms_legs(capsys: Capture) -> None:
+    lengths = [0.27, 0.27, 0.272, 0.268, 0.27, 0.275]
+    pose = answer(capsys, "fk", "stewart_classroom", "--joints", json.dumps(lengths))
+    found = answer(capsys, "ik", "stewart_classroom", "--pose", json.dumps(pose), "--all")
+    assert found["joints"] == pytest.approx(lengths, abs=1e-9)
+    assert found["configuration"] is None
+
+
 @pytest.mark.parametrize(
-    "command", [("fk", "--joints", "[0,0,0,0,0,0]"), ("ik", "--pose", '{"xyz":[],"quat":[]}')]
+    ("argv", "part"),
+    [
+        (("fk", "stewart_classroom", "--joints", "[0,0,0,0,0,0]"), "legs"),
+        (("ik", "stewart_classroom", "--pose", '{"xyz":[0,0,9],"quat":[0,0,0,1]}'), "leg"),
+        (("show", "stewart_classroom", "--frames"), "there is no DH table for one; accepted: a"),
+    ],
 )
-def test_a_parallel_robot_has_no_serial_kinematics(
-    capsys: Capture, command: tuple[str, str, str]
+def test_what_a_platform_cannot_do_is_refused_in_words(
+    capsys: Capture, argv: tuple[str, ...], part: str
 ) -> None:
-    verb, *rest = command
-    code, line = refusal(capsys, verb, "stewart_classroom", *rest)
+    code, line = refusal(capsys, *argv)
     assert code == EXIT_REFUSED
-    assert "parallel" in line
+    assert part in line
+
+
+def test_ik_all_prints_every_branch_once_and_the_nearest_first(capsys: Capture) -> None:
+    pose = answer(capsys, "fk", "abb_irb2400", "--joints", "[0.1,0.2,0.3,0.4,0.5,0.6]")
+    assert main(["ik", "abb_irb2400", "--pose", json.dumps(pose), "--all"]) == 0
+    answers = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    near = answer(capsys, "ik", "abb_irb2400", "--pose", json.dumps(pose))
+    assert answers[0] == near
+    flags = [json.dumps(each["configuration"], sort_keys=True) for each in answers]
+    assert len(set(flags)) == len(flags) > 2
+    for each in answers:
+        again = answer(capsys, "fk", "abb_irb2400", "--joints", json.dumps(each["joints"]))
+        assert again["xyz"] == pytest.approx(pose["xyz"], abs=1e-5)
 
 
 def test_help_is_not_an_error(capsys: Capture) -> None:

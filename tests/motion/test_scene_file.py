@@ -68,6 +68,32 @@ def test_a_bad_scene_file_is_refused_by_field(tmp_path: Path, text: str, field: 
     assert "\n" not in str(refused.value)
 
 
+def test_an_unknown_field_is_refused_with_the_nearest_and_the_known_ones(tmp_path: Path) -> None:
+    file = tmp_path / "a.yaml"
+    shape = "{type: box, size: [1, 1, 1], sise: 2}"
+    file.write_text(HEAD + f"objects: [{{name: a, shape: {shape}, positon: [0, 0, 0]}}]")
+    with pytest.raises(SceneFileError) as refused:
+        load_scene(file)
+    assert refused.value.field == "objects[0].shape.sise"
+    assert refused.value.problem == (
+        "is not permitted, perhaps 'size' is meant; accepted: type, size"
+    )
+    ((field, problem),) = refused.value.more
+    assert field == "objects[0].positon"
+    assert "'position'" in problem
+    assert "accepted: name, shape, position, quaternion, frame, link" in problem
+
+
+def test_a_file_full_of_unknown_fields_is_refused_at_once(tmp_path: Path) -> None:
+    file = tmp_path / "a.yaml"
+    file.write_text(HEAD + "".join(f"object{number}: 1\n" for number in range(2000)))
+    with pytest.raises(SceneFileError) as refused:
+        load_scene(file)
+    assert len(refused.value.more) == 1999
+    told = [problem for _, problem in refused.value.more if "perhaps 'objects'" in problem]
+    assert 0 < len(told) < 20
+
+
 def test_a_missing_scene_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(SceneFileError, match="No such file"):
         load_scene(tmp_path / "a.yaml")

@@ -12,7 +12,7 @@ from openpendant.motion.between_samples import BetweenSamples
 from openpendant.motion.certificate import certify
 from openpendant.motion.errors import BadArgument, WrongJointCount
 from openpendant.motion.jerk_limited import jerk_limited_move
-from openpendant.motion.joint_curves import JointSpline
+from openpendant.motion.joint_curves import JointLine, JointSpline
 from openpendant.motion.limits import JointLimits
 from openpendant.motion.ptp import plan_joint_move
 from openpendant.motion.robot import serial_robot
@@ -175,6 +175,24 @@ def test_a_pause_rests_on_the_path_and_going_on_ends_at_the_goal() -> None:
     run.resume(still + 3600 * SECOND)
     done = ticks_until(run, run.finished, still + 3600 * SECOND)
     assert np.array_equal(run.state(done).position, trajectory.position[-1])
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_on_a_straight_line_the_joints_accelerate_in_proportion_at_any_time(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    start, goal = random.uniform(-1.0, 1.0, (2, 6))
+    trajectory = time_path(JointLine(start, goal), UR5)
+    share = (goal - start) / np.abs(goal - start).max()
+
+    for moment in random.uniform(0.05, 0.95, 20).tolist():
+        run = ScaledRun(trajectory, UR5, started=0)
+        paused = int(moment * trajectory.duration * SECOND)
+        run.pause(paused)
+        for now in range(paused, paused + 30 * TICK, TICK // 3):
+            acceleration = run.state(now).acceleration
+            leading = acceleration[np.abs(share).argmax()] / share[np.abs(share).argmax()]
+            assert acceleration == pytest.approx(share * leading, abs=1e-6)
+            assert (np.abs(acceleration) <= UR5.acceleration).all()
 
 
 @pytest.mark.parametrize("name", ROBOTS)
