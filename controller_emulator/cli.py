@@ -1,4 +1,4 @@
-"""`openpendant emulate`: arguments, messages to the user, exit codes.
+"""`openpendant emulate`: the run, messages to the user, exit codes.
 
 Exit codes: 0 for a run that ended on request; 1 for one with a file that cannot be written or, with
 `--strict`, in which the referee saw a violation; 2 for wrong usage or configuration; 3 for a port
@@ -25,32 +25,27 @@ from openpendant.simplemsg import __version__
 from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant import OperatorAction
 
+from .arguments import parser, settings_of, settings_of_each
 from .assembly import build_controller
 from .console import EMERGENCY_STOP, QUIT, RESET, watched_keys
 from .float32 import NANOSECONDS
 from .recording import MotionLog, write_report
 from .segment import State
 from .service import ListenFailed, Ports, Service, loop_time
-from .settings import ConfigurationError, EmulatorSettings, as_toml, load_settings
+from .settings import ConfigurationError, EmulatorSettings, as_toml
 
 OK, FAILED, USAGE, PORT_TAKEN = 0, 1, 2, 3
-
-MOST_CONTROLLERS = 64
-"""More would not keep their rate in one process."""
-
-PORT_STEP = 4
-"""From the ports of one controller to those of the next."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command and return its exit code; no error leaves as a traceback."""
-    arguments = _parser().parse_args(argv)
+    arguments = parser().parse_args(argv)
     try:
-        settings = load_settings(arguments.config, _overrides(arguments))
+        settings = settings_of(arguments)
         if arguments.print_config:
             print(as_toml(settings), end="")
             return OK
-        return asyncio.run(_run(_several(settings, arguments), arguments))
+        return asyncio.run(_run(settings_of_each(settings, arguments), arguments))
     except (ConfigurationError, MotionError) as error:
         return _fail(str(error), USAGE)
     except ListenFailed as error:
@@ -59,94 +54,25 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _fail(_reason(error))
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="openpendant emulate",
-        description="Run an emulated multi-axis controller. Keys at a terminal: e emergency stop"
-        " (TRAINING), r reset, q quit.",
-        epilog="Exit codes: 0 ended on request, 1 a file could not be written or, with --strict,"
-        " the referee saw a violation, 2 wrong usage or configuration, 3 a port could not be"
-        " bound.",
-    )
-    add = parser.add_argument
-    add("--config", type=Path, metavar="FILE", help="cell file; its table [emulator] is read")
-    add("--print-config", action="store_true", help="print the settings in effect and leave")
-    add("--robot", metavar="NAME|FILE", help="robot of the project, or a robot file")
-    add("--host", help="address to listen on (default 127.0.0.1); others warn")
-    add("--motion-port", type=int, metavar="PORT", help="0 for a free one (default 12000)")
-    add("--state-port", type=int, metavar="PORT", help="0 for a free one (default 12002)")
-    add("--count", type=int, metavar="N", help="so many controllers, their ports 4 apart")
-    add("--start", metavar="home|zero|'[…]'", help="joint position at the start, rad or m")
-    add("--rate", type=int, metavar="HZ", help="joint reports per second (default 100)")
-    add("--buffer", type=int, metavar="POINTS", help="most buffered points (default 200)")
-    add("--scenario", type=Path, metavar="FILE", help="timed operator events")
-    add("--report", type=Path, metavar="FILE", help="write the referee's record as JSON")
-    add("--record", type=Path, metavar="FILE", help="write the executed motion as CSV")
-    add("--journal", type=Path, metavar="FILE", help="write every byte, to run it again exactly")
-    add("--strict", action="store_true", help="exit code 1 if the referee saw a violation")
-    add("--json", action="store_true", help="one JSON object a line on standard output")
-    return parser
-
-
-def _overrides(arguments: argparse.Namespace) -> dict[str, Any]:
-    names = set(vars(arguments)) & set(EmulatorSettings.model_fields)
-    given = {name: value for name in names if (value := getattr(arguments, name)) is not None}
-    start = given.get("start")
-    if start is not None and start not in ("home", "zero"):
-        try:
-            given["start"] = json.loads(start)
-        except json.JSONDecodeError:
-            expected = "home, zero, or joint values such as '[0, -1.57, 1.57, 0, 0, 0]'"
-            raise ConfigurationError("arguments", "--start", start, expected) from None
-    return given
-
-
-def _several(settings: EmulatorSettings, options: argparse.Namespace) -> list[EmulatorSettings]:
-    """Return the settings of each controller.
-
-    Raises:
-        ConfigurationError: there are too many, or a file is asked for that is one controller's.
-    """
-    count = options.count
-    if count is None:
-        return [settings]
-    ports = max(settings.motion_port, settings.state_port)
-    most = min(MOST_CONTROLLERS, (65_535 - ports) // PORT_STEP + 1)
-    if not 1 <= count <= most:
-        raise ConfigurationError("arguments", "--count", str(count), f"1 to {most}")
-    for option in ("scenario", "record", "journal"):
-        if count > 1 and getattr(options, option) is not None:
-            raise ConfigurationError("arguments", "--count", str(count), f"1 with --{option}")
-    return [_shifted(settings, PORT_STEP * number) for number in range(count)]
-
-
-def _shifted(settings: EmulatorSettings, by: int) -> EmulatorSettings:
-    """Return settings with other ports; 0 stays any free one."""
-    ports = {"motion_port": settings.motion_port, "state_port": settings.state_port}
-    return settings.model_copy(
-        update={key: port + by if port else 0 for key, port in ports.items()}
-    )
-
-
-async def _run(several: Sequence[EmulatorSettings], options: argparse.Namespace) -> int:
+async def _run(wanted: Sequence[EmulatorSettings], options: argparse.Namespace) -> int:
     loop = asyncio.get_running_loop()
     due = _operator(options.scenario, loop)
     journal = Journal(lambda: loop_time(loop))
     journal.begin("start")
     with contextlib.ExitStack() as stack:
         if options.journal is not None:
-            stack.enter_context(kept_journal(journal, options.journal, several[0]))
-        controllers = [build_controller(each, journal.now) for each in several]
+            stack.enter_context(kept_journal(journal, options.journal, wanted[0]))
+        controllers = [build_controller(each, journal.now) for each in wanted]
         log = MotionLog(options.record, controllers[0].joint_names) if options.record else None
         if log is not None:
             stack.callback(_close, log)
         # What belongs to one controller, log, scenario and journal, is there for the only one.
         services = [
             Service(controller, each, on_report=_recorder(log), due=due, journal=journal)
-            for controller, each in zip(controllers, several, strict=True)
+            for controller, each in zip(controllers, wanted, strict=True)
         ]
         ports = await _start(services)
-        _warn_of_strangers(several[0].host)
+        _warn_of_strangers(wanted[0].host)
         stop = asyncio.Event()
         _stop_on_signals(loop, stop)
         stack.enter_context(

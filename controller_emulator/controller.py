@@ -1,8 +1,8 @@
 """The controller's core: messages and time in, messages out.
 
-Owns who may command, what is answered and when, the emergency stop, and the seven fields of STATUS.
-How points become motion is `servo`'s, `admission`'s and `trajectory`'s business. Pure: no sockets,
-files or clock; `now` is monotonic time in nanoseconds and never goes backwards.
+Owns what is answered and when, the emergency stop, and the seven fields of STATUS. Which points are
+taken is `point_taking`'s business, how they become motion `servo`'s. Pure: no sockets, files or
+clock; `now` is monotonic time in nanoseconds and never goes backwards.
 
 Every request is answered exactly once, topics never. The reply to a point that finds the buffer
 full is withheld until there is room. STOP, an emergency stop, a fault or a lost link flush the
@@ -13,7 +13,6 @@ SUCCESS.
 from __future__ import annotations
 
 from collections import deque
-from enum import Enum
 
 from openpendant.simplemsg import (
     CommType,
@@ -41,29 +40,21 @@ from openpendant.simplemsg.pendant import (
 )
 
 from .admission import Admission
-from .faults import ErrorCode, Refusal, ViolationKind
+from .faults import ErrorCode, Refusal
 from .float32 import NANOSECONDS
-from .intake import Admitted, Rejected, admit
+from .intake import Rejected
+from .point_taking import Outcome, PointMessage, PointTaking
 from .profiles import Profile
 from .referee import Referee, Violation
 from .reports import Reports, answer
 from .segment import State
 from .servo import Phase, Servo, StartRule
 from .signals import Signals
-from .trajectory import Step, Trajectory
 
 Outgoing = list[tuple[int, Message]]
 """Replies with the number of the motion link that each belongs to, in order."""
 
-PointMessage = JointTrajPt | JointTrajPtFull | JointTraj
-
 _LEAST_WITHHELD = 64
-
-
-class _Outcome(Enum):
-    TAKEN = 1
-    REFUSED = 2
-    WAITS = 3
 
 
 class Controller:
@@ -103,15 +94,13 @@ class Controller:
         """
         self.referee = referee or Referee()
         self._limits = admission.limits
-        self._admission = admission
         self._profile = profile
         self._servo = Servo(admission, start, buffer_depth, start_rule)
-        self._trajectory = Trajectory(is_strict=is_strict)
+        self._taking = PointTaking(admission, self._servo, self.referee, is_strict=is_strict)
         self._operator_events = operator_events
         self._signals = signals or Signals(0, 0)
         self._withheld: deque[tuple[int, PointMessage]] = deque()
         self._most_withheld = max(_LEAST_WITHHELD, buffer_depth)
-        self._owner: int | None = None
         self._error = ErrorCode.NONE
         self._e_stopped = False
         self._out: Outgoing = []
@@ -137,9 +126,9 @@ class Controller:
         """
         self._run(now)
         self._withheld = deque(entry for entry in self._withheld if entry[0] != link)
-        if link == self._owner:
+        if link == self._taking.owner:
             if self._servo.at_rest:
-                self._owner = None
+                self._taking.owner = None
             else:
                 self.referee.count("lost-links")
                 self._break_off(ErrorCode.LINK_LOST, now)
@@ -223,26 +212,27 @@ class Controller:
         if not isinstance(message, JointTraj) and message.sequence == SpecialSequence.STOP:
             self.referee.count("stops")
             self._break_off(None, now)
-            self._answer_points(link, message, _Outcome.TAKEN)
+            self._answer_points(link, message, Outcome.TAKEN)
             return
         outcome = self._take(link, message, now)
-        if outcome is _Outcome.WAITS:
+        if outcome is Outcome.WAITS:
             if len(self._withheld) < self._most_withheld:
                 self._withheld.append((link, message))
                 return
             self._break_off(ErrorCode.BUFFER_OVERFLOW, now)
-            outcome = _Outcome.REFUSED
+            outcome = Outcome.REFUSED
         self._answer_points(link, message, outcome)
 
-    def _answer_points(self, link: int, message: PointMessage, outcome: _Outcome) -> None:
-        if outcome is _Outcome.REFUSED:
+    def _answer_points(self, link: int, message: PointMessage, outcome: Outcome) -> None:
+        if outcome is Outcome.REFUSED:
             self.referee.count("points-refused")
         if message.comm_type == CommType.REQUEST:
-            self._say(link, accepted(message) if outcome is _Outcome.TAKEN else refused(message))
+            is_refused = outcome is Outcome.REFUSED
+            self._say(link, refused(message) if is_refused else accepted(message))
 
     def _take(
         self, link: int, message: PointMessage, now: int, *, is_head: bool = False
-    ) -> _Outcome:
+    ) -> Outcome:
         """Take points if the state of the controller lets it; nothing is answered here.
 
         Args:
@@ -251,80 +241,17 @@ class Controller:
             now: the time [ns].
             is_head: the message waited, and everything before it is dealt with.
         """
-        step = Step.START if isinstance(message, JointTraj) else self._trajectory.classify(message)
-        if self._e_stopped or not self._may_command(link, step):
-            return _Outcome.REFUSED
-        if not is_head and any(waiting == link for waiting, _ in self._withheld):
-            return _Outcome.WAITS
-        match step:
-            case Step.DUPLICATE:
-                self._owner = link
-                return _Outcome.TAKEN
-            case Step.STALE:
-                return _Outcome.REFUSED
-            case Step.OUT_OF_ORDER:
-                assert not isinstance(message, JointTraj)
-                refusal = Refusal(ErrorCode.SEQUENCE, ViolationKind.SEQUENCE)
-                return self._refuse(link, message.sequence, refusal, now)
-        if step is Step.START:
-            if _is_download(message) or self._trajectory.is_download:
-                # A download replaces whatever there is, and is replaced by whatever comes.
-                self._servo.stop(now)
-            if self._servo.phase is Phase.STOPPING:
-                return _Outcome.WAITS
-        return self._take_points(link, message, step, now)
-
-    def _may_command(self, link: int, step: Step) -> bool:
-        if self._owner is None or link == self._owner:
-            return True
-        return step is Step.START and self._servo.at_rest
-
-    def _take_points(self, link: int, message: PointMessage, step: Step, now: int) -> _Outcome:
-        points = message.points if isinstance(message, JointTraj) else (message,)
-        is_download = self._trajectory.is_download and step is not Step.START
-        if step is Step.END and is_download and self._trajectory.repeats_only_point(points[0]):
-            points = ()
-        buffer = self._servo.buffer
-        if len(points) > buffer.room:
-            waiting_helps = len(points) <= buffer.depth and not is_download
-            if waiting_helps and message.comm_type == CommType.REQUEST:
-                return _Outcome.WAITS
-            refusal = Refusal(ErrorCode.BUFFER_OVERFLOW)
-            return self._refuse(link, points[0].sequence, refusal, now)
-        if step is Step.START:
-            buffer.close()
-        elapsed = None if step is Step.START else self._trajectory.elapsed
-        admitted = admit(self._admission, points, self._servo.tail(), elapsed)
-        if isinstance(admitted, Rejected):
-            return self._refuse(link, admitted.sequence, admitted.refusal, now)
-        self._accept(link, message, step, admitted, now)
-        if isinstance(message, JointTraj) or step is Step.END:
-            self._servo.go(now)
-            self._trajectory.finish()
-        return _Outcome.TAKEN
-
-    def _accept(
-        self, link: int, message: PointMessage, step: Step, admitted: Admitted, now: int
-    ) -> None:
-        self._owner = link
-        if step is Step.START:
+        if self._e_stopped:
+            return Outcome.REFUSED
+        is_behind = not is_head and any(waiting == link for waiting, _ in self._withheld)
+        outcome = self._taking.take(link, message, now, is_behind=is_behind)
+        if isinstance(outcome, Rejected):
+            self._note(link, outcome.sequence, outcome.refusal, now)
+            self._break_off(outcome.refusal.code, now)
+            return Outcome.REFUSED
+        if outcome is Outcome.BEGAN:
             self._error = ErrorCode.NONE
-            self.referee.count("trajectories")
-        if isinstance(message, JointTraj):
-            self._trajectory.replace_by_whole()
-        else:
-            self._trajectory.accept(message, step, admitted.elapsed)
-        is_streamed = not self._trajectory.is_download and not isinstance(message, JointTraj)
-        for leg in admitted.legs:
-            self._servo.append(leg, now, streamed=is_streamed)
-        self.referee.count("points-accepted", len(admitted.legs))
-        self.referee.count("stray-joint-values", admitted.strays)
-
-    def _refuse(self, link: int, sequence: int, refusal: Refusal, now: int) -> _Outcome:
-        """Break the motion off because of a point that may not be taken."""
-        self._note(link, sequence, refusal, now)
-        self._break_off(refusal.code, now)
-        return _Outcome.REFUSED
+        return outcome
 
     def _note(self, link: int, sequence: int, refusal: Refusal, now: int) -> None:
         if refusal.kind is None:
@@ -345,14 +272,14 @@ class Controller:
                 self.referee.count("broken-off")
                 if problem.code is ErrorCode.BUFFER_UNDERRUN:
                     self.referee.count("under-runs")
-                self._note(self._owner or 0, self._servo.sequence, problem, now)
+                self._note(self._taking.owner or 0, self._servo.sequence, problem, now)
                 self._break_off(problem.code, now)
                 continue
             if not self._withheld:
                 return
             link, message = self._withheld[0]
             outcome = self._take(link, message, now, is_head=True)
-            if outcome is _Outcome.WAITS:
+            if outcome is Outcome.WAITS:
                 return
             # A refusal has emptied the queue and answered what was in it, this one included.
             if self._withheld:
@@ -367,13 +294,12 @@ class Controller:
             now: the time [ns].
         """
         self._servo.stop(now)
-        self._trajectory.break_off()
-        self._owner = None
+        self._taking.break_off()
         if code is not None:
             self._error = code
         while self._withheld:
             link, message = self._withheld.popleft()
-            self._answer_points(link, message, _Outcome.REFUSED)
+            self._answer_points(link, message, Outcome.REFUSED)
 
     def _operate_by(self, action: int, now: int) -> bool:
         """Obey the operator; tell whether there was anything to obey."""
@@ -396,10 +322,6 @@ class Controller:
     def _flush_out(self) -> Outgoing:
         out, self._out = self._out, []
         return out
-
-
-def _is_download(message: PointMessage) -> bool:
-    return not isinstance(message, JointTraj) and message.sequence == SpecialSequence.START_DOWNLOAD
 
 
 def _tri(value: bool) -> int:

@@ -25,7 +25,7 @@ from .client_connection import ClientConnection
 from .controller_connection import ControllerConnection
 from .controller_path import ControllerPath
 from .core import Port, ServerCore
-from .errand_record import answer_to_json
+from .errand_record import answer_to_json, request_to_bytes
 from .outgoing import (
     Answer,
     ChangeAccount,
@@ -149,7 +149,7 @@ class CellShell:
                     self._planner.submit(job, self.take_plan)
                 case Errand(errand_id=errand_id, request=request):
                     if self.journal.is_kept:
-                        self.journal.out(f"{self.label}store", repr(request).encode())
+                        self.journal.out(f"{self.label}store", request_to_bytes(request))
                     self._store.submit(request, partial(self.take_answer, errand_id))
                 case Query(message=message):
                     self.links[ControllerPath.STATE].send(message)

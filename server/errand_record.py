@@ -1,21 +1,26 @@
-"""The store's answers as JSON data in the server's journal, and back.
+"""What the store is asked, and its answers, as data in the server's journal; the answers back.
 
 What the store says comes from outside like any packet, and is noted whole, so that a journal is run
-again without a store.
+again without a store. Bodies and chunks go there as they are: an event loop has no time to spell
+out a megabyte, so the journal's writer does.
 """
 
 from __future__ import annotations
 
 import base64
+from dataclasses import replace
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
+from openpendant.simplemsg.journal_text import base64_value, with_long_texts
+
+from .field_fault import field_fault
 from .store import errors
 from .store.documents import Document, Extent, Heading
 from .store.door import NoStore
 from .store.errors import StoreError
-from .store.requests import Answer
+from .store.requests import Answer, AppendChunk, Request, Save
 
 _ERRORS: dict[str, type[StoreError]] = {
     kind.__name__: kind
@@ -53,11 +58,22 @@ _TEXTS = TypeAdapter(tuple[str, ...])
 _FAILED = TypeAdapter(_Failed)
 
 
+def request_to_bytes(request: Request) -> bytes:
+    """Return what is asked: its words, and behind them what is to be kept."""
+    match request:
+        case Save(body=body):
+            return repr(replace(request, body="")).encode() + body.encode("utf-8", "surrogatepass")
+        case AppendChunk(data=data):
+            return repr(replace(request, data=b"")).encode() + data
+    return repr(request).encode()
+
+
 def answer_to_json(answer: Answer) -> dict[str, Any]:
-    """Return an answer as plain data."""
+    """Return an answer as data for a journal."""
     match answer:
         case Document():
-            return {"what": "document", "answer": _DOCUMENT.dump_python(answer, mode="json")}
+            document = _DOCUMENT.dump_python(answer, mode="json")
+            return {"what": "document", "answer": with_long_texts(document)}
         case Heading():
             return {"what": "heading", "answer": _HEADING.dump_python(answer, mode="json")}
         case Extent():
@@ -72,7 +88,7 @@ def answer_to_json(answer: Answer) -> dict[str, Any]:
             return {"what": "failed", "answer": failed.model_dump(mode="json")}
     chunks = [part for part in answer if isinstance(part, bytes)]
     if chunks:
-        return {"what": "chunks", "answer": [base64.b64encode(part).decode() for part in chunks]}
+        return {"what": "chunks", "answer": [base64_value(part) for part in chunks]}
     headings = tuple(part for part in answer if isinstance(part, Heading))
     return {"what": "headings", "answer": _HEADINGS.dump_python(headings, mode="json")}
 
@@ -100,9 +116,7 @@ def answer_from_json(record: dict[str, Any]) -> Answer:
             case "failed":
                 return _error(_FAILED.validate_python(read.answer))
     except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False)[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise ErrandRecordError(f"{where}: {first['msg']}") from None
+        raise ErrandRecordError(field_fault(error)) from None
     except ValueError as error:
         raise ErrandRecordError(str(error)) from None
 

@@ -11,6 +11,7 @@ A file is JSON lines: a header first, then for each event `{"t": ns since the he
 what, "link": who, "hex": bytes, …}`. Behind an event stands what it caused, `{"out": link, "hex":
 bytes}`, and what was asked, `{"ask": question, "link": link}`, where the answer was yes. The last
 line is `{"end": true}`; without it the process was killed, and its last event may lack effects.
+Long values are handed on as they are, because to spell them out takes longer than an event may.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ import json
 from collections.abc import Callable
 from typing import Any, Protocol
 
+from .journal_text import Part, hexadecimal, json_parts
+
 JOURNAL_FORMAT = "openpendant-journal/1"
 """Name and version of the format, in the header line."""
 
@@ -26,8 +29,8 @@ JOURNAL_FORMAT = "openpendant-journal/1"
 class Stream(Protocol):
     """Where a journal is written."""
 
-    def write(self, text: str, /) -> object:
-        """Take text; raises OSError where it cannot."""
+    def write(self, *parts: Part) -> object:
+        """Take a line, or some of it; raises OSError where it cannot."""
 
 
 class Journal:
@@ -82,11 +85,11 @@ class Journal:
         self._write('{"end": true}\n')
         self._stream = None
 
-    def _write(self, line: str) -> None:
+    def _write(self, *parts: Part) -> None:
         if self._stream is None:
             return
         try:
-            self._stream.write(line)
+            self._stream.write(*parts)
         except OSError as error:
             self._stream = None
             self._on_failure(error)
@@ -98,21 +101,22 @@ class Journal:
             event: what happened, one word.
             link: on which connection.
             data: the bytes that came.
-            more: what else must be known to repeat it, as plain JSON data.
+            more: what else must be known to repeat it, as plain JSON data and long values, which
+                never change.
         """
         self.now = self._clock()
         if self._stream is not None:
-            extra = "".join(f', "{key}": {json.dumps(value)}' for key, value in more.items())
-            self._write(
-                f'{{"t": {self.now - self._began}, "on": "{event}", "link": "{link}",'
-                f' "hex": "{data.hex()}"{extra}}}\n'
-            )
+            head = f'{{"t": {self.now - self._began}, "on": "{event}", "link": "{link}", "hex": '
+            extra = [
+                part for key, each in more.items() for part in (f', "{key}": ', *json_parts(each))
+            ]
+            self._write(head, hexadecimal(data), *extra, "}\n")
         return self.now
 
     def out(self, link: str | int, data: bytes) -> None:
         """Note bytes that leave because of the event."""
         if self._stream is not None:
-            self._write(f'{{"out": "{link}", "hex": "{data.hex()}"}}\n')
+            self._write(f'{{"out": "{link}", "hex": ', hexadecimal(data), "}\n")
 
     def answer(self, question: str, link: str | int, answer: bool) -> bool:
         """Note what the world outside answered, and return it.

@@ -1,7 +1,8 @@
 """A journal's file, written by a thread of its own: a slow disk must not hold up a robot.
 
-The one module of this folder that owns a file and a thread. Nothing is overwritten: a journal that
-is there already, perhaps of a process that crashed, is kept under a number.
+The one module of this folder that owns a file and a thread. It spells out what is long, and lets
+the other threads run after each piece. Nothing is overwritten: a journal that is there already,
+perhaps of a process that crashed, is kept under a number.
 """
 
 from __future__ import annotations
@@ -10,11 +11,15 @@ import errno
 import stat
 import threading
 from pathlib import Path
+from typing import TextIO
+
+from .journal_text import Part
 
 MOST_WAITING = 64 * 1024 * 1024
-"""Characters that may wait for a disk that does not keep up; then the journal ends."""
+"""Characters and bytes that may wait for a disk that does not keep up; then the journal ends."""
 
 _FAREWELL = 2.0
+_BREATH = 1e-4  # s after a piece: an event that waits for this thread gets its turn
 _MOST_KEPT = 10_000
 
 
@@ -30,15 +35,15 @@ class JournalWriter:
         _make_way(path)
         self._file = path.open("w", encoding="ascii")
         self._turn = threading.Condition()
-        self._waiting: list[str] = []
+        self._waiting: list[Part] = []
         self._size = 0
         self._closing = False
         self._error: OSError | None = None
         self._thread = threading.Thread(target=self._run, name="journal", daemon=True)
         self._thread.start()
 
-    def write(self, text: str) -> None:
-        """Take text to be written.
+    def write(self, *parts: Part) -> None:
+        """Take what is to be written next.
 
         Raises:
             OSError: what was taken before could not be written, or waits for too long.
@@ -46,10 +51,10 @@ class JournalWriter:
         with self._turn:
             if self._error is not None:
                 raise self._error
-            self._size += len(text)
+            self._size += sum(map(len, parts))
             if self._size > MOST_WAITING:
                 raise OSError(errno.ENOBUFS, "the disk is too slow for the journal")
-            self._waiting.append(text)
+            self._waiting.extend(parts)
             self._turn.notify()
 
     def close(self) -> None:
@@ -70,23 +75,32 @@ class JournalWriter:
     def _run(self) -> None:
         try:
             with self._file as file:
-                while (text := self._next()) is not None:
-                    file.write(text)
+                while parts := self._next():
+                    for part in parts:
+                        self._put(file, part)
                     file.flush()
         except OSError as error:
             with self._turn:
                 self._error = error
 
-    def _next(self) -> str | None:
+    def _put(self, file: TextIO, part: Part) -> None:
+        if isinstance(part, str):
+            file.write(part)
+            return
+        for piece in part.pieces():
+            file.write(piece)
+            with self._turn:
+                if not self._closing:
+                    self._turn.wait(_BREATH)
+
+    def _next(self) -> list[Part]:
+        """Wait for something to write; return nothing once all is written and no more comes."""
         with self._turn:
             while not self._waiting and not self._closing:
                 self._turn.wait()
-            if not self._waiting:
-                return None
-            text = "".join(self._waiting)
-            self._waiting.clear()
+            parts, self._waiting = self._waiting, []
             self._size = 0
-            return text
+            return parts
 
 
 def _make_way(path: Path) -> None:

@@ -42,9 +42,9 @@ from openpendant.server.planning.jobs import (
     JointPathJob,
     JointVector,
     Planned,
-    PoseGoal,
     RosPathJob,
 )
+from openpendant.server.planning.pose_goal import PoseGoal
 from openpendant.server.refusal import Refusal, refusal_of
 from openpendant.server.settings import CellSettings, Jog, make_settings
 from openpendant.server.store.errors import StoreError

@@ -311,7 +311,7 @@ class _MindsNoEarlyLoss(Controller):
     def disconnected(self, link: int, now: int) -> Outgoing:
         self._run(now)
         speeds = self._servo.sample(now)[1]
-        if link == self._owner and not self._servo.at_rest and not any(speeds):
+        if link == self._taking.owner and not self._servo.at_rest and not any(speeds):
             return []
         return super().disconnected(link, now)
 

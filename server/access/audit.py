@@ -255,10 +255,3 @@ class ChainCheck:
         if number != expected:
             return f"line {self.lines}: entry {number} stands where {expected} belongs"
         return f"line {self.lines}: entry {number} does not follow the one before it"
-
-
-def printable(text: str) -> str:
-    """Return a text without anything that a terminal would act on or turn round."""
-    return "".join(
-        sign if sign.isprintable() else sign.encode("unicode_escape").decode() for sign in text
-    )

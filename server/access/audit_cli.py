@@ -17,29 +17,23 @@ from typing import Annotated, Any
 
 import typer
 
-from .audit import AuditEvent, ChainCheck, printable, read_line
+from ..command_line import EXIT_USAGE, command, fail, run
+from ..printable import printable
+from .audit import AuditEvent, ChainCheck, read_line
 from .audit_file import all_files, read_lines
 
 EXIT_BROKEN = 1
-EXIT_USAGE = 2
-EXIT_INTERRUPTED = 130
 
 _MOST_FAULTS = 20
-
-# Newer typers carry their own click, older ones import it; this names its error in both.
-_TyperUsageError: type[Exception] = typer.BadParameter.mro()[2]
 
 LogFile = Annotated[
     Path, typer.Argument(metavar="FILE", help="The audit log; older files beside it are read too.")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 
-app = typer.Typer(
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    help="Show the audit log of a server, and check that nobody altered it.",
-    epilog="Exit codes: 0 done, 1 the chain is broken, 2 bad argument or file.",
+app = command(
+    "Show the audit log of a server, and check that nobody altered it.",
+    "0 done, 1 the chain is broken, 2 bad argument or file",
 )
 
 
@@ -50,17 +44,11 @@ def main(argv: Sequence[str]) -> int:
         argv: the arguments after `audit`.
     """
     try:
-        result = app(args=list(argv), prog_name="openpendant audit", standalone_mode=False)
-    except _TyperUsageError as error:
-        describe = getattr(error, "format_message", error.__str__)
-        return _fail(describe(), EXIT_USAGE)
-    except typer.Abort:
-        return _fail("interrupted", EXIT_INTERRUPTED)
+        return run(app, "audit", argv, {})
     except BrokenPipeError:
         raise
     except OSError as error:
-        return _fail(f"{error.filename}: {error.strerror}", EXIT_USAGE)
-    return result if isinstance(result, int) else 0
+        return fail(f"{error.filename}: {error.strerror}", EXIT_USAGE)
 
 
 @app.command()
@@ -160,8 +148,3 @@ def _in_words(record: dict[str, Any]) -> str:
     cell = f" at {record['cell']}" if record.get("cell") else ""
     detail = "".join(f" {key}={value}" for key, value in record.get("detail", {}).items())
     return f"{record.get('time')} {record.get('event')} {who}{role}{source}{cell}{detail}"
-
-
-def _fail(message: str, code: int) -> int:
-    typer.echo(f"error: {printable(' '.join(message.split()))}", err=True)
-    return code

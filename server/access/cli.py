@@ -20,40 +20,27 @@ from typing import Annotated
 
 import typer
 
+from ..command_line import EXIT_REFUSED, EXIT_USAGE, StoreFile, command, command_author, run
+from ..printable import printable
 from ..refusal import Refusal
 from ..store.errors import StoreError
-from ..store.location import STORE_VARIABLE, default_path
+from ..store.location import default_path
 from ..store.sqlite_store import open_for_reading, open_store
 from .account_store import AccountRefused, StoredAccounts
 from .accounts import Account, AccountBook, name_fault
-from .audit import printable
 from .passwords import MOST_CHARACTERS, SALT_BYTES, hash_password, password_fault
 from .roles import Role
 from .secret import Secret
 
-EXIT_USAGE = 2
-EXIT_REFUSED = 3
-EXIT_INTERRUPTED = 130
-
-# Newer typers carry their own click, older ones import it; this names its error in both.
-_TyperUsageError: type[Exception] = typer.BadParameter.mro()[2]
-
-StoreFile = Annotated[
-    Path | None,
-    typer.Option("--store", metavar="FILE", help=f"The store; else ${STORE_VARIABLE}."),
-]
 Name = Annotated[str, typer.Argument(help="Name of the account.")]
 FromStdin = Annotated[
     bool,
     typer.Option("--password-stdin", help="Read the password from the first line of the input."),
 ]
 
-app = typer.Typer(
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    help="List, add, change and remove the accounts of a server.",
-    epilog="Exit codes: 0 done, 2 bad argument, name or password, 3 refused.",
+app = command(
+    "List, add, change and remove the accounts of a server.",
+    "0 done, 2 bad argument, name or password, 3 refused",
 )
 
 
@@ -67,18 +54,12 @@ def main(argv: Sequence[str]) -> int:
     Args:
         argv: the arguments after `users`.
     """
-    try:
-        result = app(args=list(argv), prog_name="openpendant users", standalone_mode=False)
-    except _TyperUsageError as error:
-        describe = getattr(error, "format_message", error.__str__)
-        return _fail(describe(), EXIT_USAGE)
-    except typer.Abort:
-        return _fail("interrupted", EXIT_INTERRUPTED)
-    except _Unusable as error:
-        return _fail(str(error), EXIT_USAGE)
-    except (AccountRefused, StoreError) as error:
-        return _fail(str(error), EXIT_REFUSED)
-    return result if isinstance(result, int) else 0
+    faults = {
+        _Unusable: EXIT_USAGE,
+        AccountRefused: EXIT_REFUSED,
+        StoreError: EXIT_REFUSED,
+    }
+    return run(app, "users", argv, faults)
 
 
 @app.command("list")
@@ -160,7 +141,7 @@ def enable(name: Name, store: StoreFile = None) -> None:
 @contextlib.contextmanager
 def _accounts(file: Path | None) -> Iterator[StoredAccounts]:
     with contextlib.closing(open_store(file or default_path())) as store:
-        yield StoredAccounts(store, _author())
+        yield StoredAccounts(store, command_author("users"))
 
 
 def _read_book(file: Path | None) -> AccountBook:
@@ -168,7 +149,7 @@ def _read_book(file: Path | None) -> AccountBook:
     if not path.exists():
         return AccountBook()
     with contextlib.closing(open_for_reading(path)) as store:
-        return StoredAccounts(store, _author()).book()
+        return StoredAccounts(store, command_author("users")).book()
 
 
 def _new_password(name: str, from_stdin: bool) -> Secret:
@@ -188,15 +169,3 @@ def _new_password(name: str, from_stdin: bool) -> Secret:
 def _check(refusal: Refusal | None) -> None:
     if refusal is not None:
         raise _Unusable(refusal.sentence)
-
-
-def _author() -> str:
-    try:
-        return f"users by {getpass.getuser()}"[:64]
-    except (KeyError, OSError):  # a process without a name, in a container say
-        return "users"
-
-
-def _fail(message: str, code: int) -> int:
-    print(f"error: {printable(' '.join(message.split()))}", file=sys.stderr)
-    return code

@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import TextIO
 
-from .audit import printable
+from ..printable import printable
 from .line_limit import MOST_LINES
 from .lockout import SECOND_NS
 

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ..field_fault import field_fault
 from ..refusal import Refusal
 from .accounts import Account, AccountBook
 from .passwords import DIGEST_BYTES, NOBODYS_HASH, PasswordHash
@@ -95,7 +96,7 @@ def book_from_json(record: dict[str, Any]) -> tuple[AccountBook, bool]:
             for each in read.accounts
         ]
     except ValidationError as error:
-        raise _damaged(error) from None
+        raise AccessRecordError(field_fault(error)) from None
     return AccountBook(accounts), read.single_user
 
 
@@ -108,7 +109,7 @@ def check_from_json(record: dict[str, Any]) -> bool | None:
     try:
         return _Check.model_validate(record).right
     except ValidationError as error:
-        raise _damaged(error) from None
+        raise AccessRecordError(field_fault(error)) from None
 
 
 def outcome_to_json(refusal: Refusal | None) -> dict[str, Any]:
@@ -127,15 +128,9 @@ def outcome_from_json(record: dict[str, Any]) -> Refusal | None:
         read = _Outcome.model_validate(record)
         code = VerdictCode(read.code)
     except ValidationError as error:
-        raise _damaged(error) from None
+        raise AccessRecordError(field_fault(error)) from None
     except ValueError as error:
         raise AccessRecordError(str(error)) from None
     if code is VerdictCode.ACCEPTED:
         return None
     return Refusal(code, read.text, value=read.value, limit=read.limit)
-
-
-def _damaged(error: ValidationError) -> AccessRecordError:
-    first = error.errors(include_url=False, include_context=False, include_input=False)[0]
-    where = ".".join(str(part) for part in first["loc"])
-    return AccessRecordError(f"{where}: {first['msg']}")

@@ -91,8 +91,3 @@ WITHOUT_LOGIN = frozenset({Permission.STOP})
 def role_may(role: Role, permission: Permission) -> bool:
     """Tell whether a role includes a permission."""
     return role >= LEAST_ROLE[permission]
-
-
-def permissions_of(role: Role) -> frozenset[Permission]:
-    """Return everything that a role may do."""
-    return frozenset(permission for permission in Permission if role_may(role, permission))

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from openpendant.simplemsg.pendant import Motion, ProgramRun, RunKind
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..planning.jobs import PoseGoal
+from ..planning.pose_goal import PoseGoal
 from ..programs.statements import MOST_PASSES
 from ..refusal import Refusal
 

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ..field_fault import field_fault
 from ..refusal import Refusal
 
 _LONGEST_TEXT = 400
@@ -23,7 +24,4 @@ class Body(BaseModel):
 
 def body_fault(error: ValidationError) -> Refusal:
     """Return why the body of a request is refused: the first place that is wrong, and how."""
-    first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-    where = ".".join(str(part) for part in first["loc"])
-    text = f"{where}: {first['msg']}" if where else first["msg"]
-    return Refusal(VerdictCode.BAD_ARGUMENT, text[-_LONGEST_TEXT:])
+    return Refusal(VerdictCode.BAD_ARGUMENT, field_fault(error)[-_LONGEST_TEXT:])

@@ -12,7 +12,8 @@ from openpendant.simplemsg.pendant import Home, JointMove, JointPath, Motion, Po
 
 from ..news import Request
 from ..outgoing import Outgoing
-from ..planning.jobs import JointPathJob, JointVector, MotionJob, PoseGoal, PoseJob
+from ..planning.jobs import JointPathJob, JointVector, MotionJob, PoseJob
+from ..planning.pose_goal import PoseGoal
 from ..refusal import Refusal, refusal_of
 from ..robot_cell import RobotCell
 from ..robot_view import RobotView

@@ -15,23 +15,11 @@ from ..programs.linking import Linked
 from ..programs.motion_blocks import MotionBlock
 from ..programs.work import Done, ProgramRefused, Task
 from ..refusal import Refusal
+from .pose_goal import PoseGoal
 from .recording_job import PlaybackAccount, RecordingJob
 from .way_check_job import WayCheckJob, WayFree
 
 JointVector = tuple[float, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class PoseGoal:
-    """A tool pose to reach.
-
-    Attributes:
-        position: x, y, z [m].
-        orientation: quaternion x, y, z, w; normalised by the planner.
-    """
-
-    position: tuple[float, ...]
-    orientation: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)

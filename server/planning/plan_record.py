@@ -1,8 +1,8 @@
-"""A planner's answer as JSON data in the server's journal, and back.
+"""A planner's answer as data in the server's journal, and back.
 
 The planner is another process, so what it says comes from outside like any packet, and is noted
-whole: every sample, exactly. The certificate is not noted: reading an answer makes it anew, by the
-same independent check.
+whole: every sample, exactly. Samples and programs are long; the journal's writer spells them out.
+The certificate is not noted: reading an answer makes it anew, by the same independent check.
 """
 
 from __future__ import annotations
@@ -18,8 +18,10 @@ from openpendant.motion.certificate import certify
 from openpendant.motion.errors import MotionError
 from openpendant.motion.limits import JointLimits
 from openpendant.motion.trajectory import Array, FineSamples, Trajectory
+from openpendant.simplemsg.journal_text import Part, base64_value, with_long_texts
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ..field_fault import field_fault
 from ..programs.work import RESULTS
 from ..refusal import Refusal
 from .jobs import DryRunFound, DryRunSlice, Planned
@@ -61,13 +63,15 @@ class _Record(BaseModel):
 
 
 def plan_to_json(planned: Planned) -> dict[str, Any]:
-    """Return an answer as plain data; reals keep every bit."""
+    """Return an answer as data for a journal; reals keep every bit."""
     result = planned.result
     if isinstance(result, Refusal):
         refused = {name: getattr(result, name) for name in _Refused.model_fields}
         return {"plan_time": planned.plan_time, "refused": refused}
     if not isinstance(result, tuple):
         found = _FOUND[type(result).__name__].dump_python(result, mode="json")
+        if isinstance(result, RESULTS):
+            found = with_long_texts(found)
         return {"plan_time": planned.plan_time, "kind": type(result).__name__, "found": found}
     trajectory, _ = result
     samples = {name: _encode(getattr(trajectory, name)) for name in _ARRAYS}
@@ -117,9 +121,7 @@ def plan_from_json(
     except KeyError as error:
         raise PlanRecordError(f"no samples of {error.args[0]}") from None
     except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False)[0]
-        where = ".".join(str(part) for part in first["loc"])
-        raise PlanRecordError(f"{where}: {first['msg']}") from None
+        raise PlanRecordError(field_fault(error)) from None
     except (ValueError, MotionError) as error:
         raise PlanRecordError(str(error)) from None
 
@@ -130,8 +132,8 @@ def _fine(samples: dict[str, str], joints: int) -> FineSamples | None:
     return FineSamples(*(_decode(samples[f"fine_{name}"]).reshape(-1, joints) for name in _FINE))
 
 
-def _encode(array: Array) -> str:
-    return base64.b64encode(np.ascontiguousarray(array, dtype="<f8").tobytes()).decode("ascii")
+def _encode(array: Array) -> Part:
+    return base64_value(np.ascontiguousarray(array, dtype="<f8").reshape(-1).view(np.uint8).data)
 
 
 def _decode(text: str) -> Array:

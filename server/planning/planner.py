@@ -38,11 +38,11 @@ from .jobs import (
     Job,
     JointPathJob,
     Planned,
-    PoseGoal,
     PoseJob,
     ProgramJob,
     RosPathJob,
 )
+from .pose_goal import PoseGoal
 from .recording_job import PlaybackAccount, RecordingJob
 from .recording_planning import RecordingUnplayable, plan_recording
 from .way_check import check_running, collision_on

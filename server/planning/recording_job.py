@@ -6,14 +6,11 @@ Apart from `jobs`, because it carries samples.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from openpendant.motion.scene import Scene
 
 from ..recording.document import Extract
-
-if TYPE_CHECKING:
-    from .jobs import PoseGoal
+from .pose_goal import PoseGoal
 
 SLOWEST, FASTEST = 0.1, 4.0
 """Playback speeds relative to the recording."""

@@ -13,7 +13,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..outgoing import Outgoing
 from ..programs.document import program_from_json
-from ..programs.editing import DescribeProgram, Edit
+from ..programs.edits import DescribeProgram, Edit
 from ..programs.errors import ProgramError
 from ..programs.history import History
 from ..programs.splice import Splice

@@ -13,7 +13,7 @@ from openpendant.motion.limits import JointLimits
 
 from ..outgoing import Outgoing
 from ..programs.document import program_from_json, program_to_json
-from ..programs.editing import DescribeProgram
+from ..programs.edits import DescribeProgram
 from ..programs.errors import BadValue, ProgramError
 from ..programs.history import History
 from ..programs.program import Program, check_robot

@@ -10,14 +10,15 @@ import json
 import unicodedata
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import Field, TypeAdapter
 
 from openpendant.simplemsg import CommType, ReplyCode
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Management
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ..operation_body import OperationBody
 from ..outgoing import Outgoing, Send
-from ..programs.editing import Edit
+from ..programs.edits import Edit
 from ..programs.errors import ProgramError, ProgramSyntaxError
 from ..programs.program import MOST_STATEMENTS
 from ..programs.statements import Move
@@ -36,11 +37,7 @@ MOST_PARTS = 1_000
 Revision = Annotated[int, Field(ge=0, description="the one that the change was made from")]
 
 
-class _Operation(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
-
-
-class ListPrograms(_Operation):
+class ListPrograms(OperationBody):
     """Asks which programs there are, by name."""
 
     op: Literal["programs.list"]
@@ -48,7 +45,7 @@ class ListPrograms(_Operation):
     """How many to leave out at the beginning."""
 
 
-class CreateProgram(_Operation):
+class CreateProgram(OperationBody):
     """Makes an empty program of this robot."""
 
     op: Literal["programs.create"]
@@ -57,7 +54,7 @@ class CreateProgram(_Operation):
     tool: str = "flange"
 
 
-class LoadProgram(_Operation):
+class LoadProgram(OperationBody):
     """Asks for a program, or for a part of it where it is long."""
 
     op: Literal["programs.load"]
@@ -69,14 +66,14 @@ class LoadProgram(_Operation):
     """Characters to leave out at the beginning."""
 
 
-class ProgramHistory(_Operation):
+class ProgramHistory(OperationBody):
     """Asks which revisions of a program are kept."""
 
     op: Literal["programs.history"]
     name: str
 
 
-class SaveProgram(_Operation):
+class SaveProgram(OperationBody):
     """Saves a whole program; one that is too long for a frame comes in parts, in order."""
 
     op: Literal["programs.save"]
@@ -88,7 +85,7 @@ class SaveProgram(_Operation):
     parts: Annotated[int, Field(ge=1, le=MOST_PARTS)] = 1
 
 
-class CheckProgram(_Operation):
+class CheckProgram(OperationBody):
     """Asks whether a text is a program of this robot; saves nothing."""
 
     op: Literal["programs.check"]
@@ -96,7 +93,7 @@ class CheckProgram(_Operation):
     format: Literal["text", "json"] = "text"
 
 
-class DeleteProgram(_Operation):
+class DeleteProgram(OperationBody):
     """Deletes a program; its revisions stay in its history."""
 
     op: Literal["programs.delete"]
@@ -104,7 +101,7 @@ class DeleteProgram(_Operation):
     expected_revision: Revision
 
 
-class RenameProgram(_Operation):
+class RenameProgram(OperationBody):
     """Gives a program another name; calls in other programs are not changed."""
 
     op: Literal["programs.rename"]
@@ -113,7 +110,7 @@ class RenameProgram(_Operation):
     expected_revision: Revision
 
 
-class EditProgram(_Operation):
+class EditProgram(OperationBody):
     """Edits a program by one of the edits."""
 
     op: Literal["programs.edit"]
@@ -122,7 +119,7 @@ class EditProgram(_Operation):
     edit: Annotated[Edit, Field(discriminator="edit")]
 
 
-class RecordPoint(_Operation):
+class RecordPoint(OperationBody):
     """Adds a point where the robot stands, and the move to it."""
 
     op: Literal["programs.record"]
@@ -136,7 +133,7 @@ class RecordPoint(_Operation):
     comment: str = ""
 
 
-class TouchUpPoint(_Operation):
+class TouchUpPoint(OperationBody):
     """Puts a point where the robot stands now."""
 
     op: Literal["programs.touch_up"]
@@ -145,7 +142,7 @@ class TouchUpPoint(_Operation):
     point: str
 
 
-class UndoEdit(_Operation):
+class UndoEdit(OperationBody):
     """Takes the last edit back."""
 
     op: Literal["programs.undo"]
@@ -153,7 +150,7 @@ class UndoEdit(_Operation):
     expected_revision: Revision
 
 
-class RedoEdit(_Operation):
+class RedoEdit(OperationBody):
     """Makes the edit again that was taken back last."""
 
     op: Literal["programs.redo"]
@@ -161,7 +158,7 @@ class RedoEdit(_Operation):
     expected_revision: Revision
 
 
-class SetBreakpoints(_Operation):
+class SetBreakpoints(OperationBody):
     """Names the statements of a program to pause before, from 0; none to run through."""
 
     op: Literal["programs.breakpoints"]
@@ -171,14 +168,14 @@ class SetBreakpoints(_Operation):
     ]
 
 
-class StartDryRun(_Operation):
+class StartDryRun(OperationBody):
     """Asks what would happen if a program ran; nothing moves."""
 
     op: Literal["programs.dry_run"]
     name: str
 
 
-class DryRunProgress(_Operation):
+class DryRunProgress(OperationBody):
     """Asks how far the dry run is that is under way."""
 
     op: Literal["programs.dry_run_progress"]

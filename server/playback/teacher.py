@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ..programs.editing import RecordPoint, TouchUp
+from ..programs.edits import RecordPoint, TouchUp
 from ..programs.points import TeachPoint
 from ..programs.program import Program, check_robot
 from ..refusal import Refusal

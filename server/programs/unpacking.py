@@ -25,9 +25,12 @@ class Unpacking:
         self._statement_packs = deque(unpacked.statements)
         self._points: list[TeachPoint] = []
         self._statements: list[Statement] = []
+        self._program: Program | None = None
 
     def step(self) -> Program | None:
         """Read fewer than two packs; return the program once it is whole."""
+        if self._program is not None:
+            return self._program
         read = 0
         while read < PACK and (self._point_packs or self._statement_packs):
             read += self._read_pack()
@@ -35,7 +38,13 @@ class Unpacking:
         if self._point_packs or self._statement_packs or read >= PACK:
             return None
         head = program_from_json(self._head)
-        return replace(head, points=tuple(self._points), statements=tuple(self._statements))
+        whole = replace(head, points=tuple(self._points), statements=tuple(self._statements))
+        if len(self._points) + len(self._statements) < PACK:
+            return whole
+        # So does what is done with it then, for which its calls are looked up now.
+        self._program = whole
+        _ = whole.calls
+        return None
 
     def _read_pack(self) -> int:
         if self._point_packs:

@@ -12,7 +12,8 @@ from typing import Literal, TypeAlias
 
 from ..refusal import Refusal
 from .document import MOST_JSON_BYTES, POINTS, STATEMENTS, program_from_json, program_to_json
-from .editing import Edit, apply
+from .editing import apply
+from .edits import Edit
 from .errors import ProgramError, ProgramSyntaxError, ProgramTooLarge
 from .parser import parse_source
 from .points import TeachPoint

@@ -16,7 +16,8 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..news import Begun, Ended, News, Refused, Request
 from ..operating_mode import MotionKind
 from ..outgoing import Outgoing
-from ..planning.jobs import Planned, PoseGoal
+from ..planning.jobs import Planned
+from ..planning.pose_goal import PoseGoal
 from ..planning.recording_job import PlaybackAccount, RecordingJob
 from ..playback.operations import Asker
 from ..refusal import Refusal

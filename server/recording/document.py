@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ..field_fault import field_fault
 from ..refusal import Refusal
 
 TIME, GAP = "t", "gap"
@@ -85,9 +86,7 @@ def read_document(name: str, body: str) -> RecordingDocument | Refusal:
     try:
         return RecordingDocument.model_validate_json(body)
     except ValidationError as error:
-        first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-        where = ".".join(str(part) for part in first["loc"])
-        text = f"recording {name!r}: {where}: {first['msg']}"
+        text = f"recording {name!r}: {field_fault(error)}"
         return Refusal(VerdictCode.BAD_DOCUMENT, text[:400])
 
 

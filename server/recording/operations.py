@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal, TypeAlias
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
+from pydantic import Field, TypeAdapter
 
+from ..operation_body import OperationBody
 from ..planning.recording_job import FASTEST, MOST_REPEATS, SLOWEST
 
 PREFIX = "recordings."
@@ -16,11 +17,7 @@ PREFIX = "recordings."
 Time = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
-class _Operation(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
-
-
-class ListRecordings(_Operation):
+class ListRecordings(OperationBody):
     """Asks which recordings there are, and which one is under way."""
 
     op: Literal["recordings.list"]
@@ -28,27 +25,27 @@ class ListRecordings(_Operation):
     """How many to leave out at the beginning."""
 
 
-class DescribeRecording(_Operation):
+class DescribeRecording(OperationBody):
     """Asks for the description of a recording: robot, joints, rate, duration, gaps."""
 
     op: Literal["recordings.describe"]
     name: str
 
 
-class StartRecording(_Operation):
+class StartRecording(OperationBody):
     """Begins a recording; answered once its document is kept."""
 
     op: Literal["recordings.start"]
     name: str
 
 
-class StopRecording(_Operation):
+class StopRecording(OperationBody):
     """Ends the recording under way; answered once all of it is kept."""
 
     op: Literal["recordings.stop"]
 
 
-class TrimRecordingPart(_Operation):
+class TrimRecordingPart(OperationBody):
     """Saves a part of a recording as a new one."""
 
     op: Literal["recordings.trim"]
@@ -60,7 +57,7 @@ class TrimRecordingPart(_Operation):
     """Last time that is kept, s; null for the end."""
 
 
-class RenameARecording(_Operation):
+class RenameARecording(OperationBody):
     """Gives a recording another name."""
 
     op: Literal["recordings.rename"]
@@ -69,7 +66,7 @@ class RenameARecording(_Operation):
     expected_revision: Annotated[int, Field(ge=1)]
 
 
-class DeleteRecording(_Operation):
+class DeleteRecording(OperationBody):
     """Deletes a recording; its samples are gone at once."""
 
     op: Literal["recordings.delete"]
@@ -77,7 +74,7 @@ class DeleteRecording(_Operation):
     expected_revision: Annotated[int, Field(ge=1)]
 
 
-class PlayRecording(_Operation):
+class PlayRecording(OperationBody):
     """Plays a recording back, or says what would happen.
 
     Answered when it is planned: with what was asked and what is possible, and the way to the first

@@ -9,55 +9,42 @@ do it, 130 interrupted.
 from __future__ import annotations
 
 import contextlib
-import getpass
 import json
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ..command_line import EXIT_REFUSED, EXIT_USAGE, StoreFile, command, command_author, run
+from ..printable import printable
 from .csv_export import POINTS, read_points, save_recording, write_points, write_recording
 from .documents import DocumentKind, Heading
 from .errors import BadDocument, BadName, NotFound, StoreError, StoreFailed, TooLarge
 from .file_check import check_store
-from .location import STORE_VARIABLE, default_path
+from .location import default_path
 from .sqlite_file import copy
 from .sqlite_store import SqliteStore, open_for_reading, open_store
-from .text_export import (
-    Entry,
-    documents_from_json,
-    documents_to_json,
-    read_file,
-    save_entries,
-)
+from .text_export import documents_to_json
+from .text_import import Entry, documents_from_json, read_file, save_entries
 
 EXIT_FOUND = 1
-EXIT_USAGE = 2
-EXIT_REFUSED = 3
-EXIT_INTERRUPTED = 130
 
-_USAGE_ERRORS = (BadDocument, BadName, NotFound, TooLarge)
-# Newer typers carry their own click, older ones import it; this names its error in both.
-_TyperUsageError: type[Exception] = typer.BadParameter.mro()[2]
+_FAULTS: Mapping[type[Exception], int] = {
+    **dict.fromkeys((BadDocument, BadName, NotFound, TooLarge), EXIT_USAGE),
+    StoreError: EXIT_REFUSED,
+}
 
-StoreFile = Annotated[
-    Path | None,
-    typer.Option("--store", metavar="FILE", help=f"The store; else ${STORE_VARIABLE}."),
-]
 Kind = Annotated[DocumentKind, typer.Argument(help="Kind of the document.")]
 Name = Annotated[str, typer.Argument(help="Its name.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON line.")]
 
-app = typer.Typer(
-    add_completion=False,
-    rich_markup_mode=None,
-    pretty_exceptions_enable=False,
-    help="List, show, export, import, copy and check the documents of a server.",
-    epilog="Exit codes: 0 done, 1 something wrong was found, 2 bad argument or file, 3 refused.",
+app = command(
+    "List, show, export, import, copy and check the documents of a server.",
+    "0 done, 1 something wrong was found, 2 bad argument or file, 3 refused",
 )
 
 
@@ -67,16 +54,7 @@ def main(argv: Sequence[str]) -> int:
     Args:
         argv: the arguments after `store`.
     """
-    try:
-        result = app(args=list(argv), prog_name="openpendant store", standalone_mode=False)
-    except _TyperUsageError as error:
-        describe = getattr(error, "format_message", error.__str__)
-        return _fail(describe(), EXIT_USAGE)
-    except typer.Abort:
-        return _fail("interrupted", EXIT_INTERRUPTED)
-    except StoreError as error:
-        return _fail(str(error), EXIT_USAGE if isinstance(error, _USAGE_ERRORS) else EXIT_REFUSED)
-    return result if isinstance(result, int) else 0
+    return run(app, "store", argv, _FAULTS)
 
 
 @app.command("list")
@@ -115,7 +93,7 @@ def show(
         _print_json(about | {"body": json.loads(document.body)})
         return
     heading = document.heading
-    print(_one_line(f"{kind} {name}, revision {heading.revision} by {heading.saved_by}"))
+    print(printable(f"{kind} {name}, revision {heading.revision} by {heading.saved_by}"))
     print(json.dumps(json.loads(document.body), indent=2))
 
 
@@ -146,7 +124,7 @@ def export_documents(
         else:
             with _new_file(output) as path, path.open("w", encoding="ascii") as out:
                 out.writelines(documents_to_json(opened, chosen))
-    print(f"wrote {_one_line(str(output))}: {len(chosen)} documents")
+    print(f"wrote {printable(str(output))}: {len(chosen)} documents")
 
 
 @app.command("import")
@@ -163,7 +141,7 @@ def import_documents(
     as_json: AsJson = False,
 ) -> None:
     """Read documents from text; all are saved or, if one cannot be, none."""
-    author = _author()
+    author = command_author("import")
     with contextlib.closing(open_store(store or default_path())) as opened:
         if source.suffix != ".csv":
             entries = documents_from_json(read_file(source), str(source))
@@ -183,7 +161,7 @@ def backup(
     """Copy the whole store while it is in use; the copy is a store of its own."""
     with _reading(store) as opened:
         copy(opened.connection, output)
-    print(f"wrote {_one_line(str(output))}: {output.stat().st_size} bytes")
+    print(f"wrote {printable(str(output))}: {output.stat().st_size} bytes")
 
 
 @app.command()
@@ -195,10 +173,10 @@ def check(store: StoreFile = None, as_json: AsJson = False) -> int:
         _print_json(asdict(report) | {"file": str(path), "is_sound": report.is_sound})
     else:
         for problem in report.problems:
-            print(_one_line(problem))
+            print(printable(problem))
         verdict = "sound" if report.is_sound else "BAD"
         print(
-            _one_line(
+            printable(
                 f"{path}: {verdict}: {report.documents} documents, {report.revisions} revisions,"
                 f" {report.chunks} chunks of recordings"
             )
@@ -258,13 +236,6 @@ def _new_file(path: Path) -> Iterator[Path]:
             beside.unlink(missing_ok=True)
 
 
-def _author() -> str:
-    try:
-        return f"import by {getpass.getuser()}"[:64]
-    except (KeyError, OSError):  # a process without a name, in a container say
-        return "import"
-
-
 def _print_headings(headings: Sequence[Heading], as_json: bool) -> None:
     if as_json:
         _print_json([asdict(heading) for heading in headings])
@@ -272,7 +243,7 @@ def _print_headings(headings: Sequence[Heading], as_json: bool) -> None:
     for heading in headings:
         deleted = " deleted" if heading.deleted else ""
         print(
-            _one_line(
+            printable(
                 f"{heading.kind:<9}  {heading.name:<24}  revision {heading.revision:>4}"
                 f"  {heading.size:>8} bytes  {heading.saved_at}  {heading.saved_by}{deleted}"
             )
@@ -282,13 +253,3 @@ def _print_headings(headings: Sequence[Heading], as_json: bool) -> None:
 
 def _print_json(value: object) -> None:
     print(json.dumps(value, separators=(",", ":"), allow_nan=False))
-
-
-def _fail(message: str, code: int) -> int:
-    print(f"error: {_one_line(message)}", file=sys.stderr)
-    return code
-
-
-def _one_line(text: str) -> str:
-    # Names come from files and arguments: no line break or terminal control may pass.
-    return "".join(character if character.isprintable() else " " for character in text)

@@ -18,9 +18,10 @@ from typing import Any, BinaryIO, NoReturn, Protocol
 
 from .documents import DocumentKind, Heading
 from .errors import BadDocument, TooLarge
+from .recording_rows import append_rows, recording_rows
 from .samples import MOST_COLUMNS, Row, columns_of
 from .store import Store
-from .text_export import MOST_FILE_BYTES, append_rows, recording_rows
+from .text_export import MOST_FILE_BYTES
 
 POINTS = "points"
 """The field of a body that holds a point list."""

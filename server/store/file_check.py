@@ -14,7 +14,8 @@ from pathlib import Path
 from .documents import DocumentKind
 from .errors import StoreError
 from .schema import MIGRATIONS
-from .sqlite_file import integrity, open_read_only, translated
+from .sqlite_faults import translated
+from .sqlite_file import integrity, open_read_only
 
 _MOST_PROBLEMS = 100
 

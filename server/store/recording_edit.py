@@ -15,9 +15,9 @@ from typing import Any
 from ..recording.document import GAP, TIME
 from .documents import DocumentKind, Heading
 from .errors import BadDocument
+from .recording_rows import append_rows, recording_rows
 from .samples import Row, columns_of
 from .store import Store
-from .text_export import append_rows, recording_rows
 
 _RECORDING = DocumentKind.RECORDING
 

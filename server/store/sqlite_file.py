@@ -1,23 +1,23 @@
 """The file of the SQLite store: opened, checked, upgraded, copied, and set aside when broken.
 
-Owns what a file must be before its documents are touched, and how a fault of SQLite is named. A
-broken file is renamed, never overwritten, and that is logged; a file that is a sound database of
-somebody else's, or of a later version, is refused and left alone.
+Owns what a file must be before its documents are touched. A broken file is renamed, never
+overwritten, and that is logged; a file that is a sound database of somebody else's, or of a later
+version, is refused and left alone.
 """
 
 from __future__ import annotations
 
 import contextlib
-import errno
 import logging
 import os
 import sqlite3
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .errors import DiskFull, ForeignFile, ReadOnly, StoreBusy, StoreError, StoreFailed, StoreTooNew
+from .errors import ForeignFile, ReadOnly, StoreFailed, StoreTooNew
 from .schema import APPLICATION_ID, Migration
+from .sqlite_faults import BrokenFile, translated
 
 log = logging.getLogger("openpendant.server")
 
@@ -26,7 +26,6 @@ _BUSY_TIMEOUT = 2.0
 
 _MOST_KEPT = 10_000
 _OWNER_ONLY = 0o600  # accounts are in it
-_PRIMARY = 0xFF  # the lower byte of SQLite's extended codes is the kind of fault
 
 # Full sync: what is acknowledged is on the disk, not in its cache. The last two: distrust the file.
 _SETTINGS = (
@@ -37,19 +36,6 @@ _SETTINGS = (
     "PRAGMA trusted_schema = OFF",
     "PRAGMA cell_size_check = ON",
 )
-
-_KINDS: dict[int, type[StoreError]] = {
-    sqlite3.SQLITE_FULL: DiskFull,
-    sqlite3.SQLITE_READONLY: ReadOnly,
-    sqlite3.SQLITE_PERM: ReadOnly,
-    sqlite3.SQLITE_BUSY: StoreBusy,
-    sqlite3.SQLITE_LOCKED: StoreBusy,
-}
-_BROKEN = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB}
-
-
-class BrokenFile(StoreFailed):
-    """The file is no database, or a damaged one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,36 +53,6 @@ class OpenFile:
     is_read_only: bool = False
     set_aside: Path | None = None
     before_upgrade: Path | None = None
-
-
-def store_error(error: sqlite3.Error, path: Path) -> StoreError:
-    """Return the typed error for one of SQLite's, with its words and the name of its code."""
-    code = getattr(error, "sqlite_errorcode", 0) & _PRIMARY
-    name = getattr(error, "sqlite_errorname", type(error).__name__)
-    kind = BrokenFile if code in _BROKEN else _KINDS.get(code, StoreFailed)
-    return kind(f"{path}: {error} ({name})")
-
-
-@contextlib.contextmanager
-def translated(path: Path) -> Iterator[None]:
-    """Turn the faults of SQLite and of the system inside the context into a `StoreError`."""
-    try:
-        yield
-    except sqlite3.Error as error:
-        raise store_error(error, path) from error
-    except OSError as error:
-        raise os_error(error, path) from error
-
-
-def os_error(error: OSError, path: Path) -> StoreError:
-    """Return the typed error for one of the system's, with its words."""
-    text = f"{error.filename or path}: {error.strerror or error}"
-    match error.errno:
-        case errno.ENOSPC | errno.EDQUOT | errno.EFBIG:
-            return DiskFull(text)
-        case errno.EROFS | errno.EACCES | errno.EPERM:
-            return ReadOnly(text)
-    return StoreFailed(text)
 
 
 def open_file(path: Path, migrations: Sequence[Migration]) -> OpenFile:

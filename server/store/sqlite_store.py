@@ -27,7 +27,8 @@ from .documents import (
 )
 from .errors import BadDocument, Conflict, DiskFull, NotFound, OutOfSequence, ReadOnly
 from .schema import MIGRATIONS, Migration
-from .sqlite_file import OpenFile, open_file, open_read_only, translated
+from .sqlite_faults import translated
+from .sqlite_file import OpenFile, open_file, open_read_only
 
 _HEADING = "kind, name, revision, size, saved_by, saved_at, body IS NULL"
 _LARGEST_INTEGER = 2**63 - 1

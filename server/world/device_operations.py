@@ -7,22 +7,18 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from ..operation_body import OperationBody
 
 
-class Operation(BaseModel):
-    """One request; an unknown key is refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
-
-
-class ReadAllSignals(Operation):
+class ReadAllSignals(OperationBody):
     """Asks for all inputs and outputs."""
 
     op: Literal["signals.read"]
 
 
-class SetSignal(Operation):
+class SetSignal(OperationBody):
     """Gives an output a value; answered once the controller has done it."""
 
     op: Literal["signals.set"]
@@ -30,27 +26,27 @@ class SetSignal(Operation):
     value: bool
 
 
-class ListRobots(Operation):
+class ListRobots(OperationBody):
     """Asks which robots the server knows, and which one this cell has."""
 
     op: Literal["robots.list"]
 
 
-class DescribeRobot(Operation):
+class DescribeRobot(OperationBody):
     """Asks for a robot's specification; this cell's where no name is given."""
 
     op: Literal["robots.describe"]
     name: str | None = None
 
 
-class LoadRobot(Operation):
+class LoadRobot(OperationBody):
     """Asks that this cell has a certain robot; refused unless it has it already."""
 
     op: Literal["robots.load"]
     name: str
 
 
-class ShowTrace(Operation):
+class ShowTrace(OperationBody):
     """Asks for the way of the tool since the trace was cleared."""
 
     op: Literal["trace.show"]
@@ -58,7 +54,7 @@ class ShowTrace(Operation):
     """Points to leave out at the beginning."""
 
 
-class ClearTrace(Operation):
+class ClearTrace(OperationBody):
     """Forgets the way of the tool."""
 
     op: Literal["trace.clear"]

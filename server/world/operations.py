@@ -12,12 +12,12 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from openpendant.motion.pose import Pose
 
+from ..operation_body import OperationBody
 from .device_operations import (
     ClearTrace,
     DescribeRobot,
     ListRobots,
     LoadRobot,
-    Operation,
     ReadAllSignals,
     SetSignal,
     ShowTrace,
@@ -48,13 +48,13 @@ class PlacedPose(BaseModel):
         return Pose.from_values(self.position, self.orientation)
 
 
-class ShowFrames(Operation):
+class ShowFrames(OperationBody):
     """Asks for all frames and tools, which tool is selected, and the revisions."""
 
     op: Literal["frames.show"]
 
 
-class AddFrame(Operation):
+class AddFrame(OperationBody):
     """Adds a user frame."""
 
     op: Literal["frames.add"]
@@ -64,7 +64,7 @@ class AddFrame(Operation):
     expected_revision: Revision
 
 
-class MoveFrame(Operation):
+class MoveFrame(OperationBody):
     """Puts a user frame elsewhere."""
 
     op: Literal["frames.move"]
@@ -74,7 +74,7 @@ class MoveFrame(Operation):
     expected_revision: Revision
 
 
-class RenameFrame(Operation):
+class RenameFrame(OperationBody):
     """Gives a user frame another name."""
 
     op: Literal["frames.rename"]
@@ -83,7 +83,7 @@ class RenameFrame(Operation):
     expected_revision: Revision
 
 
-class RemoveFrame(Operation):
+class RemoveFrame(OperationBody):
     """Removes a user frame from which no other hangs."""
 
     op: Literal["frames.remove"]
@@ -91,7 +91,7 @@ class RemoveFrame(Operation):
     expected_revision: Revision
 
 
-class TeachFrame(Operation):
+class TeachFrame(OperationBody):
     """Asks for the frame of three points (origin, on x, on the side of y) or four.
 
     Keeps nothing: the frame found is added, where it is good, by `frames.add`.
@@ -102,7 +102,7 @@ class TeachFrame(Operation):
     """In base, m."""
 
 
-class TransformPose(Operation):
+class TransformPose(OperationBody):
     """Asks where a pose of one frame is in another, now or at a time in the last ten seconds."""
 
     op: Literal["frames.transform"]
@@ -112,7 +112,7 @@ class TransformPose(Operation):
     seconds_ago: Annotated[float, Field(ge=0, le=10)] = 0.0
 
 
-class ImportFrames(Operation):
+class ImportFrames(OperationBody):
     """Replaces user frames, or tools, by those of a file's content."""
 
     op: Literal["frames.import", "tools.import"]
@@ -120,7 +120,7 @@ class ImportFrames(Operation):
     expected_revision: Revision
 
 
-class AddTool(Operation):
+class AddTool(OperationBody):
     """Adds a tool: its centre point in the flange."""
 
     op: Literal["tools.add"]
@@ -129,7 +129,7 @@ class AddTool(Operation):
     expected_revision: Revision
 
 
-class MoveTool(Operation):
+class MoveTool(OperationBody):
     """Gives a tool another centre point."""
 
     op: Literal["tools.move"]
@@ -138,7 +138,7 @@ class MoveTool(Operation):
     expected_revision: Revision
 
 
-class RemoveTool(Operation):
+class RemoveTool(OperationBody):
     """Removes a tool that is not selected."""
 
     op: Literal["tools.remove"]
@@ -146,7 +146,7 @@ class RemoveTool(Operation):
     expected_revision: Revision
 
 
-class SelectTool(Operation):
+class SelectTool(OperationBody):
     """Selects a tool; null for the bare flange. In force once it is answered."""
 
     op: Literal["tools.select"]
@@ -154,7 +154,7 @@ class SelectTool(Operation):
     expected_revision: Revision
 
 
-class CalibrateTool(Operation):
+class CalibrateTool(OperationBody):
     """Asks for the tool centre point from joint positions that touch one point; keeps nothing."""
 
     op: Literal["tools.calibrate"]
@@ -162,13 +162,13 @@ class CalibrateTool(Operation):
     """Joints, controller side, rad or m."""
 
 
-class ShowScene(Operation):
+class ShowScene(OperationBody):
     """Asks for the scene as a file's content, and its revision."""
 
     op: Literal["scene.show"]
 
 
-class AddObject(Operation):
+class AddObject(OperationBody):
     """Adds an object, also while the robot moves."""
 
     op: Literal["scene.add"]
@@ -177,7 +177,7 @@ class AddObject(Operation):
     expected_revision: Revision
 
 
-class RemoveObject(Operation):
+class RemoveObject(OperationBody):
     """Removes an object."""
 
     op: Literal["scene.remove"]
@@ -185,7 +185,7 @@ class RemoveObject(Operation):
     expected_revision: Revision
 
 
-class MoveObject(Operation):
+class MoveObject(OperationBody):
     """Puts an object elsewhere in base."""
 
     op: Literal["scene.move"]
@@ -194,7 +194,7 @@ class MoveObject(Operation):
     expected_revision: Revision
 
 
-class AllowContact(Operation):
+class AllowContact(OperationBody):
     """Lets two bodies touch, or not any more."""
 
     op: Literal["scene.allow", "scene.forbid"]
@@ -203,7 +203,7 @@ class AllowContact(Operation):
     expected_revision: Revision
 
 
-class AttachObject(Operation):
+class AttachObject(OperationBody):
     """Lets a link take an object where both are now, or leaves it there."""
 
     op: Literal["scene.attach", "scene.detach"]
@@ -213,7 +213,7 @@ class AttachObject(Operation):
     expected_revision: Revision
 
 
-class ImportScene(Operation):
+class ImportScene(OperationBody):
     """Replaces the scene by that of a file's content."""
 
     op: Literal["scene.import"]
@@ -221,7 +221,7 @@ class ImportScene(Operation):
     expected_revision: Revision
 
 
-class NearestBodies(Operation):
+class NearestBodies(OperationBody):
     """Asks which two bodies are nearest to each other now, and how near."""
 
     op: Literal["scene.nearest"]

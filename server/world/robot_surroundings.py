@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
-from ..planning.jobs import PoseGoal
+from ..planning.pose_goal import PoseGoal
 from .world_view import WorldView
 
 if TYPE_CHECKING:

@@ -98,6 +98,36 @@ def test_joints_in_proportion_stay_in_proportion_whatever_one_of_them_demands(
             assert abs(segment.sample(h * n / 100)[2][0]) <= BOUNDS.acceleration * (1 + SLACK)
 
 
+@pytest.mark.parametrize("switch", [0.1, 0.35, 0.8])
+@pytest.mark.parametrize(("rate", "after"), [(3.9, -3.9), (3.9, 0.5), (-1.0, 3.9)])
+def test_a_step_at_the_limit_on_a_bent_path_is_followed_where_a_quintic_would_swing(
+    rate: float, after: float, switch: float
+) -> None:
+    # The second joint is half the square of the first.
+    h, speed = 0.01, 1.0
+    middle = speed + rate * switch * h
+    way = (speed + middle) / 2 * switch * h
+    end = middle + after * (1 - switch) * h
+    way += (middle + end) / 2 * (1 - switch) * h
+    starts = [End(0.0, speed, rate), End(0.0, 0.0, speed**2)]
+    ends = [End(way, end, after), End(way**2 / 2, way * end, end**2 + way * after)]
+    segment = connect(h, starts, ends, (BOUNDS,) * 2)
+    assert isinstance(segment, Segment)
+    for n in range(101):
+        (first, second), _, acceleration = segment.sample(h * n / 100)
+        assert second == pytest.approx(first**2 / 2, abs=2e-8)
+        assert max(map(abs, acceleration)) <= BOUNDS.acceleration
+
+
+def test_a_quintic_in_bounds_is_taken_though_its_control_values_are_not() -> None:
+    # The greatest of the acceleration's is 8.6.
+    segment = one(1.0, End(0.0, 0.0, 1.0), End(0.66, 1.9, 1.0))
+    assert isinstance(segment, Segment)
+    accelerations = [state[2] for state in sampled(segment)]
+    assert (accelerations[0], accelerations[-1]) == pytest.approx((1.0, 1.0))
+    assert max(map(abs, accelerations)) == pytest.approx(3.6459, abs=1e-3)
+
+
 def test_joints_that_can_do_nothing_alike_each_do_what_they_can() -> None:
     # One has to switch early, the other late.
     a, h = BOUNDS.acceleration, 0.1

@@ -16,8 +16,9 @@ from server_clients import pose
 from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot import serial_robot
-from openpendant.server.planning.jobs import PoseGoal, PoseJob
+from openpendant.server.planning.jobs import PoseJob
 from openpendant.server.planning.planner import answer
+from openpendant.server.planning.pose_goal import PoseGoal
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant import Motion
 from openpendant.simplemsg.standard import JointTrajPtFull

@@ -7,8 +7,16 @@ import json
 import pytest
 
 from openpendant.simplemsg.journal import JOURNAL_FORMAT, Journal
+from openpendant.simplemsg.journal_text import LONG, LongValue, Part, spelled, with_long_texts
 
 START = 5_000_000_000
+
+
+class Lines(io.StringIO):
+    """A stream that spells out at once what is long."""
+
+    def write(self, *parts: Part) -> int:
+        return super().write("".join(map(spelled, parts)))
 
 
 class Clock:
@@ -24,7 +32,7 @@ def clock() -> Clock:
     return Clock()
 
 
-def _kept(clock: Clock, stream: io.StringIO) -> Journal:
+def _kept(clock: Clock, stream: Lines) -> Journal:
     journal = Journal(clock)
     journal.keep(stream, _fail, kind="server", started="then", version="1", settings={"a": 1})
     return journal
@@ -51,7 +59,7 @@ def test_a_journal_that_is_not_kept_tells_the_time_and_passes_answers_on(clock: 
 
 
 def test_lines_say_what_happened_and_what_followed(clock: Clock) -> None:
-    stream = io.StringIO()
+    stream = Lines()
     journal = _kept(clock, stream)
     clock.now += 7
     journal.begin("opened", 3, b"\xab", port="motion")
@@ -72,15 +80,38 @@ def test_lines_say_what_happened_and_what_followed(clock: Clock) -> None:
     ]
 
 
+def test_what_is_long_reaches_the_stream_as_it_is(clock: Clock) -> None:
+    """To spell it out is the stream's business, which has the time."""
+    taken: list[Part] = []
+
+    class Taking(Lines):
+        def write(self, *parts: Part) -> int:
+            taken.extend(parts)
+            return super().write(*parts)
+
+    stream = Taking()
+    journal = _kept(clock, stream)
+    journal.begin("in", 1, b"\xab" * LONG, body=with_long_texts("x" * LONG))
+    journal.out(1, b"\xcd" * LONG)
+    assert [part.content for part in taken if isinstance(part, LongValue)] == [
+        b"\xab" * LONG,
+        "x" * LONG,
+        b"\xcd" * LONG,
+    ]
+    _, event, effect = map(json.loads, stream.getvalue().splitlines())
+    assert (event["hex"], event["body"]) == ("ab" * LONG, "x" * LONG)
+    assert effect == {"out": "1", "hex": "cd" * LONG}
+
+
 def test_only_answers_of_yes_are_noted(clock: Clock) -> None:
-    stream = io.StringIO()
+    stream = Lines()
     journal = _kept(clock, stream)
     assert not journal.answer("gone", 1, False)
     assert "gone" not in stream.getvalue()
 
 
 def test_nothing_is_written_after_the_end(clock: Clock) -> None:
-    stream = io.StringIO()
+    stream = Lines()
     journal = _kept(clock, stream)
     before = stream.getvalue()
     journal.end()
@@ -91,8 +122,8 @@ def test_nothing_is_written_after_the_end(clock: Clock) -> None:
     assert not journal.is_kept
 
 
-class FullDisk(io.StringIO):
-    def write(self, text: str) -> int:
+class FullDisk(Lines):
+    def write(self, *parts: Part) -> int:
         raise OSError(errno.ENOSPC, "No space left on device")
 
 

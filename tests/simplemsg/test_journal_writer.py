@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from openpendant.simplemsg import journal_writer
+from openpendant.simplemsg.journal_text import PIECE, hexadecimal
 from openpendant.simplemsg.journal_writer import JournalWriter
 
 
@@ -16,6 +17,15 @@ def test_what_was_taken_is_in_the_file_when_it_is_closed(tmp_path: Path) -> None
         writer.write(f"{number}\n")
     writer.close()
     assert (tmp_path / "journal").read_text() == "".join(f"{number}\n" for number in range(1_000))
+
+
+def test_what_is_long_is_spelled_out_in_its_place(tmp_path: Path) -> None:
+    writer = JournalWriter(tmp_path / "journal")
+    data = b"\x01\xfe" * PIECE
+    writer.write('{"hex": ', hexadecimal(data), "}\n")
+    writer.write("next")
+    writer.close()
+    assert (tmp_path / "journal").read_text() == f'{{"hex": "{data.hex()}"}}\nnext'
 
 
 def test_an_older_journal_is_kept_under_a_number(tmp_path: Path) -> None:
@@ -46,7 +56,8 @@ def test_a_disk_that_does_not_keep_up_ends_the_journal(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(journal_writer, "MOST_WAITING", 10)
-    writer = JournalWriter(tmp_path / "journal")
-    with pytest.raises(OSError, match="too slow"):
-        writer.write("x" * 11)
-    writer.close()
+    for waiting in ("x" * 11, hexadecimal(b"x" * PIECE)):
+        writer = JournalWriter(tmp_path / "journal")
+        with pytest.raises(OSError, match="too slow"):
+            writer.write(waiting)
+        writer.close()

@@ -15,7 +15,7 @@ from functools import cache, partial
 
 from openpendant.server.planning.jobs import Planned, ProgramJob
 from openpendant.server.programs.document import program_to_json
-from openpendant.server.programs.editing import DeleteStatements
+from openpendant.server.programs.edits import DeleteStatements
 from openpendant.server.programs.parser import parse
 from openpendant.server.programs.program import MOST_POINTS, MOST_STATEMENTS
 from openpendant.server.programs.unpacking import Unpacking

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from enum import IntEnum
 
 from openpendant.simplemsg import DIALECTS, ByteOrder, Codec, ProtocolError, codec_for
+from openpendant.simplemsg.errors import shown
 
 ORDERS = {"little": ByteOrder.LITTLE, "big": ByteOrder.BIG}
 
@@ -90,6 +91,17 @@ def codec_of(arguments: argparse.Namespace, order: ByteOrder | None = None) -> C
     """
     known = ORDERS[arguments.order] if arguments.order else order or ByteOrder.LITTLE
     return codec_for(DIALECTS[arguments.dialect], known, arguments.real)
+
+
+def seconds(text: str) -> float:
+    """Return the time that an argument names [s]: up to a day, to wait for something."""
+    try:
+        named = float(text)
+    except ValueError:
+        named = -1.0
+    if not 0 < named <= 86_400:
+        raise argparse.ArgumentTypeError(f"{shown(text)} is no time from 0 to 86400 s")
+    return named
 
 
 def run(

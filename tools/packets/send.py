@@ -12,7 +12,7 @@ from openpendant.simplemsg.connection import detect_byte_order
 from openpendant.simplemsg.errors import shown
 from openpendant.simplemsg.layout import HEADER_SIZE
 
-from .console import ExitCode, PacketToolError, add_wire_form, codec_of, parser, run
+from .console import ExitCode, PacketToolError, add_wire_form, codec_of, parser, run, seconds
 from .encode import encode_line
 from .faulty.frame_surgery import header_of
 from .frames import Cut
@@ -61,7 +61,7 @@ def _parser() -> argparse.ArgumentParser:
     add("fields", nargs="*", metavar="FIELD=VALUE")
     add("--hex", metavar="DIGITS", help="send these bytes instead")
     add("--count", type=_count, default=1, metavar="N", help="send it so often (default: 1)")
-    add("--timeout", type=_seconds, default=5.0, metavar="S", help="for each answer (default: 5)")
+    add("--timeout", type=seconds, default=5.0, metavar="S", help="for each answer (default: 5)")
     add("--topics", type=_count, default=0, metavar="N", help="then print the next N topics")
     add("--json", action="store_true", help="print JSON objects")
     add_wire_form(command)
@@ -73,16 +73,6 @@ def _count(text: str) -> int:
     if text.isascii() and text.isdigit() and 1 <= int(text[:8]) <= 1_000_000:
         return int(text[:8])
     raise argparse.ArgumentTypeError(f"{shown(text)} is no number from 1 to 1000000")
-
-
-def _seconds(text: str) -> float:
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = -1.0
-    if not 0 < seconds <= 86_400:
-        raise argparse.ArgumentTypeError(f"{shown(text)} is no time from 0 to 86400 s")
-    return seconds
 
 
 def _send(arguments: argparse.Namespace) -> int:

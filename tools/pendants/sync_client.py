@@ -12,33 +12,22 @@ it hangs: therefore a jog lets go by itself (`longest`), unless the program call
 from __future__ import annotations
 
 import contextlib
-import ssl
-from collections.abc import Callable, Coroutine, Iterator, Mapping, Sequence
-from types import TracebackType
-from typing import Any, Self
+from collections.abc import Callable, Sequence
 
 from openpendant.simplemsg.pendant import (
     AccountRole,
     AuthorityWanted,
-    Capability,
-    HelloReply,
     Motion,
     OperatingMode,
     RunKind,
-    State,
 )
 
-from .client import DEFAULT_PORT, EnablingDevice, MotionHandle, PendantClient, Pose, Snapshot
-from .jogging import DEFAULT_DEADLINE
-from .loop_thread import LoopThread
-from .sync_motions import SyncJog, SyncMotion
-from .way_out import Hold, WayOut
-
-LONGEST_JOG = 2.0
-"""A jog lets go by itself so long after the program's last call [s]."""
+from .client import EnablingDevice, Pose
+from .sync_jogging import SyncJogging
+from .sync_motions import SyncMotion
 
 
-class SyncPendantClient:
+class SyncPendantClient(SyncJogging):
     """One connection to a pendant server, with blocking calls.
 
     Safe to share between threads: each call waits for its own answer. Callbacks are those of
@@ -47,67 +36,6 @@ class SyncPendantClient:
     Attributes:
         background: the client on the private thread.
     """
-
-    def __init__(self, thread: LoopThread, background: PendantClient) -> None:
-        """Use `connect` instead."""
-        self.background = background
-        self._thread = thread
-
-    @classmethod
-    def connect(
-        cls,
-        host: str = "127.0.0.1",
-        port: int = DEFAULT_PORT,
-        *,
-        client: str = "pendant",
-        cell: str = "",
-        state_rate: float = 25.0,
-        tls: ssl.SSLContext | None = None,
-        user: str = "",
-        password: str | None = None,
-        pairing: str | None = None,
-    ) -> Self:
-        """Connect, say hello and, where a secret is given, log in: as `PendantClient.connect`."""
-        thread = LoopThread(f"pendant {client}")
-        try:
-            background = thread.call(
-                PendantClient.connect(
-                    host,
-                    port,
-                    client=client,
-                    cell=cell,
-                    state_rate=state_rate,
-                    tls=tls,
-                    user=user,
-                    password=password,
-                    pairing=pairing,
-                )
-            )
-        except BaseException:
-            thread.end()
-            raise
-        return cls(thread, background)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
-
-    def close(self) -> None:
-        """End the connection and its thread; what it was moving is stopped by the server."""
-        if self._thread.is_running:
-            self._thread.call(self.background.close())
-            self._thread.end()
-
-    def login(self, user: str, *, password: str | None = None, pairing: str | None = None) -> None:
-        """Show who is at this pendant; a stop never needs it."""
-        self._thread.call(self.background.login(user, password=password, pairing=pairing))
 
     # Who may come in; for admins.
 
@@ -126,65 +54,6 @@ class SyncPendantClient:
     def set_password(self, name: str, password: str) -> None:
         """Give an account another password, which logs out whoever uses it."""
         self._thread.call(self.background.set_password(name, password))
-
-    # What is known, without asking.
-
-    @property
-    def hello(self) -> HelloReply:
-        """What the server said of itself."""
-        return self.background.hello
-
-    @property
-    def state(self) -> State | None:
-        """The newest state message, None before the first."""
-        return self.background.state
-
-    @property
-    def in_control(self) -> bool:
-        """Whether this connection holds the motion authority, as far as it was told."""
-        return self.background.in_control
-
-    def offers(self, capability: Capability) -> bool:
-        """Tell whether the server offers something to this connection."""
-        return self.background.offers(capability)
-
-    def joints(self) -> tuple[float, ...]:
-        """Return the newest joint positions of the robot's own joints [rad, m]."""
-        return self.background.joints()
-
-    def tool_pose(self) -> Pose:
-        """Return the newest tool pose in the base frame."""
-        return self.background.tool_pose()
-
-    # State and data.
-
-    def subscribe(self, state_rate: float) -> None:
-        """Choose the rate of state messages, Hz; 0 for none."""
-        self._thread.call(self.background.subscribe(state_rate))
-
-    def next_state(self) -> State:
-        """Wait for the next state message."""
-        return self._thread.call(self.background.next_state())
-
-    def states(self) -> Iterator[State]:
-        """Yield state messages as they come, the newest only: whoever is slow misses some."""
-        seen: State | None = None
-        while True:
-            newest = self.background.state
-            seen = self.next_state() if newest is None or newest is seen else newest
-            yield seen
-
-    def wait_until(self, condition: Callable[[State], bool], *, within: float = 10.0) -> State:
-        """Wait for a state that meets a condition; it is judged on the private thread."""
-        return self._thread.call(self.background.wait_until(condition, within=within))
-
-    def manage(self, request: dict[str, Any]) -> dict[str, Any]:
-        """Send a management request, a JSON object with its `op`, and return the answer."""
-        return self._thread.call(self.background.manage(request))
-
-    def snapshot(self) -> Snapshot:
-        """Ask for the whole state of the cell: robot, limits, owner, stop, obstacle."""
-        return self._thread.call(self.background.snapshot())
 
     # Authority, modes and stops.
 
@@ -275,78 +144,3 @@ class SyncPendantClient:
         return self._motion(
             self.background.run_program(name, run=run, line=line, loops=loops, speed=speed)
         )
-
-    # Jogs.
-
-    def jog(
-        self,
-        joints: Mapping[int, float],
-        *,
-        deadline: float = DEFAULT_DEADLINE,
-        longest: float | None = LONGEST_JOG,
-    ) -> contextlib.AbstractContextManager[SyncJog]:
-        """Jog one or several joints for the length of the context."""
-        jog = self.background.jog(joints, deadline=deadline, longest=longest)
-        return SyncJog.held(self._thread, jog)
-
-    def jog_tool(
-        self,
-        *,
-        x: float = 0.0,
-        y: float = 0.0,
-        z: float = 0.0,
-        a: float = 0.0,
-        b: float = 0.0,
-        c: float = 0.0,
-        frame: str = "base",
-        deadline: float = DEFAULT_DEADLINE,
-        longest: float | None = LONGEST_JOG,
-    ) -> contextlib.AbstractContextManager[SyncJog]:
-        """Jog the tool along and about the axes of a frame for the length of the context."""
-        jog = self.background.jog_tool(
-            x=x, y=y, z=z, a=a, b=b, c=c, frame=frame, deadline=deadline, longest=longest
-        )
-        return SyncJog.held(self._thread, jog)
-
-    def retreat(self) -> list[Hold]:
-        """Ask at what limit, singularity or contact the robot stands, and which key leads out."""
-        return self._thread.call(self.background.retreat())
-
-    def jog_out(
-        self,
-        way: WayOut,
-        *,
-        deadline: float = DEFAULT_DEADLINE,
-        longest: float | None = LONGEST_JOG,
-    ) -> contextlib.AbstractContextManager[SyncJog]:
-        """Jog by a key that `retreat` named for the length of the context."""
-        jog = self.background.jog_out(way, deadline=deadline, longest=longest)
-        return SyncJog.held(self._thread, jog)
-
-    def step(self, joints: Mapping[int, float], *, speed: float = 1.0) -> SyncMotion:
-        """Move one or several joints by increments [rad, m for a linear axis]."""
-        return self._motion(self.background.step(joints, speed=speed))
-
-    def step_tool(
-        self,
-        *,
-        x: float = 0.0,
-        y: float = 0.0,
-        z: float = 0.0,
-        a: float = 0.0,
-        b: float = 0.0,
-        c: float = 0.0,
-        frame: str = "base",
-        speed: float = 1.0,
-    ) -> SyncMotion:
-        """Move the tool by an increment [m, rad], in a straight line."""
-        return self._motion(
-            self.background.step_tool(x=x, y=y, z=z, a=a, b=b, c=c, frame=frame, speed=speed)
-        )
-
-    def undo_jog(self, *, speed: float = 1.0) -> SyncMotion:
-        """Move back along the way of the last jog or step."""
-        return self._motion(self.background.undo_jog(speed=speed))
-
-    def _motion(self, begin: Coroutine[Any, Any, MotionHandle]) -> SyncMotion:
-        return SyncMotion(self._thread, self._thread.call(begin))

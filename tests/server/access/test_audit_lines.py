@@ -15,13 +15,13 @@ from openpendant.server.access.audit import (
     AuditEvent,
     ChainCheck,
     Link,
-    printable,
     read_line,
     torn_detail,
     write_line,
 )
 from openpendant.server.access.line_limit import MOST_LINES, LineLimit
 from openpendant.server.access.lockout import SECOND_NS
+from openpendant.server.printable import printable
 
 TIME = "2026-01-02T03:04:05.678+00:00"
 

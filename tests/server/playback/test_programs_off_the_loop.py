@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 import pickle
 from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from journal_records import read_back
 from large_programs import WorkCount, WorkingCell, answers, count_work, large_text
 
 from openpendant.motion.robot import serial_robot
@@ -15,13 +15,15 @@ from openpendant.server.planning.jobs import Planned, ProgramJob
 from openpendant.server.planning.plan_record import plan_from_json, plan_to_json
 from openpendant.server.playback.program_work import MOST_WAITING
 from openpendant.server.programs.document import MOST_JSON_BYTES, program_to_json
-from openpendant.server.programs.editing import MOST_INSERTED, DeleteStatements
+from openpendant.server.programs.edits import MOST_INSERTED, DeleteStatements
 from openpendant.server.programs.linking import link
 from openpendant.server.programs.parser import parse
-from openpendant.server.programs.program import MOST_STATEMENTS
+from openpendant.server.programs.program import MOST_STATEMENTS, Program
 from openpendant.server.programs.tokens import MOST_BYTES
+from openpendant.server.programs.unpacking import Unpacking
 from openpendant.server.programs.work import (
     PACK,
+    BodyUnpacked,
     EditBody,
     PrintBody,
     ReadSource,
@@ -163,6 +165,23 @@ def test_a_long_program_that_is_to_run_is_read_some_at_each_tick(
     assert ticks == pytest.approx(len(LARGEST.splitlines()) / PACK, abs=5)
 
 
+def test_a_long_program_is_put_together_a_step_before_it_is_handed_over(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Both take as long as a step that reads, so each has a tick of its own."""
+    made: list[Program] = []
+    whole = parse(SHORT_TEXT)
+    unpacked = perform(UnpackBody(SHORT, "main"))
+    assert isinstance(unpacked, BodyUnpacked)
+    monkeypatch.setattr(Program, "__post_init__", lambda program: made.append(program))
+    unpacking = Unpacking(unpacked)
+    counts = []
+    while (found := unpacking.step()) is None:
+        counts.append(len(made))
+    assert found == whole
+    assert counts[-2:] == [0, len(made)]
+
+
 def test_a_program_stop_while_a_long_program_is_loaded_ends_it(cell: WorkingCell) -> None:
     keep(cell)
     cell.run(kind=RunKind.STEP_FORWARD)
@@ -261,7 +280,7 @@ def test_the_program_does_not_go_into_the_journal_with_the_job(
 )
 def test_what_was_done_to_a_program_comes_back_from_a_journal(task: Task) -> None:
     planned = Planned(3, perform(task), 0.5)
-    record = json.loads(json.dumps(plan_to_json(planned)))
+    record = read_back(plan_to_json(planned))
     assert plan_from_json(3, record, serial_robot("ur5").limits, ()) == planned
 
 

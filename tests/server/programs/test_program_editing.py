@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 from program_samples import program
 
-from openpendant.server.programs.editing import (
-    EDIT,
+from openpendant.server.playback.operations import EditProgram
+from openpendant.server.programs.editing import apply
+from openpendant.server.programs.edits import (
     CommentPoint,
     CommentStatement,
     DeletePoint,
@@ -20,7 +21,6 @@ from openpendant.server.programs.editing import (
     ReorderStatements,
     ReplaceStatement,
     TouchUp,
-    apply,
 )
 from openpendant.server.programs.errors import ProgramError
 from openpendant.server.programs.points import TeachPoint
@@ -162,5 +162,6 @@ def test_an_edit_that_leaves_no_valid_program_is_refused(
         DescribeProgram(comment="x"),
     ],
 )
-def test_an_edit_comes_back_from_its_json(edit: Edit) -> None:
-    assert EDIT.validate_json(EDIT.dump_json(edit)) == edit
+def test_an_edit_comes_back_from_the_json_of_its_request(edit: Edit) -> None:
+    asked = EditProgram(op="programs.edit", name="weld", expected_revision=1, edit=edit)
+    assert EditProgram.model_validate_json(asked.model_dump_json()).edit == edit

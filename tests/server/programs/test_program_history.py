@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 from program_samples import program
 
 from openpendant.server.programs.document import program_from_json, program_to_json
-from openpendant.server.programs.editing import (
+from openpendant.server.programs.editing import apply
+from openpendant.server.programs.edits import (
     DeleteStatements,
     DescribeProgram,
     Edit,
     RecordPoint,
     RenamePoint,
-    apply,
 )
 from openpendant.server.programs.errors import NothingToUndo
 from openpendant.server.programs.history import MOST_UNDO, MOST_UNDO_CHARACTERS, History

@@ -20,9 +20,9 @@ from openpendant.server.store.csv_export import (
 )
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.errors import BadDocument, Conflict, StoreError, TooLarge
+from openpendant.server.store.recording_rows import recording_rows
 from openpendant.server.store.samples import pack_rows
 from openpendant.server.store.sqlite_store import SqliteStore
-from openpendant.server.store.text_export import recording_rows
 
 RECORDING = DocumentKind.RECORDING
 

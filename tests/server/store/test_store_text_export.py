@@ -21,18 +21,12 @@ from openpendant.server.store.errors import (
     StoreFailed,
     TooLarge,
 )
+from openpendant.server.store.recording_rows import recording_rows
 from openpendant.server.store.samples import pack_rows
 from openpendant.server.store.sqlite_store import SqliteStore
-from openpendant.server.store.text_export import (
-    DEEPEST,
-    FORMAT,
-    MOST_FILE_BYTES,
-    documents_from_json,
-    documents_to_json,
-    read_file,
-    recording_rows,
-    save_entries,
-)
+from openpendant.server.store.strict_json import DEEPEST
+from openpendant.server.store.text_export import FORMAT, MOST_FILE_BYTES, documents_to_json
+from openpendant.server.store.text_import import documents_from_json, read_file, save_entries
 
 PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
 

@@ -11,7 +11,7 @@ import pytest
 from surrounded_cell import SurroundedCell, robot
 
 from openpendant.motion.frames import FLANGE
-from openpendant.server.planning.jobs import PoseGoal
+from openpendant.server.planning.pose_goal import PoseGoal
 from openpendant.server.playback.operations import Asker
 from openpendant.server.playback.running_program import RunningProgram
 from openpendant.server.store.errors import DiskFull

@@ -14,7 +14,7 @@ from openpendant.motion.errors import MotionError
 from openpendant.simplemsg.pendant import OperatorAction
 
 from .journal_file import Happening, Header, JournalError
-from .reenactment import DeadEnd, Prompter, unknown_event
+from .reenactment import DeadEnd, Prompter, unknown_event, unusable_settings
 
 
 class ReenactedEmulator:
@@ -30,9 +30,7 @@ class ReenactedEmulator:
             settings = EmulatorSettings.model_validate(header.settings)
             self._controller = build_controller(settings, header.now)
         except ValidationError as error:
-            first = error.errors(include_url=False, include_context=False)[0]
-            where = ".".join(str(part) for part in first["loc"])
-            raise JournalError(f"its settings: {where}: {first['msg']}") from None
+            raise unusable_settings(error) from None
         except MotionError as error:
             raise JournalError(f"its robot: {error}") from None
         self._prompter = prompter

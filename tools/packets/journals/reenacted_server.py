@@ -35,7 +35,7 @@ from openpendant.server.settings import CellSettings
 from openpendant.server.store.requests import Answer, Request
 
 from .journal_file import Happening, Header, JournalError
-from .reenactment import DeadEnd, Prompter, unknown_event
+from .reenactment import DeadEnd, Prompter, unknown_event, unusable_settings
 
 
 class _NotedPlanner:
@@ -109,9 +109,7 @@ class ReenactedServer:
             self._settings = [CellSettings.model_validate(cell) for cell in about]
             robots = [serial_robot(cell.robot) for cell in self._settings]
         except ValidationError as error:
-            first = error.errors(include_url=False, include_context=False)[0]
-            where = ".".join(str(part) for part in first["loc"])
-            raise JournalError(f"its settings: {where}: {first['msg']}") from None
+            raise unusable_settings(error) from None
         except MotionError as error:
             raise JournalError(f"its robot: {error}") from None
         self._prompter = prompter

@@ -14,6 +14,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Protocol
 
+from pydantic import ValidationError
+
 from openpendant.simplemsg.journal import Journal
 
 from .journal_file import Asked, Effect, Happening, Header, JournalError, Out
@@ -171,3 +173,10 @@ class _NoSocket:
 def unknown_event(happening: Happening) -> JournalError:
     """Return the error for an event that this version does not know."""
     return JournalError(f"event {happening.number}: {happening.event!r} is not known here")
+
+
+def unusable_settings(error: ValidationError) -> JournalError:
+    """Return the error for settings that this version does not take."""
+    first = error.errors(include_url=False, include_context=False)[0]
+    where = ".".join(str(part) for part in first["loc"])
+    return JournalError(f"its settings: {where}: {first['msg']}")

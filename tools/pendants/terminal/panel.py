@@ -26,6 +26,7 @@ from .jog_pad import JogPad
 from .keyboard import KEYBOARD, STOP_KEY, AxisKey, Intent, Meaning, Page
 from .messages import Messages
 from .prompts import Choice, Entry, Question, Wanted
+from .speed_ladder import speed_asked
 from .step_size import NotASize
 from .targets import NotATarget, read_target
 from .taught_program import TaughtProgram
@@ -33,9 +34,6 @@ from .teaching import Teaching
 from .words import MODES
 
 STOP_REASON = "space bar"
-
-_OVERRIDES = (0.01, 0.03, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0)
-_CAPS = (0.01, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0)
 
 
 class Panel:
@@ -217,7 +215,8 @@ class Panel:
             case Intent.WHY:
                 return [do.AskWhy()]
             case Intent.SLOWER | Intent.FASTER | Intent.CAP_DOWN | Intent.CAP_UP:
-                return self._speed(intent)
+                state = self.cell.state
+                return [] if state is None else [speed_asked(intent, state)]
             case Intent.PAUSE:
                 return [do.Resume() if self._is_paused else do.Pause()]
             case Intent.PROGRAM_STOP:
@@ -257,17 +256,6 @@ class Panel:
             case _:
                 return False
         return True
-
-    def _speed(self, intent: Intent) -> list[Command]:
-        state = self.cell.state
-        if state is None:
-            return []
-        match intent:
-            case Intent.SLOWER | Intent.FASTER:
-                wanted = _next_of(_OVERRIDES, state.override, intent is Intent.FASTER)
-                return [do.SetSpeed(wanted)]
-        wanted = _next_of(_CAPS, state.tool_speed_cap, intent is Intent.CAP_UP)
-        return [do.SetSpeed(state.override, wanted)]
 
     @property
     def _is_paused(self) -> bool:
@@ -318,11 +306,3 @@ def _mode_choice() -> Choice:
         str(mode.value): (MODES[mode][0], do.SetMode(mode)) for mode in OperatingMode
     }
     return Choice("Mode?", options)
-
-
-def _next_of(ladder: tuple[float, ...], value: float, up: bool) -> float:
-    """Return the next rung; values of 4 bytes are a little off their rungs."""
-    slack = 1e-6
-    if up:
-        return next((rung for rung in ladder if rung > value + slack), ladder[-1])
-    return next((rung for rung in reversed(ladder) if rung < value - slack), ladder[0])

@@ -16,7 +16,15 @@ from pathlib import Path
 from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg import MOTOMAN, ByteOrder
 
-from ...console import ORDERS, PacketToolError, PeerError, add_wire_form, codec_of, complain
+from ...console import (
+    ORDERS,
+    PacketToolError,
+    PeerError,
+    add_wire_form,
+    codec_of,
+    complain,
+    seconds,
+)
 from ...live.endpoints import is_loopback
 from ...reading.trace_files import read_trace
 from ...trace import Entry
@@ -61,7 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--wait",
-        type=_seconds,
+        type=seconds,
         default=60.0,
         metavar="S",
         help="how long to wait for a trajectory in each scenario (default: 60)",
@@ -247,16 +255,6 @@ def _robot(options: argparse.Namespace) -> tuple[JointLimits, tuple[float, ...]]
     except MotionError as error:
         raise PacketToolError(f"--robot {options.robot}: {error}") from None
     return robot.limits, robot.home_position
-
-
-def _seconds(text: str) -> float:
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = -1.0
-    if not 0 < seconds <= 86_400:
-        raise argparse.ArgumentTypeError(f"{text[:40]!r} is no time from 0 to 86400 s")
-    return seconds
 
 
 def _ports(text: str) -> dict[int, Purpose]:

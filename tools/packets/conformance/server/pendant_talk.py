@@ -23,6 +23,7 @@ from openpendant.simplemsg.pendant import (
     Verdict,
 )
 
+from .news import News
 from .target import Target
 from .wire import CannotJudge, Frame, RuleBroken, Wire
 
@@ -58,7 +59,7 @@ class Talker:
         self._news_bytes = 0
         self._answers: deque[Frame] = deque()
         self._answer_bytes = 0
-        self._changed = asyncio.Event()
+        self._news = News()
         self._last_request = 100
         wire.listener = self._take
 
@@ -75,7 +76,7 @@ class Talker:
                 self._keep(frame.time, frame.message(), len(frame.data))
             except RuleBroken as broken:
                 self._end(str(broken))
-        self._changed.set()
+        self._news.came()
 
     def _keep(self, time: float, message: Message, size: int) -> None:
         self.news.append((time, message))
@@ -107,16 +108,15 @@ class Talker:
         Raises:
             RuleBroken: the stream itself is faulty.
         """
-        try:
-            async with asyncio.timeout(within):
-                while not condition():
-                    if self.fault:
-                        raise RuleBroken(self.fault)
-                    self._changed.clear()
-                    await self._changed.wait()
-        except TimeoutError:
+
+        def holds() -> bool:
+            if condition():
+                return True
+            if self.fault:
+                raise RuleBroken(self.fault)
             return False
-        return True
+
+        return await self._news.until(holds, within)
 
     async def answer(self, what: str, within: float = ANSWER_WITHIN) -> Frame:
         """Return the next reply.

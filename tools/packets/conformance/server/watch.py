@@ -22,6 +22,7 @@ from openpendant.simplemsg import (
     ValidField,
 )
 
+from .news import News
 from .wire import Frame, RuleBroken, Wire
 
 STEADY = 2e-4
@@ -108,7 +109,7 @@ class Watch:
         self.positions: deque[Joints] = deque(maxlen=_HISTORY)
         self.feedback: deque[tuple[float, JointFeedback]] = deque(maxlen=_HISTORY)
         self.statuses: deque[Told] = deque(maxlen=_HISTORY)
-        self._changed = asyncio.Event()
+        self._news = News()
         wire.listener = self._take
 
     def _take(self, frame: Frame) -> None:
@@ -117,7 +118,7 @@ class Watch:
         try:
             message = frame.codec.decode(frame.data)
         except MessageFault:
-            self._changed.set()
+            self._news.came()
             return  # checks on framing look at `frames`
         match message:
             case JointPosition():
@@ -129,7 +130,7 @@ class Watch:
                     self._show(message.positions)
             case Status() if message.comm_type == 1:
                 self.statuses.append(Told(frame.time, message))
-        self._changed.set()
+        self._news.came()
 
     def _show(self, position: Sequence[float]) -> None:
         if self._look is not None:
@@ -166,14 +167,7 @@ class Watch:
 
     async def until(self, condition: Callable[[], bool], within: float) -> bool:
         """Wait until a condition on what came holds; tell whether it does."""
-        try:
-            async with asyncio.timeout(within):
-                while not condition():
-                    self._changed.clear()
-                    await self._changed.wait()
-        except TimeoutError:
-            return False
-        return True
+        return await self._news.until(condition, within)
 
     async def begin(self, within: float = 2.5) -> bool:
         """Wait for the first joint values and STATUS; tell whether both came."""

@@ -17,6 +17,8 @@ from dataclasses import dataclass
 
 from openpendant.simplemsg import Codec, Message, MessageFault
 
+from .news import News
+
 PREFIX = 4
 HEADER = 16
 LARGEST_LENGTH = 65_535
@@ -158,7 +160,7 @@ class Wire(asyncio.Protocol):
         self._waiting_bytes = 0
         self._pending = bytearray()
         self._prefix = struct.Struct(f"{codec.byte_order.value}i")
-        self._changed = asyncio.Event()
+        self._news = News()
         self._transport: asyncio.Transport | None = None
         self._is_lost = False
         self._is_held = False
@@ -191,13 +193,13 @@ class Wire(asyncio.Protocol):
             frame = Frame(self._loop.time(), bytes(self._pending[: PREFIX + length]), self.codec)
             del self._pending[: PREFIX + length]
             self._take(frame)
-        self._changed.set()
+        self._news.came()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Take note of the end."""
         self._is_lost = True
         self._note("closed by the target" if exc is None else f"lost: {exc}")
-        self._changed.set()
+        self._news.came()
 
     def _take(self, frame: Frame) -> None:
         if self.listener is not None:
@@ -256,7 +258,9 @@ class Wire(asyncio.Protocol):
 
     async def poll(self, within: float) -> Frame | None:
         """Return the next frame; None where none comes in time, or none can come any more."""
-        await self._until(lambda: bool(self._waiting) or self._is_lost or bool(self.stray), within)
+        await self._news.until(
+            lambda: bool(self._waiting) or self._is_lost or bool(self.stray), within
+        )
         if not self._waiting:
             return None
         frame = self._waiting.popleft()
@@ -307,17 +311,8 @@ class Wire(asyncio.Protocol):
 
     async def is_closed_within(self, seconds: float) -> bool:
         """Wait for the end of the connection; tell whether it came."""
-        await self._until(lambda: self._is_lost, seconds)
+        await self._news.until(lambda: self._is_lost, seconds)
         return self._is_lost
-
-    async def _until(self, condition: Callable[[], bool], within: float) -> None:
-        try:
-            async with asyncio.timeout(within):
-                while not condition():
-                    self._changed.clear()
-                    await self._changed.wait()
-        except TimeoutError:
-            return
 
     def half_close(self) -> None:
         """Say that no more will come, and go on listening."""

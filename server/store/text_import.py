@@ -1,0 +1,183 @@
+"""Documents from the text that `text_export` writes, or that somebody wrote by hand.
+
+Owns the wording of what is wrong with a file. Nothing is saved before the whole file was found
+good, and then all of it or nothing.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+
+from .documents import DocumentKind, Heading, check_body, check_name
+from .errors import BadDocument, BadName, NotFound, StoreError, StoreFailed, TooLarge
+from .recording_rows import append_rows
+from .samples import Row, columns_of
+from .store import Store
+from .strict_json import parse
+from .text_export import FORMAT, MOST_FILE_BYTES
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A document as a file holds it.
+
+    Attributes:
+        kind: its kind.
+        name: its name.
+        body: JSON text.
+        rows: samples, of a recording.
+    """
+
+    kind: DocumentKind
+    name: str
+    body: str
+    rows: tuple[Row, ...] = ()
+
+
+def read_file(path: Path) -> str:
+    """Return the text of a file that is small enough to be parsed.
+
+    Raises:
+        TooLarge: it is larger; no more than the limit was read.
+        BadDocument: it is not UTF-8.
+        StoreFailed: it cannot be read.
+    """
+    try:
+        with path.open("rb") as stream:
+            raw = stream.read(MOST_FILE_BYTES + 1)
+    except (OSError, ValueError) as error:
+        raise StoreFailed(f"{path}: {getattr(error, 'strerror', None) or error}") from None
+    if len(raw) > MOST_FILE_BYTES:
+        raise TooLarge(str(path), len(raw), MOST_FILE_BYTES)
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise BadDocument(str(path), "is not UTF-8 text", line=line) from None
+
+
+def documents_from_json(text: str, file: str) -> tuple[Entry, ...]:
+    """Return the documents in the text of a file.
+
+    Args:
+        text: as `documents_to_json` made it, or written by hand.
+        file: its name, for the error.
+
+    Raises:
+        BadDocument: it is not JSON, not of this format, or holds something that is no document.
+        BadName: a document's name cannot be.
+        TooLarge: a document's body.
+    """
+    content = parse(text, file)
+    if not isinstance(content, dict):
+        _refuse(file, "", f'accepted: an object with "format": "{FORMAT}"')
+    if content.get("format") != FORMAT:
+        _refuse(file, "format", f"accepted: {FORMAT!r}, and nothing else")
+    _only(content, {"format", "documents"}, file, "")
+    documents = content.get("documents")
+    if not isinstance(documents, list):
+        _refuse(file, "documents", "accepted: a list")
+    entries = tuple(
+        _entry(document, file, f"documents[{index}]") for index, document in enumerate(documents)
+    )
+    seen: set[tuple[DocumentKind, str]] = set()
+    for index, entry in enumerate(entries):
+        if (entry.kind, entry.name) in seen:
+            _refuse(file, f"documents[{index}]", f"{entry.kind} {entry.name!r} is there twice")
+        seen.add((entry.kind, entry.name))
+    return entries
+
+
+def save_entries(
+    store: Store, entries: Sequence[Entry], author: str, *, replace: bool
+) -> tuple[Heading, ...]:
+    """Save imported documents, all or none, and return their new revisions.
+
+    Args:
+        store: where to.
+        entries: the documents.
+        author: who imports them.
+        replace: save over documents of the same names, whose revisions go on; else refuse.
+    """
+    with store.together():
+        return tuple(_save(store, entry, author, replace) for entry in entries)
+
+
+def _save(store: Store, entry: Entry, author: str, replace: bool) -> Heading:
+    expected = _current_revision(store, entry.kind, entry.name) if replace else 0
+    if expected and entry.kind is DocumentKind.RECORDING:
+        store.delete(entry.kind, entry.name, expected_revision=expected, author=author)
+        expected = 0
+    saved = store.save(
+        entry.kind, entry.name, entry.body, expected_revision=expected, author=author
+    )
+    if entry.rows:
+        append_rows(store, entry.name, entry.rows, len(entry.rows[0]))
+    return saved
+
+
+def _current_revision(store: Store, kind: DocumentKind, name: str) -> int:
+    """Return the revision to expect when saving; 0 where there is no such document."""
+    try:
+        return store.load(kind, name).heading.revision
+    except NotFound:
+        return 0
+
+
+def _entry(document: Any, file: str, where: str) -> Entry:
+    if not isinstance(document, dict):
+        _refuse(file, where, "accepted: an object")
+    known = {"kind", "name", "revision", "saved_by", "saved_at", "body", "samples"}
+    _only(document, known, file, where)
+    try:
+        kind = DocumentKind(str(document.get("kind")))
+    except ValueError:
+        _refuse(file, f"{where}.kind", f"accepted: {', '.join(DocumentKind)}")
+    name = document.get("name")
+    if not isinstance(name, str):
+        _refuse(file, f"{where}.name", "accepted: a text")
+    try:
+        check_name(name)
+    except BadName as error:
+        raise BadName(name, f"{error.problem} ({file}, {where}.name)") from None
+    if not isinstance(document.get("body"), dict):
+        _refuse(file, f"{where}.body", "accepted: an object")
+    body = json.dumps(document["body"], ensure_ascii=False, allow_nan=False)
+    check_body(kind, name, body)
+    if "samples" not in document:
+        return Entry(kind, name, body)
+    if kind is not DocumentKind.RECORDING:
+        _refuse(file, f"{where}.samples", f"only a {DocumentKind.RECORDING} has samples")
+    return Entry(kind, name, body, _rows(document["samples"], name, body, file, where))
+
+
+def _rows(samples: Any, name: str, body: str, file: str, where: str) -> tuple[Row, ...]:
+    try:
+        width = len(columns_of(name, body))
+    except StoreError:
+        _refuse(file, f"{where}.body.columns", "accepted: the names of the samples' columns")
+    if not isinstance(samples, list):
+        _refuse(file, f"{where}.samples", "accepted: a list")
+    for index, sample in enumerate(samples):
+        if (
+            not isinstance(sample, list)
+            or len(sample) != width
+            or not all(type(value) in (int, float) for value in sample)
+        ):
+            _refuse(file, f"{where}.samples[{index}]", f"accepted: a list of {width} numbers")
+    return tuple(tuple(map(float, sample)) for sample in samples)
+
+
+def _only(given: dict[str, Any], known: set[str], file: str, where: str) -> None:
+    unknown = sorted(set(given) - known)
+    if unknown:
+        place = f"{where}.{unknown[0][:80]}".removeprefix(".")
+        _refuse(file, place, f"unknown; known here: {', '.join(sorted(known))}")
+
+
+def _refuse(file: str, place: str, problem: str) -> NoReturn:
+    raise BadDocument(file, problem, place=place)

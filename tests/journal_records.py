@@ -1,0 +1,14 @@
+"""Records as a journal's reader finds them."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from openpendant.simplemsg.journal_text import json_parts, spelled
+
+
+def read_back(record: dict[str, Any]) -> dict[str, Any]:
+    """Return a record after it was written to a journal."""
+    found: dict[str, Any] = json.loads("".join(map(spelled, json_parts(record))))
+    return found

@@ -1,0 +1,145 @@
+"""The connection of the blocking client, and what is known of the cell."""
+
+from __future__ import annotations
+
+import ssl
+from collections.abc import Callable, Coroutine, Iterator
+from types import TracebackType
+from typing import Any, Self
+
+from openpendant.simplemsg.pendant import Capability, HelloReply, State
+
+from .client import DEFAULT_PORT, MotionHandle, PendantClient, Pose, Snapshot
+from .loop_thread import LoopThread
+from .sync_motions import SyncMotion
+
+
+class SyncSession:
+    """A connection on a thread of its own.
+
+    Attributes:
+        background: the client on the private thread.
+    """
+
+    def __init__(self, thread: LoopThread, background: PendantClient) -> None:
+        """Use `connect` instead."""
+        self.background = background
+        self._thread = thread
+
+    @classmethod
+    def connect(
+        cls,
+        host: str = "127.0.0.1",
+        port: int = DEFAULT_PORT,
+        *,
+        client: str = "pendant",
+        cell: str = "",
+        state_rate: float = 25.0,
+        tls: ssl.SSLContext | None = None,
+        user: str = "",
+        password: str | None = None,
+        pairing: str | None = None,
+    ) -> Self:
+        """Connect, say hello and, where a secret is given, log in: as `PendantClient.connect`."""
+        thread = LoopThread(f"pendant {client}")
+        try:
+            background = thread.call(
+                PendantClient.connect(
+                    host,
+                    port,
+                    client=client,
+                    cell=cell,
+                    state_rate=state_rate,
+                    tls=tls,
+                    user=user,
+                    password=password,
+                    pairing=pairing,
+                )
+            )
+        except BaseException:
+            thread.end()
+            raise
+        return cls(thread, background)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the connection and its thread; what it was moving is stopped by the server."""
+        if self._thread.is_running:
+            self._thread.call(self.background.close())
+            self._thread.end()
+
+    def login(self, user: str, *, password: str | None = None, pairing: str | None = None) -> None:
+        """Show who is at this pendant; a stop never needs it."""
+        self._thread.call(self.background.login(user, password=password, pairing=pairing))
+
+    # What is known, without asking.
+
+    @property
+    def hello(self) -> HelloReply:
+        """What the server said of itself."""
+        return self.background.hello
+
+    @property
+    def state(self) -> State | None:
+        """The newest state message, None before the first."""
+        return self.background.state
+
+    @property
+    def in_control(self) -> bool:
+        """Whether this connection holds the motion authority, as far as it was told."""
+        return self.background.in_control
+
+    def offers(self, capability: Capability) -> bool:
+        """Tell whether the server offers something to this connection."""
+        return self.background.offers(capability)
+
+    def joints(self) -> tuple[float, ...]:
+        """Return the newest joint positions of the robot's own joints [rad, m]."""
+        return self.background.joints()
+
+    def tool_pose(self) -> Pose:
+        """Return the newest tool pose in the base frame."""
+        return self.background.tool_pose()
+
+    # State and data.
+
+    def subscribe(self, state_rate: float) -> None:
+        """Choose the rate of state messages, Hz; 0 for none."""
+        self._thread.call(self.background.subscribe(state_rate))
+
+    def next_state(self) -> State:
+        """Wait for the next state message."""
+        return self._thread.call(self.background.next_state())
+
+    def states(self) -> Iterator[State]:
+        """Yield state messages as they come, the newest only: whoever is slow misses some."""
+        seen: State | None = None
+        while True:
+            newest = self.background.state
+            seen = self.next_state() if newest is None or newest is seen else newest
+            yield seen
+
+    def wait_until(self, condition: Callable[[State], bool], *, within: float = 10.0) -> State:
+        """Wait for a state that meets a condition; it is judged on the private thread."""
+        return self._thread.call(self.background.wait_until(condition, within=within))
+
+    def manage(self, request: dict[str, Any]) -> dict[str, Any]:
+        """Send a management request, a JSON object with its `op`, and return the answer."""
+        return self._thread.call(self.background.manage(request))
+
+    def snapshot(self) -> Snapshot:
+        """Ask for the whole state of the cell: robot, limits, owner, stop, obstacle."""
+        return self._thread.call(self.background.snapshot())
+
+    def _motion(self, begin: Coroutine[Any, Any, MotionHandle]) -> SyncMotion:
+        return SyncMotion(self._thread, self._thread.call(begin))
