@@ -6,18 +6,18 @@ where they are not.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 from .joint_motion import Bounds, Coefficients, End, Pieces
 
+_HALVINGS = 5
+"""How often a polynomial is halved to tell whether it is in bounds; each time four times closer."""
+
 
 class Polynomial(NamedTuple):
-    """A polynomial of one joint, with the Bézier control values of its derivatives.
-
-    The control values enclose a polynomial. They are compared with the bounds, not its extremes: a
-    polynomial thrown away for that costs nothing but smoothness.
-    """
+    """A polynomial of one joint, with the Bézier control values of its derivatives."""
 
     coefficients: Coefficients
     positions: tuple[float, ...]
@@ -25,13 +25,41 @@ class Polynomial(NamedTuple):
     accelerations: tuple[float, ...]
 
     def is_within(self, bound: Bounds) -> bool:
-        """Tell whether the control values, and so the polynomial, are in bounds."""
+        """Tell whether the polynomial is safely in bounds.
+
+        One that is thrown away costs more than smoothness: what takes its place knows less of the
+        sender's path where that bends.
+        """
+        speed, sharp = bound.velocity, bound.smooth_acceleration
         return (
-            bound.lower <= min(self.positions)
-            and max(self.positions) <= bound.upper
-            and max(map(abs, self.velocities)) <= bound.velocity
-            and max(map(abs, self.accelerations)) <= bound.smooth_acceleration
+            _keeps(self.positions, bound.lower, bound.upper)
+            and _keeps(self.velocities, -speed, speed)
+            and _keeps(self.accelerations, -sharp, sharp)
         )
+
+
+def _keeps(values: Sequence[float], low: float, high: float, halvings: int = _HALVINGS) -> bool:
+    """Tell whether a polynomial, given by its Bézier control values, safely keeps a range.
+
+    The control values enclose it, and the first and the last lie on it. Where others are out of the
+    range, those of both halves are closer to it.
+    """
+    if low <= min(values) and max(values) <= high:
+        return True
+    if not halvings or not (low <= values[0] <= high and low <= values[-1] <= high):
+        return False
+    first, second = _halves(values)
+    return _keeps(first, low, high, halvings - 1) and _keeps(second, low, high, halvings - 1)
+
+
+def _halves(values: Sequence[float]) -> tuple[list[float], list[float]]:
+    """Return the control values of both halves of a polynomial, by de Casteljau's rule."""
+    first, second = [values[0]], [values[-1]]
+    while len(values) > 1:
+        values = [(a + b) / 2 for a, b in pairwise(values)]
+        first.append(values[0])
+        second.append(values[-1])
+    return first, second[::-1]
 
 
 def polynomials(

@@ -6,10 +6,11 @@ sender's joints move along q(t) = q₀ + c s(t), such a rule gives q₀ + c S(t)
 another time, the same path. So the robot leaves the sender's path only by what the path bends
 within the segment. Joints that each follow a rule of their own would leave it sideways.
 
-The quintic of all joints is taken where it stays inside the bounds, else the cubic, else constant
-accelerations with one switch at the same time for all. Where none of these is in bounds each joint
-takes its motion of least peak acceleration; so a pair of points is turned down only if *no* motion
-between them could keep the bounds. Knows no buffers and no clock: times are seconds from the start
+The quintic of all joints is taken where it stays inside the bounds, else the motion with one step
+in the accelerations stated, else the cubic, else constant accelerations with one switch, each at
+the same time for all. Where none of these is in bounds each joint takes its motion of least peak
+acceleration; so a pair of points is turned down only if *no* motion between them could keep the
+bounds. Knows no buffers and no clock: times are seconds from the start
 of the segment.
 """
 
@@ -20,6 +21,7 @@ from typing import NamedTuple
 from .faults import Refusal, violation
 from .joint_motion import Bounds, End, Pieces
 from .polynomials import cubic, polynomials, quintic
+from .stepping import stepped
 from .switching import Excess, gentlest, switched
 
 State = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
@@ -68,6 +70,7 @@ def connect(
     """
     alike = (
         polynomials(quintic, duration, starts, ends, bounds)
+        or stepped(duration, starts, ends, bounds)
         or polynomials(cubic, duration, starts, ends, bounds)
         or switched(duration, starts, ends, bounds)
     )

@@ -1,15 +1,9 @@
 """Joint paths of any kind that follow one another, rounded where they meet.
 
-Owns the curve of a zone between two joint paths: where a joint motion meets a line of the tool,
-neither of the laws for straight lines holds. It is the law of `tool_chain` in joint space. At a
-corner with a zone r the second path begins before the first ends: with a falling from r to 0 and b
-rising from 0 to r over a stretch 2r of the parameter,
-
-    q(t) = first(end - a(t)) + second(b(t)) - corner,   a = r (1 - t)³ (1 + t),  b = r t³ (2 - t),
-
-for t from 0 to 1. Neither slope nor curvature has a step at the ends of a zone, and the time along
-the path cannot stand still in it. Outside its zones each path is what it was. Knows no robot and no
-time.
+Owns the curve of a zone between two joint paths, where a joint motion meets a line of the tool: it
+obeys `zone_law` in joint space. Neither slope nor curvature has a step at the ends of a zone, and
+the time along the path cannot stand still in it. Outside its zones each path is what it was. Knows
+no robot and no time.
 """
 
 from __future__ import annotations
@@ -23,6 +17,7 @@ from .errors import BadArgument
 from .joint_curves import COINCIDENT, Indices, Path, check_extent
 from .limits import JointLimits
 from .trajectory import Array
+from .zone_law import rates, runs, turning
 
 _SPANS = 8  # of a zone between its knots; even, so that the corner is one
 _NEAR = 0.5  # of a zone before and after it; a knot on the path, for a motion that brakes there
@@ -119,20 +114,18 @@ class JointChain:
     def _in_zone(self, corner: int, s: Array, order: int) -> Array:
         first, second, zone = self._paths[corner - 1], self._paths[corner], self._zones[corner]
         t = np.clip((s - self._starts[corner]) / (2.0 * zone) + 0.5, 0.0, 1.0)
-        before, after = first.length - zone * (1.0 - t) ** 3 * (1.0 + t), zone * t**3 * (2.0 - t)
+        left, after = runs(t, zone)
+        before = first.length - left
         if order == 0:
             position: Array = first.evaluate(before) + second.evaluate(after)
             position -= self._corners[corner]
             return position
-        # The rates of `before` and `after` by s, whose sum is 1, and that of the second.
-        leaving = ((1.0 - t) ** 2 * (1.0 + 2.0 * t))[:, np.newaxis]
-        coming = (t**2 * (3.0 - 2.0 * t))[:, np.newaxis]
+        leaving, coming = (rate[:, np.newaxis] for rate in rates(t))
         slope, next_slope = first.evaluate(before, 1), second.evaluate(after, 1)
         if order == 1:
             blended: Array = leaving * slope + coming * next_slope
             return blended
-        turning = (3.0 * t * (1.0 - t) / zone)[:, np.newaxis]
-        bend: Array = turning * (next_slope - slope)
+        bend: Array = turning(t, zone)[:, np.newaxis] * (next_slope - slope)
         bend += leaving**2 * first.evaluate(before, 2) + coming**2 * second.evaluate(after, 2)
         return bend
 

@@ -137,7 +137,10 @@ class ScaledRun:
             return JointState(final.position[-1], final.velocity[-1], final.acceleration[-1])
         felt = scale**2 * acceleration + rate * velocity
         # Where the acceleration jumps, its even value lies between two that hold; the change of
-        # scale was chosen for these.
+        # scale was chosen for these. Joints are lowered alike: whoever interpolates keeps to a
+        # straight line only if the accelerations are in proportion too.
+        felt /= max(float((np.abs(felt) / self._limit).max()), 1.0)
+        # No limit is passed by rounding either.
         return JointState(position, scale * velocity, np.clip(felt, -self._limit, self._limit))
 
     def time(self, now: int) -> float:

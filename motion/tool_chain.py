@@ -1,14 +1,8 @@
 """Tool curves that follow one another, rounded at their corners.
 
-Owns the law of a zone in space and the curve that obeys it. At a corner with a zone r the second
-leg begins before the first ends: with a falling from r to 0 and b rising from 0 to r,
-
-    p(t) = first(end - a(t)) + second(b(t)) - corner,   a = r (1 - t)³ (1 + t),  b = r t³ (2 - t),
-
-for t from 0 to 1 over a stretch 2r of the parameter, and likewise the turns of both legs one after
-the other. The slope has no step at the ends of the zone, nor has the curvature, so that a smooth
-joint path can follow it. Between straight lines that turn by θ it passes the corner at
-(3r/8) sin(θ/2), in the triangle that the corner cuts off. Knows no robot and no time.
+Owns the curve that obeys `zone_law` in space, and likewise the turns of both legs one after the
+other. The slope has no step at the ends of a zone, nor has the curvature, so that a smooth joint
+path can follow it. Knows no robot and no time.
 """
 
 from __future__ import annotations
@@ -22,6 +16,7 @@ from numpy.typing import NDArray
 from .errors import BadArgument, ZoneTooLarge
 from .tool_curves import LEAST_DISTANCE, Places, ToolCurve
 from .trajectory import Array
+from .zone_law import rates, runs
 from .zones import check_zones
 
 Rows: TypeAlias = NDArray[np.bool_]
@@ -95,7 +90,7 @@ class ToolChain:
             rotation[rows], position[rows] = self._legs[leg].place(self._along(leg, s[rows]))
         for corner, rows in self._in_zones(s):
             first, second = self._legs[corner - 1], self._legs[corner]
-            left, gone = self._run(corner, s[rows])
+            left, gone = runs(*self._within(corner, s[rows]))
             one, other = first.place(first.length - left), second.place(gone)
             at_corner = second.place(np.zeros(1))
             position[rows] = one.position + other.position - at_corner.position
@@ -109,10 +104,10 @@ class ToolChain:
             motion[rows] = self._legs[leg].motion(self._along(leg, s[rows]))
         for corner, rows in self._in_zones(s):
             first, second = self._legs[corner - 1], self._legs[corner]
-            left, gone = self._run(corner, s[rows])
-            left_rate, gone_rate = self._run_rates(corner, s[rows])
-            one = -left_rate[:, np.newaxis] * first.motion(first.length - left)
-            other = gone_rate[:, np.newaxis] * second.motion(gone)
+            t, zone = self._within(corner, s[rows])
+            (left, gone), (leaving, coming) = runs(t, zone), rates(t)
+            one = leaving[:, np.newaxis] * first.motion(first.length - left)
+            other = coming[:, np.newaxis] * second.motion(gone)
             # The first leg's turn is carried on by what the second has turned already.
             turned = second.place(gone).rotation @ second.place(np.zeros(1)).rotation[0].T
             one[:, 3:] = np.einsum("mij,mj->mi", turned, one[:, 3:])
@@ -140,16 +135,11 @@ class ToolChain:
         part = np.searchsorted(self._edges, s)
         return ((int(place + 1) // 2, part == place) for place in np.unique(part) if place % 2)
 
-    def _run(self, corner: int, s: Array) -> tuple[Array, Array]:
-        """Return what is left of the first leg, and what is gone of the second [m]."""
+    def _within(self, corner: int, s: Array) -> tuple[Array, float]:
+        """Return how far through a zone places of the chain are, 0 to 1, and the zone [m]."""
         zone = float(self._zones[corner])
-        t = (s - self.waypoints[corner]) / (2.0 * zone) + 0.5
-        return zone * (1.0 - t) ** 3 * (1.0 + t), zone * t**3 * (2.0 - t)
-
-    def _run_rates(self, corner: int, s: Array) -> tuple[Array, Array]:
-        """Return the derivatives of `_run` by s."""
-        t = (s - self.waypoints[corner]) / (2.0 * float(self._zones[corner])) + 0.5
-        return -((1.0 - t) ** 2) * (1.0 + 2.0 * t), t**2 * (3.0 - 2.0 * t)
+        t: Array = (s - self.waypoints[corner]) / (2.0 * zone) + 0.5
+        return t, zone
 
 
 def _on_the_spot(leg: ToolCurve) -> bool:

@@ -1,16 +1,8 @@
 """Zones: corners rounded within a distance, so that a motion need not stop at them.
 
-Owns the rule how large a zone may be, and the path with zones in joint space. At a corner with a
-zone r the second leg begins before the first ends: with a falling from r to 0 and b rising from 0
-to r over a stretch 2r of the parameter,
-
-    q(t) = first(end - a(t)) + second(b(t)) - corner,   t from 0 to 1.
-
-Here a = r (1 - t)² and b = r t²: between two straight lines a parabola, whose second derivative is
-constant. Where the way turns by θ it passes the corner at (r/2) sin(θ/2), up to a right angle at
-most (r/4) sin θ off the legs. It lies in the triangle that the corner cuts off, and meets the lines
-without a step in its slope. (`tool_chain` does the same in space and `joint_chain` between any two
-joint paths, with another a and b.)
+Owns the rule how large a zone may be, and the path with zones in joint space. Between straight
+lines the law of `zone_law` is a polynomial of the fourth degree. (`tool_chain` obeys it in space,
+and `joint_chain` between any two joint paths.)
 """
 
 from __future__ import annotations
@@ -26,13 +18,14 @@ from .errors import BadArgument, NoMotion, NotFinite, WrongJointCount, ZoneTooLa
 from .joint_curves import COINCIDENT, Indices, check_extent, settle_start
 from .limits import JointLimits
 from .trajectory import Array
+from .zone_law import place_of_rate, runs
 
 LEAST_ZONE = 1e-4
 """The smallest zone [rad or m]; a corner that is to be met more closely is to be stopped at."""
 
 _ROUNDING = 1e-9  # of a zone that is exactly as large as it may be
 _SHORT = 1e-5  # rad or m; what is left of a leg and shorter has no knot of its own
-_NEAR = 0.25  # of a zone before and after its parabola; a knot on the line
+_NEAR = 0.25  # of a zone before and after it; a knot on the line
 
 
 def check_zones(
@@ -84,10 +77,10 @@ def check_zones(
 
 
 class JointPolyline:
-    """Straight lines in joint space, joined by parabolas at the waypoints between.
+    """Straight lines in joint space, with a zone at each waypoint between.
 
     Every waypoint but the first and the last has a zone above 0, in the unit of the path's length.
-    The second derivative is piecewise constant; at a join it is the parabola's.
+    The second derivative is continuous.
     """
 
     def __init__(
@@ -125,15 +118,14 @@ class JointPolyline:
             raise NoMotion
         check_zones(lengths.tolist(), zones, _unit(limits), first_waypoint, rounded=rounded)
         self._points = points
-        pieces, passing = _pieces(points, chords / lengths[:, np.newaxis], lengths, zones)
+        self._directions: Array = chords / lengths[:, np.newaxis]
+        self._zones: Array = np.array(zones, dtype=np.float64)
+        pieces, passing = _pieces(points, self._directions, lengths, zones)
         spans = np.array([piece.span for piece in pieces])
         self._joins: Array = np.concatenate(([0.0], np.cumsum(spans)))
         self.knots: Array = _knots(self._joins, pieces)
         self.waypoint_knots: Indices = np.searchsorted(self.knots, self._joins[passing])
-        self._start = np.array([piece.start for piece in pieces])
-        self._slope = np.array([piece.slope for piece in pieces])
-        self._bend = np.array([piece.bend for piece in pieces])
-        self._at_join = _sharper(self._bend)
+        self._coefficients = tuple(np.stack([piece.coefficients for piece in pieces], axis=1))
         if limits is not None:
             check_extent(self, limits)
 
@@ -157,50 +149,81 @@ class JointPolyline:
         """Return the (m, n) position (order 0) or derivative by s (1, 2) at s: (m,)."""
         piece = np.searchsorted(self._joins[1:-1], s, side="right")
         u = (s - self._joins[piece])[:, np.newaxis]
-        slope, bend = self._slope[piece], self._bend[piece]
+        c0, c1, c2, c3, c4 = (coefficient[piece] for coefficient in self._coefficients)
         match order:
             case 0:
-                position: Array = self._start[piece] + u * (slope + u * bend / 2.0)
+                position: Array = c0 + u * (c1 + u * (c2 + u * (c3 + u * c4)))
                 position[s >= self.length] = self._points[-1]
                 return position
             case 1:
-                first: Array = slope + u * bend
+                first: Array = c1 + u * (2.0 * c2 + u * (3.0 * c3 + u * 4.0 * c4))
                 return first
             case 2:
-                join = np.minimum(np.searchsorted(self._joins, s), len(self._joins) - 1)
-                piece = np.where(self._joins[join] == s, self._at_join[join], piece)
-                second: Array = self._bend[piece]
+                second: Array = 2.0 * c2 + u * (6.0 * c3 + u * 12.0 * c4)
                 return second
         raise BadArgument("order", order, "0, 1 or 2")
 
     def extent(self) -> tuple[Array, Array]:
-        """Return the least and the greatest position of each joint, each (n,), exactly."""
-        end = np.diff(self._joins)[:, np.newaxis]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            turns = -self._slope / self._bend
-        turns = np.where((turns > 0.0) & (turns < end), turns, 0.0)
-        crests = self._start + turns * (self._slope + turns * self._bend / 2.0)
-        values = np.concatenate((crests, self._start, self._points[-1:]))
+        """Return the least and the greatest position of each joint, each (n,), exactly.
+
+        A joint turns back in a zone alone, where its slope d + (d' - d) c is 0.
+        """
+        before, after = self._directions[:-1], self._directions[1:]
+        turns = before * after < 0.0
+        rate = np.divide(before, before - after, out=np.zeros_like(before), where=turns)
+        left, gone = runs(place_of_rate(rate), self._zones[:, np.newaxis])
+        corners = self._points[1:-1]
+        crests = corners - before * left + after * gone
+        # Where no joint turns back, the ends of a zone are the extremes of what it cuts off.
+        edges = self._zones[:, np.newaxis]
+        ends = (corners - before * edges, corners + after * edges)
+        values = np.concatenate((crests, *ends, self._points[[0, -1]]))
         return values.min(axis=0), values.max(axis=0)
 
 
 class _Piece(NamedTuple):
-    """start + slope u + bend u²/2, for u from 0 to `span`; each array is (n,)."""
+    """A polynomial from 0 to `span`.
+
+    Attributes:
+        span: in the path's parameter.
+        coefficients: (5, n), of the powers 0 to 4.
+        bends: whether it is part of a zone.
+    """
 
     span: float
-    start: Array
-    slope: Array
-    bend: Array
+    coefficients: Array
+    bends: bool
+
+
+def _line(span: float, start: Array, direction: Array) -> _Piece:
+    nothing = np.zeros_like(start)
+    return _Piece(span, np.stack((start, direction, nothing, nothing, nothing)), False)
+
+
+def _halves(corner: Array, zone: float, before: Array, after: Array) -> tuple[_Piece, _Piece]:
+    """Return both halves of a zone, so that the waypoint is a join.
+
+    The second derivative is (d' - d) / r by 3t (1 - t). With u from where each half begins that is
+    3u/2r - 3u²/4r² for the first and 3/4 - 3u²/4r² for the second.
+
+    Args:
+        corner: (n,) the waypoint.
+        zone: r, in the path's parameter.
+        before: (n,) the direction d of the leg that ends there.
+        after: (n,) the direction d' of the one that begins.
+    """
+    turn, nothing = after - before, np.zeros_like(corner)
+    fourth = -turn / (16.0 * zone**3)
+    middle, slope = corner + 3.0 * zone / 16.0 * turn, (before + after) / 2.0
+    first = (corner - zone * before, before, nothing, turn / (4.0 * zone**2), fourth)
+    second = (middle, slope, 3.0 / (8.0 * zone) * turn, nothing, fourth)
+    return _Piece(zone, np.stack(first), True), _Piece(zone, np.stack(second), True)
 
 
 def _pieces(
     points: Array, directions: Array, lengths: Array, zones: Sequence[float]
 ) -> tuple[list[_Piece], list[int]]:
-    """Return the lines and half parabolas, and which of them begins at each waypoint.
-
-    Half a parabola of a zone r spans r: from the line's end inward its slope goes from the line's
-    direction d to the mean of both, (d + d') / 2, so its second derivative is (d' - d) / 2r, and
-    in the middle it passes the corner at (d' - d) r/4.
+    """Return the lines and the halves of the zones, and which of them begins at each waypoint.
 
     Args:
         points: (w, n) waypoints [rad or m].
@@ -209,23 +232,16 @@ def _pieces(
         zones: (w - 2,) at the waypoints between.
     """
     around = [0.0, *map(float, zones), 0.0]
-    straight = np.zeros(points.shape[1])
     pieces: list[_Piece] = []
-    passing = []
+    passing = [0]
     for leg, direction in enumerate(directions):
-        zone, corner = around[leg], points[leg]
-        passing.append(len(pieces))
-        if zone:
-            before = directions[leg - 1]
-            bend = (direction - before) / (2.0 * zone)
-            middle = corner + zone / 4.0 * (direction - before)
-            pieces.append(_Piece(zone, middle, (before + direction) / 2.0, bend))
-        left = float(lengths[leg]) - zone - around[leg + 1]
+        zone, next_zone = around[leg], around[leg + 1]
+        left = float(lengths[leg]) - zone - next_zone
         if left > _ROUNDING * lengths[leg]:
-            pieces.append(_Piece(left, corner + zone * direction, direction, straight))
-        if zone := around[leg + 1]:
-            bend = (directions[leg + 1] - direction) / (2.0 * zone)
-            pieces.append(_Piece(zone, points[leg + 1] - zone * direction, direction, bend))
+            pieces.append(_line(left, points[leg] + zone * direction, direction))
+        if next_zone:
+            passing.append(len(pieces) + 1)
+            pieces += _halves(points[leg + 1], next_zone, direction, directions[leg + 1])
     return pieces, [*passing, len(pieces)]
 
 
@@ -237,7 +253,7 @@ def _knots(joins: Array, pieces: Sequence[_Piece]) -> Array:
     """
     knots = [0.0]
     for index, (begin, end) in enumerate(pairwise(joins.tolist())):
-        if pieces[index].bend.any():
+        if pieces[index].bends:
             knots.append(end)
         elif end - begin > _SHORT:
             before = _NEAR * pieces[index - 1].span if index else math.inf
@@ -247,19 +263,6 @@ def _knots(joins: Array, pieces: Sequence[_Piece]) -> Array:
             knots.append(end)
     knots[-1] = float(joins[-1])
     return np.array(knots)
-
-
-def _sharper(bend: Array) -> Indices:
-    """Return for each of pieces + 1 joins the piece beside it that bends more.
-
-    Args:
-        bend: (pieces, n) second derivatives by the path parameter.
-    """
-    sharpness = np.abs(bend).max(axis=1)
-    after = np.arange(1, len(bend))
-    inner = np.where(sharpness[1:] >= sharpness[:-1], after, after - 1)
-    chosen: Indices = np.concatenate(([0], inner, [len(bend) - 1]))
-    return chosen
 
 
 def _unit(limits: JointLimits | None) -> str:
