@@ -79,6 +79,7 @@ def running_room(robots: int) -> Iterator[tuple[dict[str, Any], list[str]]]:
                     *("openpendant.controller_emulator", "--robot", _ROBOT, "--json"),
                     *("--motion-port", "0", "--state-port", "0", "--count", str(count)),
                     place=PEERS,
+                    first=True,
                 )
             )
             controllers += ready.get("controllers", [ready])

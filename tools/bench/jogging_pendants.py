@@ -41,7 +41,7 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from .peers import pin
+from .peers import before_ordinary_programs, pin
 
 PERIOD_NS = 10_000_000
 """Between two ticks of the server."""
@@ -272,6 +272,7 @@ def main(argv: list[str]) -> None:
     """Run, and print the account as one JSON object."""
     port, pid, seconds, place, *cells = argv
     pin(0, int(place))
+    before_ordinary_programs(0)
     account = asyncio.run(_run(int(port), int(pid), float(seconds), cells))
     print(json.dumps({name: getattr(account, name) for name in Account.__slots__}))
 
