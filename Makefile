@@ -12,7 +12,7 @@ WORKERS ?= 3
 VENV := .venv
 PY := $(VENV)/bin/python
 INSTALL := $(PY) -m pip --disable-pip-version-check install --no-input -c constraints.txt
-REQUIREMENTS := pyproject.toml constraints.txt hatch_build.py
+REQUIREMENTS := Makefile pyproject.toml constraints.txt hatch_build.py
 
 # Paths inside the environment are absolute, and the editable install goes through .dev: when the
 # folder was moved, or .dev or the interpreter is gone, the stamps no longer tell the truth.
@@ -77,17 +77,17 @@ clean:
 stale:
 
 $(VENV)/demo.stamp: $(REQUIREMENTS) $(STALE)
-	$(call install,server$(comma)plot)
+	$(call install,server$(comma)plot$(comma)terminal)
 	@pwd -P > $@
 
 $(VENV)/dev.stamp: $(REQUIREMENTS) $(STALE)
-	$(call install,server$(comma)plot$(comma)dev)
+	$(call install,server$(comma)plot$(comma)terminal$(comma)dev)
 	@pwd -P > $(VENV)/demo.stamp
 	@pwd -P > $@
 
 # An extra of its own: atheris has wheels for Linux on x86-64 only, and nothing else needs it.
 $(VENV)/fuzz.stamp: $(VENV)/dev.stamp
-	$(call install,server$(comma)plot$(comma)dev$(comma)fuzz)
+	$(call install,server$(comma)plot$(comma)terminal$(comma)dev$(comma)fuzz)
 	@touch $@
 
 comma := ,

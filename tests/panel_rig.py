@@ -11,6 +11,7 @@ from openpendant.simplemsg.pendant import HelloReply
 from openpendant.tools.pendants.snapshot import JointFacts, Snapshot
 from openpendant.tools.pendants.terminal.commands import Command
 from openpendant.tools.pendants.terminal.panel import Panel
+from openpendant.tools.pendants.terminal.reachability import DryRun
 from openpendant.tools.pendants.terminal.taught_program import TaughtProgram
 
 MS = 1_000_000
@@ -24,6 +25,24 @@ PROGRAM = TaughtProgram(
     ("home", "P1"),
     first_line=9,
 )
+
+
+DRY_RUN: dict[str, Any] = {
+    "program": "pick",
+    "duration": 4.25,
+    "endless": False,
+    "complete": True,
+    "refused": 0,
+    "moves": [
+        {"program": "pick", "line": 9, "point": "home", "zone_used": False, "reachable": True},
+        {"program": "pick", "line": 11, "point": "P1", "zone_used": False, "reachable": True},
+    ],
+    "scene": [],
+    "points": [{"point": "home", "reachable": True}, {"point": "P1", "reachable": True}],
+    "not_walked": [],
+    "path": [],
+}
+"""The server's answer about `PROGRAM`."""
 
 
 def joint(name: str, unit: Any = "rad") -> JointFacts:
@@ -44,6 +63,7 @@ def snapshot(dof: int = 6, **changes: Any) -> Snapshot:
         tool=None,
         signals={"offered": False, "inputs": [], "outputs": []},
         recording=None,
+        recording_problem="",
         program=None,
         owner=None,
         stop=None,
@@ -88,6 +108,13 @@ class PanelRig:
 
     def open(self, program: TaughtProgram = PROGRAM) -> None:
         self.panel.opened(program)
+
+    def walk(self, **changes: Any) -> None:
+        """Let a dry run of the open program end; it refuses nothing unless a change says so."""
+        program = self.panel.teaching.program
+        assert program is not None
+        answer = {**DRY_RUN, **changes}
+        self.panel.teaching.walked(DryRun.read(program.name, program.revision, answer))
 
     def strike(self, *keys: str) -> list[Command]:
         """Strike keys at one moment, and let a step leave that they make."""

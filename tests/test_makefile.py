@@ -54,7 +54,7 @@ class Project:
 
     @property
     def installed(self) -> list[str]:
-        """What was installed by the last run, such as `-e .[server,plot]`."""
+        """What was installed by the last run, such as `-e .[server,plot,terminal]`."""
         return [call.rpartition("constraints.txt ")[2] for call in self.calls if "-c con" in call]
 
 
@@ -80,7 +80,7 @@ def test_help_is_the_default_and_lists_the_targets(project: Project) -> None:
 
 def test_demo_installs_what_runs_and_starts_with_the_named_robot(project: Project) -> None:
     assert project.make("demo", "ROBOT=abb_irb2400").returncode == 0
-    assert project.installed == ["hatchling", "--no-build-isolation -e .[server,plot]"]
+    assert project.installed == ["hatchling", "--no-build-isolation -e .[server,plot,terminal]"]
     assert project.calls[-1] == "demo --robot abb_irb2400"
 
 
@@ -91,7 +91,7 @@ def test_demo_moves_a_ur5_unless_told_otherwise(project: Project) -> None:
 
 def test_test_installs_what_tests_and_ends_with_pytest(project: Project) -> None:
     assert project.make("test").returncode == 0
-    assert project.installed == ["hatchling", "--no-build-isolation -e .[server,plot,dev]"]
+    assert project.installed == ["hatchling", "--no-build-isolation -e .[server,plot,terminal,dev]"]
     assert project.calls[-4:] == [
         "-m ruff check .",
         "-m ruff format --check .",
@@ -113,7 +113,9 @@ def test_demo_after_test_installs_nothing(project: Project) -> None:
     assert project.installed == []
 
 
-@pytest.mark.parametrize("changed", ["pyproject.toml", "constraints.txt", "hatch_build.py"])
+@pytest.mark.parametrize(
+    "changed", ["Makefile", "pyproject.toml", "constraints.txt", "hatch_build.py"]
+)
 def test_changed_requirements_are_installed(project: Project, changed: str) -> None:
     project.make("demo")
     newer = (project.folder / ".venv" / "demo.stamp").stat().st_mtime + 10

@@ -18,6 +18,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from pathlib import Path
 
 TRACEBACK_VARIABLE = "OPENPENDANT_TRACEBACK"
 """Environment variable: when set, an unforeseen error shows its traceback."""
@@ -67,6 +68,16 @@ EXTRA_OF_LIBRARY: Mapping[str, str] = {
     "textual": "terminal",
 }
 """The extra of the distribution that installs a library which not every sub-command needs."""
+
+
+def _checkout() -> Path | None:
+    """Return the folder of the sources that run here; None for an installed wheel."""
+    folder = Path(__file__).resolve().parents[1]
+    return folder if (folder / "pyproject.toml").is_file() else None
+
+
+CHECKOUT = _checkout()
+"""Where missing libraries are installed from: openpendant is on no package index."""
 
 
 def main(argv: Sequence[str] | None = None, *, commands: Mapping[str, Command] = COMMANDS) -> int:
@@ -172,8 +183,13 @@ def _unknown(name: str, commands: Mapping[str, Command]) -> str:
 
 def _not_installed(library: str) -> str:
     extra = EXTRA_OF_LIBRARY.get(library)
-    distribution = f"openpendant[{extra}]" if extra else "openpendant"
-    return f"this needs {library}, which is not installed: pip install '{distribution}'"
+    wanted = f"{CHECKOUT or 'WHEEL'}[{extra}]" if extra else f"{CHECKOUT or 'WHEEL'}"
+    pip = f"{sys.executable} -m pip install"
+    if CHECKOUT is None:
+        how = f"{pip} '{wanted}', where WHEEL is the file that openpendant came in"
+    else:
+        how = f"{pip} -e '{wanted}'"
+    return f"this needs {library}, which is not installed: {how}"
 
 
 def _version() -> str:

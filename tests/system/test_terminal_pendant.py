@@ -35,6 +35,7 @@ class Terminal:
     def __init__(self, process: asyncio.subprocess.Process, end: int) -> None:
         self.process = process
         self._end = end
+        self._is_closed = False
         self._output = b""
         self._grown = asyncio.Event()
 
@@ -42,6 +43,13 @@ class Terminal:
         with contextlib.suppress(OSError):  # the other end has closed
             self._output += os.read(self._end, 65_536)
         self._grown.set()
+
+    def hang_up(self) -> None:
+        """Close the window, once."""
+        if not self._is_closed:
+            self._is_closed = True
+            asyncio.get_running_loop().remove_reader(self._end)
+            os.close(self._end)
 
     def strike(self, keys: str) -> None:
         os.write(self._end, keys.encode())
@@ -76,11 +84,10 @@ async def terminal(port: int) -> AsyncIterator[Terminal]:
     try:
         yield made
     finally:
-        asyncio.get_running_loop().remove_reader(ours)
         if process.returncode is None:
             process.kill()
             await process.wait()
-        os.close(ours)
+        made.hang_up()
 
 
 async def until(pendant: PendantClient, holds: Callable[[Any], bool]) -> None:
@@ -162,4 +169,21 @@ async def test_a_held_key_moves_and_silence_ends_it_within_the_deadline(start_ce
         with pytest.raises(Refused) as refused:
             await observer.take_control()
         assert refused.value.code == VerdictCode.HELD_BY_OTHER
+    assert (await cell.end())["violations"] == 0
+
+
+async def test_a_terminal_that_is_gone_ends_the_pendant_which_gives_its_control_back(
+    start_cell: Any,
+) -> None:
+    """The terminal is not its controlling one, so that no SIGHUP comes from the kernel."""
+    cell = await start_cell(server=("--store", "off"))
+    observer = await cell.ready_pendant(client="observer")
+    async with terminal(cell.ports["pendant"]) as shown:
+        await shown.shows("pendant–server: up")
+        shown.strike("c")
+        await until(observer, lambda s: s.holder != 0)
+        shown.hang_up()
+        await asyncio.wait_for(shown.process.wait(), 1.0 * SCALE)
+        await observer.wait_until(lambda s: s.holder == 0, within=1.0 * SCALE)
+        await observer.take_control()
     assert (await cell.end())["violations"] == 0

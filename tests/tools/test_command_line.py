@@ -11,6 +11,7 @@ from types import ModuleType
 import pytest
 
 from openpendant.simplemsg import __version__
+from openpendant.tools import cli
 from openpendant.tools.cli import COMMANDS, Command, ExitCode, main
 
 FAKE = {"fake": Command("fake_command", "stand in for a sub-command")}
@@ -83,22 +84,37 @@ def test_a_command_gets_the_rest_of_the_line_and_gives_the_exit_code(install: In
 
 
 @pytest.mark.parametrize(
-    ("library", "distribution"),
+    ("library", "extra"),
     [
-        ("pinocchio", "openpendant[server]"),
-        ("toppra.algorithm", "openpendant[server]"),
-        ("matplotlib", "openpendant[plot]"),
-        ("pydantic", "openpendant"),
+        ("pinocchio", "[server]"),
+        ("toppra.algorithm", "[server]"),
+        ("matplotlib", "[plot]"),
+        ("textual.app", "[terminal]"),
+        ("pydantic", ""),
     ],
 )
+@pytest.mark.parametrize(
+    ("checkout", "source"), [(Path("/a/b c"), "-e '/a/b c{}'"), (None, "'WHEEL{}', where WHEEL is")]
+)
 def test_a_missing_library_is_answered_with_what_to_install(
-    library: str, distribution: str, install: Install, capsys: pytest.CaptureFixture[str]
+    library: str,
+    extra: str,
+    checkout: Path | None,
+    source: str,
+    monkeypatch: pytest.MonkeyPatch,
+    install: Install,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
+    monkeypatch.setattr(cli, "CHECKOUT", checkout)
     install(raiser(ModuleNotFoundError(f"No module named {library!r}", name=library)))
     assert main(["fake"], commands=FAKE) == ExitCode.NOT_INSTALLED
     error = capsys.readouterr().err
     assert error.count("\n") == 1
-    assert f"pip install '{distribution}'" in error
+    assert f"{sys.executable} -m pip install {source.format(extra)}" in error
+
+
+def test_a_checkout_is_known_as_where_missing_libraries_come_from() -> None:
+    assert cli.CHECKOUT == Path(__file__).parents[2]
 
 
 def test_a_missing_library_is_found_on_import_too(capsys: pytest.CaptureFixture[str]) -> None:

@@ -16,6 +16,7 @@ from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
 from textual.widgets import Static
 
+from ..client import PendantError
 from . import lcd, screen_text, words
 from .connection import Connect, Connection
 from .keyboard import legend
@@ -24,7 +25,13 @@ from .panel import Panel
 TICK = 0.04
 """Time between two looks at the clock and two pictures [s]."""
 
-_MESSAGES = 6
+_ROWS_FOR_ALL = 34
+"""From so many rows on there is room for the list of all keys and for more messages."""
+
+_COLUMNS_FOR_ALL = 100
+"""From so many columns on there is room for whole lines beside the display."""
+
+_MESSAGES, _FEW_MESSAGES = 6, 3
 
 _TEXTS = ("lamps", "status", "banner", "lcd", "jog", "joints", "program", "messages", "keys")
 
@@ -75,6 +82,11 @@ class PendantScreen(Screen[None]):
 
     def _draw(self, now: int) -> None:
         panel = self._panel
+        columns, rows = self.size
+        is_small = rows < _ROWS_FOR_ALL
+        self.set_class(is_small, "small")
+        self.set_class(columns < _COLUMNS_FOR_ALL, "narrow")
+        messages = _FEW_MESSAGES if is_small else _MESSAGES
         banner = words.banner(panel.cell, now)
         self._put("lamps", screen_text.lamp_line(panel, now))
         self._put("status", screen_text.status_line(panel, now))
@@ -83,8 +95,8 @@ class PendantScreen(Screen[None]):
         self._put("jog", screen_text.jog_line(panel, now))
         self._put("joints", screen_text.joint_table(panel))
         self._put("program", screen_text.program_list(panel))
-        self._put("messages", screen_text.message_list(panel, _MESSAGES))
-        self._put("keys", legend(panel.cell.dof))
+        self._put("messages", screen_text.message_list(panel, messages, max(1, columns)))
+        self._put("keys", legend(panel.cell.dof, short=is_small))
         self._texts["banner"].set_class(bool(banner), "shown")
         bad = panel.cell.is_stopped or panel.cell.is_stale(now)
         self._texts["lcd"].set_class(bad, "bad")
@@ -101,8 +113,8 @@ def _text(name: str) -> Static:
     return Static(id=name, markup=False)
 
 
-class PendantApp(App[None]):
-    """The terminal pendant."""
+class PendantApp(App[PendantError | None]):
+    """The terminal pendant; it returns what made it give up, None where its user left it."""
 
     ENABLE_COMMAND_PALETTE = False
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -110,7 +122,10 @@ class PendantApp(App[None]):
     ]
     CSS = """
     Static { height: auto; }
-    #middle { height: auto; }
+    #middle { height: 1fr; overflow: hidden; }
+    .narrow #left { width: 27; }
+    #joints { text-wrap: nowrap; text-overflow: ellipsis; }
+    .small #messages { height: 4; }
     #left { width: 44; height: auto; padding-right: 1; }
     #right { width: 1fr; height: auto; }
     #lcd { border: heavy $success; width: 24; padding: 0 1; margin: 0 1; }
@@ -139,4 +154,10 @@ class PendantApp(App[None]):
 
     def on_mount(self) -> None:
         """Begin to connect."""
-        self.run_worker(self._connection.run(), name="connection")
+        self.run_worker(self._stay_connected(), name="connection")
+
+    async def _stay_connected(self) -> None:
+        try:
+            await self._connection.run()
+        except PendantError as error:
+            self.exit(error)

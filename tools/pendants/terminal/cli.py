@@ -1,7 +1,8 @@
 """`openpendant pendant`: a teach pendant in a terminal.
 
 Owns arguments, messages to the user and exit codes. Exit codes: 0 ended by the user, 1 no server
-to print about, 2 wrong usage or no terminal, 69 textual is not installed, 130 interrupted.
+to print about or one that does not want us, 2 wrong usage, no such cell or no terminal, 69 textual
+is not installed, 130 interrupted.
 """
 
 from __future__ import annotations
@@ -11,14 +12,18 @@ import importlib
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NoReturn
 
 import typer
 
-from ..client import DEFAULT_PORT, PendantClient, PendantError, WrongArgument
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..client import DEFAULT_PORT, PendantClient, PendantError, Refused, WrongArgument
 from ..signing_in import PASSWORD_VARIABLE, password_of, prompted, trusted
 from .connection import Connect
+from .hang_up import end_with_terminal
 from .plain_status import status_once
+from .refusals import connection_refused
 
 OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -117,7 +122,10 @@ def pendant(
     else:
         from .app import PendantApp
 
-        PendantApp(connect).run(mouse=False)
+        end_with_terminal([sys.stdin.fileno(), sys.stderr.fileno()])
+        gave_up = PendantApp(connect).run(mouse=False)
+        if gave_up is not None:
+            _give_up(gave_up)
 
 
 def _check_textual() -> None:
@@ -137,8 +145,23 @@ def _status(connect: Connect) -> str:
     """
     try:
         return asyncio.run(status_once(connect))
+    except (Refused, WrongArgument) as error:
+        _give_up(error)
     except (OSError, PendantError, TimeoutError) as error:
         raise _Failed(str(error) or type(error).__name__) from None
+
+
+def _give_up(error: PendantError) -> NoReturn:
+    """Say why the server does not want us.
+
+    Raises:
+        _Unusable: an argument must change.
+        _Failed: something else must.
+    """
+    if isinstance(error, Refused):
+        wrong = error.code == VerdictCode.UNKNOWN_CELL
+        raise (_Unusable if wrong else _Failed)(connection_refused(error))
+    raise (_Unusable if isinstance(error, WrongArgument) else _Failed)(str(error))
 
 
 def _address(text: str) -> tuple[str, int]:

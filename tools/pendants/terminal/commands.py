@@ -138,6 +138,13 @@ class EditProgram:
 
 
 @dataclass(frozen=True, slots=True)
+class AskDryRun:
+    """Ask what would happen if a program ran; nothing moves."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
 class RunProgram:
     """Run a program or a step of it."""
 
@@ -179,6 +186,7 @@ Command: TypeAlias = (
     | AskWhy
     | OpenProgram
     | EditProgram
+    | AskDryRun
     | RunProgram
     | Pause
     | Resume

@@ -19,10 +19,12 @@ from openpendant.simplemsg.pendant import (
     StopChanged,
 )
 
-from ..client import PendantClient, PendantError
+from ..client import PendantClient, PendantError, Refused, WrongArgument
 from .commands import Command
 from .panel import Panel
 from .performer import Performer
+from .refusals import is_hopeless
+from .screen_units import in_screen_units
 
 RETRY = 2.0
 """Wait so long before the next attempt [s]."""
@@ -50,10 +52,21 @@ class Connection:
             self._performer.perform(commands)
 
     async def run(self) -> None:
-        """Stay connected until cancelled."""
+        """Stay connected until cancelled.
+
+        Raises:
+            Refused: the server does not want us, and never will as we ask.
+            WrongArgument: what was to be said cannot be.
+        """
         while True:
             try:
                 await self._once()
+            except WrongArgument:
+                raise
+            except Refused as refused:
+                if is_hopeless(refused):
+                    raise
+                self._panel.lost(f"{refused}; trying again each {RETRY:g} s")
             except (OSError, PendantError, TimeoutError) as error:
                 reason = str(error) or type(error).__name__
                 self._panel.lost(f"{reason}; trying again each {RETRY:g} s")
@@ -100,4 +113,4 @@ class Connection:
 
     def _program_moved(self, report: ProgramReport) -> None:
         if report.text:
-            self._panel.messages.add(f"{report.program}: {report.text}")
+            self._panel.messages.add(f"{report.program}: {in_screen_units(report.text)}")

@@ -12,6 +12,9 @@ from typing import Any
 from openpendant.simplemsg.pendant import OperatingMode
 
 from ..client import Hold
+from ..way_out import WayOut
+from .keyboard import axis_keys
+from .screen_units import in_screen_units
 
 
 def why_request(mode: OperatingMode | None) -> dict[str, str]:
@@ -33,14 +36,23 @@ def why_lines(answer: dict[str, Any], holds: Sequence[Hold] = ()) -> tuple[str, 
     kind = answer["kind"]
     if broken is None:
         return (f"A {kind} may start: all conditions hold.", *_way_out(holds), *chain)
-    told = (broken["text"], broken["cause"], f"-> {broken['remedy']}")
+    told = (in_screen_units(broken["text"]), broken["cause"], f"-> {broken['remedy']}")
     return (f"No {kind}:", *dict.fromkeys(told), *_way_out(holds), *chain)
+
+
+def _keys(way: WayOut) -> str:
+    """Return the keys of a way out on this pendant."""
+    keys = axis_keys(way["values"])
+    key = f"keys {' '.join(keys)} together" if len(keys) > 1 else f"key {' '.join(keys)}"
+    return f"{key}, frame {way['frame']}" if way["frame"] else key
 
 
 def _way_out(holds: Sequence[Hold]) -> list[str]:
     lines: list[str] = []
     for hold in holds:
-        lines.append(f"{hold['text']}:")
-        keys = [way["press"] for way in hold["ways"]]
-        lines.append(f"-> {' or '.join(keys)}" if keys else "-> no single key leads out")
+        lines.append(f"{in_screen_units(hold['text'])}:")
+        if not hold["ways"]:
+            lines.append("-> no key leads out")
+        for index, way in enumerate(hold["ways"]):
+            lines.append(f"{'or' if index else '->'} {way['press']}: {_keys(way)}")
     return lines

@@ -6,7 +6,7 @@ keys brings a table of its own to the same meanings. Knows no terminal library.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TypeAlias
@@ -56,6 +56,7 @@ class Intent(Enum):
     DELETE = "delete"
     UNDO_EDIT = "undo edit"
     REDO_EDIT = "redo edit"
+    DRY_RUN = "dry run"
     RUN = "run"
     STEP_FORWARD = "step"
     STEP_BACKWARD = "step back"
@@ -121,6 +122,7 @@ KEYBOARD: Mapping[str, Meaning] = {
     "4": Intent.DELETE,
     "ctrl+z": Intent.UNDO_EDIT,
     "ctrl+y": Intent.REDO_EDIT,
+    ".": Intent.DRY_RUN,
     "5": Intent.RUN,
     "6": Intent.STEP_FORWARD,
     "7": Intent.STEP_BACKWARD,
@@ -129,14 +131,27 @@ KEYBOARD: Mapping[str, Meaning] = {
     "escape": Intent.LET_GO,
 }
 
+
+def axis_keys(values: Sequence[float]) -> tuple[str, ...]:
+    """Return the jog keys that move along some axes.
+
+    Args:
+        values: one for each axis; its sign is the direction, 0 leaves the axis out.
+    """
+    return tuple(
+        (_PLUS if value > 0.0 else _MINUS)[axis] for axis, value in enumerate(values) if value
+    )
+
+
 _SHOWN_KEYS = {"right": "→", "left": "←", "up": "↑", "down": "↓", "escape": "Esc", "tab": "Tab"}
 
 
-def legend(axes: int) -> str:
+def legend(axes: int, *, short: bool = False) -> str:
     """Return one line for each group of keys.
 
     Args:
         axes: driven axes, whose keys are named.
+        short: only the two lines that nobody may be without.
     """
     keys = {meaning: key for key, meaning in KEYBOARD.items() if key != "z"}
 
@@ -144,10 +159,14 @@ def legend(axes: int) -> str:
         return "  ".join(f"{_SHOWN_KEYS.get(keys[i], keys[i])} {i.value}" for i in intents)
 
     jog = " ".join(f"{axis + 1}:{_PLUS[axis]}/{_MINUS[axis]}" for axis in range(min(axes, 10)))
+    first = "SPACE software stop   ctrl+q quit   F1-F7 → ← pages"
+    second = f"jog {jog} (+/-)"
+    if short:
+        return f"{first}   (taller: all keys)\n{second}"
     return "\n".join(
         (
-            "SPACE software stop   ctrl+q quit   F1-F7 → ← pages",
-            f"jog {jog} (+/-)",
+            first,
+            second,
             group(Intent.NEXT_FRAME, Intent.JOG_KIND, Intent.STEP_DOWN, Intent.STEP_UP)
             + "  "
             + group(Intent.STEP_TYPED),
@@ -155,9 +174,9 @@ def legend(axes: int) -> str:
             group(Intent.SLOWER, Intent.FASTER, Intent.CAP_DOWN, Intent.CAP_UP, Intent.RESET),
             group(Intent.TARGET, Intent.UNDO_JOG, Intent.HOME, Intent.WHY),
             group(Intent.PROGRAM, Intent.RECORD, Intent.INSERT, Intent.TOUCH_UP, Intent.DELETE),
-            group(Intent.RUN, Intent.STEP_FORWARD, Intent.STEP_BACKWARD, Intent.PAUSE)
+            group(Intent.DRY_RUN, Intent.RUN, Intent.STEP_FORWARD, Intent.STEP_BACKWARD)
             + "  "
-            + group(Intent.PROGRAM_STOP),
+            + group(Intent.PAUSE, Intent.PROGRAM_STOP),
             group(Intent.UP, Intent.DOWN, Intent.UNDO_EDIT, Intent.REDO_EDIT),
         )
     )

@@ -10,13 +10,17 @@ import math
 import textwrap
 from collections.abc import Callable, Iterable
 
+from openpendant.simplemsg.pendant import LinkState
+
 from ..attitude import roll_pitch_yaw
 from . import words
+from .cell_view import CellView
 from .commands import JOINTS
 from .jog_keys import JogKind
 from .keyboard import Page
 from .panel import Panel
 from .prompts import Choice, Entry
+from .reachability import REACHABLE
 
 COLUMNS, ROWS = 20, 4
 
@@ -65,11 +69,19 @@ def _head(panel: Panel, now: int) -> str:
     if cell.is_stopped:
         return f"STOP {cell.stopped_by}"
     if cell.is_stale(now):
-        age = cell.age(now)
-        return "STALE" if age is None else f"STALE {age:.1f} s"
+        return _stale(cell, now)
     held = f"EN{panel.enabling.seconds_left(now)}s" if panel.enabling.is_on else "en--"
     control = "*" if cell.in_control else "o"
     return _spread(f"{words.mode_name(cell)} {_frame(panel)}", f"{control} {held}")
+
+
+def _stale(cell: CellView, now: int) -> str:
+    age = cell.age(now)
+    if age is None:
+        return "STALE"
+    if cell.state is not None and cell.state.link == LinkState.DOWN and not cell.is_silent(now):
+        return "CONTROLLER DOWN"
+    return f"STALE {age:.1f} s"
 
 
 def _frame(panel: Panel) -> str:
@@ -110,7 +122,7 @@ def _joints(panel: Panel, now: int) -> list[str]:
 def _joint(index: int, value: float, linear: bool) -> str:
     """Return one joint in half a row; a number that needs more room loses its decimals."""
     shown = value * 1000 if linear else math.degrees(value)
-    text = f"{shown:.2f}" if abs(shown) < 1000 else f"{shown:.0f}"
+    text = f"{shown:z.2f}" if abs(shown) < 1000 else f"{shown:.0f}"
     return f"{(index + 1) % 10}:{text[:7]:>7} "
 
 
@@ -122,7 +134,7 @@ def _pose(panel: Panel, now: int) -> list[str]:
     rows = zip("XYZ", state.tool_position, "ABC", angles, strict=True)
     return [
         _head(panel, now),
-        *(f"{x}{1000 * mm:8.1f} {a}{degrees:8.1f} " for x, mm, a, degrees in rows),
+        *(f"{x}{1000 * mm:z8.1f} {a}{degrees:z8.1f} " for x, mm, a, degrees in rows),
     ]
 
 
@@ -164,7 +176,15 @@ def _statement(panel: Panel, index: int, running: int | None) -> str:
     assert panel.teaching.program is not None
     selected = ">" if index == panel.teaching.selected else " "
     run = "=" if index == running else " "
-    return f"{selected}{run}{index + 1} {panel.teaching.program.lines[index].strip()}"
+    line = panel.teaching.program.lines[index].strip()
+    return f"{selected}{run}{index + 1}{_reach(panel.teaching.refusal(index))}{line}"
+
+
+def _reach(refusal: str | None) -> str:
+    """Return what a dry run found about a statement, as one sign."""
+    if refusal is None:
+        return " "
+    return "+" if refusal == REACHABLE else "!"
 
 
 def _wrapped(lines: Iterable[str], scroll: int) -> list[str]:

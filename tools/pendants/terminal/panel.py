@@ -123,6 +123,7 @@ class Panel:
         self.jog.let_go()
         self.enabling.turn_off()
         self.question = None
+        self.teaching.walked(None)
         self.messages.add(f"no link: {reason}")
 
     def stop_changed(self, change: StopChanged) -> list[Command]:
@@ -221,11 +222,16 @@ class Panel:
                 return [do.Resume() if self._is_paused else do.Pause()]
             case Intent.PROGRAM_STOP:
                 return [do.StopProgram()]
-        asked = self.teaching.asked(intent, "PTP" if self.jog.frame == JOINTS else "LIN")
-        if isinstance(asked, Choice):
-            self.question = asked
+        return self._ask_or_do(
+            self.teaching.asked(intent, "PTP" if self.jog.frame == JOINTS else "LIN")
+        )
+
+    def _ask_or_do(self, wanted: Choice | Command | None) -> list[Command]:
+        """Put a question on the display, or return the command to be done."""
+        if isinstance(wanted, Choice):
+            self.question = wanted
             return []
-        return [] if asked is None else [asked]
+        return [] if wanted is None else [wanted]
 
     def _stays_here(self, intent: Intent) -> bool:
         """Do what concerns nobody but this pendant; tell whether that is all."""
@@ -273,7 +279,7 @@ class Panel:
             self.question = None
             if not self.cell.is_connected or key not in question.options:
                 return []
-            return [question.options[key][1]]
+            return self._ask_or_do(question.options[key][1])
         if key == "escape":
             self.question = None
             return []
@@ -302,7 +308,7 @@ class Panel:
 
 
 def _mode_choice() -> Choice:
-    options: dict[str, tuple[str, Command]] = {
+    options: dict[str, tuple[str, Command | Choice]] = {
         str(mode.value): (MODES[mode][0], do.SetMode(mode)) for mode in OperatingMode
     }
     return Choice("Mode?", options)

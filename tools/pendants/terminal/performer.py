@@ -12,7 +12,7 @@ import json
 from collections.abc import Coroutine, Iterable
 from typing import Any
 
-from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.pendant import Motion, RunKind
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..client import EnablingDevice, Hold, PendantClient, PendantError, Pose, Refused
@@ -22,6 +22,8 @@ from .cell_view import CellView
 from .commands import JOINTS, Command
 from .explanation import why_lines, why_request
 from .panel import Panel
+from .reachability import DryRun
+from .refusals import refusal_line
 from .taught_program import ProgramEdit, TaughtProgram
 
 MOVE_SPEED = 0.1
@@ -66,9 +68,7 @@ class Performer:
         try:
             await work
         except Refused as refused:
-            name = refused.code.name if isinstance(refused.code, VerdictCode) else refused.code
-            remedy = f" -> {refused.remedy}" if refused.remedy else ""
-            self._panel.messages.add(f"{name}: {refused.text or refused.cause}{remedy}")
+            self._panel.messages.add(refusal_line(refused, self._cell.joints))
             if refused.code in (VerdictCode.NOT_ENABLED, VerdictCode.ENABLING_LOST):
                 self.perform(self._panel.not_enabled())
         except PendantError as error:
@@ -146,6 +146,8 @@ class Performer:
                 await self._open(name)
             case do.EditProgram(edit=edit):
                 await self._edit(edit)
+            case do.AskDryRun(name=name):
+                await self._walk(name)
             case _:
                 motion, name = await self._motion(command)
                 self._panel.messages.add(f"{name} began")
@@ -191,7 +193,8 @@ class Performer:
                 return await move, f"tool along {_AXES[axis]}"
             case do.RunProgram(name=name, run=run, line=line, loops=loops):
                 motion = await client.run_program(name, run=run, line=line, loops=loops)
-                return motion, f"program {name}"
+                # The end of a step is not that of its program, which reports its own.
+                return motion, f"program {name}" if run == RunKind.ALL else f"one step of {name}"
         raise AssertionError(f"{command} is no motion")
 
     async def _ended(self, motion: MotionHandle, name: str) -> None:
@@ -222,6 +225,22 @@ class Performer:
         finally:
             # After a refusal too: somebody else may have saved another revision.
             self._panel.opened(await self._load(program.name))
+
+    async def _walk(self, name: str) -> None:
+        """Ask for a dry run, which takes a while; whatever else is asked for goes on beside it."""
+        found: DryRun | None = None
+        try:
+            before = await self._load(name)
+            answer = await self._client.manage({"op": "programs.dry_run", "name": name})
+            program = await self._load(name)
+            if program.revision == before.revision:
+                found = DryRun.read(name, program.revision, answer)
+            else:
+                self._panel.messages.add(f"{name} was changed meanwhile: . makes a dry run anew")
+            if (open_now := self._panel.teaching.program) is not None and open_now.name == name:
+                self._panel.opened(program)
+        finally:
+            self._panel.teaching.walked(found)
 
     async def _load(self, name: str) -> TaughtProgram:
         text, revision = await self._body(name, "text", None)

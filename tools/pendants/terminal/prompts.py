@@ -30,11 +30,11 @@ class Choice:
 
     Attributes:
         title: the question.
-        options: by digit, what is shown and what follows.
+        options: by digit, what is shown and what follows: a command, or another question.
     """
 
     title: str
-    options: Mapping[str, tuple[str, Command]]
+    options: Mapping[str, tuple[str, Command | Choice]]
 
 
 @dataclass(frozen=True, slots=True)

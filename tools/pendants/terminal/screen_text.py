@@ -6,6 +6,7 @@ Owns these texts. Every sign is a word; colours come on top, elsewhere.
 from __future__ import annotations
 
 import math
+import textwrap
 
 from . import words
 from .commands import JOINTS
@@ -13,6 +14,8 @@ from .enabling_toggle import TIMEOUT_NS
 from .jog_keys import PULSE_NS, JogKind
 from .lcd import running_statement
 from .panel import Panel
+from .reachability import REACHABLE
+from .teaching import Teaching
 
 _BAR = 16
 _SHOWN_LINES = 6
@@ -69,7 +72,9 @@ def joint_table(panel: Panel) -> str:
         zip(panel.cell.joints, positions, strict=True), start=1
     ):
         shown = (
-            f"{math.degrees(value):9.2f} °" if joint["unit"] == "rad" else f"{1000 * value:9.1f} mm"
+            f"{math.degrees(value):z9.2f} °"
+            if joint["unit"] == "rad"
+            else f"{1000 * value:z9.1f} mm"
         )
         part = (value - joint["lower"]) / (joint["upper"] - joint["lower"])
         rows.append(f"{number:2} {joint['name']:<{width}} {shown} {_bar(part)}")
@@ -97,11 +102,31 @@ def program_list(panel: Panel) -> str:
     head = f"{program.name}, revision {program.revision}{f', {state}' if state else ''}"
     rows = [
         f"{'>' if i == selected else ' '}{'=' if i == running else ' '}{i + 1:4} {line}"
+        f"{_reach(panel.teaching.refusal(i))}"
         for i, line in shown
     ]
-    return "\n".join([head, *(rows or ["empty; 1 records where the robot stands"])])
+    if not rows:
+        return f"{head}\nempty; 1 records where the robot stands"
+    return "\n".join([head, _dry_run(panel.teaching), *rows])
 
 
-def message_list(panel: Panel, rows: int) -> str:
-    """Return the newest messages, the newest last."""
-    return "\n".join(panel.messages.lines[-rows:])
+def _reach(refusal: str | None) -> str:
+    """Return what a dry run found about a statement, to stand behind it."""
+    if refusal is None:
+        return ""
+    return "  reachable" if refusal == REACHABLE else f"  REFUSED: {refusal}"
+
+
+def _dry_run(teaching: Teaching) -> str:
+    """Return how the open program's dry run stands."""
+    if teaching.is_walking:
+        return "dry run under way"
+    found = teaching.dry_run
+    return "no dry run of this revision; . makes one" if found is None else found.summary
+
+
+def message_list(panel: Panel, rows: int, columns: int) -> str:
+    """Return the newest messages, the newest last, as rows that fit: its end is always seen."""
+    newest = panel.messages.lines[-rows:]
+    wrapped = [row for text in newest for row in textwrap.wrap(text, columns) or [""]]
+    return "\n".join(wrapped[-rows:])

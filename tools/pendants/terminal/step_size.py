@@ -62,6 +62,8 @@ class StepSize:
             if 0.0 < size <= largest:
                 length = size if unit == "mm" else self.millimetres
                 return StepSize(length, size if unit == "deg" else self.degrees)
+        if "," in text:
+            raise NotASize(f"{text!r} is no step; accepted: a dot for decimals, as in 2.5mm")
         accepted = f"up to {_LARGEST_MM:g}mm or {_LARGEST_DEG:g}deg, above 0, with the unit"
         raise NotASize(f"{text or 'nothing'!r} is no step; accepted: {accepted}")
 

@@ -38,6 +38,8 @@ def read_target(text: str, joints: Sequence[JointFacts]) -> MoveJoint | MoveTool
         value = float(number)
     except ValueError:
         value = math.nan
+    if "," in number:
+        raise NotATarget(f"{text!r} is no target; accepted: a dot for decimals, as in 3=-45.5")
     if not math.isfinite(value):
         raise NotATarget(f"{text or 'nothing'!r} is no target; accepted: {accepted}")
     if len(name) == 1 and name in _TOOL_AXES:

@@ -1,6 +1,7 @@
-"""The open program on the pendant: what is selected, how it is edited and run.
+"""The open program on the pendant: what is selected, how it is edited, checked and run.
 
-Owns what each teach and run key asks for. The program itself is the server's; every edit is loaded
+Owns what each teach and run key asks for, and that a run without a good dry run of the same
+revision is asked for twice. The program itself is the server's; every edit is loaded
 anew from there.
 """
 
@@ -8,10 +9,11 @@ from __future__ import annotations
 
 from openpendant.simplemsg.pendant import RunKind
 
-from .commands import Command, EditProgram, RunProgram
+from .commands import AskDryRun, Command, EditProgram, RunProgram
 from .keyboard import Intent
 from .messages import Messages
 from .prompts import Choice
+from .reachability import DryRun
 from .taught_program import (
     Change,
     DeleteStatement,
@@ -29,6 +31,7 @@ class Teaching:
     Attributes:
         program: as it was loaded last; None for none.
         selected: statement that edits are about, from 0.
+        is_walking: whether a dry run is under way that was asked for here.
     """
 
     def __init__(self, messages: Messages) -> None:
@@ -39,6 +42,8 @@ class Teaching:
         """
         self.program: TaughtProgram | None = None
         self.selected = 0
+        self.is_walking = False
+        self._dry_run: DryRun | None = None
         self._messages = messages
 
     def opened(self, program: TaughtProgram) -> None:
@@ -77,6 +82,8 @@ class Teaching:
                 return RunProgram(program.name, RunKind.STEP_FORWARD)
             case Intent.STEP_BACKWARD:
                 return RunProgram(program.name, RunKind.STEP_BACKWARD)
+            case Intent.DRY_RUN:
+                return self._ask_dry_run(program)
             case Intent.RUN:
                 return self._run_choice(program)
             case Intent.UNDO_EDIT:
@@ -102,17 +109,69 @@ class Teaching:
                 return _confirm(f"Touch up {point}?", TouchUp(self.selected))
         return _confirm(f"Delete {line}?", DeleteStatement(self.selected))
 
+    # Dry run and run.
+
+    def walked(self, dry_run: DryRun | None) -> None:
+        """Take the findings of a dry run; None where there are none."""
+        self.is_walking = False
+        if dry_run is None:
+            return
+        self._dry_run = dry_run
+        self._messages.add(f"{dry_run.name}, {dry_run.summary}")
+        for refusal in dry_run.elsewhere:
+            self._messages.add(refusal)
+
+    @property
+    def dry_run(self) -> DryRun | None:
+        """The dry run of the open program as it is now; None where none was made of it."""
+        found, program = self._dry_run, self.program
+        if found is None or program is None:
+            return None
+        is_of_it = (found.name, found.revision) == (program.name, program.revision)
+        return found if is_of_it else None
+
+    def refusal(self, statement: int) -> str | None:
+        """Return why a statement cannot be run; empty where it can, None where nothing is known."""
+        program, found = self.program, self.dry_run
+        if program is None or found is None:
+            return None
+        return found.refusal(program.line_of(statement), program.targets[statement])
+
+    def _ask_dry_run(self, program: TaughtProgram) -> Command | None:
+        if self.is_walking:
+            self._messages.add("a dry run is under way")
+            return None
+        self.is_walking = True
+        return AskDryRun(program.name)
+
     def _run_choice(self, program: TaughtProgram) -> Choice:
         name, line = program.name, program.line_of(self.selected)
-        here = RunProgram(name, RunKind.ALL, line)
+        ways = {
+            "1": ("all", RunProgram(name, RunKind.ALL)),
+            "2": (f"from {self.selected + 1}", RunProgram(name, RunKind.ALL, line)),
+            "3": ("loop", RunProgram(name, RunKind.ALL, loops=0)),
+        }
+        doubt = self._doubt(program)
+        if not doubt:
+            return Choice(f"Run {name}", ways)
+        self._messages.add(f"{doubt}; . makes a dry run" if self.dry_run is None else doubt)
+        title = "No dry run. Run?" if self.dry_run is None else "REFUSED points. Run?"
+        # The key that asked is harmless where nothing is asked a second time; 1 records a point.
         return Choice(
             f"Run {name}",
-            {
-                "1": ("all", RunProgram(name, RunKind.ALL)),
-                "2": (f"from {self.selected + 1}", here),
-                "3": ("loop", RunProgram(name, RunKind.ALL, loops=0)),
-            },
+            {key: (text, Choice(title, {"5": ("yes", run)})) for key, (text, run) in ways.items()},
         )
+
+    def _doubt(self, program: TaughtProgram) -> str:
+        """Return what speaks against a run; empty for nothing."""
+        found = self.dry_run
+        if found is None:
+            return f"no dry run was made of {program.name}, revision {program.revision}"
+        if not found.is_refused:
+            return ""
+        lines = enumerate(program.lines)
+        bad = [line.strip() for index, line in lines if self.refusal(index)]
+        return f"the dry run refused {', '.join(bad) or 'a point'}"
 
 
 def _confirm(title: str, edit: ProgramEdit) -> Choice:

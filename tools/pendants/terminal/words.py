@@ -152,6 +152,16 @@ def slowed(cell: CellView) -> str:
     return f"jog at {100 * state.jog_scale:.0f} %: {reason}{joint}"
 
 
+def staleness(cell: CellView, now: int) -> str:
+    """Return why the values that are shown may not be how the robot stands."""
+    age = cell.age(now)
+    if age is None:
+        return "no state yet"
+    if cell.state is not None and cell.state.link != LinkState.UP and not cell.is_silent(now):
+        return f"{_controller_lamp(cell)}"
+    return f"the values are {age:.1f} s old"
+
+
 def banner(cell: CellView, now: int) -> str:
     """Return the one sentence that matters most, with what to do; empty where all is well."""
     if not cell.is_connected:
@@ -159,8 +169,7 @@ def banner(cell: CellView, now: int) -> str:
     if cell.is_stopped:
         return f"STOPPED, {stop(cell)}; x resets, which moves nothing"
     if cell.is_stale(now):
-        age = cell.age(now)
-        return "STALE: no state yet" if age is None else f"STALE: the values are {age:.1f} s old"
+        return f"STALE: {staleness(cell, now)}"
     state = cell.state
     if state is not None and (state.e_stopped == 1 or state.in_error == 1):
         return f"The controller cannot move: {_drives_lamp(cell).word}; clear it there"

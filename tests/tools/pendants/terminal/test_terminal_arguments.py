@@ -8,8 +8,15 @@ import sys
 
 import pytest
 
+from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.cli import ExitCode
 from openpendant.tools.cli import main as openpendant
+from openpendant.tools.pendants.client import (
+    PendantClient,
+    PendantError,
+    Refused,
+    WrongArgument,
+)
 from openpendant.tools.pendants.terminal.cli import FAILED, USAGE, _address, main
 
 
@@ -59,6 +66,39 @@ def test_a_server_that_is_not_there_is_one_line_and_no_traceback(
     assert capsys.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("failure", "code", "text"),
+    [
+        (
+            Refused(VerdictCode.UNKNOWN_CELL, "name a cell; here: left, right", -1, 0.0, 0.0),
+            USAGE,
+            "name a cell; here: left, right; choose one: --cell NAME",
+        ),
+        (
+            Refused(VerdictCode.LOGIN_FAILED, "wrong name or password", -1, 0.0, 0.0),
+            FAILED,
+            "LOGIN_FAILED: wrong name or password -> ",
+        ),
+        (WrongArgument("the name is too long"), USAGE, "the name is too long"),
+    ],
+)
+def test_a_server_that_does_not_want_us_is_one_line_with_what_to_change(
+    failure: PendantError,
+    code: int,
+    text: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def connect(*_: object, **__: object) -> PendantClient:
+        raise failure
+
+    monkeypatch.setattr(PendantClient, "connect", connect)
+    assert main(["--plain"]) == code
+    error = capsys.readouterr().err
+    assert error.startswith(f"openpendant pendant: {text}")
+    assert error.count("\n") == 1
+
+
 def test_without_textual_it_says_what_to_install(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -78,5 +118,6 @@ def test_without_textual_it_says_what_to_install(
         monkeypatch.setattr(sys, stream, Terminal())
     monkeypatch.setattr(sys, "stderr", errors)
     assert openpendant(["pendant"]) == ExitCode.NOT_INSTALLED
-    assert "pip install 'openpendant[terminal]'" in errors.getvalue()
+    assert "-m pip install -e '" in errors.getvalue()
+    assert "[terminal]'" in errors.getvalue()
     assert errors.getvalue().count("\n") == 1

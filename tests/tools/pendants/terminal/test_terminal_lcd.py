@@ -259,6 +259,18 @@ def test_the_banner_without_a_link_points_to_the_hardware_button(rig: PanelRig) 
     )
 
 
+def test_values_are_stale_because_the_controller_is_gone_not_for_their_age(rig: PanelRig) -> None:
+    rig.state(link=LinkState.DOWN)
+    assert words.banner(rig.panel.cell, rig.now) == "STALE: ○ server–controller: down"
+    assert shown(rig, Page.JOINTS)[0] == "CONTROLLER DOWN"
+
+
+def test_a_joint_a_little_below_zero_is_shown_as_zero(rig: PanelRig) -> None:
+    rig.state(positions=joint_array([-1e-6] * 6))
+    assert shown(rig, Page.JOINTS)[1] == "1:   0.00 2:   0.00"
+    assert "-0.00" not in screen_text.joint_table(rig.panel)
+
+
 def test_the_screen_says_that_enabling_lets_go_by_itself(rig: PanelRig) -> None:
     assert "5 s without a key" in screen_text.jog_line(rig.panel, rig.now)
     rig.strike("v")
@@ -285,6 +297,7 @@ def test_the_program_list_shows_lines_round_the_selected_one(rig: PanelRig) -> N
     rig.open(PROGRAM)
     assert screen_text.program_list(rig.panel).splitlines() == [
         "pick, revision 3",
+        "no dry run of this revision; . makes one",
         ">    1 move PTP home",
         "     2 wait 2 s",
         "     3 move LIN P1",
@@ -321,15 +334,25 @@ def test_why_names_the_key_that_leads_out_of_what_the_robot_stands_at() -> None:
     """Feature J23."""
     way = WayOut(press="tool Z+ in base", space=2, frame="base", values=[0, 0, 1, 0, 0, 0])
     other = WayOut(press="joint 2 towards -", space=1, frame="", values=[0, -1, 0, 0, 0, 0])
+    both = WayOut(
+        press="joint 3 towards + and joint 5 towards -",
+        space=1,
+        frame="",
+        values=[0, 0, 1, 0, -0.5, 0],
+    )
     holds = [
         Hold(reason="collision", text="table and tool are 5.1 mm apart", ways=[way, other]),
+        Hold(reason="joint-limit", text="joint 3 stands at 1.5708 rad", ways=[both]),
         Hold(reason="singularity", text="it stands at a singularity", ways=[]),
     ]
     assert why_lines({"kind": "jog", "conditions": []}, holds)[1:] == (
         "table and tool are 5.1 mm apart:",
-        "-> tool Z+ in base or joint 2 towards -",
+        "-> tool Z+ in base: key e, frame base",
+        "or joint 2 towards -: key s",
+        "joint 3 stands at 90.00°:",
+        "-> joint 3 towards + and joint 5 towards -: keys e g together",
         "it stands at a singularity:",
-        "-> no single key leads out",
+        "-> no key leads out",
     )
 
 

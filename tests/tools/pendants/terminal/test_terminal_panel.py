@@ -63,6 +63,7 @@ def rig() -> PanelRig:
         ("2", do.EditProgram(RecordPoint("PTP", 0))),
         ("31", do.EditProgram(TouchUp(0))),
         ("41", do.EditProgram(DeleteStatement(0))),
+        (".", do.AskDryRun("pick")),
         ("51", do.RunProgram("pick", RunKind.ALL)),
         ("52", do.RunProgram("pick", RunKind.ALL, 9)),
         ("53", do.RunProgram("pick", RunKind.ALL, loops=0)),
@@ -72,6 +73,7 @@ def rig() -> PanelRig:
 )
 def test_each_key_asks_for_its_command(rig: PanelRig, keys: str, command: Command) -> None:
     rig.open()
+    rig.walk()
     rig.state(tool_speed_cap=0.25)
     assert rig.strike(*keys) == [command]
 

@@ -7,8 +7,10 @@ import json
 import os
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from typing import Any
 
 import pytest
+from panel_rig import DRY_RUN
 from scripted_pendant_server import ScriptedPendantServer, scripted_server
 from textual import events
 from textual.pilot import Pilot
@@ -30,8 +32,14 @@ from openpendant.simplemsg.pendant import (
     StopKind,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.pendants.client import PendantClient
+from openpendant.tools.pendants.client import (
+    PendantClient,
+    PendantError,
+    Refused,
+    WrongArgument,
+)
 from openpendant.tools.pendants.terminal.app import PendantApp
+from openpendant.tools.pendants.terminal.panel import Panel
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
 
@@ -57,12 +65,17 @@ SNAPSHOT = {
 class Screen:
     """The screen as somebody sees it, who strikes keys."""
 
-    def __init__(self, pilot: Pilot[None], server: ScriptedPendantServer) -> None:
+    def __init__(self, pilot: Pilot[PendantError | None], server: ScriptedPendantServer) -> None:
         self.pilot = pilot
         self.server = server
 
     async def keys(self, *keys: str) -> None:
         await self.pilot.press(*keys)
+
+    @property
+    def panel(self) -> Panel:
+        assert isinstance(self.pilot.app, PendantApp)
+        return self.pilot.app.panel
 
     def text(self, name: str) -> str:
         return str(self.pilot.app.screen.query_one(f"#{name}", Static).content)
@@ -74,11 +87,11 @@ class Screen:
 
 
 @asynccontextmanager
-async def screen() -> AsyncIterator[Screen]:
+async def screen(size: tuple[int, int] = (120, 40)) -> AsyncIterator[Screen]:
     async with scripted_server() as server:
         server.answers["snapshot"] = SNAPSHOT
         app = PendantApp(lambda: PendantClient.connect("127.0.0.1", server.port, state_rate=25))
-        async with app.run_test(size=(120, 40)) as pilot:
+        async with app.run_test(size=size) as pilot:
             shown = Screen(pilot, server)
             await shown.until(lambda: "1 joint 1" in shown.text("joints"))
             yield shown
@@ -91,6 +104,16 @@ async def test_the_screen_shows_display_lamps_and_joints() -> None:
         assert [len(row) for row in rows] == [20] * 4
         assert "7.16" in rows[1]
         assert "Observing" in shown.text("banner")
+
+
+async def test_a_terminal_of_24_rows_shows_refusals_joints_and_the_keys_that_matter() -> None:
+    async with screen((80, 24)) as shown:
+        widgets = shown.pilot.app.screen.query(Static)
+        seen = {each.id for each in widgets if each.region.bottom <= 24 and each.region.height}
+        assert seen >= {"lamps", "status", "lcd", "jog", "joints", "messages", "keys"}
+        assert shown.text("keys").startswith("SPACE software stop")
+        longest = max(map(len, shown.text("joints").split("\n")))
+        assert shown.pilot.app.screen.query_one("#joints").region.width >= longest
 
 
 async def test_a_jog_key_becomes_a_step() -> None:
@@ -113,8 +136,11 @@ async def test_a_held_key_becomes_presses_without_a_single_beat() -> None:
 
 async def test_a_stroke_is_dropped_while_a_press_waits_for_its_verdict() -> None:
     async with screen() as shown:
+        await shown.keys("slash")
         shown.server.mutes = True
-        await shown.keys("slash", *"qqqq")
+        shown.server.tell_state()  # or what is shown is stale where the machine stalls
+        await shown.keys(*"qqqq")
+        await shown.until(lambda: shown.server.all(JogStart))
         await asyncio.sleep(0.1)
         assert len(shown.server.all(JogStart)) == 1
         await shown.keys("space")
@@ -166,12 +192,96 @@ async def test_a_program_is_opened_recorded_and_run() -> None:
         shown.server.answers["programs.load"] = {**body, "body": json.dumps(PROGRAM)}
         await shown.keys("n", *"pick", "enter")
         await shown.until(lambda: "pick, revision 1" in shown.text("program"))
-        await shown.keys("1", "5", "1")
+        await shown.keys("1", "5", "1", "5")
         await shown.until(lambda: shown.server.all(ProgramRun))
         assert shown.server.one(ProgramRun).program == "pick"
         asked = [json.loads(each.body) for each in shown.server.all(Management)]
         (record,) = [each for each in asked if each["op"] == "programs.record"]
         assert (record["point"], record["expected_revision"]) == ("P2", 1)
+
+
+async def open_pick(shown: Screen) -> None:
+    body = {"revision": 1, "next": None, "body": json.dumps(PROGRAM)}
+    shown.server.answers["programs.load"] = body
+    await shown.keys("n", *"pick", "enter")
+    await shown.until(lambda: "pick, revision 1" in shown.text("program"))
+
+
+async def test_a_dry_run_is_asked_for_and_shown_beside_the_points() -> None:
+    async with screen() as shown:
+        await open_pick(shown)
+        shown.server.answers["programs.dry_run"] = DRY_RUN
+        await shown.keys("full_stop")
+        await shown.until(lambda: "all reachable, 4.2 s" in shown.text("program"))
+        await shown.keys("5", "1")
+        await shown.until(lambda: shown.server.all(ProgramRun))
+
+
+class EditedMeanwhile(dict[str, dict[str, Any]]):
+    """Answers of a server where somebody saves the program while its dry run is under way."""
+
+    def get(self, op: str, default: Any = None) -> Any:
+        if op == "programs.dry_run":
+            self["programs.load"]["revision"] += 1
+        return super().get(op, default)
+
+
+async def test_a_dry_run_of_a_program_that_was_edited_meanwhile_says_nothing_of_it() -> None:
+    async with screen() as shown:
+        await open_pick(shown)
+        shown.server.answers["programs.dry_run"] = DRY_RUN
+        shown.server.answers = EditedMeanwhile(shown.server.answers)
+        await shown.keys("full_stop")
+        await shown.until(lambda: "pick was changed meanwhile" in shown.text("messages"))
+        await shown.until(lambda: "pick, revision 2" in shown.text("program"))
+        assert "no dry run of this revision" in shown.text("program")
+
+
+async def test_a_dry_run_that_is_refused_is_told_and_may_be_asked_for_again() -> None:
+    async with screen() as shown:
+        await open_pick(shown)
+        await shown.keys("full_stop")
+        await shown.until(lambda: "BAD_ARGUMENT: no such op" in shown.text("messages"))
+        assert "no dry run of this revision" in shown.text("program")
+
+
+async def test_the_end_of_a_step_is_not_told_as_that_of_its_program() -> None:
+    async with screen() as shown:
+        await open_pick(shown)
+        await shown.keys("6")
+        await shown.until(lambda: "one step of pick ended" in shown.text("messages"))
+        assert "program pick" not in shown.text("messages")
+
+
+async def test_the_newest_message_is_seen_however_long_those_before_it_are() -> None:
+    async with screen() as shown:
+        for number in range(6):
+            shown.panel.messages.add(f"{number} {'many words ' * 20}")
+        shown.panel.messages.add("the end")
+        await shown.until(lambda: shown.text("messages").endswith("the end"))
+        assert shown.text("messages").count("\n") < 6
+
+
+@pytest.mark.parametrize(
+    "failure",
+    [
+        Refused(VerdictCode.UNKNOWN_CELL, "name a cell; here: left, right", -1, 0.0, 0.0),
+        WrongArgument("the name is too long"),
+    ],
+)
+async def test_a_refusal_that_no_attempt_can_heal_ends_the_pendant(failure: PendantError) -> None:
+    attempts = 0
+
+    async def connect() -> PendantClient:
+        nonlocal attempts
+        attempts += 1
+        raise failure
+
+    app = PendantApp(connect)
+    async with app.run_test() as pilot, asyncio.timeout(10 * SCALE):
+        while app.is_running:
+            await pilot.pause(0.02)
+    assert (app.return_value, attempts) == (failure, 1)
 
 
 async def test_the_reason_why_it_does_not_move_gets_a_page() -> None:
@@ -190,7 +300,7 @@ async def test_the_way_out_of_a_limit_is_on_that_page() -> None:
         shown.server.answers["why"] = {"kind": "jog", "conditions": []}
         shown.server.answers["jog.retreat"] = {"holds": [hold]}
         await shown.keys("question_mark")
-        await shown.until(lambda: "-> joint 3 towards -" in shown.text("lcd"))
+        await shown.until(lambda: "-> joint 3 towards" in shown.text("lcd"))
 
 
 async def test_a_stop_of_another_is_told_with_its_reason() -> None:

@@ -1,0 +1,105 @@
+"""Refusals in degrees and millimetres, and which of them no second attempt heals."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from panel_rig import joint
+
+from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.tools.pendants.client import Refused
+from openpendant.tools.pendants.terminal.refusals import (
+    connection_refused,
+    is_hopeless,
+    refusal_line,
+)
+from openpendant.tools.pendants.terminal.screen_units import in_screen_units
+
+JOINTS = [joint("shoulder"), joint("rail", "m")]
+
+
+@pytest.mark.parametrize(
+    ("code", "index", "value", "limit", "sentence"),
+    [
+        (
+            VerdictCode.OUT_OF_RANGE,
+            0,
+            math.radians(999),
+            2.0,
+            "joint 1, shoulder, at 999.00° is beyond its limit 114.59°;"
+            " accepted: -114.59° to 114.59°",
+        ),
+        (
+            VerdictCode.OUTSIDE_LIMITS,
+            1,
+            -2.5,
+            -2.0,
+            "joint 2, rail, at -2500.0 mm is beyond its limit -2000.0 mm;"
+            " accepted: -2000.0 mm to 2000.0 mm",
+        ),
+        (
+            VerdictCode.TOO_FAST,
+            0,
+            math.pi,
+            math.pi / 2,
+            "joint 1, shoulder, at 180.00°/s is faster than its limit 90.00°/s",
+        ),
+        (
+            VerdictCode.TOO_SHARP,
+            1,
+            3.0,
+            1.5,
+            "joint 2, rail, accelerating at 3000.0 mm/s² exceeds its limit 1500.0 mm/s²",
+        ),
+        (VerdictCode.NOT_FINITE, 0, 0.0, 0.0, "as it was"),
+        (VerdictCode.OUT_OF_RANGE, -1, 9.0, 1.0, "as it was"),
+        (VerdictCode.OUT_OF_RANGE, 2, 9.0, 1.0, "as it was"),
+    ],
+)
+def test_a_joint_at_fault_is_told_in_its_unit(
+    code: VerdictCode, index: int, value: float, limit: float, sentence: str
+) -> None:
+    line = refusal_line(Refused(code, "as it was", index, value, limit), JOINTS)
+    assert line.startswith(f"{code.name}: {sentence} -> ")
+
+
+def test_a_code_of_a_newer_server_is_told_by_its_number() -> None:
+    assert refusal_line(Refused(9999, "too new", -1, 0.0, 0.0), JOINTS) == "9999: too new"
+
+
+@pytest.mark.parametrize(
+    ("sentence", "shown"),
+    [
+        (
+            "elbow at 17.43583869934082 rad is outside its range -6.283185307 to 6.283185307 rad",
+            "elbow at 999.00° is outside its range -360.00 to 360.00°",
+        ),
+        ("0.000813 m and 8.09e-16 rad away", "0.8 mm and 0.00° away"),
+        ("3.5 rad/s² exceeds 0.25 m/s", "200.54°/s² exceeds 250.0 mm/s"),
+        ("within 5 ms, 3 mm, 2 m², 1 mark, P1 rad", "within 5 ms, 3 mm, 2 m², 1 mark, P1 rad"),
+        ("line 3 of 4", "line 3 of 4"),
+    ],
+)
+def test_quantities_of_a_sentence_are_in_degrees_and_millimetres(sentence: str, shown: str) -> None:
+    assert in_screen_units(sentence) == shown
+
+
+@pytest.mark.parametrize(
+    ("code", "hopeless"),
+    [
+        (VerdictCode.UNKNOWN_CELL, True),
+        (VerdictCode.VERSION, True),
+        (VerdictCode.LOGIN_FAILED, True),
+        (VerdictCode.LOCKED_OUT, False),
+        (VerdictCode.SHUTTING_DOWN, False),
+        (9999, False),
+    ],
+)
+def test_only_what_time_may_heal_is_tried_again(code: int, hopeless: bool) -> None:
+    assert is_hopeless(Refused(code, "", -1, 0.0, 0.0)) is hopeless
+
+
+def test_a_room_of_several_cells_is_told_with_the_option_that_names_one() -> None:
+    refused = Refused(VerdictCode.UNKNOWN_CELL, "name a cell; here: left, right", -1, 0.0, 0.0)
+    assert connection_refused(refused) == "name a cell; here: left, right; choose one: --cell NAME"
