@@ -1,19 +1,50 @@
 """Files that nobody vouches for: read whole, but no more of them than a bound.
 
-Owns the words for a file that cannot be read, is too large, or is no text. Which error carries them
-is the caller's.
+Owns that nothing but a regular file is opened, without waiting, and the words for a file that
+cannot be read, is too large, or is no text. Which error carries these is the caller's.
 """
 
 from __future__ import annotations
 
+import errno
+import os
+import stat
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeAlias
+from typing import BinaryIO, TypeAlias
 
 from .errors import MotionError
 
 Refusal: TypeAlias = Callable[[str, str, str], MotionError]
 """From the file, a field of it (none here) and what is wrong to the error to raise."""
+
+
+def open_regular(path: Path) -> BinaryIO:
+    """Open a regular file for reading.
+
+    Raises:
+        OSError: there is none, it may not be read, or it is a folder, a device or a pipe.
+        ValueError: no file can be called so.
+    """
+    # Without waiting: of a pipe that nobody writes to, opening alone would never end.
+    file = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        mode = os.fstat(file).st_mode
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+        if not stat.S_ISREG(mode):
+            problem = "is not a regular file; accepted: a file on a disk, no pipe and no device"
+            raise OSError(errno.EINVAL, problem, str(path))
+        return os.fdopen(file, "rb")
+    except BaseException:
+        os.close(file)
+        raise
+
+
+def beginning_of(path: Path, most: int) -> bytes:
+    """Return the first bytes of a regular file, at most so many; raises as `open_regular`."""
+    with open_regular(path) as stream:
+        return stream.read(most)
 
 
 def read_bounded(path: Path, most: int, refusal: Refusal) -> bytes:
@@ -28,8 +59,7 @@ def read_bounded(path: Path, most: int, refusal: Refusal) -> bytes:
         MotionError: the one that `refusal` makes: the file cannot be read or is larger.
     """
     try:
-        with path.open("rb") as file:
-            content = file.read(most + 1)
+        content = beginning_of(path, most + 1)
     except OSError as error:
         raise refusal(str(path), "", error.strerror or "cannot be read") from error
     except ValueError as error:

@@ -26,7 +26,8 @@ import pinocchio as pin
 
 from .collision_shapes import link_geometry, object_geometry
 from .errors import DuplicateObject, FrameUnknown, UnknownObject
-from .kinematics import Array, Kinematics, model_map
+from .kinematics import Array, Kinematics
+from .model_map import model_map
 from .scene import Scene, SceneObject
 
 TOUCHING = 1e-6

@@ -1,8 +1,8 @@
 """Forward kinematics and Jacobians of a serial robot.
 
-Owns the pinocchio model, and the one affine map from a controller-side joint vector (n driven
-joints) to the model's vector (every moving joint): coupling, dependent joints and file order are
-all in it. Only `collision` imports pinocchio besides; no pinocchio type goes to any other module.
+Owns the pinocchio model. Joint vectors come in as the controller has them; what the model's own are
+is told by `model_map`. Only `collision` imports pinocchio besides; no pinocchio type goes to any
+other module.
 
 Frames: `base` is the controller's own base frame of the robot file, `root` the chain's root link.
 """
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from .errors import FrameUnknown
 from .limits import JointLimits
+from .model_map import model_map, turning_joints
 from .pose import Pose
 from .robot import SerialRobot
 from .robot_schema import Joint, Placement
@@ -53,6 +54,7 @@ class Kinematics:
         lower: (n,) least controller-side joint position [rad or m], read-only.
         upper: (n,) greatest controller-side joint position [rad or m], read-only.
         turning: (n,) whether a full turn of the joint leaves the tool where it was.
+        is_direct: whether the model's vector is the controller-side one itself.
         size: a length of the order of the arm's reach [m], to weigh turns against shifts.
     """
 
@@ -64,8 +66,9 @@ class Kinematics:
         self.upper = _read_only(np.array(self.limits.upper))
         self.size = _arm_size(robot)
         self._gain, self._offset = model_map(robot)
-        self._plain = np.array_equal(self._gain, np.eye(self.dof)) and not self._offset.any()
-        self.turning = _turning_joints(robot, self._gain)
+        same = np.array_equal(self._gain, np.eye(self.dof)) and not self._offset.any()
+        self.is_direct = bool(same)
+        self.turning = turning_joints(robot, self._gain)
         self._base = _base_in_root(robot)
         # The model's world is the base frame, so that the common case needs no change of frame.
         self._model = _model(robot, self._base.inverse())
@@ -142,7 +145,7 @@ class Kinematics:
         # The frame placement is not refreshed by the Jacobian calls; a stale one would be read.
         placement = pin.updateFramePlacement(model, data, self._tool)
         full = pin.getFrameJacobian(model, data, self._tool, self._motion_axes)
-        jacobian = full if self._plain else full @ self._gain
+        jacobian = full if self.is_direct else full @ self._gain
         return placement.rotation, placement.translation, jacobian
 
     def place(self, joint_position: Array) -> tuple[Array, Array]:
@@ -180,16 +183,34 @@ class Kinematics:
             joint_velocity: (n,) of it [rad/s or m/s].
             points: whose speeds are wanted.
         """
-        model, data = self._model, self._data
-        rates = joint_velocity if self._plain else self._gain @ joint_velocity
-        pin.forwardKinematics(model, data, self._expanded(joint_position), rates)
-        speeds = []
-        for frame, (x, y, z) in points:
-            # Along the link's own axes, where the offset is; a length is the same in all.
-            u, v, w, a, b, c = pin.getFrameVelocity(model, data, frame).vector.tolist()
-            u, v, w = u + b * z - c * y, v + c * x - a * z, w + a * y - b * x
-            speeds.append(math.sqrt(u * u + v * v + w * w))
-        return speeds
+        self._move(joint_position, joint_velocity)
+        return [self._speed(point) for point in points]
+
+    def place_and_speed(
+        self, joint_position: Array, joint_velocity: Array, point: LinkPoint
+    ) -> tuple[Array, Array, float]:
+        """Compute `place` and the speed of a point [m/s] in one pass, without checks.
+
+        Args:
+            joint_position: (n,) controller-side [rad or m], finite float64.
+            joint_velocity: (n,) of it [rad/s or m/s].
+            point: whose speed is wanted.
+        """
+        self._move(joint_position, joint_velocity)
+        placement = pin.updateFramePlacement(self._model, self._data, self._tool)
+        return placement.rotation, placement.translation, self._speed(point)
+
+    def _move(self, joint_position: Array, joint_velocity: Array) -> None:
+        rates = joint_velocity if self.is_direct else self._gain @ joint_velocity
+        pin.forwardKinematics(self._model, self._data, self._expanded(joint_position), rates)
+
+    def _speed(self, point: LinkPoint) -> float:
+        frame, (x, y, z) = point
+        # Along the link's own axes, where the offset is; a length is the same in all.
+        twist = pin.getFrameVelocity(self._model, self._data, frame).vector
+        u, v, w, a, b, c = twist.tolist()
+        u, v, w = u + b * z - c * y, v + c * x - a * z, w + a * y - b * x
+        return math.sqrt(u * u + v * v + w * w)
 
     def places(self, joint_positions: Array, link: str | None = None) -> Places:
         """Compute where a link is at many joint positions, in the base frame, without checks.
@@ -240,46 +261,16 @@ class Kinematics:
         return self._expanded(self._checked(joint_position))
 
     def _expanded(self, joint_position: Array) -> Array:
-        if self._plain:
+        if self.is_direct:
             return joint_position
         vector: Array = self._gain @ joint_position + self._offset
         return vector
-
-
-def model_map(robot: SerialRobot) -> tuple[Array, Array]:
-    """Return gain (m, n) and offset (m,) with model vector = gain · controller vector + offset.
-
-    The model vector has one value per moving joint (m), driven or dependent, base to tip.
-    """
-    chain_side = np.eye(robot.dof)
-    if robot.coupling.state_factor:
-        chain_side[2, 1] = robot.coupling.state_factor
-    row_of = {joint.name: chain_side[index] for index, joint in enumerate(robot.driven)}
-    gain = np.zeros((len(robot.moving), robot.dof))
-    offset = np.zeros(len(robot.moving))
-    for index, joint in enumerate(robot.moving):
-        if joint.dependent is None:
-            gain[index] = row_of[joint.name]
-            continue
-        offset[index] = joint.dependent.offset
-        for term in joint.dependent.terms:
-            gain[index] += term.gain * row_of[term.joint]
-    return gain, offset
 
 
 def rotation_vector(rotation: Array) -> Array:
     """Return the (3,) rotation vector [rad] of a (3, 3) rotation matrix, length 0 to π."""
     vector: Array = pin.log3(rotation)
     return vector
-
-
-def _turning_joints(robot: SerialRobot, gain: Array) -> NDArray[np.bool_]:
-    # A coupled or dependent joint follows by its gain, so the gain must be a whole number.
-    prismatic = np.array([joint.prismatic for joint in robot.moving])
-    whole = (gain == np.round(gain)) & ~prismatic[:, None]
-    turning: NDArray[np.bool_] = (whole | (gain == 0.0)).all(axis=0)
-    turning.flags.writeable = False
-    return turning
 
 
 def _arm_size(robot: SerialRobot) -> float:

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from .bounded_file import read_text
 from .command_line import run
 from .errors import BadArgument
 from .json_input import parse_joints, parse_pose
@@ -36,6 +37,7 @@ BAR_AFTER = 1.0
 """A progress bar is shown for what takes longer than this [s]."""
 
 MAX_GOALS = 1000
+_LARGEST_PROGRAM = 1 << 20  # bytes
 
 app = typer.Typer(
     add_completion=False,
@@ -240,10 +242,13 @@ def _goals(goal: str | None, pose: str | None, program: Path | None) -> list[str
     if program is None:
         return [str(given[0])]
     accepted = f"a JSON file with a list of 1 to {MAX_GOALS} goals"
+
+    def refusal(file: str, _field: str, problem: str) -> BadArgument:
+        return BadArgument("--program", f"{file}: {problem}", accepted)
+
+    text = read_text(program, _LARGEST_PROGRAM, refusal)
     try:
-        content = json.loads(program.read_text("utf-8"), parse_int=float)
-    except OSError as error:
-        raise BadArgument("--program", f"{program}: {error.strerror}", accepted) from None
+        content = json.loads(text, parse_int=float)
     except (ValueError, RecursionError) as error:
         raise BadArgument("--program", f"{program}: {error}", accepted) from None
     if not isinstance(content, list) or not 1 <= len(content) <= MAX_GOALS:

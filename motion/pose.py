@@ -208,7 +208,12 @@ def _rotation_rows(quaternion: Array) -> tuple[tuple[float, float, float], ...]:
 
 
 def matrix_to_quaternion(rotation: Array) -> Array:
-    """Return the (4,) unit quaternion x, y, z, w of a (3, 3) rotation matrix, w not negative.
+    """Return the (4,) unit quaternion x, y, z, w of a (3, 3) rotation matrix, w not negative."""
+    return np.array(quaternion_of(rotation))
+
+
+def quaternion_of(rotation: Array) -> tuple[float, float, float, float]:
+    """Return what `matrix_to_quaternion` does in plain floats, for each state message of a cell.
 
     Source: S. W. Shepperd, *Quaternion from Rotation Matrix*, J. Guidance and Control 1, 1978.
     """
@@ -224,10 +229,9 @@ def matrix_to_quaternion(rotation: Array) -> Array:
             raw = (c + g, f + h, squares[2], d - b)
         case _:
             raw = (h - f, c - g, d - b, squares[3])
-    # In plain floats: each state message of a cell asks for it.
     x, y, z, w = raw
     norm = math.copysign(math.sqrt(x * x + y * y + z * z + w * w), _sign(raw))
-    return np.array((x / norm + 0.0, y / norm + 0.0, z / norm + 0.0, w / norm + 0.0))
+    return x / norm + 0.0, y / norm + 0.0, z / norm + 0.0, w / norm + 0.0
 
 
 def _sign(quaternion: Sequence[float]) -> float:

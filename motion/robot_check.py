@@ -18,6 +18,7 @@ import numpy as np
 
 from .dh import dh_forward
 from .errors import RobotFileError
+from .model_map import model_map
 from .robot import ParallelRobot, Robot, SerialRobot, load_robot
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ def check_robot(name_or_path: str | Path) -> CheckReport:
 
 def dh_residual(robot: SerialRobot) -> DhResidual | None:
     """Compare a robot's table with its chain of joints; None if it has no table."""
-    from .kinematics import Kinematics, model_map
+    from .kinematics import Kinematics
 
     if robot.dh is None:
         return None
@@ -170,8 +171,6 @@ def _vrm(robot: SerialRobot) -> Iterator[_Finding]:
 
 
 def _limits(kinematics: Kinematics) -> Iterator[_Finding]:
-    from .kinematics import model_map
-
     robot = kinematics.robot
     assumed = [joint.name for joint in robot.driven if joint.acceleration is None]
     if assumed:

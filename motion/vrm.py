@@ -14,7 +14,8 @@ import numpy as np
 
 from .dh import dh_matrix
 from .errors import BadArgument, WrongJointCount
-from .kinematics import Kinematics, model_map
+from .kinematics import Kinematics
+from .model_map import model_map
 from .pose import Pose
 from .robot import SerialRobot
 from .robot_schema import Vrm

@@ -67,4 +67,4 @@ class LibraryMissing(MotionError):
     extra: str
 
     def __str__(self) -> str:
-        return f"{self.library} is not installed; pip install 'openpendant[{self.extra}]' adds it"
+        return f"{self.library} is not installed; the extra {self.extra!r} of openpendant adds it"

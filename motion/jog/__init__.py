@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from .jogger import Jogger
 from .model import JogModel, jog_model
-from .reasons import JogCause, JogReason, JogStep, Retreat, Stopping
+from .reasons import JogCause, JogReason, JogStep, Retreat
 from .targets import BASE_AXES, LONGEST_STEP, JogCaps, JogTarget, JointJog, ToolJog
 from .ways_out import WayOut, leads_out, ways_out
 
@@ -24,7 +24,6 @@ __all__ = [
     "Jogger",
     "JointJog",
     "Retreat",
-    "Stopping",
     "ToolJog",
     "WayOut",
     "jog_model",

@@ -1,80 +1,22 @@
-"""Steps instead of holding: where a joint or the tool is to go by one press.
+"""Steps instead of holding: where the tool is to go by one press.
 
-Owns the sizes that are offered and the checks of those that are typed. What pendants call A, B, C
-is two things, named apart here: `turned` turns the tool about axes of a frame through the tool
-centre point, as a held key does; `with_rpy_changed` adds to the three values roll, pitch and yaw,
-as a pendant that shows them and steps one of them does. `motion.orientation` has the formulas. The
-targets are poses and positions for point-to-point motions; nothing here moves.
+What pendants call A, B, C is two things, named apart here: `turned` turns the tool about axes of a
+frame through the tool centre point, as a held key does; `with_rpy_changed` adds to the three values
+roll, pitch and yaw, as a pendant that shows them and steps one of them does. `motion.orientation`
+has the formulas. The targets are poses for point-to-point motions; nothing here moves, and which
+sizes are offered is the pendant's business.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from enum import StrEnum
 
 import numpy as np
 
-from ..errors import BadArgument, NotFinite, WrongJointCount
-from ..limits import JointLimits
+from ..errors import BadArgument, NotFinite
 from ..orientation import quaternion_of_vector, rpy_increment
 from ..pose import Pose, quaternion_product
-
-LENGTHS = (0.1e-3, 1e-3, 5e-3, 10e-3)
-"""Lengths that are offered [m]."""
-
-ANGLES = (math.radians(0.05), math.radians(0.5), math.radians(2.5), math.radians(5.0))
-"""Angles that are offered [rad], each beside the length of its place."""
-
-
-class StepKind(StrEnum):
-    """What a step is measured in."""
-
-    LENGTH = "length"
-    ANGLE = "angle"
-
-
-_GREATEST = {StepKind.LENGTH: 0.1, StepKind.ANGLE: math.radians(30.0)}
-_LEAST = {StepKind.LENGTH: 1e-6, StepKind.ANGLE: 1e-5}
-
-
-def checked_step(size: float, kind: StepKind) -> float:
-    """Return the size of a step that somebody typed.
-
-    Args:
-        size: [m or rad].
-        kind: which of both.
-
-    Raises:
-        BadArgument: it is not within 1 µm to 100 mm, or 10 µrad to 30°.
-    """
-    least, greatest = _LEAST[kind], _GREATEST[kind]
-    if not least <= size <= greatest * (1.0 + 1e-12):
-        unit = "m" if kind is StepKind.LENGTH else "rad"
-        raise BadArgument("step", size, f"{least:g} to {greatest:.4g} {unit}")
-    return size
-
-
-def joint_step(
-    position: Sequence[float], steps: Sequence[float], limits: JointLimits
-) -> tuple[float, ...]:
-    """Return a joint position changed by an amount in each joint.
-
-    Args:
-        position: (n,) [rad or m].
-        steps: (n,) how far each joint goes [rad or m]; 0 stands.
-        limits: of the joints.
-
-    Raises:
-        WrongJointCount: a vector does not have one value per joint.
-        NotFinite: a value is infinite or not a number.
-        OutOfRange: the first joint that would leave its range.
-    """
-    if len(position) != len(steps):
-        raise WrongJointCount(len(steps), len(position))
-    target = tuple(place + step for place, step in zip(position, steps, strict=True))
-    limits.check_position(target)
-    return target
 
 
 def shifted(pose: Pose, shift: Sequence[float], frame: Pose | None = None) -> Pose:

@@ -8,13 +8,12 @@ Every set-point keeps to speed and acceleration limits from the one before, what
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 from ..errors import BadArgument, WrongJointCount
 from .joint_motion import JointMotion
 from .model import JogModel
-from .reasons import JogCause, JogReason, JogStep, Retreat, Stopping
+from .reasons import JogCause, JogReason, JogStep, Retreat
 from .retreat import retreat
 from .targets import LONGEST_STEP, JogCaps, JogTarget, JointJog, ToolJog
 from .tool_motion import ToolMotion
@@ -23,7 +22,6 @@ from .undo import JogWay
 from .ways_out import leads_along
 
 _BEND_RETRY = 4  # ticks between trials to bend
-_LONGEST_STOP = 3000  # ticks
 
 
 class Jogger:
@@ -114,24 +112,6 @@ class Jogger:
                 self._release(dt)
         self.way.add(self._motion.position)
         return self._told(before, dt)
-
-    def stopping(self, dt: float) -> Stopping:
-        """Return what a release now would still move, by running it on a copy.
-
-        Args:
-            dt: length of its ticks [s].
-        """
-        start = list(self._motion.position)
-        trial = Jogger(self._model, start, self.caps)
-        trial._motion = self._motion.copy()
-        ticks = 0
-        while not trial.at_rest and ticks < _LONGEST_STOP:
-            trial.step(dt)
-            ticks += 1
-        end = trial._motion.position
-        way = max(abs(after - before) for before, after in zip(start, end, strict=True))
-        here, there = (self._model.arm.place(place)[1].tolist() for place in (start, end))
-        return Stopping(way, math.dist(here, there), ticks * dt)
 
     def _step_joints(self, dt: float, rates: Sequence[float]) -> None:
         if isinstance(self._motion, ToolMotion):

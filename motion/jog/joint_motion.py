@@ -15,7 +15,6 @@ would run out of its range so brakes by itself.
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Sequence
 from typing import TypeAlias
@@ -63,10 +62,6 @@ class JointMotion:
     def at_rest(self) -> bool:
         """Whether the robot stands."""
         return not any(self.velocity)
-
-    def copy(self) -> JointMotion:
-        """Return one that can be stepped to rest without changing this one."""
-        return copy.copy(self)
 
     def release(self, dt: float) -> None:
         """Move on by one tick of the stop."""

@@ -7,7 +7,7 @@ Holds no state of a motion, so one model serves every jog of a robot, in one thr
 from __future__ import annotations
 
 from ..collision import CollisionModel
-from ..errors import UnsupportedKind
+from ..errors import BadArgument
 from ..kinematics import Kinematics
 from ..mechanism import Mechanism, PlatformMechanism, SerialMechanism
 from ..pose import Pose
@@ -80,8 +80,9 @@ def jog_model(
     """Return the model of a robot whatever its kind.
 
     Raises:
-        UnsupportedKind: the mechanism is neither a serial arm nor a platform.
+        BadArgument: the mechanism is neither a serial arm nor a platform.
     """
     if isinstance(robot, SerialMechanism | PlatformMechanism):
         return JogModel(robot.kinematics, tcp, collision)
-    raise UnsupportedKind(type(robot).__name__, "unknown", "jogging")
+    accepted = "a SerialMechanism or a PlatformMechanism, as `mechanism` makes of a robot"
+    raise BadArgument("robot", type(robot).__name__, accepted)

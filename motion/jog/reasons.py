@@ -67,20 +67,6 @@ class Retreat(NamedTuple):
     singularity: str = ""
 
 
-class Stopping(NamedTuple):
-    """What a release now would still move.
-
-    Attributes:
-        joint: greatest way of a joint [rad or m].
-        tool: way of the tool centre point, start to end [m].
-        time: until rest [s].
-    """
-
-    joint: float
-    tool: float
-    time: float
-
-
 @dataclass(frozen=True, slots=True)
 class JogStep:
     """One set-point.

@@ -23,7 +23,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..closed_form import closed_form
-from ..kinematics import Array, Kinematics, model_map
+from ..kinematics import Array, Kinematics
 from ..pose import Pose
 from ..reduced_task import kept_direction
 from ..singularity import SingularityKind, dexterity
@@ -62,8 +62,7 @@ class SerialTool:
         self.length = kinematics.size / 2.0
         link = elbow_link(kinematics)
         self._elbow = [] if link is None else [kinematics.link_point(link)]
-        gain, offset = model_map(kinematics.robot)
-        self.rigid = bool(np.array_equal(gain, np.eye(kinematics.dof)) and not offset.any())
+        self.rigid = kinematics.is_direct
         self._offset = None if tcp is None or not tcp.position.any() else tcp.position
         self._turn = None if tcp is None else tcp.rotation
         tool = kinematics.link_point(

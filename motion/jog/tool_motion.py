@@ -7,7 +7,6 @@ in the least time. Knows no aims; `jogger` decides what is asked.
 
 from __future__ import annotations
 
-import copy
 import math
 
 from ..pose import Array
@@ -81,10 +80,6 @@ class ToolMotion:
     def at_rest(self) -> bool:
         """Whether the robot stands."""
         return self.speed == 0.0
-
-    def copy(self) -> ToolMotion:
-        """Return one that can be stepped to rest without changing this one."""
-        return copy.copy(self)
 
     def bent(self, twist: JogTwist, point_speed: float) -> ToolMotion | None:
         """Return the motion that goes on from here into another direction.

@@ -12,7 +12,8 @@ from openpendant.motion.closed_form.three_parallel import ThreeParallel
 from openpendant.motion.closed_form.three_parallel import recognise as three_parallel
 from openpendant.motion.closed_form.wrist_partitioned import WristPartitioned
 from openpendant.motion.closed_form.wrist_partitioned import recognise as wrist_partitioned
-from openpendant.motion.kinematics import Kinematics, model_map, rotation_vector
+from openpendant.motion.kinematics import Kinematics, rotation_vector
+from openpendant.motion.model_map import model_map
 from openpendant.motion.robot import robot_names, serial_robot
 
 Array = NDArray[np.float64]

@@ -75,7 +75,7 @@ SAMPLES: list[tuple[MotionError, list[str]]] = [
         ["leg_2", "stroke", "0.35 m", "0.32 m", "50.0%"],
     ),
     (NoAssembly((0.1, 0.2), 0.01, "singular"), ["0.1, 0.2 m", "singular"]),
-    (LibraryMissing("ruckig", "motion"), ["ruckig", "openpendant[motion]"]),
+    (LibraryMissing("ruckig", "motion"), ["ruckig", "'motion' of openpendant"]),
     (UnknownObject("crate", ("box",)), ["'crate'", "box"]),
     (DuplicateObject("box"), ["'box'", "no other object"]),
     (SceneFileError("s.yaml", "objects[0].size", "is 0"), ["s.yaml: objects[0].size: is 0"]),

@@ -27,7 +27,7 @@ from openpendant.motion.robot import robot_names, serial_robot
 
 needs_ruckig = pytest.mark.skipif(
     importlib.util.find_spec("ruckig") is None,
-    reason="ruckig is not installed: pip install 'openpendant[motion]'",
+    reason="ruckig is not installed: the extra 'motion' of openpendant adds it",
 )
 ROBOTS = [name for name in robot_names() if name != "stewart_classroom"]
 LIMITS = JointLimits(

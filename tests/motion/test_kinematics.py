@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from openpendant.motion.dh import dh_forward
 from openpendant.motion.errors import FrameUnknown, NotFinite, WrongJointCount
-from openpendant.motion.kinematics import Kinematics, model_map, rotation_vector
+from openpendant.motion.kinematics import Kinematics, rotation_vector
+from openpendant.motion.model_map import model_map
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot import SerialRobot, robot_names, serial_robot
 from openpendant.motion.robot_schema import DhTable

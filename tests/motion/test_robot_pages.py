@@ -13,7 +13,8 @@ from openpendant.motion.cli import main
 from openpendant.motion.collision import CollisionModel
 from openpendant.motion.dh import dh_forward, dh_frames
 from openpendant.motion.errors import BadArgument, WrongJointCount
-from openpendant.motion.kinematics import Kinematics, model_map
+from openpendant.motion.kinematics import Kinematics
+from openpendant.motion.model_map import model_map
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot import SerialRobot, load_robot, robot_names, serial_robot
 from openpendant.motion.robot_check import check_robot

@@ -68,26 +68,14 @@ def test_between_joints_and_tool_the_robot_rests(order: tuple[JointJog, ToolJog]
     assert not watched.faults
 
 
-def test_a_release_on_a_line_stays_on_it_and_is_foretold() -> None:
+def test_a_release_on_a_line_stays_on_it_and_stops_within_5_cm() -> None:
     watched = referee()
     moving = watched.run(ALONG_X, 50)
-    foretold = watched.jogger.stopping(0.01)
-    began = len(watched.steps)
-    assert moving == watched.steps[-1]
     rest = watched.rest(None)
     places = [robot("ur5").forward(q).position for q in (moving.position, rest.position)]
-    assert math.dist(*places) == pytest.approx(foretold.tool, abs=1e-9)
-    assert foretold.time == pytest.approx((len(watched.steps) - began) * 0.01)
-    ways = [abs(a - b) for a, b in zip(moving.position, rest.position, strict=True)]
-    assert max(ways) == pytest.approx(foretold.joint, abs=1e-12)
     assert np.abs((places[1] - places[0])[1:]).max() < 1e-5
-    assert 0.0 < foretold.tool < 0.05
+    assert 0.0 < math.dist(*places) < 0.05
     assert not watched.faults
-
-
-def test_a_robot_at_rest_has_no_way_to_stop() -> None:
-    stopping = referee().jogger.stopping(0.01)
-    assert (stopping.joint, stopping.tool, stopping.time) == (0.0, 0.0, 0.0)
 
 
 def test_less_override_brakes_on_the_line() -> None:

@@ -6,15 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from jogged_robots import robot
 
-from openpendant.motion.errors import BadArgument, NotFinite, OutOfRange, WrongJointCount
+from openpendant.motion.errors import BadArgument, NotFinite
 from openpendant.motion.jog.increments import (
-    ANGLES,
-    LENGTHS,
-    StepKind,
-    checked_step,
-    joint_step,
     shifted,
     turned,
     with_rpy_changed,
@@ -28,40 +22,6 @@ poses = st.builds(
     st.tuples(*[st.floats(-1.0, 1.0)] * 3),
     st.tuples(angles, angles, angles),
 )
-
-
-def test_the_sizes_that_are_offered() -> None:
-    assert [round(size * 1e3, 6) for size in LENGTHS] == [0.1, 1.0, 5.0, 10.0]
-    assert [round(math.degrees(size), 6) for size in ANGLES] == [0.05, 0.5, 2.5, 5.0]
-    for size in LENGTHS:
-        assert checked_step(size, StepKind.LENGTH) == size
-    for size in ANGLES:
-        assert checked_step(size, StepKind.ANGLE) == size
-
-
-@pytest.mark.parametrize("size", [0.0, -1e-3, 0.11, 1e-7, math.inf, math.nan])
-def test_other_lengths_are_refused_with_what_is_accepted(size: float) -> None:
-    with pytest.raises(BadArgument, match=r"1e-06 to 0\.1 m"):
-        checked_step(size, StepKind.LENGTH)
-
-
-def test_greater_angles_are_refused() -> None:
-    assert checked_step(math.radians(30.0), StepKind.ANGLE)
-    with pytest.raises(BadArgument, match="rad"):
-        checked_step(math.radians(31.0), StepKind.ANGLE)
-
-
-def test_several_joints_step_at_once_and_name_the_one_that_cannot() -> None:
-    limits = robot("ur5").limits
-    start = [0.0] * 6
-    assert joint_step(start, (0.1, 0.0, -0.1, 0.0, 0.0, 0.2), limits)[5] == 0.2
-    with pytest.raises(OutOfRange) as refused:
-        joint_step(start, (0.0, 0.0, 4.0, 0.0, 0.0, 0.0), limits)
-    assert refused.value.index == 2
-    with pytest.raises(WrongJointCount):
-        joint_step(start, (0.1,), limits)
-    with pytest.raises(NotFinite):
-        joint_step(start, (math.nan, 0.0, 0.0, 0.0, 0.0, 0.0), limits)
 
 
 @given(poses, poses, st.tuples(*[st.floats(-0.1, 0.1)] * 3))
