@@ -53,8 +53,12 @@ def serve(
     ] = None,
     host: Annotated[str | None, typer.Option(help="Address to listen on.")] = None,
     pendant_port: Annotated[int | None, typer.Option(help="Pendant protocol.")] = None,
-    ros_motion_port: Annotated[int | None, typer.Option(help="ROS-I motion.")] = None,
-    ros_state_port: Annotated[int | None, typer.Option(help="ROS-I state.")] = None,
+    ros_motion_port: Annotated[
+        str | None, typer.Option(metavar="PORT", help='ROS-I motion, "off" for none.')
+    ] = None,
+    ros_state_port: Annotated[
+        str | None, typer.Option(metavar="PORT", help='ROS-I state, "off" for none.')
+    ] = None,
     points: Annotated[
         str | None, typer.Option(help="Send points as type 14 (full) or type 11 (simple).")
     ] = None,

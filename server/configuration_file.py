@@ -14,11 +14,13 @@ from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from openpendant.motion.bounded_file import beginning_of
+
 OFF = "off"
 """What a file says of a ROS-Industrial port that nobody listens on; None in here."""
 
 MAX_FILE = 1_048_576
-"""Largest configuration file, bytes; a device or a pipe may have no end."""
+"""Largest configuration file, bytes."""
 
 
 _M = TypeVar("_M", bound=BaseModel)
@@ -47,8 +49,7 @@ def load_settings(path: Path) -> dict[str, Any]:
         ConfigurationError: the file cannot be read, is too large or is no TOML.
     """
     try:
-        with path.open("rb") as stream:
-            content = stream.read(MAX_FILE + 1)
+        content = beginning_of(path, MAX_FILE + 1)
         if len(content) > MAX_FILE:
             raise ConfigurationError(str(path), "", f"is larger than {MAX_FILE} bytes")
         data = tomllib.loads(content.decode())

@@ -25,7 +25,16 @@ from .configuration_file import OFF, checked
 Port = Annotated[int, Field(ge=0, le=65_535, description="TCP port, 0 for any free one")]
 Seconds = Annotated[float, Field(gt=0, le=3_600)]
 
-RosPort = Annotated[Port | None, BeforeValidator(lambda value: None if value == OFF else value)]
+
+def _port_or_off(value: object) -> object:
+    if value == OFF:
+        return None
+    if isinstance(value, str) and not value.removeprefix("-").isdecimal():
+        raise ValueError(f"accepted: a TCP port, 0 for any free one, or {OFF}")
+    return value
+
+
+RosPort = Annotated[Port | None, BeforeValidator(_port_or_off)]
 
 
 class Table(BaseModel):

@@ -13,6 +13,7 @@ from openpendant.server.store.documents import (
     check_author,
     check_body,
     check_name,
+    check_new_name,
 )
 from openpendant.server.store.errors import Conflict, NotFound, OutOfSequence, StoreError
 
@@ -48,7 +49,10 @@ class MemoryStore:
     def save(
         self, kind: DocumentKind, name: str, body: str, *, expected_revision: int, author: str
     ) -> Heading:
-        check_name(name)
+        if expected_revision:
+            check_name(name)
+        else:
+            check_new_name(name)
         size = check_body(kind, name, body)
         return self._add(kind, name, body, size, expected_revision, author, deleted=False)
 

@@ -1,7 +1,8 @@
-"""Every file that a user names is read up to a bound: a device or a pipe may have no end."""
+"""Every file that a user names is read up to a bound, and is neither a device nor a pipe."""
 
 from __future__ import annotations
 
+import os
 import resource
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -10,18 +11,32 @@ import pytest
 
 from openpendant.controller_emulator import settings as emulator
 from openpendant.controller_emulator.scenario import load_scenario
+from openpendant.motion.errors import RobotFileError
+from openpendant.motion.robot import load_robot
 from openpendant.server import configuration_file as server
+from openpendant.server.access.tls import TlsSettings, TlsUnusable, server_context
 from openpendant.tools.packets.console import PacketToolError
 from openpendant.tools.packets.faulty.fault_script import load_script
 
-ENDLESS = Path("/dev/zero")
 MORE = 1 << 30
 
-LOADERS: dict[str, tuple[Callable[[Path], object], type[Exception]]] = {
+
+def _server_with_certificate(file: Path) -> object:
+    return server_context(TlsSettings(certificate=str(file), key=str(file)))
+
+
+Loaders = dict[str, tuple[Callable[[Path], object], type[Exception]]]
+
+OF_TOML: Loaders = {
     "faults": (load_script, PacketToolError),
     "serve --config": (server.load_settings, server.ConfigurationError),
     "emulate --config": (emulator.load_settings, emulator.ConfigurationError),
     "emulate --scenario": (load_scenario, emulator.ConfigurationError),
+}
+LOADERS: Loaders = {
+    **OF_TOML,
+    "serve --robot": (load_robot, RobotFileError),
+    "serve with TLS": (_server_with_certificate, TlsUnusable),
 }
 
 
@@ -37,17 +52,36 @@ def bounded_memory() -> Iterator[None]:
 
 @pytest.mark.usefixtures("bounded_memory")
 @pytest.mark.parametrize("who", LOADERS)
-def test_an_endless_file_is_refused_in_one_line_with_its_bound(who: str) -> None:
+def test_a_huge_file_is_refused_in_one_line_with_its_bound(who: str, tmp_path: Path) -> None:
     load, error = LOADERS[who]
+    huge = tmp_path / "huge"
+    huge.touch()
+    os.truncate(huge, 2 * MORE)
     with pytest.raises(error) as refusal:
-        load(ENDLESS)
+        load(huge)
     told = str(refusal.value)
-    assert told.startswith(f"{ENDLESS}: ")
+    assert told.startswith(f"{huge}: ")
     assert "1048576 bytes" in told
-    assert len(told) < 150
+    assert len(told) < 150 + len(str(huge))
 
 
+@pytest.mark.parametrize("kind", ["pipe", "device"])
 @pytest.mark.parametrize("who", LOADERS)
+def test_what_may_have_no_end_is_refused_without_waiting(
+    who: str, kind: str, tmp_path: Path
+) -> None:
+    load, error = LOADERS[who]
+    file = tmp_path / kind
+    if kind == "pipe":
+        os.mkfifo(file)  # nobody writes to it: opening it the usual way would never end
+    else:
+        file.symlink_to("/dev/zero")
+    with pytest.raises(error, match="is not a regular file; accepted: a file on a disk") as refusal:
+        load(file)
+    assert str(refusal.value).startswith(f"{file}: ")
+
+
+@pytest.mark.parametrize("who", OF_TOML)
 @pytest.mark.parametrize(
     "text", ["a = " + "[" * 20_000, "a = " + "1" * 5_000], ids=["deep", "long"]
 )

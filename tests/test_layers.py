@@ -32,8 +32,11 @@ ROOMS: dict[str, tuple[set[str], set[str]]] = {
     "tools/pendants": ({"simplemsg"}, {"rich", "textual", "typer"}),
 }
 
-# What the emulator may know of motion: facts and limits, no mathematics of arms.
-PLAIN_DATA = {f"{UMBRELLA}.motion.{module}" for module in ("errors", "limits", "robot")}
+# What the emulator may know of motion: facts and limits and how files are opened, no mathematics
+# of arms.
+PLAIN_DATA = {
+    f"{UMBRELLA}.motion.{module}" for module in ("bounded_file", "errors", "limits", "robot")
+}
 
 # Heavy libraries: the only files that may import them.
 HOMES = {

@@ -6,15 +6,17 @@ can manage the others. Every call blocks on the disk and so stays off the event 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from pydantic import ValidationError
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
-from ..store.documents import DocumentKind
+from ..store.documents import DocumentKind, Heading
 from ..store.errors import BadDocument
 from ..store.store import Store
-from .accounts import Account, AccountBook
+from .accounts import Account, AccountBook, account_key
 from .passwords import PasswordHash
 from .roles import Role
 
@@ -31,6 +33,29 @@ class AccountRefused(Exception):
         self.refusal = refusal
 
 
+def read_account(key: str, body: str) -> Account:
+    """Return the account in a document.
+
+    Args:
+        key: name of the document.
+        body: of the document.
+
+    Raises:
+        BadDocument: it is no account, or that of another name.
+    """
+    try:
+        account = Account.model_validate_json(body)
+    except ValidationError as error:
+        # Without the input: it holds the hash.
+        first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise BadDocument(f"account {key!r}", first["msg"], place=place) from None
+    if account.key != key:
+        problem = f"is {account.name!r}, which is kept as {account.key!r}; accepted: that name"
+        raise BadDocument(f"account {key!r}", problem, place="name")
+    return account
+
+
 class StoredAccounts:
     """The accounts that a store keeps."""
 
@@ -40,24 +65,35 @@ class StoredAccounts:
         self._author = author
 
     def book(self) -> AccountBook:
-        """Return the accounts as they are now.
+        """Return the accounts as they are now; one that is damaged does not hide the others.
 
         Raises:
-            StoreError: they cannot be read, or one of them is none.
+            StoreError: the store cannot be read.
         """
-        headings = self._store.headings(DocumentKind.ACCOUNT)
-        return AccountBook(self._load(heading.name)[0] for heading in headings)
+        accounts: list[Account] = []
+        unreadable: dict[str, str] = {}
+        for heading in self._store.headings(DocumentKind.ACCOUNT):
+            try:
+                accounts.append(self._load(heading.name)[0])
+            except BadDocument as error:
+                unreadable[heading.name] = f"{error.place}: {error.problem}".removeprefix(": ")
+        return AccountBook(accounts, unreadable)
 
     def add(self, account: Account) -> None:
         """Add an account.
 
         Raises:
-            AccountRefused: there is one of this name; or it is the first, and no admin.
+            AccountRefused: there is one of this name, perhaps unreadable; or it is the first, and
+                no admin.
             StoreError: it cannot be saved.
         """
         book = self.book()
         if book.find(account.name) is not None:
             text = f"there is an account {account.name!r} already"
+            raise AccountRefused(Refusal(VerdictCode.ACCOUNT_EXISTS, text))
+        if account.key in book.unreadable:
+            problem = f"that cannot be read ({book.unreadable[account.key]}); remove it first"
+            text = f"there is an account {account.name!r} {problem}"
             raise AccountRefused(Refusal(VerdictCode.ACCOUNT_EXISTS, text))
         if not len(book) and account.role is not Role.ADMIN:
             text = f"the first account has to be admin, not {account.role.value}"
@@ -65,15 +101,20 @@ class StoredAccounts:
         self._save(account, expected_revision=0)
 
     def remove(self, name: str) -> None:
-        """Remove an account.
+        """Remove an account, also one that cannot be read.
 
         Raises:
             AccountRefused: there is none of this name, or nobody could manage the others. The very
                 last account may go: then the cell has a single user again.
             StoreError: the change cannot be saved.
         """
+        book = self.book()
+        key = next((key for key in (name, account_key(name)) if key in book.unreadable), None)
+        if key is not None:
+            self._remove_unread(key)
+            return
         account, revision = self._existing(name)
-        if len(self.book()) > 1:
+        if len(book) + len(book.unreadable) > 1:
             self._check_last_admin(account)
         self._store.delete(
             DocumentKind.ACCOUNT, account.key, expected_revision=revision, author=self._author
@@ -103,32 +144,61 @@ class StoredAccounts:
         account, revision = self._existing(name)
         self._save(account.model_copy(update={"password": password}), expected_revision=revision)
 
+    def bring(self, accounts: Sequence[Account], *, replace: bool) -> tuple[Heading, ...]:
+        """Take whole accounts that were exported, all or none.
+
+        Args:
+            accounts: the accounts.
+            replace: take them instead of those of the same names; else these are refused.
+
+        Raises:
+            AccountRefused: afterwards nobody could manage the accounts.
+            StoreError: they cannot be saved, or a name is taken.
+        """
+        with self._store.together():
+            kept = {
+                heading.name: heading.revision
+                for heading in self._store.headings(DocumentKind.ACCOUNT)
+            }
+            saved = tuple(
+                self._save(each, expected_revision=kept.get(each.key, 0) if replace else 0)
+                for each in accounts
+            )
+            if not self.book().has_admin:
+                text = "nobody could log in as admin afterwards; accepted: with an admin among them"
+                raise AccountRefused(Refusal(VerdictCode.LAST_ADMIN, text))
+        return saved
+
+    def _remove_unread(self, key: str) -> None:
+        revision = self._store.load(DocumentKind.ACCOUNT, key).heading.revision
+        self._store.delete(
+            DocumentKind.ACCOUNT, key, expected_revision=revision, author=self._author
+        )
+
     def _check_last_admin(self, account: Account) -> None:
         if self.book().is_last_admin(account):
             text = f"{account.name!r} is the only admin; nobody could manage the accounts"
             raise AccountRefused(Refusal(VerdictCode.LAST_ADMIN, text))
 
     def _existing(self, name: str) -> tuple[Account, int]:
-        found = self.book().find(name)
+        book = self.book()
+        found = book.find(name)
+        if found is None and account_key(name) in book.unreadable:
+            problem = book.unreadable[account_key(name)]
+            text = f"account {name!r} cannot be read ({problem}); remove it and add it anew"
+            raise AccountRefused(Refusal(VerdictCode.UNKNOWN_ACCOUNT, text))
         if found is None:
-            known = ", ".join(sorted(account.name for account in self.book())) or "none"
+            known = ", ".join(sorted(account.name for account in book)) or "none"
             text = f"there is no account {name!r}; there are: {known}"
             raise AccountRefused(Refusal(VerdictCode.UNKNOWN_ACCOUNT, text))
         return self._load(found.key)
 
     def _load(self, key: str) -> tuple[Account, int]:
         document = self._store.load(DocumentKind.ACCOUNT, key)
-        try:
-            account = Account.model_validate_json(document.body)
-        except ValidationError as error:
-            # Without the input: it holds the hash.
-            first = error.errors(include_url=False, include_input=False, include_context=False)[0]
-            place = ".".join(str(part) for part in first["loc"])
-            raise BadDocument(f"account {key!r}", first["msg"], place=place) from None
-        return account, document.heading.revision
+        return read_account(key, document.body), document.heading.revision
 
-    def _save(self, account: Account, *, expected_revision: int) -> None:
-        self._store.save(
+    def _save(self, account: Account, *, expected_revision: int) -> Heading:
+        return self._store.save(
             DocumentKind.ACCOUNT,
             account.key,
             account.model_dump_json(),

@@ -7,7 +7,7 @@ session.
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
@@ -80,11 +80,25 @@ class Account(BaseModel):
 
 
 class AccountBook:
-    """The accounts at one moment; a change makes another book."""
+    """The accounts at one moment; a change makes another book.
 
-    def __init__(self, accounts: Iterable[Account] = ()) -> None:
-        """Take accounts with different names."""
+    Attributes:
+        unreadable: documents that should be accounts and are none, by name, each with what is wrong
+            with it. Nobody can log in with one, but while there is one, nobody is let in for there
+            being no account.
+    """
+
+    def __init__(
+        self, accounts: Iterable[Account] = (), unreadable: Mapping[str, str] | None = None
+    ) -> None:
+        """Take accounts with different names, and the documents that are none."""
         self._accounts = {account.key: account for account in accounts}
+        self.unreadable = dict(unreadable or {})
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, AccountBook):
+            return NotImplemented
+        return self._accounts == other._accounts and self.unreadable == other.unreadable
 
     def __len__(self) -> int:
         return len(self._accounts)
@@ -95,6 +109,11 @@ class AccountBook:
     def find(self, name: str) -> Account | None:
         """Return the account that somebody means by a name; None where there is none."""
         return self._accounts.get(account_key(name))
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nobody ever was given an account, not even one that cannot be read."""
+        return not self._accounts and not self.unreadable
 
     @property
     def has_admin(self) -> bool:

@@ -104,7 +104,7 @@ class Login:
     ) -> Granted | None:
         """Take a connection that completed hello; return what it is granted without a login."""
         visitor = Visitor(session, address, client, cell)
-        if not len(self._book) and self.single_user_host and is_loopback(address):
+        if self._book.is_empty and self.single_user_host and is_loopback(address):
             name = client or f"session {session}"
             visitor.grant = Granted(session, Role.ADMIN, name, Basis.SINGLE_USER)
         self.visitors.add(visitor, now)
@@ -208,7 +208,7 @@ class Login:
         if grant is None or grant.basis is Basis.PAIRING:
             return None
         if grant.basis is Basis.SINGLE_USER:
-            if not len(self._book):
+            if self._book.is_empty:
                 return None
             return self.visitors.end(visitor, "there are accounts now; log in", now)
         old, new = before.find(grant.name), self._book.find(grant.name)

@@ -67,16 +67,21 @@ def list_accounts(
     store: StoreFile = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON line.")] = False,
 ) -> None:
-    """List the accounts: names, roles, and who is disabled."""
-    accounts = sorted(_read_book(store), key=lambda account: account.key)
+    """List the accounts: names, roles, who is disabled, and what cannot be read."""
+    book = _read_book(store)
+    accounts = sorted(book, key=lambda account: account.key)
     if as_json:
         fields = {"name", "role", "disabled"}
-        print(json.dumps([account.model_dump(mode="json", include=fields) for account in accounts]))
+        listed = [account.model_dump(mode="json", include=fields) for account in accounts]
+        listed += [{"name": key, "unreadable": why} for key, why in book.unreadable.items()]
+        print(json.dumps(listed))
         return
     for account in accounts:
         disabled = "  disabled" if account.disabled else ""
         print(f"{account.name:<32}  {account.role.value}{disabled}")
-    if not accounts:
+    for key, why in book.unreadable.items():
+        print(printable(f"{key:<32}  unreadable: {why}"))
+    if book.is_empty:
         where = printable(str(store or default_path()))
         print(f"no accounts in {where}: whoever uses this machine is admin", file=sys.stderr)
 
@@ -100,7 +105,7 @@ def add(
 
 @app.command()
 def remove(name: Name, store: StoreFile = None) -> None:
-    """Remove an account; without any, whoever uses this machine is admin again."""
+    """Remove an account, readable or not; without any, whoever uses this machine is admin again."""
     with _accounts(store) as accounts:
         accounts.remove(name)
 

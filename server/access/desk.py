@@ -121,6 +121,10 @@ class AccessDesk:
         """Tell whether a connection may do something."""
         return self._login.may(session, permission) is None
 
+    def move_fault(self, session: int) -> Refusal | None:
+        """Return why the role of a connection does not let it move the robot."""
+        return self._login.may(session, Permission.MOVE)
+
     def name_of(self, session: int, client: str) -> str:
         """Return how a connection is shown: by its account, else by its name in the hello."""
         grant = self._login.grant_of(session)
@@ -251,7 +255,7 @@ class AccessDesk:
             case op.ListSessions():
                 return asker.answer(sessions=self._sessions())
             case op.ListUsers():
-                return asker.answer(users=self._users())
+                return asker.answer(users=self._users(), unreadable=self._unreadable())
             case op.RemoveUser(name=name):
                 return self._change(session, answer, AccountAction.REMOVE, name)
             case op.SetUserRole(name=name, role=role):
@@ -291,3 +295,7 @@ class AccessDesk:
             {"name": account.name, "role": account.role.value, "disabled": account.disabled}
             for account in accounts
         ]
+
+    def _unreadable(self) -> list[dict[str, object]]:
+        unreadable = self._login.accounts.unreadable
+        return [{"name": name, "problem": unreadable[name]} for name in sorted(unreadable)]

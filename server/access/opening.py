@@ -16,7 +16,7 @@ from ..store.location import default_path
 from .accounts import AccountBook
 from .audit_writer import AuditLog
 from .exposure import Exposure, ExposureRefused, check_exposure
-from .process_access import ProcessAccess, read_at_start
+from .process_access import ProcessAccess, read_at_start, unreadable_accounts
 from .tls import TlsUnusable, server_context
 
 
@@ -58,6 +58,7 @@ def opened_access(settings: ServerSettings, source: str) -> Iterator[OpenedAcces
     if file is not None:
         try:
             book, single_user = read_at_start(file)
+            warnings += unreadable_accounts(book)
         except StoreError as error:
             # Nobody knows who has an account, so nobody is let in for having none.
             single_user = False

@@ -1,6 +1,6 @@
 """Password hashes: scrypt, what it costs, and what a password must be like.
 
-Owns the cost, the rules for new passwords and the comparison. Every call of `hash_password` and
+Owns the cost, how long a password is, and the comparison. Every call of `hash_password` and
 `is_password` takes the full cost and so belongs on a worker (`password_worker`), never on the loop.
 Knows nothing of accounts, sessions or attempts.
 """
@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import hmac
 import unicodedata
-from itertools import pairwise
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
@@ -18,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
+from .password_guesses import easy_guess
 from .secret import Secret
 
 SALT_BYTES = 16
@@ -31,17 +31,6 @@ MOST_BYTES = 128
 
 _MOST_MEMORY = 256 * 1024 * 1024
 _FEW_DIFFERENT = 4
-
-_TOO_COMMON = frozenset(
-    {
-        *("12345678", "123456789", "1234567890", "87654321", "abcdefgh", "abcd1234", "abc12345"),
-        *("password", "password1", "passw0rd", "p@ssw0rd", "passwort", "motdepasse", "contraseña"),
-        *("qwertyui", "qwertyuiop", "qwerty123", "qwertz123", "asdfghjk", "asdfghjkl", "1q2w3e4r"),
-        *("administrator", "admin123", "admin1234", "welcome1", "letmein1", "changeme", "iloveyou"),
-        *("sunshine", "princess", "football", "baseball", "computer", "trustno1", "superman"),
-        *("openpendant", "teachpendant", "robotics", "robot123", "operator", "programmer"),
-    }
-)
 
 
 class ScryptCost(BaseModel):
@@ -132,8 +121,8 @@ def _scrypt(password: Secret, salt: bytes, cost: ScryptCost) -> bytes:
 def password_fault(password: Secret, name: str) -> Refusal | None:
     """Return why a new password is refused; None where it is taken.
 
-    Length and what everybody tries first, no rules of composition: those make passwords worse. The
-    password itself is never in the answer.
+    Length and what everybody tries first (`password_guesses`), no rules of composition: those make
+    passwords worse. The password itself is never in the answer.
 
     Args:
         password: what somebody wants.
@@ -153,20 +142,12 @@ def password_fault(password: Secret, name: str) -> Refusal | None:
     if not text.isprintable():
         return _bad("it holds a character that cannot be typed or shown")
     folded = text.casefold()
-    if folded in _TOO_COMMON or _is_sequence(folded):
-        return _bad("it is one of those that everybody tries first")
     different = len(set(folded))
     if different < _FEW_DIFFERENT:
         problem = f"it has {different} different characters; at least {_FEW_DIFFERENT} are taken"
         return _bad(problem, different, _FEW_DIFFERENT)
-    if len(name) > 2 and name.casefold() in folded:
-        return _bad("it contains the account's name")
-    return None
-
-
-def _is_sequence(text: str) -> bool:
-    steps = {ord(after) - ord(before) for before, after in pairwise(text)}
-    return len(steps) == 1 and steps <= {1, -1}
+    guess = easy_guess(text, name)
+    return None if guess is None else _bad(guess)
 
 
 def _bad(problem: str, value: int = 0, limit: int = 0) -> Refusal:

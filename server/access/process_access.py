@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+import shlex
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -142,7 +143,9 @@ class ProcessAccess:
     async def _look(self) -> None:
         loop = asyncio.get_running_loop()
         book = await loop.run_in_executor(self._thread, self._read)
-        if book is not None and list(book) != list(self.book):
+        if book is not None and book != self.book:
+            for warning in unreadable_accounts(book):
+                log.error("%s", warning)
             self.book = book
             self._on_change()
 
@@ -180,6 +183,15 @@ def _signature(file: Path) -> _Signature:
             continue
         found.append((status.st_ino, status.st_mtime_ns, status.st_size))
     return tuple(found)
+
+
+def unreadable_accounts(book: AccountBook) -> tuple[str, ...]:
+    """Return a sentence for each document that is no account."""
+    return tuple(
+        f"account {key!r} cannot be read, so nobody logs in with it: {why};"
+        f" remove it with: openpendant users remove {shlex.quote(key)}"
+        for key, why in book.unreadable.items()
+    )
 
 
 def read_at_start(file: Path) -> tuple[AccountBook, bool]:

@@ -37,6 +37,7 @@ class _Accounts(BaseModel):
     model_config = ConfigDict(extra="ignore")
 
     accounts: tuple[_Account, ...]
+    unreadable: tuple[str, ...] = ()
     single_user: bool
 
 
@@ -73,7 +74,8 @@ class PasswordNumbers:
             }
             for account in book
         ]
-        return {"accounts": accounts, "single_user": single_user}
+        unreadable = sorted(book.unreadable)
+        return {"accounts": accounts, "unreadable": unreadable, "single_user": single_user}
 
 
 def book_from_json(record: dict[str, Any]) -> tuple[AccountBook, bool]:
@@ -97,7 +99,7 @@ def book_from_json(record: dict[str, Any]) -> tuple[AccountBook, bool]:
         ]
     except ValidationError as error:
         raise AccessRecordError(field_fault(error)) from None
-    return AccountBook(accounts), read.single_user
+    return AccountBook(accounts, dict.fromkeys(read.unreadable, "")), read.single_user
 
 
 def check_from_json(record: dict[str, Any]) -> bool | None:

@@ -14,6 +14,8 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
+from openpendant.motion.bounded_file import beginning_of
+
 _MOST_BYTES = 1_048_576
 
 _CERTIFICATE = b"-----BEGIN CERTIFICATE-----"
@@ -86,8 +88,7 @@ def server_context(settings: TlsSettings) -> ssl.SSLContext | None:
 
 def _content(file: str) -> bytes:
     try:
-        with Path(file).open("rb") as stream:
-            content = stream.read(_MOST_BYTES + 1)
+        content = beginning_of(Path(file), _MOST_BYTES + 1)
     except OSError as error:
         raise TlsUnusable(file, f"cannot be read: {error.strerror}") from None
     if len(content) > _MOST_BYTES:

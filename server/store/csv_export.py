@@ -13,7 +13,7 @@ import csv
 import json
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, BinaryIO, NoReturn, Protocol
 
 from .documents import DocumentKind, Heading
@@ -102,8 +102,23 @@ def write_recording(store: Store, name: str, out: TextOut) -> None:
     writer.writerows(map(repr, row) for row in recording_rows(store, name, len(columns)))
 
 
-def save_recording(store: Store, name: str, stream: BinaryIO, file: str, author: str) -> Heading:
+def save_recording(
+    store: Store,
+    name: str,
+    stream: BinaryIO,
+    file: str,
+    author: str,
+    described: Mapping[str, Any] | None = None,
+) -> Heading:
     """Save the samples in a file as a new recording, all or none.
+
+    Args:
+        store: where to.
+        name: of the recording.
+        stream: the file.
+        file: its name, for the errors.
+        author: who does it.
+        described: fields of the recording's body beside its columns, which the file names.
 
     Raises:
         BadDocument: it is no table of numbers; the text names line and column.
@@ -112,7 +127,7 @@ def save_recording(store: Store, name: str, stream: BinaryIO, file: str, author:
     """
     rows = _rows(_lines(stream, file, None), file)
     columns = _header(rows, file)
-    body = json.dumps({"columns": columns}, ensure_ascii=False)
+    body = json.dumps({"columns": columns, **(described or {})}, ensure_ascii=False)
     columns_of(name, body)
     with store.together():
         saved = store.save(DocumentKind.RECORDING, name, body, expected_revision=0, author=author)

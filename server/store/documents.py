@@ -16,6 +16,9 @@ from .errors import BadDocument, BadName, TooLarge
 LONGEST_NAME = 64
 """Characters of a document's name, and of the name of whoever saves it."""
 
+MOST_NAME_BYTES = 64
+"""Bytes of UTF-8 of a new document's name: what the fields of our messages hold."""
+
 MOST_CHUNK_BYTES = 1 << 20
 """Largest chunk of a recording [bytes]: minutes of samples, so that its cap is none."""
 
@@ -116,6 +119,22 @@ def check_name(name: str) -> None:
         raise BadName(name, "consists of dots; accepted: a name with other characters, too")
 
 
+def check_new_name(name: str) -> None:
+    """Refuse a name that a new document may not have; older ones with such a name are still read.
+
+    Raises:
+        BadName: as `check_name`, or it does not fit into a message.
+    """
+    check_name(name)
+    size = len(name.encode())
+    if size > MOST_NAME_BYTES:
+        problem = (
+            f"has {size} bytes of UTF-8; accepted: up to {MOST_NAME_BYTES}"
+            " (letters beyond ASCII take 2 to 4)"
+        )
+        raise BadName(name, problem, size=size, limit=MOST_NAME_BYTES)
+
+
 def check_author(author: str) -> None:
     """Refuse what cannot be the name of whoever saves; as `check_name`, but may hold slashes."""
     _check_words(author)
@@ -124,7 +143,8 @@ def check_author(author: str) -> None:
 def _check_words(name: str) -> None:
     accepted = f"accepted: 1 to {LONGEST_NAME} printable characters"
     if not 1 <= len(name) <= LONGEST_NAME:
-        raise BadName(name, f"has {len(name)} characters; {accepted}")
+        problem = f"has {len(name)} characters; {accepted}"
+        raise BadName(name, problem, size=len(name), limit=LONGEST_NAME)
     for place, character in enumerate(name):
         if not character.isprintable():
             problem = f"character {place + 1} (U+{ord(character):04X}) is not printable"

@@ -93,15 +93,23 @@ class BadName(StoreError):
     Attributes:
         name: the name.
         problem: what is wrong with it and what would be accepted.
+        size: its characters or bytes, where these are too many; else 0.
+        limit: how many are accepted; else 0.
     """
 
     code = VerdictCode.BAD_NAME
 
-    def __init__(self, name: str, problem: str) -> None:
+    def __init__(self, name: str, problem: str, *, size: int = 0, limit: int = 0) -> None:
         shown = ascii(name if len(name) <= 80 else name[:77] + "...")
         super().__init__(f"name {shown}: {problem}")
         self.name = name
         self.problem = problem
+        self.size = size
+        self.limit = limit
+
+    def refusal(self) -> Refusal:
+        """Return what a pendant is told: value is the size, limit the largest accepted."""
+        return Refusal(self.code, str(self), value=float(self.size), limit=float(self.limit))
 
 
 class TooLarge(StoreError):

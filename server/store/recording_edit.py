@@ -9,10 +9,9 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from typing import Any
 
 from ..recording.document import GAP, TIME
+from ..recording.row_count import RowCount
 from .documents import DocumentKind, Heading
 from .errors import BadDocument
 from .recording_rows import append_rows, recording_rows
@@ -20,31 +19,6 @@ from .samples import Row, columns_of
 from .store import Store
 
 _RECORDING = DocumentKind.RECORDING
-
-
-@dataclass(slots=True)
-class _Counted:
-    """What was counted of rows on their way."""
-
-    rows: int = 0
-    last: float = 0.0
-    gaps: int = 0
-    longest_gap: float = 0.0
-    in_gaps: float = 0.0
-
-    @property
-    def summary(self) -> dict[str, Any]:
-        """The fields of a recording's document that say it."""
-        covered = self.last - self.in_gaps
-        steps = self.rows - 1 - self.gaps
-        return {
-            "finished": True,
-            "samples": self.rows,
-            "duration": self.last,
-            "rate": steps / covered if steps > 0 and covered > 0 else 0.0,
-            "gaps": self.gaps,
-            "longest_gap": self.longest_gap,
-        }
 
 
 def trim_recording(
@@ -69,7 +43,7 @@ def trim_recording(
     if columns[0] != TIME:
         raise BadDocument(f"recording {name!r}", f"accepted: {TIME!r} first", place="columns")
     gap = columns.index(GAP) if GAP in columns else None
-    counted = _Counted()
+    counted = RowCount()
     with store.together():
         saved = store.save(_RECORDING, new_name, body, expected_revision=0, author=author)
         rows = _part(recording_rows(store, name, len(columns)), begins, ends)
@@ -77,7 +51,9 @@ def trim_recording(
         if not counted.rows:
             until = "the end" if ends is None else f"{ends:g} s"
             raise BadDocument(f"recording {name!r}", f"has no sample from {begins:g} s to {until}")
-        described = json.dumps(json.loads(body) | counted.summary, ensure_ascii=False)
+        # A part is whole, however the recording that it is of ended.
+        whole = {"finished": True, "problem": ""} | counted.fields
+        described = json.dumps(json.loads(body) | whole, ensure_ascii=False)
         return store.save(
             _RECORDING,
             new_name,
@@ -121,7 +97,7 @@ def _part(rows: Iterable[Row], begins: float, ends: float | None) -> Iterator[Ro
             yield row
 
 
-def _from_zero(rows: Iterator[Row], gap: int | None, counted: _Counted) -> Iterator[Row]:
+def _from_zero(rows: Iterator[Row], gap: int | None, counted: RowCount) -> Iterator[Row]:
     """Count time from the first row, in front of which no gap is left."""
     zero = 0.0
     for row in rows:
@@ -131,12 +107,7 @@ def _from_zero(rows: Iterator[Row], gap: int | None, counted: _Counted) -> Itera
         else:
             marked = gap is not None and row[gap] != 0.0
         time = row[0] - zero
-        if marked:
-            counted.gaps += 1
-            counted.longest_gap = max(counted.longest_gap, time - counted.last)
-            counted.in_gaps += time - counted.last
-        counted.rows += 1
-        counted.last = time
+        counted.take(time, after_gap=marked)
         values = [time, *row[1:]]
         if gap is not None:
             values[gap] = float(marked)

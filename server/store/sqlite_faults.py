@@ -15,6 +15,8 @@ from .errors import DiskFull, ReadOnly, StoreBusy, StoreError, StoreFailed
 
 _PRIMARY = 0xFF  # the lower byte of SQLite's extended codes is the kind of fault
 
+_NO_ROOM_FOR_INDEX = sqlite3.SQLITE_IOERR_SHMSIZE
+
 _KINDS: dict[int, type[StoreError]] = {
     sqlite3.SQLITE_FULL: DiskFull,
     sqlite3.SQLITE_READONLY: ReadOnly,
@@ -42,7 +44,9 @@ def translated(path: Path) -> Iterator[None]:
 
 def _store_error(error: sqlite3.Error, path: Path) -> StoreError:
     """Return the typed error for one of SQLite's, with its words and the name of its code."""
-    code = getattr(error, "sqlite_errorcode", 0) & _PRIMARY
+    extended = getattr(error, "sqlite_errorcode", 0)
+    # No room for the index of the log; SQLite counts it among the faults of input and output.
+    code = sqlite3.SQLITE_FULL if extended == _NO_ROOM_FOR_INDEX else extended & _PRIMARY
     name = getattr(error, "sqlite_errorname", type(error).__name__)
     kind = BrokenFile if code in _BROKEN else _KINDS.get(code, StoreFailed)
     return kind(f"{path}: {error} ({name})")

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .errors import ForeignFile, ReadOnly, StoreFailed, StoreTooNew
+from .room_reserve import RESERVE_BYTES
 from .schema import APPLICATION_ID, Migration
 from .sqlite_faults import BrokenFile, translated
 
@@ -25,14 +26,20 @@ _BUSY_TIMEOUT = 2.0
 """How long a change waits for another process that holds the file [s]."""
 
 _MOST_KEPT = 10_000
+_PAGE_BYTES = 4_096
 _OWNER_ONLY = 0o600  # accounts are in it
 
-# Full sync: what is acknowledged is on the disk, not in its cache. The last two: distrust the file.
+# Full sync: what is acknowledged is on the disk, not in its cache. Secure delete: a page that is
+# written anyhow keeps nothing of what was deleted, but none is written only for that, for which a
+# full disk has no room. Automatic checkpoints: the log never holds more than finds its place in the
+# file once the reserve is given back. The last two: distrust the file.
 _SETTINGS = (
     "PRAGMA journal_mode = WAL",
     "PRAGMA synchronous = FULL",
     "PRAGMA fullfsync = ON",
     "PRAGMA journal_size_limit = 16777216",
+    "PRAGMA secure_delete = FAST",
+    f"PRAGMA wal_autocheckpoint = {RESERVE_BYTES // _PAGE_BYTES}",
     "PRAGMA trusted_schema = OFF",
     "PRAGMA cell_size_check = ON",
 )
@@ -110,15 +117,21 @@ def integrity(connection: sqlite3.Connection, *, thorough: bool) -> list[str]:
     return [] if found == ["ok"] else found
 
 
-def copy(source: sqlite3.Connection, target: Path) -> None:
-    """Copy a file to another that must not exist yet, whole or not at all; others may be writing.
+def copy(source: sqlite3.Connection, target: Path, *, replace: bool = False) -> None:
+    """Copy a file to another, whole or not at all; others may be writing.
+
+    Args:
+        source: a connection to it.
+        target: the copy; it must not exist yet.
+        replace: it may exist, and is then replaced when the copy is whole.
 
     Raises:
         StoreError: the target exists or cannot be written.
     """
     beside = target.with_name(target.name + ".partial")
     with translated(target):
-        _create(target)
+        if not replace:
+            _create(target)
         try:
             with contextlib.closing(_connect(beside, "mode=rwc")) as connection:
                 os.chmod(beside, _OWNER_ONLY)
@@ -133,7 +146,8 @@ def copy(source: sqlite3.Connection, target: Path) -> None:
             _sync_folder(target)
         except BaseException:
             beside.unlink(missing_ok=True)
-            target.unlink(missing_ok=True)
+            if not replace:
+                target.unlink(missing_ok=True)
             raise
 
 

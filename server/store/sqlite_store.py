@@ -1,7 +1,7 @@
 """The store in one SQLite file: write-ahead log, full sync, one change after the other.
 
-Owns the statements and the rule of revisions. A change is compared with the kept revision inside
-the transaction that saves it, so that neither two pendants nor two processes overwrite each other.
+Owns the statements, and that a change is compared with the kept revision (`revisions`) inside the
+transaction that saves it, so that neither two pendants nor two processes overwrite each other.
 Blocks until the disk has answered; used by one thread at a time, the one that opened it.
 """
 
@@ -24,8 +24,11 @@ from .documents import (
     check_body,
     check_chunk,
     check_name,
+    check_new_name,
 )
-from .errors import BadDocument, Conflict, DiskFull, NotFound, OutOfSequence, ReadOnly
+from .errors import BadDocument, DiskFull, NotFound, OutOfSequence, ReadOnly
+from .revisions import check_revision, revision_after
+from .room_reserve import RoomReserve
 from .schema import MIGRATIONS, Migration
 from .sqlite_faults import translated
 from .sqlite_file import OpenFile, open_file, open_read_only
@@ -56,6 +59,9 @@ class SqliteStore:
         self.set_aside = opened.set_aside
         self.before_upgrade = opened.before_upgrade
         self._database = opened.connection
+        self._reserve = RoomReserve(path)
+        if not self.is_read_only:
+            self._reserve.fill()
         self._wall_clock = wall_clock
 
     @property
@@ -108,14 +114,18 @@ class SqliteStore:
         self, kind: DocumentKind, name: str, body: str, *, expected_revision: int, author: str
     ) -> Heading:
         """Save a document and return its new revision."""
-        check_name(name)
+        if expected_revision:
+            check_name(name)
+        else:
+            check_new_name(name)
         check_author(author)
         size = check_body(kind, name, body)
         self._check_json(kind, name, body)
         with self._change():
             current = self._latest(kind, name)
-            _check_revision(kind, name, expected_revision, current)
-            saved = self._heading_after(current, kind, name, size, author)
+            check_revision(kind, name, expected_revision, current)
+            at = self._wall_clock()
+            saved = Heading(kind, name, revision_after(current), size, author, at)
             self._insert(saved, body)
         return saved
 
@@ -125,12 +135,27 @@ class SqliteStore:
         """Delete a document and return the revision that is its deletion."""
         check_name(name)
         check_author(author)
+        if self._database.in_transaction:  # of `together`, whose other changes need room anyhow
+            return self._delete(kind, name, expected_revision, author)
+        while True:
+            try:
+                return self._delete(kind, name, expected_revision, author)
+            except DiskFull:
+                if not self._reserve.give_back():
+                    raise
+                # What the log holds may find its place in the file now, and so make more room.
+                self._merge_log()
+
+    def _delete(
+        self, kind: DocumentKind, name: str, expected_revision: int, author: str
+    ) -> Heading:
         with self._change():
             current = self._latest(kind, name)
             if current is None or (current.deleted and not expected_revision):
                 raise NotFound(kind, name)
-            _check_revision(kind, name, expected_revision, current)
-            deleted = self._heading_after(current, kind, name, 0, author, deleted=True)
+            check_revision(kind, name, expected_revision, current)
+            revision, at = revision_after(current), self._wall_clock()
+            deleted = Heading(kind, name, revision, 0, author, at, deleted=True)
             self._insert(deleted, None)
             if kind is DocumentKind.RECORDING:
                 self._database.execute("DELETE FROM recording_chunk WHERE name = ?", (name,))
@@ -195,17 +220,24 @@ class SqliteStore:
                 yield
                 self._database.execute("COMMIT")
         except BaseException as error:
-            self._undo(merge_log=isinstance(error, DiskFull))
+            self._undo()
+            if isinstance(error, DiskFull):
+                self._merge_log()
             raise
+        if not self._reserve.is_whole:
+            self._merge_log()
+            self._reserve.fill()
 
-    def _undo(self, *, merge_log: bool) -> None:
+    def _undo(self) -> None:
         # Secondary faults of a disk that fails already tell nothing new; the first one is raised.
         with contextlib.suppress(sqlite3.Error):
             if self._database.in_transaction:
                 self._database.execute("ROLLBACK")
-            if merge_log:
-                # Gives back the room that the log takes, so that a deletion may find it.
-                self._database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+
+    def _merge_log(self) -> None:
+        """Give back the room that the log takes, as far as there is room for what it holds."""
+        with contextlib.suppress(sqlite3.Error):
+            self._database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
     def _check_json(self, kind: DocumentKind, name: str, body: str) -> None:
         # By SQLite, which lets other threads run meanwhile; Python's parser would not.
@@ -222,20 +254,6 @@ class SqliteStore:
             (kind, name),
         ).fetchone()
         return None if row is None else _heading(row)
-
-    def _heading_after(
-        self,
-        current: Heading | None,
-        kind: DocumentKind,
-        name: str,
-        size: int,
-        author: str,
-        *,
-        deleted: bool = False,
-    ) -> Heading:
-        # The revision alone tells what is newer: it goes on whatever the clock says.
-        revision = 1 if current is None else current.revision + 1
-        return Heading(kind, name, revision, size, author, self._wall_clock(), deleted)
 
     def _insert(self, heading: Heading, body: str | None) -> None:
         values = (heading.kind, heading.name, heading.revision)
@@ -286,7 +304,13 @@ def open_store(
     Raises:
         StoreError: it cannot be opened, belongs to another program, or is of a later version.
     """
-    return SqliteStore(path, open_file(path, migrations), wall_clock)
+    reserve = RoomReserve(path)
+    while True:
+        try:
+            return SqliteStore(path, open_file(path, migrations), wall_clock)
+        except DiskFull:
+            if not reserve.give_back():
+                raise
 
 
 def open_for_reading(path: Path, *, migrations: Sequence[Migration] = MIGRATIONS) -> SqliteStore:
@@ -297,24 +321,6 @@ def open_for_reading(path: Path, *, migrations: Sequence[Migration] = MIGRATIONS
     """
     opened = OpenFile(open_read_only(path, migrations), is_read_only=True)
     return SqliteStore(path, opened, utc_now)
-
-
-def _check_revision(kind: DocumentKind, name: str, expected: int, current: Heading | None) -> None:
-    if current is None:
-        if expected:
-            raise Conflict(kind, name, expected, 0)
-        return
-    kept = 0 if current.deleted else current.revision
-    if expected != kept:
-        raise Conflict(
-            kind,
-            name,
-            expected,
-            current.revision,
-            current.saved_by,
-            current.saved_at,
-            deleted=current.deleted,
-        )
 
 
 def _heading(row: Sequence[Any]) -> Heading:

@@ -7,10 +7,12 @@ good, and then all of it or nothing.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
+
+from openpendant.motion.bounded_file import beginning_of
 
 from .documents import DocumentKind, Heading, check_body, check_name
 from .errors import BadDocument, BadName, NotFound, StoreError, StoreFailed, TooLarge
@@ -30,12 +32,22 @@ class Entry:
         name: its name.
         body: JSON text.
         rows: samples, of a recording.
+        where: its place in the file, for errors; empty where it is the whole file.
     """
 
     kind: DocumentKind
     name: str
     body: str
     rows: tuple[Row, ...] = ()
+    where: str = ""
+
+
+def named(entry: Entry, name: str) -> Entry:
+    """Return a document under another name; a program says its own in its body, too."""
+    if entry.kind is not DocumentKind.PROGRAM:
+        return replace(entry, name=name)
+    body = json.dumps(json.loads(entry.body) | {"name": name}, ensure_ascii=False)
+    return replace(entry, name=name, body=body)
 
 
 def read_file(path: Path) -> str:
@@ -47,8 +59,7 @@ def read_file(path: Path) -> str:
         StoreFailed: it cannot be read.
     """
     try:
-        with path.open("rb") as stream:
-            raw = stream.read(MOST_FILE_BYTES + 1)
+        raw = beginning_of(path, MOST_FILE_BYTES + 1)
     except (OSError, ValueError) as error:
         raise StoreFailed(f"{path}: {getattr(error, 'strerror', None) or error}") from None
     if len(raw) > MOST_FILE_BYTES:
@@ -60,12 +71,15 @@ def read_file(path: Path) -> str:
         raise BadDocument(str(path), "is not UTF-8 text", line=line) from None
 
 
-def documents_from_json(text: str, file: str) -> tuple[Entry, ...]:
+def documents_from_json(
+    text: str, file: str, others: Mapping[str, Callable[[], tuple[Entry, ...]]] | None = None
+) -> tuple[Entry, ...]:
     """Return the documents in the text of a file.
 
     Args:
         text: as `documents_to_json` made it, or written by hand.
         file: its name, for the error.
+        others: what reads the text where its format is another than ours, by format.
 
     Raises:
         BadDocument: it is not JSON, not of this format, or holds something that is no document.
@@ -75,8 +89,13 @@ def documents_from_json(text: str, file: str) -> tuple[Entry, ...]:
     content = parse(text, file)
     if not isinstance(content, dict):
         _refuse(file, "", f'accepted: an object with "format": "{FORMAT}"')
-    if content.get("format") != FORMAT:
-        _refuse(file, "format", f"accepted: {FORMAT!r}, and nothing else")
+    others = others or {}
+    form = content.get("format")
+    if isinstance(form, str) and form in others:
+        return others[form]()
+    if form != FORMAT:
+        accepted = " or ".join(repr(each) for each in (FORMAT, *others))
+        _refuse(file, "format", f"accepted: {accepted}, and nothing else")
     _only(content, {"format", "documents"}, file, "")
     documents = content.get("documents")
     if not isinstance(documents, list):
@@ -149,10 +168,10 @@ def _entry(document: Any, file: str, where: str) -> Entry:
     body = json.dumps(document["body"], ensure_ascii=False, allow_nan=False)
     check_body(kind, name, body)
     if "samples" not in document:
-        return Entry(kind, name, body)
+        return Entry(kind, name, body, where=where)
     if kind is not DocumentKind.RECORDING:
         _refuse(file, f"{where}.samples", f"only a {DocumentKind.RECORDING} has samples")
-    return Entry(kind, name, body, _rows(document["samples"], name, body, file, where))
+    return Entry(kind, name, body, _rows(document["samples"], name, body, file, where), where)
 
 
 def _rows(samples: Any, name: str, body: str, file: str, where: str) -> tuple[Row, ...]:

@@ -90,7 +90,28 @@ def test_a_password_that_is_easily_guessed_is_refused(password: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "password", ["correct horse", "Mein Rad ist grün", "日本語のパスワード", "x7!kQ2?m"]
+    "password",
+    [
+        *("password123", "Password123!", "P@$$w0rd2024", "pass-word-1", "0penpendant1", "passw0rd"),
+        *("admin2024!", "Welcome1", "letme1n!!", "trustno1", "!!robot!!", "2024_summer"),
+        *("1234abcd", "qwerty123456", "1q2w3e4r", "zaq12wsx", "abc123abc", "aaab123456"),
+        *("horsehorse", "passwordpassword", "x7!x7!x7!x7!", "r0bert-2024", "ROBERTrobert"),
+    ],
+)
+def test_a_little_around_what_everybody_tries_first_changes_nothing(password: str) -> None:
+    """NIST SP 800-63B: dictionary words, repetitions, sequences, names and derivatives of them."""
+    fault = password_fault(Secret(password), "robert")
+    assert fault is not None
+    assert fault.code is VerdictCode.BAD_PASSWORD
+
+
+@pytest.mark.parametrize(
+    "password",
+    [
+        *("correct horse", "Mein Rad ist grün", "日本語のパスワード", "x7!kQ2?m", "Tr0ub4dor&3"),
+        *("robot arm dances", "the password is long enough", "correcthorsecorrecthorse"),
+        *("welding 4 ever", "abc of the violet hammock"),
+    ],
 )
 def test_a_password_may_hold_spaces_and_any_letters(password: str) -> None:
     assert password_fault(Secret(password), "robert") is None

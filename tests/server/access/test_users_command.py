@@ -12,11 +12,13 @@ import pytest
 from openpendant.server.access import cli
 from openpendant.server.access.account_store import AccountRefused, StoredAccounts
 from openpendant.server.access.accounts import AccountBook
+from openpendant.server.access.admission import Login
 from openpendant.server.access.passwords import ScryptCost, hash_password, is_password
+from openpendant.server.access.process_access import read_at_start, unreadable_accounts
+from openpendant.server.access.record import PasswordNumbers, book_from_json
 from openpendant.server.access.roles import Role
 from openpendant.server.access.secret import Secret
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.errors import BadDocument
 from openpendant.server.store.sqlite_store import open_store
 
 CANARY = "canary-7f3a horse"
@@ -153,10 +155,72 @@ def test_a_list_of_no_store_makes_none(users: Users, file: Path) -> None:
 def test_a_document_that_is_no_account_is_named_without_its_hash(file: Path) -> None:
     store = open_store(file)
     store.save(DocumentKind.ACCOUNT, "ann", '{"name":"canary"}', expected_revision=0, author="test")
-    with pytest.raises(BadDocument, match="ann") as caught:
-        StoredAccounts(store, "test").book()
-    assert "canary" not in str(caught.value)
+    unreadable = StoredAccounts(store, "test").book().unreadable
+    assert list(unreadable) == ["ann"]
+    assert "canary" not in str(unreadable)
     store.close()
+
+
+@pytest.fixture
+def eve(file: Path) -> None:
+    """Keep a document that should be an account and is none."""
+    store = open_store(file)
+    body = '{"role":"admin"}'
+    store.save(DocumentKind.ACCOUNT, "eve", body, expected_revision=0, author="test")
+    store.close()
+
+
+@pytest.mark.usefixtures("eve")
+def test_an_account_that_cannot_be_read_is_shown_and_blocks_no_other(
+    users: Users, file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert add(users, "otto", "operator") == 3
+    assert add(users, "ann") == 0
+    assert users("list") == 0
+    assert "eve" + 31 * " " + "unreadable: name: Field required" in capsys.readouterr().out
+    assert users("list", "--json") == 0
+    assert json.loads(capsys.readouterr().out)[1] == {
+        "name": "eve",
+        "unreadable": "name: Field required",
+    }
+    assert users("remove", "ann") == 3
+    assert "the only admin" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("eve")
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("add", "eve", "--role", "admin", "--password-stdin"), "remove it first"),
+        (("set-role", "eve", "viewer"), "cannot be read"),
+        (("set-password", "eve", "--password-stdin"), "remove it and add it anew"),
+    ],
+)
+def test_an_account_that_cannot_be_read_is_not_changed_unseen(
+    users: Users, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], says: str
+) -> None:
+    assert users(*arguments) == 3
+    assert says in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("eve")
+def test_an_account_that_cannot_be_read_is_removed_unread(users: Users, file: Path) -> None:
+    assert users("remove", "eve") == 0
+    assert book(file).is_empty
+    assert add(users, "eve") == 0
+
+
+@pytest.mark.usefixtures("eve")
+def test_while_an_account_cannot_be_read_nobody_is_single_user(file: Path) -> None:
+    accounts, _ = read_at_start(file)
+    assert (len(accounts), accounts.is_empty) == (0, False)
+    (told,) = unreadable_accounts(accounts)
+    assert "account 'eve' cannot be read" in told
+    assert told.endswith("openpendant users remove eve")
+    kept, _ = book_from_json(PasswordNumbers().book_to_json(accounts, single_user=True))
+    assert not kept.is_empty, "a rerun of the journal lets nobody in either"
+    login = Login(accounts, single_user_host=True, record=lambda entry: None)
+    assert login.welcomed(1, "127.0.0.1", "eve", "cell", 0) is None
 
 
 def test_a_refusal_carries_its_code(file: Path) -> None:

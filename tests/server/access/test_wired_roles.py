@@ -6,9 +6,11 @@ import json
 from typing import Any, get_args
 
 import pytest
+from admission_desk import BOOK
 from guarded_rig import GuardedRig
 from server_clients import Pendant
 
+from openpendant.server.access.accounts import AccountBook
 from openpendant.server.access.audit import AuditEvent
 from openpendant.server.access.operations import AccessOperation
 from openpendant.server.access.permissions import (
@@ -187,6 +189,13 @@ def test_an_admin_sees_who_is_connected_and_who_has_an_account(rig: GuardedRig) 
     users = asked(ann, op="users.list")["users"]
     assert [user["name"] for user in users] == ["ann", "gone", "otto", "vera"]
     assert "digest" not in json.dumps(users)
+
+
+def test_an_admin_sees_the_accounts_that_cannot_be_read(rig: GuardedRig) -> None:
+    rig.follow(AccountBook(BOOK, {"eve": "role: Field required"}))
+    listed = asked(rig.user("ann"), op="users.list")
+    assert "eve" not in [user["name"] for user in listed["users"]]
+    assert listed["unreadable"] == [{"name": "eve", "problem": "role: Field required"}]
 
 
 def test_a_change_of_an_account_is_answered_when_it_was_made(rig: GuardedRig) -> None:

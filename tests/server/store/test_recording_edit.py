@@ -43,6 +43,22 @@ def test_a_part_counts_its_time_from_its_first_row(store: SqliteStore) -> None:
     assert body["duration"] == pytest.approx(0.3)
 
 
+def test_a_part_of_a_recording_that_broke_off_is_whole(store: SqliteStore) -> None:
+    body = json.loads(store.load(KIND, "arc").body)
+    broken = json.dumps(body | {"finished": False, "problem": "the link to the robot was lost"})
+    store.save(KIND, "arc", broken, expected_revision=1, author=ANN)
+    trim_recording(store, "arc", "part", 0.35, 0.75, ANN)
+    part = json.loads(store.load(KIND, "part").body)
+    assert (part["finished"], part["problem"]) == (True, "")
+
+
+def test_a_part_says_its_rate_without_its_gaps(store: SqliteStore) -> None:
+    trim_recording(store, "arc", "part", 0.35, 0.75, ANN)
+    body = json.loads(store.load(KIND, "part").body)
+    assert body["rate"] == pytest.approx(10.0)
+    assert body["longest_gap"] == pytest.approx(0.1)
+
+
 def test_the_whole_stays_as_it_was(store: SqliteStore) -> None:
     trim_recording(store, "arc", "part", 0.35, None, ANN)
     assert _rows(store, "arc") == ROWS

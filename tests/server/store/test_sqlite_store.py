@@ -202,6 +202,14 @@ def test_any_other_name_is_taken(store: SqliteStore, name: str) -> None:
     assert store.load(PROGRAM, name).heading.name == name
 
 
+def test_a_new_name_fits_the_fields_of_our_messages(store: SqliteStore) -> None:
+    save(store, "ü" * 32)
+    with pytest.raises(BadName, match="has 66 bytes of UTF-8; accepted: up to 64") as refused:
+        save(store, "ü" * 33)
+    refusal = refused.value.refusal()
+    assert (refusal.value, refusal.limit) == (66, 64)
+
+
 def test_whoever_saves_has_a_name_that_can_be_shown(store: SqliteStore) -> None:
     with pytest.raises(BadName):
         store.save(PROGRAM, "weld", "{}", expected_revision=0, author="a\nb")
@@ -342,6 +350,17 @@ def test_an_acknowledgement_means_full_sync(store: SqliteStore) -> None:
     """Promise 22: the log is synchronised at each commit, not at checkpoints only."""
     assert store.connection.execute("PRAGMA journal_mode").fetchone() == ("wal",)
     assert store.connection.execute("PRAGMA synchronous").fetchone() == (2,)
+
+
+def test_a_store_in_memory_keeps_no_room_on_a_disk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    store = SqliteStore(Path(":memory:"), OpenFile(_memory()), noon)
+    save(store, "a")
+    store.delete(PROGRAM, "a", expected_revision=1, author=ANN)
+    store.close()
+    assert list(tmp_path.iterdir()) == []
 
 
 class Revisions(RuleBasedStateMachine):

@@ -16,7 +16,14 @@ from openpendant.tools.cli import main as openpendant
 RECORDING = DocumentKind.RECORDING
 
 # Readers may leave them behind, empty.
-SHARED = ("store.db-shm", "store.db-wal")
+SHARED = ("store.db-shm", "store.db-wal", "store.db-reserve")
+
+
+def welding(joint: float) -> str:
+    points = [{"name": "p1", "joints": [0.5, joint]}]
+    return json.dumps(
+        {"format": "openpendant-program/1", "name": "weld", "robot": "ur5", "points": points}
+    )
 
 
 @pytest.fixture
@@ -24,8 +31,8 @@ def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "store.db"
     monkeypatch.setenv("OPENPENDANT_STORE", str(path))
     with opened(path) as store:
-        save(store, "weld", '{"points": [{"name": "p1", "joints": [0.5, 1.0]}]}')
-        save(store, "weld", '{"points": [{"name": "p1", "joints": [0.5, 2.0]}]}', 1)
+        save(store, "weld", welding(1.0))
+        save(store, "weld", welding(2.0), 1)
         store.save(RECORDING, "r", '{"columns": ["t", "j1"]}', expected_revision=0, author=ANN)
         store.append_chunk("r", 0, pack_rows([(0.0, 0.5), (0.01, 0.25)]))
         secret = '{"hash": "secret"}'
@@ -114,9 +121,11 @@ def test_points_and_samples_go_out_and_come_in_as_csv(
     assert saved[0]["revision"] == 3
     joints = run_json(capsys, "show", "program", "weld")["body"]["points"][0]["joints"]
     assert joints == [0.5, 3.0]
-    saved = run_json(capsys, "import", samples, "--kind", "recording", "--name", "r2")
+    samples.write_text("t,j1,j2,j3,j4,j5,j6\n0.0,0.5,0,0,0,0,0\n0.01,0.25,0,0,0,0,0\n")
+    of_r2 = ["--kind", "recording", "--name", "r2", "--robot", "ur5"]
+    saved = run_json(capsys, "import", samples, *of_r2)
     assert saved[0]["revision"] == 1
-    assert run_json(capsys, "show", "recording", "r2")["size"] == 32
+    assert run_json(capsys, "show", "recording", "r2")["size"] == 2 * 7 * 8
 
 
 def test_a_backup_is_a_store_and_overwrites_nothing(
@@ -129,6 +138,44 @@ def test_a_backup_is_a_store_and_overwrites_nothing(
     assert "later" in {item["name"] for item in run_json(capsys, "list", "--store", copy)}
     code, _, err = run(capsys, "backup", copy)
     assert (code, "exists" in err) == (3, True)
+    save_more = ["backup", copy, "--force"]
+    assert run(capsys, *save_more)[0] == 0
+    assert run(capsys, "check", "--store", copy)[0] == 0
+
+
+@pytest.mark.parametrize("name", ["out.json", "out.csv", "out.program"])
+def test_an_export_overwrites_only_what_it_is_told_to(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    (tmp_path / name).write_text("mine")
+    export = ["export", tmp_path / name, "--kind", "program"]
+    code, _, err = run(capsys, *export)
+    assert (code, "exists already; choose another file, or say --force" in err) == (3, True)
+    assert (tmp_path / name).read_text() == "mine"
+    assert run(capsys, *export, "--force")[0] == 0
+    assert "p1" in (tmp_path / name).read_text()
+
+
+@pytest.mark.parametrize("command", ["export", "backup"])
+def test_nothing_is_written_over_the_store_itself(
+    path: Path, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    code, _, err = run(capsys, command, path, "--force")
+    assert (code, "is the store itself" in err) == (3, True)
+    assert run(capsys, "check")[0] == 0
+
+
+def test_a_document_is_deleted_whatever_is_in_it(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with opened(path) as store:
+        store.save(DocumentKind.FRAMES, "left", '{"x": 1}', expected_revision=0, author=ANN)
+    gone = run_json(capsys, "delete", "frames", "left")
+    assert [(item["revision"], item["deleted"]) for item in gone] == [(2, True)]
+    code, _, err = run(capsys, "delete", "frames", "left")
+    assert (code, "there is no frames 'left'" in err) == (2, True)
+    code, _, err = run(capsys, "delete", "account", ANN)
+    assert (code, "openpendant users remove NAME" in err) == (2, True)
 
 
 def test_a_check_says_what_is_there_and_what_is_wrong(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shutil
 import subprocess
@@ -15,6 +16,7 @@ from stored_documents import opened, save
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.errors import DiskFull, ReadOnly, StoreFailed
 from openpendant.server.store.file_check import check_store
+from openpendant.server.store.room_reserve import RESERVE_BYTES
 from openpendant.server.store.sqlite_store import SqliteStore, open_store
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -77,7 +79,7 @@ def test_a_full_file_refuses_what_is_new_and_saves_again_once_there_is_room(
 
 
 def test_a_full_disk_refuses_what_is_new_and_saves_again_once_there_is_room(mount: Mount) -> None:
-    disk = mount(512)
+    disk = mount(1024)
     path = disk / "store.db"
     with opened(path) as store:
         ballast = disk / "ballast"
@@ -91,11 +93,58 @@ def test_a_full_disk_refuses_what_is_new_and_saves_again_once_there_is_room(moun
     assert check_store(path).problems == ()
 
 
-def test_on_a_full_disk_a_deletion_still_finds_room(mount: Mount) -> None:
-    with opened(mount(512) / "store.db") as store:
-        saved = fill_up(store)
-        store.delete(PROGRAM, "p00000", expected_revision=1, author="ann")
-        assert len(store.headings()) == saved - 1
+def take_the_rest(disk: Path, number: int = 1) -> None:
+    """Fill a disk to its last page with another file."""
+    file = os.open(disk / f"other-{number}", os.O_CREAT | os.O_WRONLY)
+    with contextlib.suppress(OSError):
+        while True:
+            os.write(file, bytes(4096))
+    os.close(file)
+
+
+@pytest.mark.parametrize("documents", [6, 25])
+def test_on_a_disk_that_is_full_to_the_last_byte_everything_can_be_deleted(
+    mount: Mount, documents: int
+) -> None:
+    """Promise 23: others filled it, so that nothing of the store's own gives room."""
+    disk = mount(1024)
+    path = disk / "store.db"
+    with opened(path) as store:
+        for number in range(documents):
+            save(store, f"p{number}", BODY)
+        take_the_rest(disk)
+        for number in range(documents):
+            store.delete(PROGRAM, f"p{number}", expected_revision=1, author="ann")
+            take_the_rest(disk, number + 2)
+        assert store.headings() == ()
+        for other in disk.glob("other-*"):
+            other.unlink()
+        save(store, "new", BODY)
+    assert path.with_name("store.db-reserve").stat().st_size == RESERVE_BYTES
+    assert check_store(path).problems == ()
+
+
+def test_a_recording_far_larger_than_the_reserve_is_deleted_on_a_full_disk(mount: Mount) -> None:
+    disk = mount(12 << 10)
+    kind = DocumentKind.RECORDING
+    with opened(disk / "store.db") as store:
+        store.save(kind, "r", '{"columns": ["t", "j1"]}', expected_revision=0, author="ann")
+        for number in range(8):
+            store.append_chunk("r", number, bytes(1 << 20))
+        take_the_rest(disk)
+        store.delete(kind, "r", expected_revision=1, author="ann")
+        assert store.headings() == ()
+
+
+def test_a_store_that_was_closed_is_opened_on_a_disk_that_filled_up_since(mount: Mount) -> None:
+    disk = mount(1024)
+    with opened(disk / "store.db") as store:
+        save(store, "p", BODY)
+    take_the_rest(disk)
+    with opened(disk / "store.db") as store:
+        assert store.load(PROGRAM, "p").body == BODY
+        store.delete(PROGRAM, "p", expected_revision=1, author="ann")
+        assert store.headings() == ()
 
 
 def test_a_disk_too_small_for_any_store_is_told_at_once(mount: Mount) -> None:

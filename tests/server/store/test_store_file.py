@@ -211,7 +211,7 @@ def test_two_processes_may_make_the_file_at_once(path: Path) -> None:
     for thread in threads:
         thread.join()
     assert failures == []
-    assert names(path) == ["store.db"]
+    assert names(path) == ["store.db", "store.db-reserve"]
 
 
 def test_a_copy_of_a_store_in_use_is_a_store_of_its_own(path: Path) -> None:

@@ -1,0 +1,269 @@
+"""What documents of each kind have to hold, for whoever brings them in or out as text.
+
+The one place that knows the kinds of the store together with the parts that own them: each reads
+its own, this names file, document and field of what it refuses. The store itself takes any JSON.
+Opens no file.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from pydantic import ValidationError
+
+from openpendant.motion.errors import FrameFileError, MotionError, SceneFileError
+from openpendant.motion.frames import FrameTree
+from openpendant.motion.robot import SerialRobot, serial_robot
+
+from .access.account_store import read_account
+from .field_fault import field_fault
+from .programs.document import program_from_json, program_to_json
+from .programs.errors import JsonRefused, ProgramError, ProgramSyntaxError
+from .programs.printer import print_program
+from .programs.program import Program, check_robot
+from .programs.program_file import MOST_READ, source_of
+from .recording.document import TIME, RecordingDocument, extract_for, read_document
+from .refusal import Refusal
+from .store.documents import DocumentKind
+from .store.errors import BadDocument
+from .store.text_import import Entry
+from .world.documents import scene_from_json, with_frames
+
+KeptBody = Callable[[DocumentKind, str], str | None]
+"""Gives the body of a document that is kept; None where there is none."""
+
+
+class _Unfit(Exception):
+    """A body that is not one of its kind.
+
+    Attributes:
+        field: what is at fault; empty for the whole.
+        problem: what is wrong with it.
+    """
+
+    def __init__(self, field: str, problem: str) -> None:
+        super().__init__(f"{field}: {problem}")
+        self.field = field
+        self.problem = problem
+
+
+def check_entries(entries: Sequence[Entry], file: str, kept: KeptBody) -> None:
+    """Refuse documents that whoever reads them could not use.
+
+    Args:
+        entries: the documents of one file.
+        file: its name, for the error.
+        kept: the documents that are there already; frames may hang from their tools.
+
+    Raises:
+        BadDocument: one of them is none of its kind; the error names document and field.
+    """
+    new = {(entry.kind, entry.name): entry.body for entry in entries}
+
+    def other(kind: DocumentKind, name: str) -> str | None:
+        return new[kind, name] if (kind, name) in new else kept(kind, name)
+
+    for entry in entries:
+        try:
+            _check(entry, other)
+        except _Unfit as error:
+            body = f"{entry.where}.body" if entry.where else ""
+            place = ".".join(part for part in (body, error.field) if part)
+            what = f"{entry.kind} {entry.name!r}: {error.problem}"
+            raise BadDocument(file, what, place=place) from None
+
+
+def _check(entry: Entry, other: KeptBody) -> None:
+    match entry.kind:
+        case DocumentKind.PROGRAM:
+            _check_program(entry)
+        case DocumentKind.RECORDING:
+            _check_recording(entry)
+        case DocumentKind.FRAMES | DocumentKind.TOOLS:
+            _check_frames(entry, other)
+        case DocumentKind.SCENE:
+            try:
+                scene_from_json(entry.body)
+            except MotionError as error:
+                raise _of_motion(error) from None
+        case DocumentKind.ACCOUNT:
+            try:
+                read_account(entry.name, entry.body)
+            except BadDocument as error:
+                raise _Unfit(error.place, error.problem) from None
+        case DocumentKind.SETTING:
+            pass  # nobody reads settings yet: any JSON object is one
+
+
+def _check_program(entry: Entry) -> None:
+    try:
+        program = program_from_json(entry.body)
+    except JsonRefused as error:
+        problem = str(error).removeprefix(f"{error.file}: ").removeprefix(f"{error.field}: ")
+        raise _Unfit(error.field, problem) from None
+    except ProgramError as error:
+        raise _Unfit("", str(error)) from None
+    if program.name != entry.name:
+        raise _Unfit("name", f"is {program.name!r}; accepted: {entry.name!r}, as its document")
+
+
+def _check_recording(entry: Entry) -> None:
+    try:
+        document = RecordingDocument.model_validate_json(entry.body)
+    except ValidationError as error:
+        field, _, problem = field_fault(error).partition(": ")
+        raise _Unfit(field, problem) from None
+    if document.columns[0] != TIME:
+        problem = f"is {document.columns[0]!r}; accepted: {TIME!r}, the time, before the joints"
+        raise _Unfit("columns[0]", problem)
+
+
+def _check_frames(entry: Entry, other: KeptBody) -> None:
+    """Read a document of frames or tools as the server does: the tools first."""
+    tree = FrameTree()
+    tools, frames = (
+        entry.body if kind is entry.kind else other(kind, entry.name)
+        for kind in (DocumentKind.TOOLS, DocumentKind.FRAMES)
+    )
+    try:
+        if tools is not None:
+            tree = with_frames(DocumentKind.TOOLS, tools, tree)
+    except MotionError as error:
+        if entry.kind is DocumentKind.TOOLS:
+            raise _of_motion(error) from None
+        # Tools that are kept and cannot be read are not the fault of these frames.
+    try:
+        if frames is not None:
+            with_frames(DocumentKind.FRAMES, frames, tree)
+    except MotionError as error:
+        if entry.kind is DocumentKind.FRAMES:
+            raise _of_motion(error) from None
+        unfit = _of_motion(error)
+        problem = f"does not go with the document frames {entry.name!r}: {unfit}"
+        raise _Unfit("", problem) from None
+
+
+def _of_motion(error: MotionError) -> _Unfit:
+    if isinstance(error, FrameFileError | SceneFileError):
+        return _Unfit(error.field, error.problem)
+    return _Unfit("", str(error))
+
+
+# Programs, as people write them.
+
+
+def program_entry(text: str, file: str, name: str | None = None) -> Entry:
+    """Return the document for a program's own text or JSON.
+
+    Args:
+        text: of the file.
+        file: its name, for the error.
+        name: what the program is to be called; as it says itself if None.
+
+    Raises:
+        BadDocument: it is no program; the error says where.
+    """
+    try:
+        program = source_of(text.encode()[:MOST_READ], file).program
+        if name is not None:
+            program = replace(program, name=name)
+    except ProgramSyntaxError as error:
+        accepted = f"; accepted: {error.accepted}" if error.accepted else ""
+        place = f"column {error.column}"
+        raise BadDocument(
+            file, f"{error.problem}{accepted}", line=error.line, place=place
+        ) from None
+    except ProgramError as error:
+        raise BadDocument(file, str(error).removeprefix(f"{file}: ")) from None
+    return Entry(DocumentKind.PROGRAM, program.name, program_to_json(program))
+
+
+def program_text(name: str, body: str) -> str:
+    """Return the text of a kept program.
+
+    Raises:
+        BadDocument: the document is none that can be printed.
+    """
+    try:
+        return print_program(program_from_json(body, name))
+    except ProgramError as error:
+        raise BadDocument(f"program {name!r}", str(error)) from None
+
+
+def program_of_points(
+    name: str, points: Sequence[Mapping[str, Any]], kept: str | None, robot: str | None
+) -> Entry:
+    """Return the document of a program with other points, or of a new one with nothing else.
+
+    Args:
+        name: of the program.
+        points: as its JSON has them.
+        kept: the body whose points are replaced; None for a new program.
+        robot: of a new program, name or file; of a kept one left out.
+
+    Raises:
+        BadDocument: there is no robot for a new program, or the points are none of it.
+    """
+    what = f"program {name!r}"
+    if kept is not None:
+        if robot is not None:
+            raise BadDocument(what, "names its robot itself; accepted: without --robot")
+        body = json.loads(kept) | {"points": points}
+        return Entry(DocumentKind.PROGRAM, name, json.dumps(body, ensure_ascii=False))
+    if robot is None:
+        problem = "is new, and points do not name their robot; say --robot, such as --robot ur5"
+        raise BadDocument(what, problem)
+    try:
+        found = serial_robot(robot)
+        axes = tuple(i for i, prismatic in enumerate(found.limits.prismatic) if prismatic)
+        body = json.loads(program_to_json(Program(name, found.name, axes))) | {"points": points}
+        entry = Entry(DocumentKind.PROGRAM, name, json.dumps(body, ensure_ascii=False))
+        check_robot(program_from_json(entry.body, what), found.name, found.limits)
+    except (MotionError, ProgramError) as error:
+        raise BadDocument(what, str(error).removeprefix(f"{what}: ")) from None
+    return entry
+
+
+# Samples of recordings, as tables.
+
+
+def robot_of_samples(name: str, robot: str | None) -> SerialRobot:
+    """Return the robot that a table of samples is said to be of.
+
+    Args:
+        name: of the new recording, for the error.
+        robot: name or file of the robot; None where nobody said.
+
+    Raises:
+        BadDocument: nobody said, or there is no such robot.
+    """
+    what = f"recording {name!r}"
+    if robot is None:
+        problem = "samples do not name their robot; say --robot, such as --robot ur5"
+        raise BadDocument(what, problem)
+    try:
+        return serial_robot(robot)
+    except MotionError as error:
+        raise BadDocument(what, str(error)) from None
+
+
+def check_samples(name: str, body: str, robot: SerialRobot, file: str) -> None:
+    """Refuse a recording that its robot could not play.
+
+    Args:
+        name: of the recording.
+        body: of its document.
+        robot: the robot that it is of.
+        file: where the samples come from, for the error.
+
+    Raises:
+        BadDocument: its columns are not those of the robot's joints.
+    """
+    read = read_document(name, body)
+    dof = robot.limits.dof
+    found = read if isinstance(read, Refusal) else extract_for(name, read, robot.name, dof)
+    if isinstance(found, Refusal):
+        raise BadDocument(file, found.text, line=1)

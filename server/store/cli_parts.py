@@ -1,0 +1,79 @@
+"""What the sub-commands of `openpendant store` share: how a store is opened and what is printed."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ..printable import printable
+from .documents import DocumentKind, Heading
+from .errors import StoreFailed
+from .location import default_path
+from .sqlite_store import SqliteStore, open_for_reading
+
+Kind = Annotated[DocumentKind, typer.Argument(help="Kind of the document.")]
+Name = Annotated[str, typer.Argument(help="Its name.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print one JSON line.")]
+Force = Annotated[bool, typer.Option("--force", help="Write over a file that is there already.")]
+
+
+@contextlib.contextmanager
+def reading(path: Path | None) -> Iterator[SqliteStore]:
+    """Keep a store open for reading while the context lasts."""
+    with contextlib.closing(open_for_reading(path or default_path())) as store:
+        yield store
+
+
+def check_new_file(path: Path, store: SqliteStore, force: bool) -> None:
+    """Refuse to write over a file.
+
+    Raises:
+        StoreFailed: there is one, and nobody said that it may go; or it is the store itself.
+    """
+    if path.exists() and path.samefile(store.path):
+        raise StoreFailed(f"{path}: is the store itself; choose another file")
+    if os.path.lexists(path) and not force:
+        raise StoreFailed(f"{path}: exists already; choose another file, or say --force")
+
+
+@contextlib.contextmanager
+def new_file(path: Path) -> Iterator[Path]:
+    """Give a file beside the wanted one, which takes its place when the context ends well."""
+    beside = path.with_name(path.name + ".partial")
+    try:
+        beside.touch(mode=0o600)
+        yield beside
+        os.replace(beside, path)
+    except OSError as error:
+        raise StoreFailed(f"{path}: {error.strerror or error}") from None
+    finally:
+        with contextlib.suppress(OSError):
+            beside.unlink(missing_ok=True)
+
+
+def print_headings(headings: Sequence[Heading], as_json: bool) -> None:
+    """Print a line for each revision of a document, or all of them as one of JSON."""
+    if as_json:
+        print_json([asdict(heading) for heading in headings])
+        return
+    for heading in headings:
+        deleted = " deleted" if heading.deleted else ""
+        typer.echo(
+            printable(
+                f"{heading.kind:<9}  {heading.name:<24}  revision {heading.revision:>4}"
+                f"  {heading.size:>8} bytes  {heading.saved_at}  {heading.saved_by}{deleted}"
+            )
+        )
+    typer.echo(f"{len(headings)} {'document' if len(headings) == 1 else 'documents'}", err=True)
+
+
+def print_json(value: object) -> None:
+    """Print a value as one line."""
+    typer.echo(json.dumps(value, separators=(",", ":"), allow_nan=False))

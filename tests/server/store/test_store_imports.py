@@ -1,0 +1,298 @@
+"""`openpendant store import` and `export`: what comes in can be used, or nothing comes in."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+from program_samples import HEAD
+from stored_documents import ANN, opened, save
+
+from openpendant.motion.robot import serial_robot
+from openpendant.server.access.account_store import StoredAccounts
+from openpendant.server.access.accounts import Account
+from openpendant.server.access.passwords import NOBODYS_HASH
+from openpendant.server.access.roles import Role
+from openpendant.server.programs.document import program_from_json
+from openpendant.server.recording.document import (
+    Extract,
+    RecordingDocument,
+    extract_for,
+    read_document,
+)
+from openpendant.server.store.cli import main
+from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.text_export import FORMAT
+from openpendant.tools.cli import main as openpendant
+
+TEXT = HEAD.replace("main", "pick") + "move PTP a speed 12.5 %  # slow\n"
+FRAMES = {"schema": "openpendant-frames/1"}
+JOINTS, ZEROS = "j1,j2,j3,j4,j5,j6", "0,0,0,0,0,0"
+SAMPLES = ["import", "samples.csv", "--kind", "recording", "--name", "r"]
+HERE = {"xyz": [0.0, 0.0, 0.5], "quat": [0.0, 0.0, 0.0, 1.0]}
+
+
+@pytest.fixture
+def path(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("OPENPENDANT_STORE", str(tmp_path / "store.db"))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "store.db"
+
+
+def account(name: str, role: Role = Role.ADMIN) -> Account:
+    return Account(name=name, role=role, password=NOBODYS_HASH)
+
+
+def add(path: Path, *accounts: Account) -> None:
+    with opened(path) as store:
+        for each in accounts:
+            StoredAccounts(store, ANN).add(each)
+
+
+def documents(*entries: dict[str, Any]) -> Path:
+    file = Path("x.json")
+    file.write_text(json.dumps({"format": FORMAT, "documents": entries}))
+    return file
+
+
+def document(kind: str, name: str, body: object) -> dict[str, Any]:
+    return {"kind": kind, "name": name, "body": body}
+
+
+def names(path: Path) -> list[tuple[str, str]]:
+    with opened(path) as store:
+        return [(heading.kind, heading.name) for heading in store.headings()]
+
+
+GOOD = document("setting", "good", {})
+
+
+@pytest.mark.parametrize(
+    ("bad", "says"),
+    [
+        (document("account", "eve", {"role": "admin"}), "body.name: account 'eve': Field required"),
+        (
+            document("account", "eve", json.loads(account("Ann").model_dump_json())),
+            "body.name: account 'eve': is 'Ann', which is kept as 'ann'",
+        ),
+        (document("program", "junk", {}), "body.format: program 'junk': Field required"),
+        (
+            document(
+                "program", "a", {"format": "openpendant-program/1", "name": "b", "robot": "ur5"}
+            ),
+            "body.name: program 'a': is 'b'; accepted: 'a'",
+        ),
+        (document("frames", "left", {"x": 1}), "body.schema: frames 'left': is not"),
+        (
+            document("frames", "left", FRAMES | {"frames": [HERE | {"name": "f", "parent": "g"}]}),
+            "body.frames[0]: frames 'left'",
+        ),
+        (document("tools", "left", FRAMES | {"selected_tool": "g"}), "body.selected_tool: tools"),
+        (document("scene", "left", {}), "body.schema: scene 'left'"),
+        (document("recording", "r", {"columns": ["x", "j1"]}), "body.columns[0]: recording 'r'"),
+        (document("recording", "r", {}), "body.columns: recording 'r': Field required"),
+        (document("setting", "ü" * 33, {}), "has 66 bytes of UTF-8; accepted: up to 64"),
+    ],
+)
+def test_one_bad_document_keeps_the_whole_file_out_and_is_named(
+    path: Path, capsys: pytest.CaptureFixture[str], bad: dict[str, Any], says: str
+) -> None:
+    code = main(["import", str(documents(GOOD, bad)), "--accounts"])
+    err = capsys.readouterr().err
+    assert (code, err.count("\n")) == (2, 1)
+    assert says in err
+    assert "x.json: documents[1]." in err or "bytes of UTF-8" in err
+    assert names(path) == []
+
+
+def test_frames_may_hang_from_tools_of_the_same_file_or_of_the_store(path: Path) -> None:
+    tools = document("tools", "left", FRAMES | {"tools": [HERE | {"name": "g"}]})
+    frames = document("frames", "left", FRAMES | {"frames": [HERE | {"name": "f", "parent": "g"}]})
+    assert main(["import", str(documents(frames, tools))]) == 0
+    assert main(["import", str(documents(frames)), "--replace"]) == 0
+
+
+def test_tools_that_frames_of_the_store_hang_from_are_not_taken_away(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    test_frames_may_hang_from_tools_of_the_same_file_or_of_the_store(path)
+    assert main(["import", str(documents(document("tools", "left", FRAMES))), "--replace"]) == 2
+    assert "does not go with the document frames 'left'" in capsys.readouterr().err
+
+
+def test_accounts_come_in_when_asked_for_and_whole(
+    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    add(path, account("Ann"), account("otto", Role.OPERATOR))
+    assert main(["export", "all.json", "--accounts"]) == 0
+    other = ["--store", "other.db"]
+    assert main(["import", "all.json", *other]) == 2
+    assert "account 'ann' is taken with --accounts only" in capsys.readouterr().err
+    assert main(["import", "all.json", "--accounts", *other]) == 0
+    with opened(tmp_path / "other.db") as store:
+        book = StoredAccounts(store, ANN).book()
+    assert {(each.name, each.role) for each in book} == {
+        ("Ann", Role.ADMIN),
+        ("otto", Role.OPERATOR),
+    }
+
+
+def test_an_import_leaves_somebody_who_can_manage_the_accounts(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    add(path, account("ann"))
+    body = json.loads(account("ann", Role.VIEWER).model_dump_json())
+    file = documents(GOOD, document("account", "ann", body))
+    assert main(["import", str(file), "--accounts", "--replace"]) == 3
+    assert "nobody could log in as admin afterwards" in capsys.readouterr().err
+    assert names(path) == [("account", "ann")]
+
+
+def test_a_whole_account_replaces_one_that_cannot_be_read(path: Path) -> None:
+    with opened(path) as store:
+        kind = DocumentKind.ACCOUNT
+        store.save(kind, "eve", '{"role":"admin"}', expected_revision=0, author=ANN)
+    body = json.loads(account("eve").model_dump_json())
+    file = documents(document("account", "eve", body))
+    assert main(["import", str(file), "--accounts", "--replace"]) == 0
+    with opened(path) as store:
+        assert StoredAccounts(store, ANN).book().unreadable == {}
+
+
+@pytest.mark.parametrize("file", ["pick.program", "pick.txt", "pick.json"])
+def test_a_program_comes_in_as_text_and_as_what_convert_makes_of_it(path: Path, file: str) -> None:
+    Path("pick.program").write_text(TEXT)
+    if file == "pick.txt":
+        Path(file).write_text(TEXT)
+    if file == "pick.json":
+        assert openpendant(["program", "convert", "pick.program", "--output", file]) == 0
+    assert main(["import", file]) == 0
+    assert main(["import", file, "--name", "other"]) == 0
+    with opened(path) as store:
+        for name in ("pick", "other"):
+            body = store.load(DocumentKind.PROGRAM, name).body
+            assert program_from_json(body).name == name
+
+
+def test_a_program_goes_out_as_its_text_and_comes_in_again_the_same(path: Path) -> None:
+    Path("pick.program").write_text(TEXT)
+    assert main(["import", "pick.program"]) == 0
+    assert main(["export", "out.program", "--name", "pick"]) == 0
+    assert main(["import", "out.program", "--name", "again"]) == 0
+    assert main(["export", "all.json"]) == 0
+    with opened(path) as store:
+        body, again = (store.load(DocumentKind.PROGRAM, name).body for name in ("pick", "again"))
+    assert json.loads(again) == json.loads(body) | {"name": "again"}
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("hello", "x.program: line 1, column 1: found 'hello'; accepted: openpendant-program/1"),
+        ('{"format": "poem"}', f"accepted: '{FORMAT}' or 'openpendant-program/1'"),
+        ('{"format": "openpendant-program/1"}', "x.program: name: Field required"),
+    ],
+)
+def test_what_is_no_program_is_refused_with_what_would_be(
+    path: Path, capsys: pytest.CaptureFixture[str], text: str, says: str
+) -> None:
+    Path("x.program").write_text(text)
+    assert main(["import", "x.program"]) == 2
+    assert says in capsys.readouterr().err
+
+
+def test_one_document_may_come_in_under_another_name(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["import", str(documents(GOOD)), "--name", "b"]) == 0
+    assert names(path) == [("setting", "b")]
+    two = documents(GOOD, document("setting", "other", {}))
+    assert main(["import", str(two), "--name", "c"]) == 2
+    assert "this one has 2 documents" in capsys.readouterr().err
+
+
+def test_points_make_a_program_of_the_robot_that_is_named(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    columns = ",".join(f"joints[{index}]" for index in range(6))
+    Path("points.csv").write_text(f"name,{columns}\np1,0.5,0,0.25,0,0,0\n")
+    new = ["import", "points.csv", "--name", "new"]
+    assert main(new) == 2
+    assert "points do not name their robot; say --robot" in capsys.readouterr().err
+    assert main([*new, "--robot", "scara"]) == 2
+    assert main([*new, "--robot", "ur5"]) == 0
+    with opened(path) as store:
+        program = program_from_json(store.load(DocumentKind.PROGRAM, "new").body)
+    assert (program.robot, program.points[0].joints[2]) == ("ur5", 0.25)
+    assert main(["export", "again.csv", "--name", "new"]) == 0
+    assert main(["import", "again.csv", "--name", "new", "--replace"]) == 0
+    Path("points.csv").write_text("name,color\np1,red\n")
+    capsys.readouterr()
+    assert main([*new, "--replace"]) == 2
+    assert "points[0].joints: program 'new'" in capsys.readouterr().err
+
+
+def test_samples_make_a_recording_that_the_robot_that_is_named_can_play(path: Path) -> None:
+    Path("samples.csv").write_text(f"t,{JOINTS},gap\n0,{ZEROS},0\n0.01,{ZEROS},0\n")
+    assert main([*SAMPLES, "--robot", "ur5"]) == 0
+    with opened(path) as store:
+        document = read_document("r", store.load(DocumentKind.RECORDING, "r").body)
+    assert isinstance(document, RecordingDocument)
+    assert document.joints == serial_robot("ur5").limits.names
+    assert extract_for("r", document, "ur5", 6) == Extract(8, (1, 2, 3, 4, 5, 6))
+
+
+@pytest.mark.parametrize(
+    ("robot", "says"),
+    [
+        ([], "recording 'r': samples do not name their robot; say --robot"),
+        (["--robot", "nobody"], "recording 'r': no robot or robot file is called 'nobody'"),
+        (["--robot", "rail_kr5_arc"], "samples.csv: line 1: recording 'r' has the columns t, j1"),
+    ],
+)
+def test_samples_of_no_robot_or_of_another_stay_out(
+    path: Path, capsys: pytest.CaptureFixture[str], robot: list[str], says: str
+) -> None:
+    Path("samples.csv").write_text(f"t,{JOINTS}\n0,{ZEROS}\n")
+    assert main([*SAMPLES, *robot]) == 2
+    assert says in capsys.readouterr().err
+    assert names(path) == []
+
+
+def test_samples_without_a_time_are_no_recording(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("samples.csv").write_text("j1,j2\n1,2\n")
+    assert main([*SAMPLES, "--robot", "ur5"]) == 2
+    assert "columns[0]: recording 'r': is 'j1'; accepted: 't'" in capsys.readouterr().err
+    assert names(path) == []
+
+
+@pytest.mark.parametrize("suffix", ["json", "csv", "program"])
+def test_a_pipe_is_refused_instead_of_waited_for(
+    path: Path, capsys: pytest.CaptureFixture[str], suffix: str
+) -> None:
+    os.mkfifo(f"pipe.{suffix}")
+    assert main(["import", f"pipe.{suffix}", "--name", "x", *_robot_for(suffix)]) == 3
+    assert "is not a regular file" in capsys.readouterr().err
+
+
+def _robot_for(suffix: str) -> list[str]:
+    return ["--robot", "ur5"] if suffix == "csv" else []
+
+
+def test_a_name_of_an_older_program_may_be_longer_than_a_new_one(path: Path) -> None:
+    """Up to 64 letters once, 64 bytes now: what was kept is read, changed and renamed."""
+    name = "ü" * 64
+    body = json.dumps({"format": "openpendant-program/1", "name": name, "robot": "ur5"})
+    with opened(path) as store:
+        save(store, "old", body)
+        store.connection.execute("UPDATE revision SET name = ?", (name,))
+        assert program_from_json(store.load(DocumentKind.PROGRAM, name).body).name == name
+        assert save(store, name, body, 1) == 2
+    assert main(["export", "old.program", "--name", name]) == 0
+    assert main(["import", "old.program", "--name", "new"]) == 0
+    assert main(["delete", "program", name]) == 0
