@@ -38,6 +38,7 @@ class RecordedCell:
         self.feedback = Feedback(2, ControllerLink())
         self.now = 1_000_000_000
         self.told: list[RecordingDocument | Refusal] = []
+        self.lost: list[Refusal] = []
 
     def perform(self, outgoing: list[Outgoing]) -> None:
         """Carry out errands, at once or when `answer` is called."""
@@ -62,8 +63,12 @@ class RecordedCell:
         self.told.append(ended)
         return []
 
+    def lose(self, why: Refusal, now: int) -> list[Outgoing]:
+        self.lost.append(why)
+        return []
+
     def start(self, name: str = "arc") -> Refusal | list[Outgoing]:
-        return self._performed(self.recorder.start(name, "ann", self.tell))
+        return self._performed(self.recorder.start(name, "ann", self.tell, self.lose))
 
     def stop(self) -> Refusal | list[Outgoing]:
         return self._performed(self.recorder.stop(self.tell))

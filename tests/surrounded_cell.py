@@ -22,7 +22,7 @@ from openpendant.server.store.requests import Answer, perform
 from openpendant.server.store.sqlite_store import open_store
 from openpendant.server.world.cell_surroundings import CellSurroundings
 from openpendant.simplemsg import JointFeedback, Message, ReplyCode, ValidField, joint_array
-from openpendant.simplemsg.pendant import Management
+from openpendant.simplemsg.pendant import Management, Outcome
 from openpendant.simplemsg.verdicts import VerdictCode
 
 MS = 1_000_000
@@ -48,6 +48,7 @@ class SurroundedCell:
         self.store = open_store(folder / "store.db", wall_clock=noon)
         self.refuse_with: StoreError | None = None
         self.answers: list[tuple[bool, dict[str, Any]]] = []
+        self.outcomes: list[Outcome] = []
         self.queries: list[Message] = []
         self.perform(self.around.tick(self.now))
 
@@ -62,6 +63,8 @@ class SurroundedCell:
                 case Send(message=Management() as reply):
                     done = reply.reply_code == ReplyCode.SUCCESS
                     self.answers.append((done, json.loads(reply.body)))
+                case Send(message=Outcome() as told):
+                    self.outcomes.append(told)
                 case Query(message=message):
                     self.queries.append(message)
 

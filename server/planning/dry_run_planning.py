@@ -7,7 +7,7 @@ it again for nothing. A process that does not have it begins anew, so nothing de
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import TypeAlias
 
@@ -23,7 +23,6 @@ from ..programs.dry_run import dry_run, reachability
 from ..programs.dry_run_results import BlockPlan, BlockRefused, ToolSample
 from ..programs.motion_blocks import MotionBlock
 from ..programs.points import TeachPoint
-from ..programs.printer import statement_lines
 from ..programs.statements import Attach, Detach
 from ..refusal import Refusal, refusal_of
 from ..world.carrying import left, taken
@@ -63,7 +62,7 @@ class DryRuns:
         self._known.move_to_end(job.run_id)
         while len(self._known) > MOST_DRY_RUNS:
             self._known.popitem(last=False)
-        lines = {name: statement_lines(each) for name, each in job.linked.programs.items()}
+        lines = job.linked.lines
         before = len(known)
 
         def plan(
@@ -103,7 +102,7 @@ def _planned(
     start: JointVector,
     block: MotionBlock,
     scene: Scene | None,
-    lines: dict[str, tuple[int, ...]],
+    lines: Mapping[str, tuple[int, ...]],
 ) -> BlockPlan | BlockRefused:
     try:
         trajectory, _ = plan_block(kinematics, start, block, job.frames, 1.0, job.tool_speed)

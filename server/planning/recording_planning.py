@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from openpendant.motion.errors import BadArgument
-from openpendant.motion.joint_curves import JointSpline
+from openpendant.motion.joint_curves import COINCIDENT, JointSpline
 from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.smoothing import SmoothedRecording, smooth
 from openpendant.motion.timing import time_path
@@ -25,7 +25,6 @@ from .recording_job import APPROACH_SPEED, PlaybackAccount, RecordingJob
 MOST_DURATION = 1_800.0
 """Longest motion that is planned in one piece [s]; its samples take 25 MB for six joints."""
 
-_SAME_PLACE = 1e-9
 _MOST_ROUNDS = 5
 _DENSITY = 8  # places on each span of the path that are compared with the samples
 
@@ -173,7 +172,7 @@ def _softly(
     caps: tuple[ToolSpeedLimit, ...],
 ) -> Trajectory | None:
     """Return the slow way to the first sample; None where the robot stands there."""
-    if float(np.abs(np.array(start) - first).max()) <= _SAME_PLACE:
+    if float(np.abs(np.array(start) - first).max()) < COINCIDENT:
         return None
     path = JointSpline([start, tuple(first.tolist())], kinematics.limits)
     return time_path(path, kinematics.limits, speed=APPROACH_SPEED, tool_speed=caps)

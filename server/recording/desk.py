@@ -15,15 +15,15 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..news import Begun, Ended, News, Refused, Request
 from ..operating_mode import MotionKind
-from ..outgoing import Outgoing
+from ..outgoing import Outgoing, Send
+from ..pendant.replies import outcome
 from ..planning.jobs import Planned
 from ..planning.pose_goal import PoseGoal
 from ..planning.recording_job import PlaybackAccount, RecordingJob
 from ..playback.operations import Asker
 from ..refusal import Refusal
 from ..robot_cell import RobotCell
-from ..store.documents import Document, DocumentKind, Extent, Heading
-from ..store.errors import StoreError
+from ..store.documents import Document, DocumentKind, Heading
 from ..store.questions import AskStore
 from ..store.requests import (
     Answer,
@@ -31,24 +31,26 @@ from ..store.requests import (
     ListHeadings,
     Load,
     LoadChunks,
-    MeasureRecording,
     RenameRecording,
     TrimRecording,
 )
 from . import operations as op
+from .descriptions import Fields, RecordingDescriptions
 from .document import (
     Extract,
     RecordingDocument,
     extract_for,
     read_document,
 )
-from .recorder import Recorder, Told
+from .recorder import Recorder
+from .run import Lost, Told
+from .store_refusal import store_refusal
 
 MOST_PLAYED_BYTES = 64 << 20
 """Largest recording that is played in one piece: an hour of seven joints at 250 Hz."""
 
 _CHUNKS_AT_ONCE = 256
-_MOST_LISTED = 200
+_MOST_LISTED = 100
 
 
 class RecordingDesk:
@@ -77,6 +79,7 @@ class RecordingDesk:
             state_period: how often the controller reports [s].
         """
         self.recorder = Recorder(robot_name, cell.limits.names, state_period, ask)
+        self._descriptions = RecordingDescriptions(ask, self.recorder)
         self._cell = cell
         self._ask = ask
         self._tool = tool
@@ -95,11 +98,10 @@ class RecordingDesk:
                 request = ListHeadings(DocumentKind.RECORDING)
                 return self._ask(request, partial(self._listed, asked, asker))
             case op.DescribeRecording(name=name):
-                return self._ask(
-                    Load(DocumentKind.RECORDING, name), partial(self._described, asker)
-                )
+                return self._descriptions.describe(name, partial(_described, asker))
             case op.StartRecording(name=name):
-                return self._record(self.recorder.start(name, asker.name, _tell(asker)), asker)
+                begun = self.recorder.start(name, asker.name, _tell(asker), _tell_loss(asker))
+                return self._record(begun, asker)
             case op.StopRecording():
                 return self._record(self.recorder.stop(_tell(asker)), asker)
             case op.TrimRecordingPart():
@@ -138,34 +140,17 @@ class RecordingDesk:
             return _failed(asker, answer)
         headings = [heading for heading in answer if isinstance(heading, Heading)]
         shown = headings[asked.first : asked.first + _MOST_LISTED]
-        status = self.recorder.status
-        return asker.answer(
-            recordings=[
-                {"name": each.name, "revision": each.revision, "saved_by": each.saved_by}
-                for each in shown
-            ],
-            total=len(headings),
-            recording=None if status is None else asdict(status),
-            problem="" if self.recorder.problem is None else self.recorder.problem.sentence,
-        )
 
-    def _described(self, asker: Asker, answer: Answer, now: int) -> list[Outgoing]:
-        if not isinstance(answer, Document):
-            return _failed(asker, answer)
-        heading = answer.heading
-        document = read_document(heading.name, answer.body)
-        if isinstance(document, Refusal):
-            return asker.refuse(document)
+        def told(lines: list[Fields], at: int) -> list[Outgoing]:
+            status, broken_off = self.recorder.status, self.recorder.broken_off
+            return asker.answer(
+                recordings=lines,
+                total=len(headings),
+                recording=None if status is None else asdict(status),
+                problem="" if broken_off is None else broken_off.refusal.sentence,
+            )
 
-        def measured(extent: Answer, at: int) -> list[Outgoing]:
-            if not isinstance(extent, Extent):
-                return _failed(asker, extent)
-            # Of a recording that a crash cut off only its samples tell how many there are.
-            rows = extent.size // (8 * len(document.columns))
-            about = document.model_dump() | {"samples": rows}
-            return asker.answer(name=heading.name, revision=heading.revision, **about)
-
-        return self._ask(MeasureRecording(heading.name), measured)
+        return self._descriptions.lines(shown, told, now)
 
     # Playing back.
 
@@ -285,6 +270,20 @@ def _tell(asker: Asker) -> Told:
     return told
 
 
+def _tell_loss(asker: Asker) -> Lost:
+    """Return what tells whoever records of a recording that ends by itself, as of any work."""
+
+    def lost(refusal: Refusal, now: int) -> list[Outgoing]:
+        request = Request(asker.session, asker.request_id)
+        return [Send(asker.session, outcome(Ended(request, refusal, 0.0, 0.0)))]
+
+    return lost
+
+
+def _described(asker: Asker, about: Fields | Refusal, now: int) -> list[Outgoing]:
+    return asker.refuse(about) if isinstance(about, Refusal) else asker.answer(**about)
+
+
 def _changed(asker: Asker, answer: Answer, now: int) -> list[Outgoing]:
     if isinstance(answer, Heading):
         return asker.answer(name=answer.name, revision=answer.revision)
@@ -292,7 +291,4 @@ def _changed(asker: Asker, answer: Answer, now: int) -> list[Outgoing]:
 
 
 def _failed(asker: Asker, answer: Answer) -> list[Outgoing]:
-    if isinstance(answer, StoreError):
-        return asker.refuse(answer.refusal())
-    text = f"the store answered with a {type(answer).__name__}"
-    return asker.refuse(Refusal(VerdictCode.STORE_FAILED, text))
+    return asker.refuse(store_refusal(answer))

@@ -27,8 +27,8 @@ GAP_PERIODS = 2.5
 class RecordingDocument(BaseModel):
     """The body of a recording's document.
 
-    What was counted is of a recording that was stopped; of one that a crash ended it is not known
-    before its samples are read, and `finished` is false.
+    What was counted is of a recording that was stopped; of one that was cut off, and of most that
+    come from a file, it is not known before the samples are read.
     """
 
     model_config = ConfigDict(extra="ignore", frozen=True)
@@ -41,8 +41,10 @@ class RecordingDocument(BaseModel):
     """Names of the joints."""
     period: float = Field(0.01, gt=0, le=10)
     """How often the controller was expected to report [s]."""
-    finished: bool = False
-    """It was stopped, not cut off."""
+    finished: bool = True
+    """It was stopped, not cut off; of a file that does not say so it is believed."""
+    problem: str = ""
+    """Why it ended by itself, where that could be kept; empty where it was stopped."""
     samples: int = 0
     """Rows."""
     duration: float = 0.0
@@ -72,7 +74,11 @@ def new_document(robot: str, joints: Sequence[str], period: float) -> RecordingD
     """Return the description of a recording that begins."""
     numbered = tuple(f"j{number}" for number in range(1, len(joints) + 1))
     return RecordingDocument(
-        columns=(TIME, *numbered, GAP), robot=robot, joints=tuple(joints), period=period
+        columns=(TIME, *numbered, GAP),
+        robot=robot,
+        joints=tuple(joints),
+        period=period,
+        finished=False,
     )
 
 
@@ -104,7 +110,13 @@ def extract_for(name: str, document: RecordingDocument, robot: str, dof: int) ->
         robot: name of the robot that is to play it.
         dof: number of its joints.
     """
-    if document.robot and document.robot != robot:
+    if not document.robot:
+        text = (
+            f"recording {name!r} does not say of which robot it is; this robot is {robot!r}: if it"
+            f" is of this one, import it again with --robot {robot}"
+        )
+        return Refusal(VerdictCode.RECORDING_WRONG_ROBOT, text)
+    if document.robot != robot:
         text = f"recording {name!r} was made with {document.robot!r}; this robot is {robot!r}"
         return Refusal(VerdictCode.RECORDING_WRONG_ROBOT, text)
     columns = document.columns

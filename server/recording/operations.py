@@ -18,7 +18,7 @@ Time = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
 class ListRecordings(OperationBody):
-    """Asks which recordings there are, and which one is under way."""
+    """Asks which recordings there are, 100 at a time, and which one is under way."""
 
     op: Literal["recordings.list"]
     first: Annotated[int, Field(ge=0)] = 0
@@ -26,21 +26,27 @@ class ListRecordings(OperationBody):
 
 
 class DescribeRecording(OperationBody):
-    """Asks for the description of a recording: robot, joints, rate, duration, gaps."""
+    """Asks for the description of a recording: robot, joints, rate, duration, gaps, problem."""
 
     op: Literal["recordings.describe"]
     name: str
 
 
 class StartRecording(OperationBody):
-    """Begins a recording; answered once its document is kept."""
+    """Begins a recording; answered once its document is kept.
+
+    Where it then ends by itself, an aborted Outcome of the request's id says why.
+    """
 
     op: Literal["recordings.start"]
     name: str
 
 
 class StopRecording(OperationBody):
-    """Ends the recording under way; answered once all of it is kept."""
+    """Ends the recording under way; answered once all of it is kept.
+
+    Refused with the reason where the recording ended by itself before.
+    """
 
     op: Literal["recordings.stop"]
 

@@ -1,15 +1,15 @@
 """Recording a motion: every fresh report of the controller, kept in chunks while it goes on.
 
 Owns which reports are taken, when a chunk is due, and what becomes of a recording that the disk
-does not keep up with. Samples that are acknowledged are on the disk: of a server that is killed at
-most the last half second is missing, beside what waits for the disk. Knows no socket, file or
-clock, and nothing of playing back.
+does not keep up with or refuses. Samples that are acknowledged are on the disk: of a server that is
+killed at most the last half second is missing, beside what waits for the disk. Knows no socket,
+file or clock, and nothing of playing back.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import replace
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -17,7 +17,7 @@ from ..driving.feedback import Feedback
 from ..outgoing import Outgoing
 from ..refusal import Refusal
 from ..store.documents import DocumentKind, Extent, Heading
-from ..store.errors import StoreBusy, StoreError
+from ..store.errors import StoreBusy
 from ..store.questions import AskStore
 from ..store.requests import Answer, AppendChunk, Save
 from ..store.samples import pack_rows
@@ -27,6 +27,9 @@ from .document import (
     new_document,
     write_document,
 )
+from .row_count import RowCount
+from .run import BrokenOff, Lost, RecordingStatus, Run, Told
+from .store_refusal import store_refusal
 
 CHUNK_NS = 500_000_000
 """Rows wait for so long before they are written together."""
@@ -36,84 +39,12 @@ MOST_WAITING_ROWS = 30_000
 
 _SECOND_NS = 1_000_000_000
 
-Row = tuple[float, ...]
-Told = Callable[[RecordingDocument | Refusal, int], list[Outgoing]]
-"""Takes how a request about the recording ended, and the time."""
-
-
-@dataclass(slots=True)
-class _Run:
-    """One recording under way.
-
-    Attributes:
-        name: of its document.
-        author: who records.
-        document: its description as saved.
-        revision: of the document; 0 until it is saved.
-        waiting: rows that no chunk holds yet.
-        underway: rows of the chunk that the disk is being asked to keep.
-        chunks: how many are kept.
-        kept: rows in them.
-        first: time of the first row [ns].
-        last: time of the last row [ns].
-        waits_since: time of the oldest row that waits [ns].
-        gaps: between rows, so far.
-        longest_gap: the longest [ns].
-        in_gaps: time spent in gaps [ns].
-        told: who waits for the end; None while it goes on.
-    """
-
-    name: str
-    author: str
-    document: RecordingDocument
-    revision: int = 0
-    waiting: list[Row] = field(default_factory=list)
-    underway: list[Row] = field(default_factory=list)
-    chunks: int = 0
-    kept: int = 0
-    first: int | None = None
-    last: int = 0
-    waits_since: int = 0
-    gaps: int = 0
-    longest_gap: int = 0
-    in_gaps: int = 0
-    told: Told | None = None
-
-    @property
-    def rows(self) -> int:
-        """Rows so far, kept or not."""
-        return self.kept + len(self.underway) + len(self.waiting)
-
-    @property
-    def duration(self) -> float:
-        """From the first to the last row [s]."""
-        return 0.0 if self.first is None else (self.last - self.first) / _SECOND_NS
-
-
-@dataclass(frozen=True, slots=True)
-class RecordingStatus:
-    """What is told of a recording under way.
-
-    Attributes:
-        name: of its document.
-        duration: from the first to the last row [s].
-        samples: rows so far.
-        kept: rows that are on the disk.
-        gaps: between rows, so far.
-    """
-
-    name: str
-    duration: float
-    samples: int
-    kept: int
-    gaps: int
-
 
 class Recorder:
     """Records the motion of one cell, one recording at a time.
 
     Attributes:
-        problem: why the last recording ended by itself; None where it did not.
+        broken_off: the last recording, if it ended by itself; None where it did not.
     """
 
     def __init__(self, robot: str, joints: Sequence[str], period: float, ask: AskStore) -> None:
@@ -125,13 +56,13 @@ class Recorder:
             period: how often the controller reports [s].
             ask: the way to the store.
         """
-        self.problem: Refusal | None = None
+        self.broken_off: BrokenOff | None = None
         self._robot = robot
         self._joints = tuple(joints)
         self._period = period
         self._gap_ns = round(GAP_PERIODS * period * _SECOND_NS)
         self._ask = ask
-        self._run: _Run | None = None
+        self._run: Run | None = None
 
     @property
     def status(self) -> RecordingStatus | None:
@@ -139,15 +70,22 @@ class Recorder:
         run = self._run
         if run is None:
             return None
-        return RecordingStatus(run.name, run.duration, run.rows, run.kept, run.gaps)
+        count = run.count
+        return RecordingStatus(run.name, count.duration, count.rows, run.kept, count.gaps)
 
-    def start(self, name: str, author: str, told: Told) -> Refusal | list[Outgoing]:
+    def count_of(self, name: str) -> RowCount | None:
+        """Return what was counted of the recording under way; None if it is not of this name."""
+        run = self._run
+        return None if run is None or run.name != name else run.count
+
+    def start(self, name: str, author: str, told: Told, lost: Lost) -> Refusal | list[Outgoing]:
         """Begin a recording; samples are taken from when its document is saved.
 
         Args:
             name: of the new document.
             author: who records.
             told: is told the description once it is saved, or why it is not.
+            lost: is told why, if the recording ends by itself afterwards.
 
         Returns:
             Why it may not begin, or what follows.
@@ -155,15 +93,15 @@ class Recorder:
         if self._run is not None:
             return Refusal(VerdictCode.RECORDING_RUNNING, f"{self._run.name!r} is being recorded")
         document = new_document(self._robot, self._joints, self._period)
-        run = self._run = _Run(name, author, document)
-        self.problem = None
+        run = self._run = Run(name, author, document, lost)
+        self.broken_off = None
 
         def saved(answer: Answer, now: int) -> list[Outgoing]:
             if isinstance(answer, Heading):
                 run.revision = answer.revision
                 return told(document, now)
             self._run = None
-            return told(_refusal(answer), now)
+            return told(store_refusal(answer), now)
 
         body = write_document(document)
         return self._ask(Save(DocumentKind.RECORDING, name, body, 0, author), saved)
@@ -175,18 +113,20 @@ class Recorder:
             return []
         if feedback.position is None or (run.first is not None and feedback.received <= run.last):
             return []
-        self._take(run, feedback.position, feedback.received)
+        run.take(feedback.position, feedback.received, self._gap_ns)
         if len(run.waiting) > MOST_WAITING_ROWS:
-            return self._end(run, self._fallen_behind(run), now)
+            return self._break_off(run, _fallen_behind(run), now)
         return self._write(run)
 
     def stop(self, told: Told) -> Refusal | list[Outgoing]:
         """End the recording; `told` is told its description once all of it is on the disk.
 
         Returns:
-            Why there is nothing to end, or what follows.
+            Why there is nothing to end, or why it ended by itself before; or what follows.
         """
         run = self._run
+        if run is None and self.broken_off is not None:
+            return self.broken_off.refusal
         if run is None or not run.revision or run.told is not None:
             return Refusal(VerdictCode.NOT_RECORDING)
         run.told = told
@@ -201,27 +141,13 @@ class Recorder:
 
     # Rows.
 
-    def _take(self, run: _Run, position: tuple[float, ...], received: int) -> None:
-        mark = 0.0
-        if run.first is None:
-            run.first = received
-        elif received - run.last > self._gap_ns:
-            mark = 1.0
-            run.gaps += 1
-            run.longest_gap = max(run.longest_gap, received - run.last)
-            run.in_gaps += received - run.last
-        run.last = received
-        if not run.waiting:
-            run.waits_since = received
-        run.waiting.append(((received - run.first) / _SECOND_NS, *position, mark))
-
-    def _write(self, run: _Run) -> list[Outgoing]:
+    def _write(self, run: Run) -> list[Outgoing]:
         """Write a chunk where one is due and the last one is kept."""
         if run.underway or not run.waiting or run.last - run.waits_since < CHUNK_NS:
             return []
         return self._append(run)
 
-    def _append(self, run: _Run) -> list[Outgoing]:
+    def _append(self, run: Run) -> list[Outgoing]:
         run.underway, run.waiting = run.waiting, []
 
         def kept(answer: Answer, now: int) -> list[Outgoing]:
@@ -229,7 +155,7 @@ class Recorder:
 
         return self._ask(AppendChunk(run.name, run.chunks, pack_rows(run.underway)), kept)
 
-    def _kept(self, run: _Run, answer: Answer, now: int) -> list[Outgoing]:
+    def _kept(self, run: Run, answer: Answer, now: int) -> list[Outgoing]:
         if self._run is not run:
             return []
         if isinstance(answer, Extent):
@@ -241,57 +167,46 @@ class Recorder:
             # They stay first in line; the next report tries again.
             run.waiting, run.underway = run.underway + run.waiting, []
             return []
-        return self._end(run, _refusal(answer), now)
+        return self._break_off(run, store_refusal(answer), now)
 
     # The end.
 
-    def _finish(self, run: _Run) -> list[Outgoing]:
+    def _finish(self, run: Run) -> list[Outgoing]:
         """Write what is left, then the description with what was counted."""
         if run.underway:
             return []
         if run.waiting:
             return self._append(run)
-        steps = run.kept - 1 - run.gaps
-        covered = run.duration - run.in_gaps / _SECOND_NS
-        document = run.document.model_copy(
-            update={
-                "finished": True,
-                "samples": run.kept,
-                "duration": run.duration,
-                "rate": steps / covered if steps > 0 and covered > 0 else 0.0,
-                "gaps": run.gaps,
-                "longest_gap": run.longest_gap / _SECOND_NS,
-            }
-        )
+        document = run.document.model_copy(update={"finished": True} | run.count.fields)
 
         def saved(answer: Answer, now: int) -> list[Outgoing]:
+            if not isinstance(answer, Heading):
+                return self._break_off(run, store_refusal(answer), now)
             self._run = None
-            told = run.told
-            if told is None:
-                return []
-            return told(document if isinstance(answer, Heading) else _refusal(answer), now)
+            return [] if run.told is None else run.told(document, now)
 
-        body = write_document(document)
-        save = Save(DocumentKind.RECORDING, run.name, body, run.revision, run.author)
-        return self._ask(save, saved)
+        return self._ask(_save(run, document), saved)
 
-    def _end(self, run: _Run, refusal: Refusal, now: int) -> list[Outgoing]:
-        """End a recording that cannot go on; what is kept stays."""
+    def _break_off(self, run: Run, cause: Refusal, now: int) -> list[Outgoing]:
+        """End a recording that cannot go on; what is kept stays, and who records is told."""
         self._run = None
-        self.problem = refusal
-        return [] if run.told is None else run.told(refusal, now)
+        text = f"recording {run.name!r} ended by itself, {run.kept} samples kept: {cause.sentence}"
+        refusal = replace(cause, text=text)
+        self.broken_off = BrokenOff(run.name, refusal)
+        out = run.lost(refusal, now)
+        if run.told is not None:
+            out += run.told(refusal, now)
+        # A full disk refuses this, too; then the reason is known until the next recording begins.
+        noted = run.document.model_copy(update={"problem": text})
+        return out + self._ask(_save(run, noted), lambda answer, at: [])
 
-    def _fallen_behind(self, run: _Run) -> Refusal:
-        lost = len(run.waiting) + len(run.underway)
-        text = (
-            f"recording {run.name!r} ended: {lost} samples wait for the disk, at most"
-            f" {MOST_WAITING_ROWS}; {run.kept} are kept"
-        )
-        return Refusal(VerdictCode.RECORDING_FELL_BEHIND, text, value=lost, limit=MOST_WAITING_ROWS)
+
+def _save(run: Run, document: RecordingDocument) -> Save:
+    body = write_document(document)
+    return Save(DocumentKind.RECORDING, run.name, body, run.revision, run.author)
 
 
-def _refusal(answer: Answer) -> Refusal:
-    if isinstance(answer, StoreError):
-        return answer.refusal()
-    text = f"the store answered with a {type(answer).__name__}"
-    return Refusal(VerdictCode.STORE_FAILED, text)
+def _fallen_behind(run: Run) -> Refusal:
+    lost = len(run.waiting) + len(run.underway)
+    text = f"{lost} samples wait for the disk, at most {MOST_WAITING_ROWS}"
+    return Refusal(VerdictCode.RECORDING_FELL_BEHIND, text, value=lost, limit=MOST_WAITING_ROWS)

@@ -98,6 +98,18 @@ def test_repeats_come_back_softly_to_the_first_sample() -> None:
     certify(thrice, _kinematics().limits, start=HOME)
 
 
+@pytest.mark.parametrize("off", [0.0, 1e-7, 8e-6])
+def test_a_robot_that_stands_at_the_first_sample_but_for_rounding_goes_no_way_there(
+    off: float,
+) -> None:
+    times = np.arange(201) / 100
+    line = np.array(HOME) + 0.1 * times[:, np.newaxis] * np.eye(6)[0]
+    job = replace(_job(times, line), start=(HOME[0] + off, *HOME[1:]))
+    motion, account = plan_recording(_kinematics(), job, ())
+    assert account.approach == 0.0
+    certify(motion, _kinematics().limits, start=job.start)
+
+
 def test_a_part_is_played_alone() -> None:
     _, account = plan_recording(_kinematics(), replace(WAVE, begins=1.0, ends=3.0), ())
     assert account.recorded == pytest.approx(2.0)

@@ -9,9 +9,10 @@ import pytest
 from recorded_cell import RecordedCell
 
 from openpendant.server.recording import recorder
-from openpendant.server.recording.document import RecordingDocument
+from openpendant.server.recording.document import RecordingDocument, read_document
 from openpendant.server.refusal import Refusal
-from openpendant.server.store.errors import DiskFull, StoreBusy
+from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.errors import DiskFull, StoreBusy, StoreFailed
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -121,8 +122,56 @@ def test_a_full_disk_ends_the_recording_and_keeps_what_it_has(cell: RecordedCell
     for _ in range(60):
         cell.report((0.0, 0.0))
     assert cell.recorder.status is None
-    assert _code(cell.recorder.problem) is V.DISK_FULL
     assert len(cell.rows()) == 51
+
+
+def test_whoever_records_is_told_at_once_that_the_disk_is_full(cell: RecordedCell) -> None:
+    cell.start()
+    cell.refuse_with = DiskFull("no room")
+    for _ in range(60):
+        cell.report((0.0, 0.0))
+    (why,) = cell.lost
+    assert why.code is V.DISK_FULL
+    assert why.text == "recording 'arc' ended by itself, 0 samples kept: no room"
+
+
+def test_a_stop_after_the_end_is_told_why_it_ended(cell: RecordedCell) -> None:
+    cell.start()
+    cell.refuse_with = DiskFull("no room")
+    for _ in range(60):
+        cell.report((0.0, 0.0))
+    assert cell.stop() == cell.lost[0]
+    cell.refuse_with = None
+    cell.start("bow")
+    assert not isinstance(cell.stop(), Refusal)
+    assert _code(cell.stop()) is V.NOT_RECORDING
+
+
+def test_a_disk_that_fills_while_the_last_rows_are_written_is_told_to_all(
+    cell: RecordedCell,
+) -> None:
+    cell.start()
+    cell.report((0.0, 0.0))
+    cell.refuse_with = DiskFull("no room")
+    cell.stop()
+    assert cell.told[1:] == cell.lost
+    assert _code(cell.lost[0]) is V.DISK_FULL
+    assert cell.recorder.status is None
+
+
+def test_why_it_ended_is_kept_where_there_is_room_again(cell: RecordedCell) -> None:
+    cell.start()
+    cell.refuse_with = StoreFailed("input/output error")
+    cell.answers_at_once = False
+    for _ in range(60):
+        cell.report((0.0, 0.0))
+    cell.answer()
+    cell.refuse_with = None
+    cell.answer()
+    document = read_document("arc", cell.store.load(DocumentKind.RECORDING, "arc").body)
+    assert isinstance(document, RecordingDocument)
+    assert not document.finished
+    assert "input/output error" in document.problem
 
 
 def test_a_busy_disk_only_delays(cell: RecordedCell) -> None:
@@ -146,7 +195,7 @@ def test_a_disk_that_never_answers_ends_the_recording(
     for _ in range(200):
         cell.report((0.0, 0.0))
     assert cell.recorder.status is None
-    assert _code(cell.recorder.problem) is V.RECORDING_FELL_BEHIND
+    assert _code(cell.lost[0]) is V.RECORDING_FELL_BEHIND
     cell.store.close()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,12 @@ from typing import Any
 import pytest
 from surrounded_cell import SurroundedCell, robot
 
-from openpendant.server.store.errors import StoreFailed
+from openpendant.server.pendant.snapshot import snapshot
+from openpendant.server.settings import make_settings
+from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.errors import DiskFull, StoreFailed
+from openpendant.server.store.samples import pack_rows
+from openpendant.simplemsg.pendant import OutcomeKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -26,6 +32,19 @@ def _record(cell: SurroundedCell, name: str = "arc", reports: int = 100) -> dict
     for step in range(reports):
         cell.report((home[0] + 0.001 * step, *home[1:]))
     return cell.ask("recordings.stop")
+
+
+def _import(cell: SurroundedCell, about: dict[str, Any], rows: list[tuple[float, ...]]) -> None:
+    """Save a recording as the import of a CSV file does."""
+    columns = ["t", *(f"j{number}" for number in range(1, 7))]
+    body = json.dumps({"columns": columns} | about)
+    cell.store.save(DocumentKind.RECORDING, "csv", body, expected_revision=0, author="ann")
+    cell.store.append_chunk("csv", 0, pack_rows(rows))
+
+
+def _problem_in_snapshot(cell: SurroundedCell) -> str:
+    settings = make_settings({}, "test")
+    return snapshot(cell.cell, settings, cell.now, cell.around).recording_problem
 
 
 def test_a_recording_is_begun_ended_and_described(cell: SurroundedCell) -> None:
@@ -61,11 +80,6 @@ def test_what_is_being_recorded_is_neither_deleted_nor_renamed(cell: SurroundedC
     assert refused[0] is V.RECORDING_RUNNING
 
 
-def test_playing_needs_the_motion_authority(cell: SurroundedCell) -> None:
-    _record(cell)
-    assert cell.refused("recordings.play", name="arc")[0] is V.NOT_IN_CONTROL
-
-
 @pytest.mark.parametrize("factor", [0.05, 4.5, float("inf")])
 def test_a_factor_out_of_bounds_is_refused(cell: SurroundedCell, factor: float) -> None:
     code, text = cell.refused("recordings.play", name="arc", factor=factor)
@@ -78,10 +92,73 @@ def test_a_store_that_fails_is_told(cell: SurroundedCell) -> None:
     assert cell.refused("recordings.start", name="arc")[0] is V.STORE_FAILED
 
 
-def test_a_recording_that_a_crash_cut_off_counts_its_samples(cell: SurroundedCell) -> None:
+def _crashed(cell: SurroundedCell, folder: Path, reports: int) -> SurroundedCell:
+    """Record, kill the server, and return the cell of the next one."""
+    cell.ask("recordings.start", name="arc")
+    home = robot().home_position
+    for step in range(reports):
+        cell.report((home[0] + 0.001 * step, *home[1:]))
+    return SurroundedCell(folder)
+
+
+def test_of_a_recording_that_a_crash_cut_off_the_rows_are_counted(
+    cell: SurroundedCell, tmp_path: Path
+) -> None:
+    after = _crashed(cell, tmp_path, 154)
+    about = after.ask("recordings.describe", name="arc")
+    assert not about["finished"]
+    assert about["samples"] == 153
+    assert about["duration"] == pytest.approx(1.52)
+    assert about["rate"] == pytest.approx(100.0)
+    assert "the server ended before it was stopped" in about["problem"]
+    (line,) = after.ask("recordings.list")["recordings"]
+    assert line["duration"] == about["duration"]
+    assert line["problem"] == about["problem"]
+    after.store.close()
+
+
+def test_a_recording_under_way_has_no_problem(cell: SurroundedCell) -> None:
     cell.ask("recordings.start", name="arc")
     for _ in range(60):
         cell.report()
     about = cell.ask("recordings.describe", name="arc")
-    assert not about["finished"]
-    assert about["samples"] == 51
+    assert (about["finished"], about["samples"], about["problem"]) == (False, 60, "")
+    assert _problem_in_snapshot(cell) == ""
+    assert about["duration"] == pytest.approx(0.59)
+
+
+def test_who_records_hears_of_a_full_disk_by_an_outcome_and_at_the_stop(
+    cell: SurroundedCell,
+) -> None:
+    cell.ask("recordings.start", name="arc")
+    for _ in range(60):
+        cell.report()
+    cell.refuse_with = DiskFull("no room")
+    for _ in range(60):
+        cell.report()
+    (told,) = cell.outcomes
+    assert (told.request_id, told.outcome) == (7, OutcomeKind.ABORTED)
+    assert told.code == V.DISK_FULL
+    assert told.text == "recording 'arc' ended by itself, 51 samples kept: no room"
+    assert cell.refused("recordings.stop") == (V.DISK_FULL, told.text)
+    cell.refuse_with = None
+    assert cell.ask("recordings.list")["problem"] == told.text
+    assert _problem_in_snapshot(cell) == told.text
+    about = cell.ask("recordings.describe", name="arc")
+    assert (about["samples"], about["problem"]) == (51, told.text)
+
+
+def test_a_damaged_recording_hides_no_other_in_the_list(cell: SurroundedCell) -> None:
+    _record(cell)
+    cell.store.save(DocumentKind.RECORDING, "bad", "{}", expected_revision=0, author="ann")
+    arc, bad = cell.ask("recordings.list")["recordings"]
+    assert (arc["samples"], arc["problem"]) == (100, "")
+    assert "columns" in bad["problem"]
+
+
+def test_an_imported_recording_is_counted(cell: SurroundedCell) -> None:
+    _import(cell, {"robot": "ur5"}, [(0.1 * n, *robot().home_position) for n in range(11)])
+    about = cell.ask("recordings.describe", name="csv")
+    assert (about["samples"], about["finished"], about["problem"]) == (11, True, "")
+    assert about["duration"] == pytest.approx(1.0)
+    assert about["rate"] == pytest.approx(10.0)

@@ -1,0 +1,74 @@
+"""Which kept recordings are played: those that say they are of this robot, stopped or not."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from emulated_cell import EmulatedCell
+from server_clients import Pendant
+
+from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.samples import pack_rows
+from openpendant.simplemsg import ReplyCode
+from openpendant.simplemsg.pendant import Management
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+COLUMNS = ["t", *(f"j{number}" for number in range(1, 7))]
+
+
+@pytest.fixture
+def cell() -> Iterator[EmulatedCell]:
+    made = EmulatedCell(has_surroundings=True)
+    made.wait(100)
+    yield made
+    made.store.close()
+
+
+def _keep(cell: EmulatedCell, **about: Any) -> None:
+    """Keep two seconds of one joint turning, from where the robot stands."""
+    body = json.dumps({"columns": COLUMNS} | about)
+    cell.store.save(DocumentKind.RECORDING, "arc", body, expected_revision=0, author="ann")
+    first, *others = cell.position
+    rows = [(0.01 * n, first + 0.001 * n, *others) for n in range(201)]
+    cell.store.append_chunk("arc", 0, pack_rows(rows))
+
+
+def _play(pendant: Pendant) -> tuple[bool, dict[str, Any]]:
+    request = Management(70, b'{"op": "recordings.play", "name": "arc"}')
+    (reply,) = [each for each in pendant.send(request) if isinstance(each, Management)]
+    return reply.reply_code == ReplyCode.SUCCESS, json.loads(reply.body)
+
+
+def test_playing_needs_the_motion_authority(cell: EmulatedCell) -> None:
+    _keep(cell, robot="ur5")
+    done, told = _play(cell.pendant())
+    assert not done
+    assert told["code"] == V.NOT_IN_CONTROL
+
+
+def test_a_recording_that_was_cut_off_is_played_as_far_as_it_is_kept(cell: EmulatedCell) -> None:
+    _keep(cell, robot="ur5", finished=False)
+    done, told = _play(cell.holder())
+    assert done, told
+    assert (told["samples"], told["recorded"]) == (201, pytest.approx(2.0))
+
+
+@pytest.mark.parametrize(
+    ("about", "why"),
+    [
+        ({}, r"does not say of which robot it is; this robot is 'ur5'.*--robot ur5"),
+        ({"robot": "ur10"}, r"was made with 'ur10'; this robot is 'ur5'"),
+    ],
+)
+def test_a_recording_of_another_robot_or_of_none_is_refused(
+    cell: EmulatedCell, about: dict[str, Any], why: str
+) -> None:
+    _keep(cell, **about)
+    done, told = _play(cell.holder())
+    assert not done
+    assert told["code"] == V.RECORDING_WRONG_ROBOT
+    assert re.search(why, told["text"])
