@@ -1,13 +1,12 @@
 // A pendant in JavaScript: joint 1 is jogged for half a second, by hold-to-run.
 //   node pendant.js [PORT [ADDRESS]]                    docs/pendant-apps.md has the steps.
 "use strict";
-const net = require("node:net");
-const sleep = require("node:timers/promises").setTimeout;
+const net = require("node:net"), { setTimeout: sleep } = require("node:timers/promises");
 
-const HELLO = 65000, VERDICT = 65002, AUTHORITY = 65005, STOP = 65014, ENABLING = 65016;
-const SET_MODE = 65017, STATE = 65020, JOG_ENDED = 65025;
-const JOG_START = 65030, JOG_BEAT = 65031, JOG_RELEASE = 65032;
-const TOPIC = 1, REQUEST = 2, SUCCESS = 1, HELD = 1, REDUCED_SPEED = 1, JOINTS = 1;
+const HELLO = 65000, VERDICT = 65002, AUTHORITY = 65005, STOP = 65014, RESET = 65015;
+const ENABLING = 65016, SET_MODE = 65017, STATE = 65020, JOG_ENDED = 65025, JOG_START = 65030;
+const JOG_BEAT = 65031, JOG_RELEASE = 65032, TOPIC = 1, REQUEST = 2;
+const SUCCESS = 1, HELD = 1, LET_GO = 0, REDUCED_SPEED = 1, JOINTS = 1;
 
 const int = (...values) => Buffer.from(new Int32Array(values).buffer);
 const real = (...values) => Buffer.from(new Float32Array(values).buffer);
@@ -45,34 +44,28 @@ function put(type, kind, ...fields) {
 }
 
 const next = (type) => new Promise((resolve) => waiting.set(type, resolve));
-
-function ask(type, ...fields) {
-  const answer = next(type === HELLO ? HELLO : VERDICT);
-  put(type, REQUEST, ...fields);
-  return answer;
-}
+const ask = (type, reply, ...fields) => (put(type, REQUEST, ...fields), next(reply));
 
 async function main() {
-  const hello = await ask(HELLO, int(2), real(25), text("", 32), text("JavaScript pendant", 32));
-  const joints = hello.readInt32LE(16);
-  await ask(AUTHORITY, int(1, 1));
-  await ask(SET_MODE, int(2, REDUCED_SPEED));
+  const hello = await ask(HELLO, HELLO, int(2), real(25), text("", 32), text("JavaScript", 32));
+  await ask(AUTHORITY, VERDICT, int(1, 1));
+  await ask(SET_MODE, VERDICT, int(2, REDUCED_SPEED));
   put(ENABLING, TOPIC, int(HELD));
-  const sequence = (await next(STATE)).readInt32LE(0);
-  const speeds = real(0.5, 0, 0, 0, 0, 0, 0, 0, 0, 0); // joint 1, at half the jog speed
-  const start = [int(3, 1, sequence), real(0.25), int(JOINTS), text("", 32), int(joints), speeds];
-  await ask(JOG_START, ...start);
+  const press = [int(3, 1, (await next(STATE)).readInt32LE(0)), real(0.25), int(JOINTS)];
+  // Of all joints only joint 1, at half the jog speed.
+  const speeds = [int(hello.readInt32LE(16)), real(0.5, ...Array(9).fill(0))];
+  await ask(JOG_START, VERDICT, ...press, text("", 32), ...speeds);
   for (let beat = 1; beat <= 10; beat++) {
     await sleep(50);
     put(ENABLING, TOPIC, int(HELD));
     put(JOG_BEAT, TOPIC, int(1, beat));
   }
-  const ended = next(JOG_ENDED);
-  put(JOG_RELEASE, REQUEST, int(4, 1));
-  const account = await ended;
+  const account = await ask(JOG_RELEASE, JOG_ENDED, int(4, 1));
   const [at, time] = [account.readFloatLE(20).toFixed(4), 1e3 * account.readFloatLE(8)];
   console.log(`joint 1 stands at ${at}, ${time.toFixed(0)} ms after the release`);
-  await ask(STOP, int(5), text("", 64)); // the software stop latches until it is reset
+  await ask(STOP, VERDICT, int(5), text("", 64)); // latches, whoever asks for it
+  put(ENABLING, TOPIC, int(LET_GO)); // let go, then reset on purpose
+  await ask(RESET, VERDICT, int(6));
   process.exit(0);
 }
 

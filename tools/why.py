@@ -13,9 +13,11 @@ import json
 import ssl
 import sys
 from pathlib import Path
-from typing import Any
 
-from .pendants.client import DEFAULT_PORT, PendantClient, PendantError, WrongArgument
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from .pendants.client import DEFAULT_PORT, PendantClient, PendantError, Refused, WrongArgument
+from .pendants.management.cell import Why
 from .pendants.signing_in import PASSWORD_VARIABLE, password_of, trusted
 
 _READY, _NOT_READY, _USAGE, _UNAVAILABLE, _INTERRUPTED = 0, 1, 2, 69, 130
@@ -46,6 +48,9 @@ def main(argv: list[str] | None = None) -> int:
         return _complain(f"{host}:{port} did not answer within {_TIMEOUT:g} s")
     except OSError as error:
         return _complain(f"nobody answers at {host}:{port}: {error.strerror or error}")
+    except Refused as refused:
+        which = "; say which by --cell NAME" if refused.code == VerdictCode.UNKNOWN_CELL else ""
+        return _complain(f"{host}:{port}: {refused}{which}")
     except PendantError as error:
         return _complain(f"{host}:{port}: {error}")
     print(json.dumps(answer, indent=2, ensure_ascii=False) if arguments.json else table(answer))
@@ -95,7 +100,7 @@ def _address(text: str) -> tuple[str, int]:
 
 async def _ask(
     arguments: argparse.Namespace, tls: ssl.SSLContext | None, password: str | None
-) -> dict[str, Any]:
+) -> Why:
     host, port = arguments.server
     async with asyncio.timeout(_TIMEOUT):
         pendant = await PendantClient.connect(
@@ -109,10 +114,10 @@ async def _ask(
             password=password,
         )
         async with pendant:
-            return await pendant.manage({"op": "why", "kind": arguments.kind})
+            return await pendant.why(kind=arguments.kind)
 
 
-def table(answer: dict[str, Any]) -> str:
+def table(answer: Why) -> str:
     """Return the chain as lines: what holds, what is broken, and what to do about the first."""
     broken = answer["broken"]
     verdict = "is ready" if answer["ready"] else "is not ready"

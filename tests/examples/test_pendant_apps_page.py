@@ -11,6 +11,7 @@ import pytest
 from openpendant.simplemsg.pendant import PENDANT_MESSAGES
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
+from openpendant.tools.reference.operations import PublishedOperation, published_operations
 
 ROOT = Path(__file__).parent.parent.parent
 PAGE = (ROOT / "docs" / "pendant-apps.md").read_text("utf-8")
@@ -34,6 +35,14 @@ def test_every_call_is_named(client: type) -> None:
     calls = [name for name, _ in inspect.getmembers(client, callable) if name[0] != "_"]
     missing = [name for name in calls if not re.search(rf"\b{name}\b", PAGE)]
     assert set(missing) <= inside
+
+
+@pytest.mark.parametrize("operation", published_operations().values(), ids=lambda each: each.name)
+def test_every_call_of_a_group_is_named_beside_it(operation: PublishedOperation) -> None:
+    group = f"`pendant.{operation.group}`" if operation.group else "the client itself"
+    rows = [line for line in PAGE.splitlines() if line.startswith("| ") and "see below" not in line]
+    (row,) = [line for line in rows if group in line or f", `{operation.group}`" in line]
+    assert f"`{operation.make.__name__}`" in row
 
 
 def test_the_numbers_of_the_messages_are_right() -> None:

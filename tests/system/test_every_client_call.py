@@ -148,6 +148,9 @@ async def test_looking_on_hellos_states_snapshots_and_news(port: int) -> None:
             None,
         )
         assert shot["signals"]["offered"]
+        (served,) = (await pendant.cells())["cells"]
+        assert served == {"cell": "cell", "robot": "ur5"}
+        assert (await pendant.why())["broken"] == "authority"
         assert len(shot["signals"]["inputs"]) == 16
         cells = await pendant.manage({"op": "cells"})
         assert cells == {"cells": [{"cell": "cell", "robot": pendant.hello.robot}]}

@@ -10,7 +10,9 @@ from typing import Any
 
 import pytest
 
+from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools import why
+from openpendant.tools.pendants.client import Refused
 
 Answer = Callable[[dict[str, Any]], None]
 
@@ -84,6 +86,19 @@ def test_nobody_there_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> Non
     shown = capsys.readouterr().err
     assert shown.startswith("openpendant why: nobody answers at")
     assert shown.count("\n") == 1
+
+
+def test_where_several_cells_are_served_the_option_and_their_names_are_told(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    async def ask(*_: object) -> dict[str, Any]:
+        text = "name a cell; here: left, right"
+        raise Refused(VerdictCode.UNKNOWN_CELL, text, -1, 0.0, 0.0)
+
+    monkeypatch.setattr(why, "_ask", ask)
+    assert why.main([]) == 69
+    shown = capsys.readouterr().err
+    assert shown.endswith("name a cell; here: left, right; say which by --cell NAME\n")
 
 
 @pytest.mark.parametrize("address", ["host:", ":1", "host:0", "host:70000", "host:x"])

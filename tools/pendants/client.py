@@ -19,8 +19,8 @@ from .admitting import Admitting
 from .failures import Aborted, ConnectionLost, PendantError, Refused, WrongArgument
 from .jog import Jog
 from .jogging import Jogging
+from .managing import Managing, PlaybackHandle
 from .motions import JogAccount, MotionHandle, MotionResult, Pose
-from .moves import Moves
 from .operating import EnablingDevice, Operating
 from .session import DEFAULT_PORT
 from .snapshot import Snapshot
@@ -41,6 +41,7 @@ __all__ = [
     "OperatingMode",
     "PendantClient",
     "PendantError",
+    "PlaybackHandle",
     "Pose",
     "Refused",
     "RunKind",
@@ -51,9 +52,10 @@ __all__ = [
 ]
 
 
-class PendantClient(Operating, Moves, Jogging, Admitting):
+class PendantClient(Operating, Managing, Jogging, Admitting):
     """One connection to a pendant server, with everything that a pendant can ask for.
 
     `session` has the connection and the callbacks, `observing` the state, `operating` authority,
-    modes and stops, `moves` the single motions, `jogging` the jogs, `admitting` who may come in.
+    modes and stops, `moves` the single motions, `jogging` the jogs, `admitting` who may come in,
+    `managing` programs, recordings, frames, tools, scene, signals, connections and accounts.
     """

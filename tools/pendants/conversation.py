@@ -7,9 +7,10 @@ lost. What the requests mean is the business of `session` and of what is built o
 from __future__ import annotations
 
 import asyncio
+import json
 import socket
 from collections.abc import Callable
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from openpendant.simplemsg import (
     PENDANT,
@@ -159,7 +160,7 @@ class Conversation(asyncio.Protocol):
         """Send a request and wait for its verdict.
 
         Raises:
-            Refused: the verdict is a failure.
+            Refused: the verdict is a failure, or the answer to a management request is one.
             ConnectionLost: the connection ended, or no verdict came.
         """
         future = self._verdicts[request_id] = self.expect(Message)
@@ -173,10 +174,12 @@ class Conversation(asyncio.Protocol):
             self._verdicts.pop(request_id, None)
         if isinstance(reply, Verdict) and reply.reply_code != ReplyCode.SUCCESS:
             raise Refused(reply.code, reply.text, reply.joint, reply.value, reply.limit)
+        if isinstance(reply, Management) and reply.reply_code != ReplyCode.SUCCESS:
+            raise _refused(json.loads(reply.body))
         return reply
 
-    async def begin_motion(self, request: Message, request_id: int) -> MotionHandle:
-        """Send a motion request; return the motion once it was accepted and has begun.
+    async def begin_motion(self, request: Message, request_id: int) -> tuple[Message, MotionHandle]:
+        """Send a motion request; return what accepted it, and the motion, which has begun.
 
         Raises:
             Refused: the verdict is a failure.
@@ -184,12 +187,12 @@ class Conversation(asyncio.Protocol):
         """
         outcome = self._outcomes[request_id] = self.expect(Outcome)
         try:
-            await self.ask(request, request_id)
+            reply = await self.ask(request, request_id)
         except BaseException:
             self._outcomes.pop(request_id, None)
             outcome.cancel()
             raise
-        return MotionHandle(request_id, outcome)
+        return reply, MotionHandle(request_id, outcome)
 
     def _take(self, message: Message) -> None:
         match message:
@@ -217,6 +220,17 @@ class Conversation(asyncio.Protocol):
         self._waiting.clear()
         if isinstance(cause, FramingFault):
             self.abort()
+
+
+def _refused(answer: dict[str, Any]) -> Refused:
+    """Return the refusal that the answer to a management request tells."""
+    return Refused(
+        answer.get("code", 0),
+        answer.get("text", ""),
+        answer.get("joint", -1),
+        answer.get("value", 0.0),
+        answer.get("limit", 0.0),
+    )
 
 
 def _complete(future: asyncio.Future[_T] | None, value: _T) -> None:

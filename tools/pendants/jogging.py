@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import cast
 
 from openpendant.simplemsg.pendant import JogEnded, JogSpace, JogStep, JogUndo
 
@@ -12,7 +11,7 @@ from .joint_values import JogValues, slots
 from .motions import MotionHandle
 from .observing import Observing
 from .press_line import PressLine
-from .way_out import Hold, WayOut
+from .way_out import WayOut
 
 DEFAULT_DEADLINE = 0.15
 """The server ends a press so long after its last beat, where nothing else is declared [s]."""
@@ -82,18 +81,6 @@ class Jogging(Observing):
             A context manager that presses on entry and releases on exit.
         """
         return self._jog(JogValues.of_tool((x, y, z, a, b, c), frame), deadline, longest)
-
-    async def retreat(self) -> list[Hold]:
-        """Ask at what limit, singularity or contact the robot stands, and which key leads out.
-
-        Returns:
-            One entry for each; none where it stands free. Show `press`, or jog by `jog_out`.
-
-        Raises:
-            Refused: the robot moves, or where it stands is not known.
-            ConnectionLost: the connection ended.
-        """
-        return cast(list[Hold], (await self.manage({"op": "jog.retreat"}))["holds"])
 
     def jog_out(
         self, way: WayOut, *, deadline: float = DEFAULT_DEADLINE, longest: float | None = None

@@ -5,26 +5,28 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import AsyncIterator, Callable
-from typing import Any, cast
+from typing import Any
 
-from openpendant.simplemsg import JOINT_SLOTS, ReplyCode
+from openpendant.simplemsg import JOINT_SLOTS, Message
 from openpendant.simplemsg.pendant import Management, State, StateField, Subscribe
 
-from .failures import PendantError, Refused, WrongArgument
-from .motions import Pose
+from .failures import PendantError, WrongArgument
+from .management.calls import AsyncCalls
+from .management.cell import CellCalls
+from .motions import MotionHandle, Pose
 from .session import PendantSession
-from .snapshot import Snapshot
 
 _QUOTABLE = 0.25
 """A press quotes a state message that came at most so long ago; the server takes 0.5 s [s]."""
 
 
-class Observing(PendantSession):
+class Observing(PendantSession, CellCalls, AsyncCalls):
     """State and data, which need no authority."""
 
     def __init__(self) -> None:
         """Use `connect` instead."""
-        super().__init__()
+        PendantSession.__init__(self)
+        AsyncCalls.__init__(self, self.manage)
         self._waiting: list[asyncio.Future[State]] = []
         self._last_state = 0.0
 
@@ -102,32 +104,22 @@ class Observing(PendantSession):
             WrongArgument: it is no JSON, or larger than a frame.
             ConnectionLost: the connection ended.
         """
-        try:
-            body = json.dumps(request, allow_nan=False).encode()
-        except (TypeError, ValueError) as error:
-            raise WrongArgument(f"the request is no JSON: {error}") from None
+        body = _body(request)
         reply = await self._ask(lambda request_id: Management(request_id=request_id, body=body))
-        if not isinstance(reply, Management):
-            raise PendantError(f"the server answered with {type(reply).__name__}")
-        answer: dict[str, Any] = json.loads(reply.body)
-        if reply.reply_code != ReplyCode.SUCCESS:
-            raise Refused(
-                answer.get("code", 0),
-                answer.get("text", ""),
-                answer.get("joint", -1),
-                answer.get("value", 0.0),
-                answer.get("limit", 0.0),
-            )
-        return answer
+        return _answer(reply)
 
-    async def snapshot(self) -> Snapshot:
-        """Ask for the whole state of the cell: robot, limits, owner, stop, obstacle.
+    async def _manage_motion(self, request: dict[str, Any]) -> tuple[dict[str, Any], MotionHandle]:
+        """Send a management request that moves the robot; return the answer and the motion.
 
         Raises:
-            Refused: the server refused.
+            Refused: the server refused it.
+            WrongArgument: it is no JSON, or larger than a frame.
             ConnectionLost: the connection ended.
         """
-        return cast(Snapshot, await self.manage({"op": "snapshot"}))
+        request_id = self._conversation.new_request()
+        message = Management(request_id=request_id, body=_body(request))
+        reply, motion = await self._conversation.begin_motion(message, request_id)
+        return _answer(reply), motion
 
     def joints(self) -> tuple[float, ...]:
         """Return the newest joint positions of the robot's own joints [rad, m].
@@ -150,3 +142,17 @@ class Observing(PendantSession):
         x, y, z = self.state.tool_position
         qx, qy, qz, qw = self.state.tool_orientation
         return Pose((x, y, z), (qx, qy, qz, qw))
+
+
+def _body(request: dict[str, Any]) -> bytes:
+    try:
+        return json.dumps(request, allow_nan=False).encode()
+    except (TypeError, ValueError) as error:
+        raise WrongArgument(f"the request is no JSON: {error}") from None
+
+
+def _answer(reply: Message) -> dict[str, Any]:
+    if not isinstance(reply, Management):
+        raise PendantError(f"the server answered with {type(reply).__name__}")
+    answer: dict[str, Any] = json.loads(reply.body)
+    return answer

@@ -73,7 +73,7 @@ class PressLine:
             values=slots(aim.values),
         )
         try:
-            motion = await self._conversation.begin_motion(request, request_id)
+            _, motion = await self._conversation.begin_motion(request, request_id)
         except BaseException:
             self._accounts.pop(press, None)
             raise

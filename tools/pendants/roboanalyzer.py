@@ -23,6 +23,7 @@ from openpendant.simplemsg.pendant import Motion, OperatingMode, StateField
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .attitude import quaternion_of, roll_pitch_yaw
+from .cell_choice import chosen_cell, some_cell
 from .client import DEFAULT_PORT, Pose
 from .failures import Refused, WrongArgument
 from .roboanalyzer_robots import RobotDisplay, RobotPosture, display_of, posture_of
@@ -60,23 +61,38 @@ class RoboAnalyzerClient:
         Args:
             host: address of the pendant server.
             port: its pendant port.
-            robot: name of the robot to select, or of its cell; empty for the one of `cell`.
-            cell: name of the cell to ask first, empty for the only one.
+            robot: name of the robot to select, or of its cell; empty for the one of `cell`, or
+                for the only one.
+            cell: name of the cell to ask first; empty for any.
             speed: of every motion, a fraction of the joints' largest speed.
             client: name that others are shown; at most 32 bytes.
 
         Raises:
             OSError: nobody listens there.
-            Refused: the server has no such robot, or somebody else moves it.
+            WrongArgument: the server has no such robot, or several; its cells are in the text.
+            Refused: there is no such cell, or somebody else moves the robot.
         """
         self.speed = speed
         self._address = (host, port, client)
-        self._pendant = self._connected(cell)
+        is_named = True
+        try:
+            self._pendant = self._connected(cell)
+        except Refused as refused:
+            # Of several cells none was named; any of them tells which there are.
+            guest = "" if cell else some_cell(refused)
+            if not guest:
+                raise
+            self._pendant = self._connected(guest)
+            is_named = False
         hello = self._pendant.hello
-        if robot not in ("", hello.robot, hello.cell):
-            self.LoadRobot(robot)
-        else:
-            self._begin()
+        try:
+            if is_named and robot in ("", hello.robot, hello.cell):
+                self._begin()
+            else:
+                self.LoadRobot(robot)
+        except BaseException:
+            self._pendant.close()
+            raise
 
     def __enter__(self) -> Self:
         return self
@@ -93,22 +109,18 @@ class RoboAnalyzerClient:
 
     def ShowAvailableRobots(self) -> list[str]:
         """Return the names of the robots that the server serves."""
-        return [cell["robot"] for cell in self._pendant.manage({"op": "cells"})["cells"]]
+        return [cell["robot"] for cell in self._pendant.cells()["cells"]]
 
     def LoadRobot(self, name: str) -> None:
         """Select a robot by its name or that of its cell, and take control of it.
 
         Raises:
-            WrongArgument: the server has no such robot; the names that it has are in the text.
+            WrongArgument: the server has no such robot, or several; its cells are in the text.
             Refused: somebody else moves it.
         """
-        cells = self._pendant.manage({"op": "cells"})["cells"]
-        found = [cell["cell"] for cell in cells if name in (cell["cell"], cell["robot"])]
-        if not found:
-            known = ", ".join(f"{cell['robot']} (cell {cell['cell']})" for cell in cells)
-            raise WrongArgument(f"no robot {name!r}; the server has {known}")
+        cell = chosen_cell(name, self._pendant.cells()["cells"])
         self._pendant.close()
-        self._pendant = self._connected(found[0])
+        self._pendant = self._connected(cell)
         self._begin()
 
     def DisplayRobot(self) -> RobotDisplay:
@@ -128,7 +140,7 @@ class RoboAnalyzerClient:
 
     def ClearTrace(self) -> None:
         """Have every display of this robot forget the trace of its tool so far."""
-        self._pendant.manage({"op": "trace.clear"})
+        self._pendant.trace.clear()
 
     # Joints.
 

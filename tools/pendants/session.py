@@ -196,7 +196,8 @@ class PendantSession:
     async def _begin(self, make: Callable[[int], Message]) -> MotionHandle:
         """Send a motion request that is made with a fresh request id; return the motion."""
         request_id = self._conversation.new_request()
-        return await self._conversation.begin_motion(make(request_id), request_id)
+        _, motion = await self._conversation.begin_motion(make(request_id), request_id)
+        return motion
 
     async def _keep_alive(self) -> None:
         """Let the server hear of us, and end the connection once it falls silent."""

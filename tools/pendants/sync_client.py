@@ -24,10 +24,11 @@ from openpendant.simplemsg.pendant import (
 
 from .client import EnablingDevice, Pose
 from .sync_jogging import SyncJogging
+from .sync_managing import SyncManaging
 from .sync_motions import SyncMotion
 
 
-class SyncPendantClient(SyncJogging):
+class SyncPendantClient(SyncManaging, SyncJogging):
     """One connection to a pendant server, with blocking calls.
 
     Safe to share between threads: each call waits for its own answer. Callbacks are those of

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from .jogging import DEFAULT_DEADLINE
 from .sync_motions import SyncJog, SyncMotion
 from .sync_session import SyncSession
-from .way_out import Hold, WayOut
+from .way_out import WayOut
 
 LONGEST_JOG = 2.0
 """A jog lets go by itself so long after the program's last call [s]."""
@@ -46,10 +46,6 @@ class SyncJogging(SyncSession):
             x=x, y=y, z=z, a=a, b=b, c=c, frame=frame, deadline=deadline, longest=longest
         )
         return SyncJog.held(self._thread, jog)
-
-    def retreat(self) -> list[Hold]:
-        """Ask at what limit, singularity or contact the robot stands, and which key leads out."""
-        return self._thread.call(self.background.retreat())
 
     def jog_out(
         self,

@@ -9,12 +9,14 @@ from typing import Any, Self
 
 from openpendant.simplemsg.pendant import Capability, HelloReply, State
 
-from .client import DEFAULT_PORT, MotionHandle, PendantClient, Pose, Snapshot
+from .client import DEFAULT_PORT, MotionHandle, PendantClient, Pose
 from .loop_thread import LoopThread
+from .management.calls import SyncCalls
+from .management.cell import CellCalls
 from .sync_motions import SyncMotion
 
 
-class SyncSession:
+class SyncSession(CellCalls, SyncCalls):
     """A connection on a thread of its own.
 
     Attributes:
@@ -23,8 +25,8 @@ class SyncSession:
 
     def __init__(self, thread: LoopThread, background: PendantClient) -> None:
         """Use `connect` instead."""
+        super().__init__(thread, background.manage)
         self.background = background
-        self._thread = thread
 
     @classmethod
     def connect(
@@ -136,10 +138,6 @@ class SyncSession:
     def manage(self, request: dict[str, Any]) -> dict[str, Any]:
         """Send a management request, a JSON object with its `op`, and return the answer."""
         return self._thread.call(self.background.manage(request))
-
-    def snapshot(self) -> Snapshot:
-        """Ask for the whole state of the cell: robot, limits, owner, stop, obstacle."""
-        return self._thread.call(self.background.snapshot())
 
     def _motion(self, begin: Coroutine[Any, Any, MotionHandle]) -> SyncMotion:
         return SyncMotion(self._thread, self._thread.call(begin))

@@ -22,7 +22,7 @@ def main(argv: list[str] | None = None) -> int:
     """
     parser = argparse.ArgumentParser(
         prog="python -m openpendant.tools.reference",
-        description="Write the reference page, the dissector, the vectors and the schemas.",
+        description="Write the reference pages, the dissector, the vectors and the schemas.",
     )
     parser.add_argument("--check", action="store_true", help="write nothing, say what is stale")
     parser.add_argument(

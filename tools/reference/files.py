@@ -7,6 +7,7 @@ from pathlib import Path
 
 from .dissector import lua_dissector
 from .error_page import error_page
+from .operations_page import operations_page
 from .page import protocol_page
 from .schemas import schema_files
 from .vectors import vector_files
@@ -20,6 +21,7 @@ def generated_files() -> dict[str, str]:
     return {
         "protocol.md": protocol_page(),
         "errors.md": error_page(),
+        f"{GENERATED}/operations.md": operations_page(),
         f"{GENERATED}/openpendant.lua": lua_dissector(),
         **{f"{GENERATED}/vectors/{name}": text for name, text in vector_files().items()},
         **{f"{GENERATED}/schemas/{name}": text for name, text in schema_files().items()},

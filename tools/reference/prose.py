@@ -22,8 +22,8 @@ openpendant treats what is wrong, and where it differs from the C++ library;
 [pendant-apps.md](pendant-apps.md) shows how to write a pendant.
 
 Beside this page the same declarations give a [Wireshark dissector](generated/openpendant.lua),
-[test vectors](generated/vectors/README.md) and, for the bodies of `management`, [JSON
-Schemas](generated/schemas/).
+[test vectors](generated/vectors/README.md). What the bodies of `management` hold is said in
+[operations.md](generated/operations.md), and in a [JSON Schema](generated/schemas/) of each.
 
 ## Messages
 """
@@ -72,7 +72,8 @@ Version {PROTOCOL_VERSION}. They use ids 65000 to 65535, which REP-I0004 leaves 
   the server can do. Within one protocol version a message keeps its layout.
 - **Unknown messages** are skipped by their length. An unknown request is refused by a bare header
   with reply code 2; an unknown topic or reply is ignored.
-- **Malformed messages**: a request whose body is not as declared is refused with MALFORMED.
+- **Malformed messages**: a request whose body is not as declared is refused with MALFORMED, under
+  its request id where the frame reaches that far, else under 0.
   {MOST_FAULTS} unknown requests or malformed messages within {FAULT_WINDOW_NS / 1e9:g} s end the
   connection.
 - **Outcomes.** A motion request carries a request id of the pendant's choice and is refused (a

@@ -3,43 +3,57 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Literal
+from typing import Any
 
-from pydantic import BaseModel
+from pydantic import TypeAdapter
 
 from openpendant.server.pendant.management import Failure
-from openpendant.server.pendant.served_cells import CellsRequest, ServedCells
-from openpendant.server.pendant.snapshot import Snapshot, SnapshotRequest
-from openpendant.server.why import WhyReply, WhyRequest
 
 from .notice import NOTICE
+from .operations import PublishedOperation, published_operations
 
-BODIES: dict[str, type[BaseModel]] = {
-    "snapshot-request": SnapshotRequest,
-    "snapshot-reply": Snapshot,
-    "cells-request": CellsRequest,
-    "cells-reply": ServedCells,
-    "why-request": WhyRequest,
-    "why-reply": WhyReply,
-    "failure-reply": Failure,
-}
-"""Every body of a management message: requests, replies, and the reply to what was refused."""
-
-_MODES: dict[str, Literal["validation", "serialization"]] = {
-    "request": "validation",
-    "reply": "serialization",
-}
+COMMENT = NOTICE.replace("simplemsg/", "server/ and tools/pendants/management/")
 
 
 def schema_files() -> dict[str, str]:
     """Return every schema: the name of its file and its text."""
-    return {f"{name}.json": _schema(name, body) for name, body in BODIES.items()}
+    files = {"failure-reply.json": _text(Failure.model_json_schema(mode="serialization"))}
+    for name, operation in published_operations().items():
+        files[f"{name}-request.json"] = _text(request_schema(operation))
+        files[f"{name}-reply.json"] = _text(reply_schema(operation.reply))
+    return files
 
 
-def _schema(name: str, body: type[BaseModel]) -> str:
-    schema: dict[str, Any] = {
-        "$comment": NOTICE.replace("simplemsg/", "server/pendant/management.py"),
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        **body.model_json_schema(mode=_MODES[name.rpartition("-")[2]]),
-    }
-    return json.dumps(schema, indent=2, ensure_ascii=False) + "\n"
+def request_schema(operation: PublishedOperation) -> dict[str, Any]:
+    """Return the schema of an operation's request; a model that several share names this one."""
+    schema = operation.request.model_json_schema() | {"description": operation.told.about}
+    schema["properties"]["op"] = {"const": operation.name, "title": "Op", "type": "string"}
+    for name, meaning in operation.told.section("Args").items():
+        schema["properties"][name]["description"] = meaning
+    return schema
+
+
+def reply_schema(kind: Any) -> dict[str, Any]:
+    """Return the schema of a reply.
+
+    Args:
+        kind: its model, or a plain object.
+    """
+    schema: dict[str, Any] = TypeAdapter(kind).json_schema(mode="serialization")
+    shown: dict[str, Any] = _without_defaults(schema)
+    return shown
+
+
+def _without_defaults(schema: Any) -> Any:
+    """Return a reply's schema without the defaults of keys that may be missing."""
+    if isinstance(schema, list):
+        return [_without_defaults(each) for each in schema]
+    if not isinstance(schema, dict):
+        return schema
+    hidden = "default" if schema.get("default", ...) is None else ""
+    return {key: _without_defaults(value) for key, value in schema.items() if key != hidden}
+
+
+def _text(schema: dict[str, Any]) -> str:
+    head = {"$comment": COMMENT, "$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return json.dumps(head | schema, indent=2, ensure_ascii=False) + "\n"

@@ -14,7 +14,7 @@ from openpendant.tools.pendants.client import Aborted, PendantClient, Refused
 
 FOLDER = Path(__file__).parents[3] / "examples" / "faults"
 SPEED = 0.3
-SILENT_LINE = (VerdictCode.CONTROLLER_STOPPED, "error 109")
+SILENT_LINE = (VerdictCode.CONTROLLER_STOPPED, "error 109 (emulated controller: a buffer under-run")
 """No point comes in time, so the robot under-runs, slows down and says so."""
 
 ENDS: dict[str, tuple[VerdictCode, str] | None] = {
@@ -22,7 +22,7 @@ ENDS: dict[str, tuple[VerdictCode, str] | None] = {
     "lost_reply": SILENT_LINE,
     "motoman_busy": (VerdictCode.CONTROLLER_MISMATCH, "type 2002"),
     "reset_in_motion": (VerdictCode.CONTROLLER_LOST, "motion link was lost"),
-    "slow_line": (VerdictCode.CONTROLLER_REFUSED, "reply code 2"),
+    "slow_line": (VerdictCode.CONTROLLER_REFUSED, "under-run"),
     "split_and_merge": None,
 }
 """How the first motion ends behind each script: code and words, None where it arrives."""

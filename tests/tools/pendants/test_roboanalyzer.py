@@ -7,8 +7,16 @@ from collections.abc import Iterator
 
 import pytest
 from scripted_pendant_server import ScriptedPendantServer, scripted_server
+from server_rig import LIMITS, NoTool
 
+from openpendant.server.cells import Cells
+from openpendant.server.core import Port, ServerCore
+from openpendant.server.outgoing import Send
+from openpendant.server.pendant.greeting import Identity
+from openpendant.server.settings import make_settings
 from openpendant.simplemsg.pendant import (
+    PROTOCOL_VERSION,
+    Authority,
     Enabling,
     Hello,
     Home,
@@ -17,9 +25,11 @@ from openpendant.simplemsg.pendant import (
     Motion,
     OperatingMode,
     PoseMove,
+    Verdict,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.attitude import quaternion_of, roll_pitch_yaw
+from openpendant.tools.pendants.cell_choice import some_cell
 from openpendant.tools.pendants.failures import Refused, WrongArgument
 from openpendant.tools.pendants.loop_thread import LoopThread
 from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
@@ -178,6 +188,91 @@ def test_a_robot_that_is_not_there_is_refused_with_those_that_are(
 ) -> None:
     with pytest.raises(WrongArgument, match=r"no robot 'kr6'.*ur5 \(cell left\), puma560"):
         RoboAnalyzerClient("127.0.0.1", server.port, "kr6")
+
+
+ROOM = {
+    "cells": [
+        {"cell": "left", "robot": "ur5"},
+        {"cell": "right", "robot": "puma560"},
+        {"cell": "third", "robot": "ur5"},
+    ]
+}
+
+
+@pytest.fixture
+def room(server: ScriptedPendantServer) -> ScriptedPendantServer:
+    """A server of three cells, which takes no hello that names none of them."""
+    server.answers["cells"] = ROOM
+    server.cells = ("left", "right", "third")
+    return server
+
+
+@pytest.mark.parametrize(
+    ("name", "cell"), [("puma560", "right"), ("right", "right"), ("left", "left")]
+)
+def test_in_a_room_the_robot_alone_selects_its_cell(
+    room: ScriptedPendantServer, name: str, cell: str
+) -> None:
+    with RoboAnalyzerClient("127.0.0.1", room.port, name):
+        assert room.all(Hello)[-1].cell == cell
+
+
+def test_in_a_room_a_robot_that_two_cells_have_is_refused_with_the_cells(
+    room: ScriptedPendantServer,
+) -> None:
+    with pytest.raises(WrongArgument, match="2 cells have a robot 'ur5': name left or third"):
+        RoboAnalyzerClient("127.0.0.1", room.port, "ur5")
+    assert room.all(Authority) == []
+
+
+def test_in_a_room_no_robot_at_all_is_refused_with_those_there_are(
+    room: ScriptedPendantServer,
+) -> None:
+    with pytest.raises(WrongArgument, match=r"several robots: name one of ur5 \(cell left\), "):
+        RoboAnalyzerClient("127.0.0.1", room.port)
+
+
+def test_loading_a_robot_that_two_cells_have_keeps_the_one_that_is_loaded(
+    room: ScriptedPendantServer,
+) -> None:
+    with RoboAnalyzerClient("127.0.0.1", room.port, cell="third") as robot:
+        with pytest.raises(WrongArgument, match="name left or third"):
+            robot.LoadRobot("ur5")
+        robot.UpdateRobot()
+        robot.LoadRobot("left")
+        assert room.all(Hello)[-1].cell == "left"
+
+
+def test_a_cell_that_is_named_and_not_there_is_the_server_s_refusal(
+    room: ScriptedPendantServer,
+) -> None:
+    with pytest.raises(Refused, match=r"no cell 'attic'; here: left, right, third"):
+        RoboAnalyzerClient("127.0.0.1", room.port, cell="attic")
+
+
+def test_the_refusal_of_a_real_room_names_a_cell_that_tells_the_others() -> None:
+    told = sentence_of_a_room("left", "right")
+    assert some_cell(Refused(VerdictCode.UNKNOWN_CELL, told, -1, 0.0, 0.0)) == "left"
+    assert some_cell(Refused(VerdictCode.VERSION, told, -1, 0.0, 0.0)) == ""
+
+
+def sentence_of_a_room(*names: str) -> str:
+    """Return what a server of several cells says to a hello that names none."""
+    cores = [
+        ServerCore(
+            make_settings({"name": name}, "test"),
+            LIMITS,
+            Identity(name, "two-joints", "openpendant test"),
+            NoTool(),
+        )
+        for name in names
+    ]
+    cells = Cells(cores)
+    cells.opened(7, Port.PENDANT, "127.0.0.1", 0)
+    answer = cells.receive(7, Hello(PROTOCOL_VERSION, 0.0, "", "tester"), 0).outgoing[0]
+    assert isinstance(answer, Send)
+    assert isinstance(answer.message, Verdict)
+    return answer.message.text
 
 
 def test_in_a_manual_mode_each_motion_is_enabled(

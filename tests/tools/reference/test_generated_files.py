@@ -9,6 +9,7 @@ from openpendant.tools.reference.__main__ import main
 from openpendant.tools.reference.files import generated_files, stale_files, write_files
 
 DOCS = Path(__file__).parents[3] / "docs"
+FILES = generated_files()
 
 
 def test_no_generated_file_is_stale() -> None:
@@ -17,12 +18,12 @@ def test_no_generated_file_is_stale() -> None:
 
 
 def test_generating_twice_gives_the_same_bytes() -> None:
-    assert generated_files() == generated_files()
+    assert generated_files() == FILES
 
 
-@pytest.mark.parametrize("path", generated_files())
+@pytest.mark.parametrize("path", FILES)
 def test_a_generated_file_says_so_at_its_top(path: str) -> None:
-    top = generated_files()[path][:400]
+    top = FILES[path][:400]
     assert "Generated from the declarations" in top or "openpendant's own encoder" in top
 
 

@@ -1,47 +1,114 @@
+"""What is published of the management operations: none is left out, and nothing is made up."""
+
 from __future__ import annotations
 
-import inspect
 import json
+import re
+from pathlib import Path
 from typing import Any
 
 import pytest
-from pydantic import BaseModel
 
-from openpendant.server import why
-from openpendant.server.pendant import management, served_cells, snapshot
-from openpendant.tools.reference.schemas import BODIES, schema_files
+from openpendant.server.access.permissions import FREE_OPERATIONS, OF_OPERATION
+from openpendant.server.access.roles import Role
+from openpendant.server.pendant.management import OPERATIONS
+from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.tools.reference.operations import PublishedOperation, published_operations
+from openpendant.tools.reference.operations_page import operations_page
+from openpendant.tools.reference.schema_words import field_rows
+from openpendant.tools.reference.schemas import reply_schema, request_schema, schema_files
 
 SCHEMAS = {name: json.loads(text) for name, text in schema_files().items()}
+PAGE = operations_page()
+ALL = published_operations()
+GENERATED = Path(__file__).parents[3] / "docs" / "generated"
+
+each_operation = pytest.mark.parametrize("operation", ALL.values(), ids=list(ALL))
 
 
-def test_every_model_of_the_management_messages_has_its_schema() -> None:
-    models = {
-        name
-        for module in (management, served_cells, snapshot, why)
-        for name, model in inspect.getmembers(module, inspect.isclass)
-        if issubclass(model, BaseModel)
-        and model.__module__ == module.__name__
-        and not name.startswith("_")
-    }
-    told = {body.__name__ for body in BODIES.values()}
-    inside = {name for schema in SCHEMAS.values() for name in _models_inside(schema)}
-    assert models == told | inside
+def test_every_operation_that_the_server_knows_is_published() -> None:
+    assert set(ALL) == set(OF_OPERATION) | FREE_OPERATIONS
+    assert set(OPERATIONS) <= set(ALL)
 
 
-@pytest.mark.parametrize("name", SCHEMAS)
-def test_a_schema_refuses_unknown_keys(name: str) -> None:
-    schema = SCHEMAS[name]
+def test_every_operation_has_a_schema_of_its_request_and_of_its_reply() -> None:
+    kinds = [f"{name}-{kind}.json" for name in ALL for kind in ("request", "reply")]
+    assert set(SCHEMAS) == {"failure-reply.json", *kinds}
+
+
+@each_operation
+def test_a_request_names_its_operation_and_refuses_unknown_keys(
+    operation: PublishedOperation,
+) -> None:
+    schema = SCHEMAS[f"{operation.name}-request.json"]
+    assert schema["properties"]["op"]["const"] == operation.name
+    assert "op" in schema["required"]
     assert schema["additionalProperties"] is False
-    assert all(inner["additionalProperties"] is False for inner in _models_inside(schema).values())
+    assert all(inner["additionalProperties"] is False for inner in _objects_inside(schema))
 
 
-def _models_inside(schema: dict[str, Any]) -> dict[str, Any]:
-    inside = schema.get("$defs", {}).items()
-    return {name: inner for name, inner in inside if inner["type"] == "object"}
+def _objects_inside(schema: dict[str, Any]) -> list[dict[str, Any]]:
+    return [inner for inner in schema.get("$defs", {}).values() if inner["type"] == "object"]
 
 
-@pytest.mark.parametrize("operation", management.OPERATIONS)
-def test_the_request_schema_names_its_operation(operation: str) -> None:
-    request = SCHEMAS[f"{operation}-request.json"]
-    assert request["properties"]["op"]["const"] == operation
-    assert request["required"] == ["op"]
+@each_operation
+def test_the_page_has_role_call_schemas_and_every_field(operation: PublishedOperation) -> None:
+    section = _section(operation.name)
+    role = "anybody" if operation.role is None else operation.role.value
+    assert f"Role: {role}" in section
+    assert f"`pendant.{operation.usage}`" in section
+    for kind in ("request", "reply"):
+        link = f"schemas/{operation.name}-{kind}.json"
+        assert link in section
+        assert (GENERATED / link).is_file()
+    for name in operation.request.model_fields.keys() - {"op"}:
+        assert re.search(rf"^\| `{name}` \| \S.* \| .* \| \S.* \|$", section, re.MULTILINE), name
+    for row in field_rows(reply_schema(operation.reply), lambda *_: ""):
+        assert f"\n| `{row.path}` | " in section, row.path
+
+
+def _section(name: str) -> str:
+    return PAGE.partition(f"\n### {name}\n")[2].partition("\n### ")[0]
+
+
+def test_no_field_is_without_a_meaning() -> None:
+    rows = [line for line in PAGE.splitlines() if line.startswith("| `")]
+    assert len(rows) > 300
+    assert [row for row in rows if row.endswith("|  |")] == []
+
+
+@pytest.mark.parametrize(
+    "tag", ["edit insert", "edit touch-up", "statement move", "statement wait"]
+)
+def test_edits_and_statements_have_sections_that_operations_link_to(tag: str) -> None:
+    kind, value = tag.split()
+    assert f'<a id="{kind}-{value}"></a>\n### {kind} `{value}`' in PAGE
+    assert f"(#{kind}-{value})" in _section("programs.edit") + _section("programs.record") + PAGE
+
+
+def test_every_link_of_the_page_leads_somewhere() -> None:
+    headings = re.findall(r"^### (\S+)$", PAGE, re.MULTILINE)
+    places = {re.sub(r"[^\w-]", "", name) for name in headings}
+    places |= set(re.findall(r'<a id="([^"]+)">', PAGE))
+    assert set(re.findall(r"\]\(#([^)]+)\)", PAGE)) <= places
+    codes = {int(number) for number in re.findall(r"errors\.md#code-(\d+)", PAGE)}
+    assert codes
+    assert codes <= {code.value for code in VerdictCode}
+
+
+def test_bounds_defaults_and_roles_are_those_of_the_server() -> None:
+    play = _section("recordings.play")
+    assert "| `factor` | number, 0.1 to 4.0 | `1.0` |" in play
+    assert f"Role: {Role.OPERATOR.value} (`run-program`)" in play
+    assert "| `repeats` | integer, 1 to " in play
+
+
+def test_a_model_that_two_operations_share_is_published_for_each() -> None:
+    for name in ("scene.allow", "scene.forbid"):
+        assert request_schema(ALL[name])["properties"]["op"]["const"] == name
+
+
+def test_a_key_that_may_be_missing_is_not_required() -> None:
+    nearest = SCHEMAS["scene.nearest-reply.json"]
+    assert nearest["required"] == ["distance"]
+    assert "default" not in nearest["properties"]["first"]

@@ -1,0 +1,243 @@
+"""Edits of programs as the server takes them: JSON objects told apart by their tag.
+
+Numbers of statements and of points count from 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, NotRequired, TypeAlias, TypedDict
+
+from .statements import Move, Statement
+
+
+class ArmConfiguration(TypedDict):
+    """Which of the ways to reach its pose a point takes; turns: full turns of each joint.
+
+    Attributes:
+        shoulder: where the wrist is, seen from axis 1.
+        elbow: where the elbow is, seen from the line between shoulder and wrist.
+        wrist: the sign of the wrist's middle joint.
+        turns: full turns of each joint; None where they are not said.
+    """
+
+    shoulder: Literal["front", "back"]
+    elbow: Literal["up", "down"]
+    wrist: Literal["no-flip", "flip"]
+    turns: NotRequired[Sequence[int] | None]
+
+
+class PointPose(TypedDict):
+    """Where the tool is.
+
+    Attributes:
+        position: x, y, z in the frame [m].
+        quaternion: x, y, z, w.
+        frame: the frame's name.
+        tool: the tool's name.
+    """
+
+    position: Sequence[float]
+    quaternion: Sequence[float]
+    frame: str
+    tool: str
+
+
+class TeachPoint(TypedDict):
+    """One point.
+
+    Attributes:
+        name: unique in its program.
+        joints: controller side [rad, m for a linear axis].
+        pose: where that put the tool; None where nobody measured it.
+        configuration: which of the ways to reach the pose; None where the robot has no such words.
+        comment: lines of text; empty for none.
+    """
+
+    name: str
+    joints: Sequence[float]
+    pose: NotRequired[PointPose | None]
+    configuration: NotRequired[ArmConfiguration | None]
+    comment: NotRequired[str]
+
+
+class RecordPoint(TypedDict):
+    """Add a point with its numbers, and a move to it; `record` takes where the robot stands.
+
+    Attributes:
+        point: the new point.
+        move: a move that names it; None for the point alone.
+        at: the statement that the move is put before; None to append it.
+    """
+
+    edit: Literal["record-point"]
+    point: TeachPoint
+    move: NotRequired[Move | None]
+    at: NotRequired[int | None]
+
+
+class TouchUp(TypedDict):
+    """Put a point elsewhere by its numbers; `touch_up` takes where the robot stands.
+
+    Attributes:
+        name: name of the point.
+        joints: controller side [rad, m for a linear axis].
+        pose: where that puts the tool; None where nobody measured it.
+        configuration: which of the ways to reach the pose.
+    """
+
+    edit: Literal["touch-up"]
+    name: str
+    joints: Sequence[float]
+    pose: NotRequired[PointPose | None]
+    configuration: NotRequired[ArmConfiguration | None]
+
+
+class DeletePoint(TypedDict):
+    """Remove a point that no statement moves to.
+
+    Attributes:
+        name: name of the point.
+    """
+
+    edit: Literal["delete-point"]
+    name: str
+
+
+class RenamePoint(TypedDict):
+    """Give a point another name, in all statements too.
+
+    Attributes:
+        name: name of the point.
+        new_name: the name that it has afterwards.
+    """
+
+    edit: Literal["rename-point"]
+    name: str
+    new_name: str
+
+
+class CommentPoint(TypedDict):
+    """Say something about a point; empty to say nothing.
+
+    Attributes:
+        name: name of the point.
+        comment: lines of text.
+    """
+
+    edit: Literal["comment-point"]
+    name: str
+    comment: str
+
+
+class ReorderPoint(TypedDict):
+    """Put a point at another place of the list.
+
+    Attributes:
+        name: name of the point.
+        to: its number afterwards.
+    """
+
+    edit: Literal["reorder-point"]
+    name: str
+    to: int
+
+
+class InsertStatements(TypedDict):
+    """Put statements before another; None to append them. Blocks come whole.
+
+    Attributes:
+        statements: what to put there.
+        at: the statement that they are put before.
+    """
+
+    edit: Literal["insert"]
+    statements: Sequence[Statement]
+    at: NotRequired[int | None]
+
+
+class DeleteStatements(TypedDict):
+    """Remove statements in a row, one where no count is given. Blocks go whole.
+
+    Attributes:
+        first: number of the first of them.
+        count: how many.
+    """
+
+    edit: Literal["delete"]
+    first: int
+    count: NotRequired[int]
+
+
+class ReorderStatements(TypedDict):
+    """Move statements in a row; `to` is the number that the first has afterwards.
+
+    Attributes:
+        first: number of the first of them.
+        count: how many.
+        to: the number that the first has afterwards.
+    """
+
+    edit: Literal["reorder"]
+    first: int
+    count: int
+    to: int
+
+
+class ReplaceStatement(TypedDict):
+    """Change one statement: its speed, its zone, its comment, or all of it.
+
+    Attributes:
+        at: number of the statement.
+        statement: what stands there afterwards.
+    """
+
+    edit: Literal["replace"]
+    at: int
+    statement: Statement
+
+
+class CommentStatement(TypedDict):
+    """Say something beside a statement; empty to say nothing.
+
+    Attributes:
+        at: number of the statement.
+        comment: one line.
+    """
+
+    edit: Literal["comment"]
+    at: int
+    comment: str
+
+
+class DescribeProgram(TypedDict):
+    """Change what is said of the whole program; its name is changed by `rename`.
+
+    Attributes:
+        name: None; a program is renamed by `programs.rename`.
+        tool: the tool that new points are taught with; None as it is.
+        frame: the frame that they are taught in; None as it is.
+        comment: about the program; None as it is.
+    """
+
+    edit: Literal["describe"]
+    name: NotRequired[None]
+    tool: NotRequired[str | None]
+    frame: NotRequired[str | None]
+    comment: NotRequired[str | None]
+
+
+Edit: TypeAlias = (
+    RecordPoint
+    | TouchUp
+    | DeletePoint
+    | RenamePoint
+    | CommentPoint
+    | ReorderPoint
+    | InsertStatements
+    | DeleteStatements
+    | ReorderStatements
+    | ReplaceStatement
+    | CommentStatement
+    | DescribeProgram
+)

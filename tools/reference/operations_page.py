@@ -1,0 +1,182 @@
+"""The page of the management operations: request, reply, role and refusals of each."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from functools import cache
+from typing import Any, is_typeddict
+
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..pendants.management import edits, frames, statements
+from .docstrings import Docstring
+from .operations import GROUPS, PublishedOperation, published_operations
+from .schema_words import FieldRow, field_rows, tagged
+from .schemas import COMMENT, reply_schema, request_schema
+
+_OPENING = """\
+# Management operations
+
+Programs, recordings, frames, tools, scene, signals, accounts: what has no fixed layout travels as
+one JSON object in a [MANAGEMENT](../protocol.md#65001-management) request, with the operation in
+`op` beside the fields below, and is answered by one. The Python client has a typed call for each;
+every request and reply has a [JSON Schema](schemas/). [pendant-apps.md](../pendant-apps.md) shows
+them at work.
+
+- An unknown key is refused, as are a value of another type or beyond its bounds: BAD_ARGUMENT.
+- A refused operation is answered with reply code 2 and [code and text](schemas/failure-reply.json),
+  where known with `value` and `limit`, and for a program's text with `line` and `column`.
+- Whoever has not the role that an operation needs gets LOGIN_NEEDED or ROLE_TOO_LOW.
+- What is kept may be refused with NO_STORE, DISK_FULL, STORE_READ_ONLY, STORE_FAILED or STORE_BUSY.
+- `expected_revision` is the revision that the change was made from, 0 for something new. Where
+  another is kept by now the change is refused with REVISION_CONFLICT, and nothing is lost.
+- Lengths are m, angles rad, times s, quaternions x, y, z, w. Joints, statements and signals count
+  from 0, lines of a text from 1.
+"""
+
+_TITLES = {
+    "": "The cell",
+    "programs": "Programs",
+    "recordings": "Recordings",
+    "frames": "User frames",
+    "tools": "Tools",
+    "scene": "The scene",
+    "signals": "Signals",
+    "robots": "The robot itself",
+    "trace": "The trace of the tool",
+    "access": "Connections",
+    "users": "Accounts",
+}
+
+_REQUEST_HEADS = ("field", "type", "default", "meaning")
+
+_CODE = re.compile(r"\b[A-Z]+(?:_[A-Z]+)+\b|\bMOVING\b")
+
+
+def operations_page() -> str:
+    """Return the page as Markdown."""
+    operations = published_operations()
+    parts = [f"<!-- {COMMENT} -->", "", _OPENING, *_overview(operations.values()), ""]
+    for group in GROUPS:
+        parts += [f"## {_TITLES[group]}", ""]
+        for operation in operations.values():
+            if operation.group == group:
+                parts += _operation(operation)
+    parts += _tagged(request_schema(operations["programs.edit"]))
+    return "\n".join(parts).rstrip() + "\n"
+
+
+def _overview(operations: Iterable[PublishedOperation]) -> Iterator[str]:
+    rows = (
+        (f"[`{each.name}`](#{_anchor(each)})", _role(each), each.told.about.splitlines()[0])
+        for each in operations
+    )
+    return _table(("operation", "role", "what it is for"), rows)
+
+
+def _anchor(operation: PublishedOperation) -> str:
+    return operation.name.replace(".", "")
+
+
+def _role(operation: PublishedOperation) -> str:
+    return "anybody" if operation.role is None else operation.role.value
+
+
+def _operation(operation: PublishedOperation) -> list[str]:
+    name, needs = operation.name, operation.permission
+    permission = "" if needs is None else f" (`{needs}`)"
+    schemas = f"[request](schemas/{name}-request.json), [reply](schemas/{name}-reply.json)"
+    lines = [
+        f"### {name}",
+        "",
+        _in_json(operation.told.about),
+        "",
+        f"- Role: {_role(operation)}{permission}. Schemas: {schemas}.",
+        f"- Client: `pendant.{operation.usage}`.",
+    ]
+    refused = operation.told.section("Raises").get("Refused")
+    if refused:
+        lines.append(f"- May be refused: {_linked(refused)}")
+    rows = [_request_cells(row) for row in field_rows(request_schema(operation), _meaning)]
+    lines += ["", "Request:" if rows else "Request: no field but `op`.", ""]
+    lines += [*_table(_REQUEST_HEADS, rows), ""] if rows else []
+    return [*lines, *_reply(operation)]
+
+
+def _reply(operation: PublishedOperation) -> list[str]:
+    """Return the fields of a reply, with what the client's type says of them."""
+    told = {row.path: row.meaning for row in field_rows(reply_schema(operation.returned), _meaning)}
+    schema = reply_schema(operation.reply)
+    rows = [
+        (
+            f"`{row.path}`",
+            row.kind if row.is_needed or row.default else f"{row.kind}, or missing",
+            _sentence(told.get(row.path) or row.meaning),
+        )
+        for row in field_rows(schema, _meaning)
+    ]
+    if not rows:
+        return ["Reply: an object." if schema.get("additionalProperties") else "Reply: empty.", ""]
+    return ["Reply:", "", *_table(("field", "type", "meaning"), rows), ""]
+
+
+def _request_cells(row: FieldRow) -> tuple[str, ...]:
+    default = f"`{row.default}`" if row.default else ""
+    return f"`{row.path}`", row.kind, default, _sentence(row.meaning)
+
+
+def _sentence(text: str) -> str:
+    return _in_json(text[:1].upper() + text[1:])
+
+
+def _in_json(text: str) -> str:
+    return text.replace("None", "null")
+
+
+def _linked(text: str) -> str:
+    """Return a sentence in which every code of the catalogue links to its cause and remedy."""
+
+    def link(found: re.Match[str]) -> str:
+        return f"[{found[0]}](../errors.md#code-{VerdictCode[found[0]].value})"
+
+    return _CODE.sub(link, text)
+
+
+def _tagged(schema: dict[str, Any]) -> list[str]:
+    """Return the sections of edits and statements."""
+    lines = ["## Edits and statements", ""]
+    lines += ["What `programs.edit` takes, and what a program consists of.", ""]
+    for tag, inner in sorted(tagged(schema).items()):
+        kind, _, value = tag.partition(" ")
+        about = Docstring.of(_clients_types()[inner["title"]]).about
+        rows = map(_request_cells, field_rows({**inner, "$defs": schema["$defs"]}, _meaning))
+        lines += [f'<a id="{kind}-{value}"></a>', f"### {kind} `{value}`", "", about, ""]
+        lines += [*_table(_REQUEST_HEADS, rows), ""]
+    return lines
+
+
+@cache
+def _clients_types() -> dict[str, type]:
+    """Return the client's types of what requests hold, by name."""
+    modules = (edits, statements, frames)
+    return {
+        name: kind
+        for module in modules
+        for name, kind in vars(module).items()
+        if is_typeddict(kind)
+    }
+
+
+def _meaning(kind: str, name: str) -> str:
+    """Return what the client's type of the same name says of a field."""
+    found = _clients_types().get(kind)
+    return "" if found is None else Docstring.of(found).section("Attributes").get(name, "")
+
+
+def _table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> Iterator[str]:
+    titles = list(heads)
+    yield f"| {' | '.join(titles)} |"
+    yield f"| {' | '.join('---' for _ in titles)} |"
+    for cells in rows:
+        yield f"| {' | '.join(cells)} |"

@@ -1,0 +1,154 @@
+"""What a JSON Schema says, in words: the type of a value, and the fields of an object one by one.
+
+Owns the wording of types and the paths of nested fields (`moves[].line`). Knows no operation.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+Schema = Mapping[str, Any]
+
+TAGS = ("edit", "statement")
+"""Fields that tell the kinds of an object apart; such objects have a section of their own."""
+
+_WORDS = {
+    "string": "text",
+    "integer": "integer",
+    "number": "number",
+    "boolean": "true or false",
+    "object": "object",
+    "null": "null",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class FieldRow:
+    """One field.
+
+    Attributes:
+        path: its name, behind the names of what it is in.
+        kind: its type, with its bounds.
+        default: its value where it is left out, as JSON; empty where there is none.
+        is_needed: whether it must be there.
+        meaning: what it is.
+    """
+
+    path: str
+    kind: str
+    default: str
+    is_needed: bool
+    meaning: str
+
+
+Meaning = Callable[[str, str], str]
+"""Tells what a field means that its schema does not tell of, by the names of type and field."""
+
+
+def field_rows(schema: Schema, meaning: Meaning) -> Iterator[FieldRow]:
+    """Return the fields of an object, and below each of them those of the objects in it.
+
+    Args:
+        schema: of the object.
+        meaning: tells what a field means.
+    """
+    yield from _rows(schema, schema.get("$defs", {}), meaning, "")
+
+
+def tagged(schema: Schema) -> dict[str, Schema]:
+    """Return the objects in a schema that a tag tells apart, by tag."""
+    found = {}
+    for inner in schema.get("$defs", {}).values():
+        tag = _tag(inner)
+        if tag:
+            found[tag] = inner
+    return found
+
+
+def _tag(schema: Schema) -> str:
+    for name in TAGS:
+        value = schema.get("properties", {}).get(name, {}).get("const")
+        if value:
+            return f"{name} {value}"
+    return ""
+
+
+def _rows(schema: Schema, defs: Schema, meaning: Meaning, path: str) -> Iterator[FieldRow]:
+    required = schema.get("required", ())
+    for name, field in schema.get("properties", {}).items():
+        if name in ("op", *TAGS) and "const" in field:
+            continue
+        inner, inside = _object_in(field, defs, f"{path}{name}")
+        told = field.get("description") or meaning(schema.get("title", ""), name)
+        if not told and inner is not None:
+            told = inner.get("description", "").partition("\n")[0]
+        default = json.dumps(field["default"]) if "default" in field else ""
+        is_needed = name in required or "const" in field
+        yield FieldRow(f"{path}{name}", _kind(field, defs), default, is_needed, told)
+        if inner is not None:
+            yield from _rows(inner, defs, meaning, f"{inside}.")
+
+
+def _object_in(field: Schema, defs: Schema, path: str) -> tuple[Schema | None, str]:
+    """Return the object that a field holds, alone or in a list, and its path."""
+    if "$ref" in field:
+        named = _resolved(field, defs)
+        is_shown = "properties" in named and not _tag(named)
+        return (named if is_shown else None), path
+    if field.get("type") == "array" and "items" in field:
+        return _object_in(field["items"], defs, f"{path}[]")
+    for choice in field.get("anyOf", ()):
+        found = _object_in(choice, defs, path)
+        if found[0] is not None:
+            return found
+    return None, path
+
+
+def _resolved(field: Schema, defs: Schema) -> Schema:
+    named: Schema = defs[field["$ref"].rpartition("/")[2]]
+    return named
+
+
+def _kind(field: Schema, defs: Schema) -> str:
+    """Return the type of a field in words."""
+    if "$ref" in field:
+        named = _resolved(field, defs)
+        tag = _tag(named)
+        return _link(tag) if tag else _kind(named, defs)
+    if "const" in field:
+        return f"`{json.dumps(field['const'])}`"
+    if "enum" in field:
+        return ", ".join(f"`{json.dumps(each)}`" for each in field["enum"])
+    choices = field.get("anyOf") or field.get("oneOf")
+    if choices:
+        return " or ".join(dict.fromkeys(_kind(each, defs) for each in choices))
+    if field.get("type") == "array":
+        return _list(field, defs)
+    return _WORDS[field["type"]] + _bounds(field)
+
+
+def _link(tag: str) -> str:
+    kind, _, value = tag.partition(" ")
+    return f"[{value}](#{kind}-{value})"
+
+
+def _list(field: Schema, defs: Schema) -> str:
+    places = field.get("prefixItems")
+    if places:
+        return f"{len(places)} of {_kind(places[0], defs)}"
+    least, most = field.get("minItems"), field.get("maxItems")
+    count = "" if most is None else f"{least or 0} to {most} of "
+    return f"list: {count}{_kind(field.get('items', {'type': 'object'}), defs)}"
+
+
+def _bounds(field: Schema) -> str:
+    least, most = field.get("minimum"), field.get("maximum")
+    below = field.get("exclusiveMaximum")
+    if least is not None and most is not None:
+        return f", {least} to {most}"
+    if least is not None and below is not None:
+        return f", {least} to below {below}"
+    return "" if least is None else f", {least} or more"
