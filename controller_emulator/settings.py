@@ -13,10 +13,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from openpendant.motion.bounded_file import beginning_of
+
 TABLE = "emulator"
 
 MAX_FILE = 1_048_576
-"""Largest file that is read, bytes; a device or a pipe may have no end."""
+"""Largest file that is read, bytes."""
 
 Port = Annotated[int, Field(ge=0, le=65535)]
 
@@ -119,8 +121,7 @@ def read_toml(file: Path) -> dict[str, Any]:
     import tomllib  # most runs read no file, and the emulator is to start fast
 
     try:
-        with file.open("rb") as stream:
-            content = stream.read(MAX_FILE + 1)
+        content = beginning_of(file, MAX_FILE + 1)
         if len(content) > MAX_FILE:
             size = f"more than {MAX_FILE} bytes"
             raise ConfigurationError(str(file), "file", size, f"at most {MAX_FILE} bytes")

@@ -198,6 +198,8 @@ class CellMotions:
     def set_speed(self, by: Holder, override: float, cap: float, now: int) -> Refusal | None:
         """Set speed override and cap of the tool speed [m/s]; acts on the running motion.
 
+        An override of 0 pauses it: raised again, it stands until somebody resumes it.
+
         Returns:
             Why a value is refused.
         """
@@ -206,7 +208,10 @@ class CellMotions:
             refusal = self._modes.set_speed(override, cap)
         work = self._driving.work
         if refusal is None and work is not None and work.stored is not None:
-            work.stored.scale(self._share(work))
+            if override:
+                work.stored.scale(self._share(work))
+            else:
+                work.stored.pause()
         return refusal
 
     def _share(self, work: Work) -> float:
@@ -232,8 +237,6 @@ class CellMotions:
             return refusal
         if work is None or work.stored is None or not work.stored.is_paused:
             return Refusal(VerdictCode.NOTHING_TO_CONTROL)
-        if not self._modes.override:
-            return Refusal(VerdictCode.BAD_ARGUMENT, "the speed override is 0; raise it first")
         refusal = self._modes.unready(work.kind, by.session, self._feedback.mode, now)
         if refusal is None:
             work.stored.resume()

@@ -135,6 +135,13 @@ class OperatingModes:
             self._cap = tool_speed
         return None
 
+    def override_fault(self) -> Refusal | None:
+        """Return why nothing moves at this override; None above 0."""
+        if self.override:
+            return None
+        text = "the speed override is 0; accepted: above 0, to 1"
+        return Refusal(VerdictCode.OVERRIDE_ZERO, text, value=0.0, limit=1.0)
+
     # Enabling (training).
 
     def enable(self, session: int, position: int, now: int) -> None:
@@ -215,5 +222,9 @@ class OperatingModes:
     def unready(
         self, kind: MotionKind, session: int, controller: ControllerMode, now: int
     ) -> Refusal | None:
-        """Return why a connection may not start a kind of motion, as far as the mode goes."""
-        return self.forbids(kind, controller) or self.not_enabled(session, controller, now)
+        """Return why a connection may not go on with a kind of motion, as far as the mode goes."""
+        return (
+            self.forbids(kind, controller)
+            or self.not_enabled(session, controller, now)
+            or self.override_fault()
+        )

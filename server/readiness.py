@@ -1,19 +1,20 @@
 """What must hold before a robot moves: the conditions, in the order in which they are examined.
 
 Owns the chain and its order. `RobotCell` asks for the first condition that is broken; the question
-"why is it not moving?" is answered with all of them, and with the scene, which a motion is held to
+"why is it not moving?" is answered with all of them. Two of them are found elsewhere and handed in
+for that answer: a role is asked for before a request gets here, and a motion is held to the scene
 by its planner. Decides nothing else and changes nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from enum import Enum
 from typing import NamedTuple, Protocol
 
 from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg import ControllerMode
-from openpendant.simplemsg.pendant import Activity, LinkState, OperatingMode
+from openpendant.simplemsg.pendant import Activity, LinkState, OperatingMode, ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .authority import Authority, Holder
@@ -30,18 +31,20 @@ _AT_LIMIT = 1e-3
 class Condition(Enum):
     """One link of the chain, named as an operator would."""
 
-    AUTHORITY = "whoever wants to move it has the motion authority"
-    PROGRAM = "no program is under way"
     SERVER = "the server is not going down"
-    STOP = "no stop is latched"
     LINK = "the controller is connected"
     FEEDBACK = "the controller reports positions, freshly"
-    STANDING = "nothing else moves or is planned"
-    CONTROLLER = "the controller can move"
+    ROLE = "whoever wants to move it is logged in where that is asked for, with a role that may"
+    AUTHORITY = "whoever wants to move it has the motion authority"
     MODE = "the mode of operation allows it"
     ENABLING = "the enabling device (training) is held where the mode asks for it"
+    STOP = "no stop is latched"
+    CONTROLLER = "the controller can move"
     LIMITS = "every joint is inside its limits"
+    OVERRIDE = "the speed override is above 0"
     SCENE = "the robot touches nothing of itself or of its scene"
+    PROGRAM = "no program is under way"
+    STANDING = "nothing else moves or is planned"
 
 
 class Finding(NamedTuple):
@@ -49,6 +52,18 @@ class Finding(NamedTuple):
 
     condition: Condition
     refusal: Refusal | None
+
+
+class Asked(NamedTuple):
+    """What is found elsewhere, for the whole answer; a motion that begins has passed the role.
+
+    Attributes:
+        role: returns why the role of a connection does not let it move the robot.
+        contact: returns what the robot touches where it stands; asked last, because it takes long.
+    """
+
+    role: Callable[[int], Refusal | None]
+    contact: Callable[[], Refusal | None]
 
 
 class Situation(Protocol):
@@ -62,8 +77,8 @@ class Situation(Protocol):
     program: RunningProgram | None
 
     @property
-    def activity(self) -> Activity:
-        """What the cell is doing."""
+    def motion_activity(self) -> Activity:
+        """What is done with a motion of ours; IDLE between those of a program."""
 
     @property
     def mode(self) -> ControllerMode:
@@ -89,8 +104,9 @@ def examine(
     *,
     planned: bool = False,
     steered: bool = False,
+    asked: Asked | None = None,
 ) -> Iterator[Finding]:
-    """Yield every condition for a motion of a connection, in order, but for that of the scene.
+    """Yield every condition for a motion of a connection, in order.
 
     Args:
         cell: the cell.
@@ -99,24 +115,50 @@ def examine(
         now: monotonic time, ns.
         planned: the motion is the one that is being planned, which is then no obstacle.
         steered: the motion is the jog that is driven, which is then no obstacle either.
+        asked: what is found elsewhere; None to look at the cell alone.
     """
-    yield Finding(Condition.AUTHORITY, permission(cell.authority, session, now))
-    yield Finding(Condition.PROGRAM, _program_fault(cell.program, kind))
-    for finding in examine_cell(cell, now, planned=planned):
-        if not (steered and finding.condition is Condition.STANDING):
-            yield finding
     modes, controller = cell.modes, cell.mode
+    yield from _connection(cell, now)
+    if asked is not None:
+        yield Finding(Condition.ROLE, asked.role(session))
+    yield Finding(Condition.AUTHORITY, permission(cell.authority, session, now))
     yield Finding(Condition.MODE, modes.forbids(kind, controller))
     yield Finding(Condition.ENABLING, modes.not_enabled(session, controller, now))
+    yield _stop(cell)
+    yield _controller(cell)
     yield Finding(Condition.LIMITS, None if _recovers(cell, kind) else outside_limits(cell))
+    held = planned and _is_paused(cell.program)
+    yield Finding(Condition.OVERRIDE, None if held else modes.override_fault())
+    if asked is not None:
+        yield Finding(Condition.SCENE, asked.contact())
+    yield Finding(Condition.PROGRAM, _program_fault(cell.program, kind))
+    if not steered:
+        yield _standing(cell, now, planned=planned)
 
 
 def _program_fault(program: RunningProgram | None, kind: MotionKind) -> Refusal | None:
     """Return why nothing but a program may move the robot; paused, it is still under way."""
     if program is None or kind is MotionKind.PROGRAM:
         return None
-    text = f"program {program.name!r} is under way at line {program.line}"
+    doing = _DOING.get(program.state, "is under way")
+    text = (
+        f"program {program.name!r} {doing} at line {program.line};"
+        " accepted: another motion after a program stop"
+    )
     return Refusal(VerdictCode.PROGRAM_RUNNING, text)
+
+
+_DOING = {
+    ProgramState.RUNNING: "runs",
+    ProgramState.PAUSED: "is paused",
+    ProgramState.STEPPED: "is paused after a step",
+    ProgramState.AT_BREAKPOINT: "is paused at a breakpoint",
+}
+
+
+def _is_paused(program: RunningProgram | None) -> bool:
+    """Tell whether a program will not leave the start of what is planned for it."""
+    return program is not None and program.is_paused
 
 
 def _recovers(cell: Situation, kind: MotionKind) -> bool:
@@ -129,16 +171,35 @@ def _recovers(cell: Situation, kind: MotionKind) -> bool:
     return not cell.modes.is_ours or cell.modes.mode(cell.mode) is OperatingMode.RECOVERY
 
 
-def examine_cell(cell: Situation, now: int, *, planned: bool = False) -> Iterator[Finding]:
-    """Yield the conditions that are the same whoever asks."""
+def examine_cell(cell: Situation, now: int) -> Iterator[Finding]:
+    """Yield the conditions that are the same whoever asks, in order."""
+    yield from _connection(cell, now)
+    yield _stop(cell)
+    yield _controller(cell)
+    yield Finding(Condition.OVERRIDE, cell.modes.override_fault())
+    yield _standing(cell, now, planned=False)
+
+
+def _connection(cell: Situation, now: int) -> Iterator[Finding]:
     closing = Refusal(VerdictCode.SHUTTING_DOWN) if cell.is_closing else None
     yield Finding(Condition.SERVER, closing)
-    yield Finding(Condition.STOP, None if cell.stop is None else stop_refusal(cell.stop))
     down = cell.link_state(now) is LinkState.DOWN
     yield Finding(Condition.LINK, Refusal(VerdictCode.CONTROLLER_DOWN) if down else None)
     yield Finding(Condition.FEEDBACK, _feedback_fault(cell.feedback, now))
-    yield Finding(Condition.STANDING, _activity_fault(cell, planned=planned))
-    yield Finding(Condition.CONTROLLER, _controller_fault(cell.feedback))
+
+
+def _stop(cell: Situation) -> Finding:
+    return Finding(Condition.STOP, None if cell.stop is None else stop_refusal(cell.stop))
+
+
+def _controller(cell: Situation) -> Finding:
+    # Some controllers say of themselves, while they move, that no motion is possible; what ends
+    # a motion of ours is its own business.
+    return Finding(Condition.CONTROLLER, None if cell.is_busy else _controller_fault(cell.feedback))
+
+
+def _standing(cell: Situation, now: int, *, planned: bool) -> Finding:
+    return Finding(Condition.STANDING, _activity_fault(cell, now, planned=planned))
 
 
 def permission(authority: Authority, session: int, now: int) -> Refusal | None:
@@ -171,12 +232,18 @@ def _feedback_fault(feedback: Feedback, now: int) -> Refusal | None:
     return Refusal(VerdictCode.FEEDBACK_STALE, text)
 
 
-def _activity_fault(cell: Situation, *, planned: bool) -> Refusal | None:
-    if cell.activity in (Activity.PAUSED, Activity.PAUSING):
+def _activity_fault(cell: Situation, now: int, *, planned: bool) -> Refusal | None:
+    activity = cell.motion_activity
+    if activity in (Activity.PAUSED, Activity.PAUSING):
         return Refusal(VerdictCode.PAUSED)
+    if cell.feedback.position is None:
+        return Refusal(VerdictCode.FEEDBACK_STALE, "nobody knows whether the robot stands")
     if cell.is_busy or not cell.feedback.is_standing:
         return Refusal(VerdictCode.MOVING)
-    if cell.activity is Activity.PLANNING and not planned:
+    if not cell.feedback.is_fresh(now):
+        text = "the robot stood when it was last heard of; nobody knows whether it still does"
+        return Refusal(VerdictCode.FEEDBACK_STALE, text)
+    if activity is Activity.PLANNING and not planned:
         return Refusal(VerdictCode.PLANNING)
     return None
 

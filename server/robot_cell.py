@@ -80,7 +80,15 @@ class RobotCell:
 
     @property
     def activity(self) -> Activity:
-        """What the cell is doing."""
+        """What the cell is doing; a program that is paused between its motions pauses the cell."""
+        activity = self._driving.activity
+        if activity is Activity.IDLE and self.program is not None and self.program.is_paused:
+            return Activity.PAUSED
+        return activity
+
+    @property
+    def motion_activity(self) -> Activity:
+        """What is done with a motion of ours; IDLE between those of a program."""
         return self._driving.activity
 
     @property
@@ -148,12 +156,8 @@ class RobotCell:
         if up or path is ControllerPath.STOP:
             return []
         self._driving.link_lost(path)
-        return self.end(
-            Refusal(
-                VerdictCode.CONTROLLER_LOST, f"the controller's {path.name.lower()} link was lost"
-            ),
-            now,
-        )
+        text = f"the controller's {path.name.lower()} link was lost"
+        return self.end(Refusal(VerdictCode.CONTROLLER_LOST, text), now)
 
     def end(self, refusal: Refusal, now: int) -> list[Outgoing]:
         """End whatever is planned or moving, and have the robot stopped."""
@@ -246,13 +250,8 @@ class RobotCell:
         """Stop what the former holder was moving, and tell everybody; None does nothing."""
         if change is None:
             return []
-        out = self.end(
-            Refusal(
-                VerdictCode.AUTHORITY_LOST,
-                f"the motion authority ended: {change.reason.name.lower().replace('_', ' ')}",
-            ),
-            now,
-        )
+        text = f"the motion authority ended: {change.reason.name.lower().replace('_', ' ')}"
+        out = self.end(Refusal(VerdictCode.AUTHORITY_LOST, text), now)
         return out + self._tell(AuthorityMoved(change), now)
 
     def shut_down(self, now: int) -> list[Outgoing]:
@@ -272,7 +271,7 @@ class RobotCell:
     def _has_lost_enabling(self, work: Work, now: int) -> bool:
         if not self.modes.needs_enabling(self.mode):
             return False
-        if self.activity is Activity.PAUSED:
+        if self.motion_activity is Activity.PAUSED:
             # It stands on its path; `resume` asks for the enabling device again.
             return False
         return not self.modes.is_enabled(work.request.session, now)

@@ -24,7 +24,7 @@ from openpendant.motion.jog import (
 )
 from openpendant.motion.jog.increments import shifted, turned
 from openpendant.motion.kinematics import Kinematics
-from openpendant.motion.pose import Array, Pose, matrix_to_quaternion
+from openpendant.motion.pose import Array, Pose, quaternion_of
 from openpendant.motion.robot import SerialRobot
 from openpendant.motion.robot_report import robot_data
 from openpendant.motion.scene import Scene
@@ -102,7 +102,7 @@ class RobotMathematics:
 
     def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""
-        return self._tool_place(np.array(position, dtype=np.float64))
+        return self._tool_place(*self._kinematics.place(np.array(position, dtype=np.float64)))
 
     def tool_motion(
         self, position: Sequence[float], velocity: Sequence[float]
@@ -110,16 +110,15 @@ class RobotMathematics:
         """Return place [m], quaternion and speed [m/s] of the tool in the base frame."""
         joints = np.array(position, dtype=np.float64)
         rates = np.array(velocity, dtype=np.float64)
-        (speed,) = self._kinematics.point_speeds(joints, rates, (self._tool_point,))
-        return *self._tool_place(joints), speed
+        turn, place, speed = self._kinematics.place_and_speed(joints, rates, self._tool_point)
+        return *self._tool_place(turn, place), speed
 
-    def _tool_place(self, joints: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    def _tool_place(self, turn: Array, place: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
         # Without a `Pose`, whose checks take longer than this: each state message asks for it.
-        turn, place = self._kinematics.place(joints)
         if self._tool_turn is not None:
             place = place + turn @ self._tcp.position
             turn = turn @ self._tool_turn
-        return tuple(place.tolist()), tuple(matrix_to_quaternion(turn).tolist())
+        return tuple(place.tolist()), quaternion_of(turn)
 
     @property
     def tool_in_flange(self) -> PoseGoal | None:

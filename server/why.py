@@ -14,7 +14,7 @@ from openpendant.simplemsg.verdicts import CATALOGUE
 
 from .operating_mode import MotionKind
 from .pendant.management_bodies import Body
-from .readiness import Condition, Finding, examine
+from .readiness import Asked, Finding, examine
 from .refusal import Refusal
 from .robot_cell import RobotCell
 
@@ -63,6 +63,9 @@ class WhyReply(Body):
 Contact = Callable[[], Refusal | None]
 """Tells what the robot touches where it stands."""
 
+RoleFault = Callable[[int], Refusal | None]
+"""Tells why the role of a connection does not let it move the robot."""
+
 
 def why(
     cell: RobotCell,
@@ -71,6 +74,7 @@ def why(
     session: int,
     now: int,
     contact: Contact | None = None,
+    role: RoleFault | None = None,
 ) -> WhyReply:
     """Examine every condition of a motion.
 
@@ -81,14 +85,17 @@ def why(
         session: who asks.
         now: monotonic time, ns.
         contact: tells what the robot touches; None where nothing is looked for.
+        role: tells whose role is too low; None where everybody may move the robot.
     """
     holder = cell.authority.holder
     if request.whose == "holder" and holder is not None:
         session = holder.session
     kind = MotionKind[request.kind.name]
-    # A jog may always lead away from a contact, so none is in its way.
-    touched = contact() if contact is not None and kind is not MotionKind.JOG else None
-    chain = [*examine(cell, kind, session, now), Finding(Condition.SCENE, touched)]
+    if kind is MotionKind.JOG:
+        # A jog may always lead away from a contact, so none is in its way.
+        contact = None
+    asked = Asked(role=role or (lambda _: None), contact=contact or (lambda: None))
+    chain = examine(cell, kind, session, now, asked=asked)
     reports = tuple(_report(finding) for finding in chain)
     broken = next((report.condition for report in reports if not report.holds), "")
     return WhyReply(

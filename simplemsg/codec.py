@@ -183,6 +183,16 @@ class Codec:
         layout = self._find(msg_type, comm_type)
         return None if layout is None else layout.cls
 
+    def request_id(self, frame: bytes, msg_type: int, comm_type: int) -> int:
+        """Return the id of a request whose body is wrong further on; 0 where it has none."""
+        cls = self.message_class(msg_type, comm_type)
+        if cls is None or comm_type != CommType.REQUEST:
+            return 0
+        if next(iter(cls.FIELDS), "") != "request_id" or len(frame) < HEADER_SIZE + 4:
+            return 0
+        number: int = struct.unpack_from(f"{self.byte_order.value}i", frame, HEADER_SIZE)[0]
+        return number
+
     def _find(self, msg_type: int, comm_type: int) -> FixedLayout | VariableLayout | None:
         is_reply = comm_type == CommType.REPLY
         return self._layouts.get((msg_type, is_reply)) or self._layouts.get((msg_type, False))

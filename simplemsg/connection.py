@@ -51,11 +51,13 @@ class Malformed:
         msg_type: from the header.
         comm_type: from the header; a request is still owed a reply.
         error: what is wrong.
+        request_id: of a request that begins with one, so that its refusal can name it; else 0.
     """
 
     msg_type: int
     comm_type: int
     error: MessageFault
+    request_id: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,7 +209,7 @@ class Connection:
                 take(self._judge(frame))
                 continue
             except MessageFault as error:
-                take(self._malformed(error))
+                take(self._malformed(error, frame))
                 continue
             comm_type = message.comm_type
             if comm_type is request:
@@ -232,12 +234,13 @@ class Connection:
         try:
             message = self._codec.decode(frame)
         except MessageFault as error:
-            return self._malformed(error)
+            return self._malformed(error, frame)
         return message if self._settle_accounts(message.comm_type) else Unasked(message)
 
-    def _malformed(self, error: MessageFault) -> Malformed:
+    def _malformed(self, error: MessageFault, frame: bytes) -> Malformed:
         self._settle_accounts(error.comm_type)
-        return Malformed(error.msg_type, error.comm_type, error)
+        request_id = self._codec.request_id(frame, error.msg_type, error.comm_type)
+        return Malformed(error.msg_type, error.comm_type, error, request_id)
 
     def _learn_byte_order(self, buffer: bytes) -> bool:
         prefix = buffer[:PREFIX_SIZE]

@@ -126,6 +126,7 @@ class VerdictCode(IntEnum):
     OUTSIDE_LIMITS = 148
     SERVER_LATE = 149
     CELL_FAULTED = 150
+    OVERRIDE_ZERO = 151
     NO_SIGNAL = 160
     NO_STORE = 161
     RECORDING_RUNNING = 170
@@ -165,7 +166,8 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "Use a pendant and a server of the same protocol version.",
     ),
     VerdictCode.UNKNOWN_CELL: _entry(
-        "No cell of this name is served here.", "Leave the name empty or ask for a served cell."
+        "No cell of this name is served here, or several are and none was named.",
+        "Name one of the served cells; an empty name will do only where there is one.",
     ),
     VerdictCode.NOT_IN_CONTROL: _entry(
         "Only the holder of the motion authority may do this.", "Request the authority first."
@@ -257,7 +259,10 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     VerdictCode.MALFORMED: _entry(
         "The body does not have the layout of its message type.", "See the protocol reference."
     ),
-    VerdictCode.BAD_ARGUMENT: _entry("A value is outside what it may be.", "Read the text."),
+    VerdictCode.BAD_ARGUMENT: _entry(
+        "A value is outside what it may be.",
+        "Send a value within what the text says is accepted.",
+    ),
     VerdictCode.NOT_FINITE: _entry(
         "A value is not a number, or infinite.", "Send finite numbers only."
     ),
@@ -306,7 +311,8 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     ),
     VerdictCode.CONTROLLER_REFUSED: _entry(
         "The controller answered a point with failure; the motion was stopped.",
-        "Read the controller's status and error code.",
+        "Read the controller's status and error code; where points came late, take load off the"
+        " network and the machine.",
     ),
     VerdictCode.CONTROLLER_SILENT: _entry(
         "The controller did not answer a point in time; the motion was stopped.",
@@ -411,7 +417,7 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     ),
     VerdictCode.BAD_NAME: _entry(
         "A document cannot have this name.",
-        "Use up to 64 printable characters without / and \\.",
+        "Use printable characters without / and \\, at most 64 bytes of UTF-8 for a new one.",
     ),
     VerdictCode.TOO_LARGE: _entry(
         "The document, chunk or file is larger than what is taken.", "Split it, or thin it."
@@ -470,14 +476,18 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "No program is in a state for this.",
         "Start the program, or pause it first, as the text says.",
     ),
-    VerdictCode.PROGRAM_RUNNING: _entry("A program is running.", "Pause or stop it first."),
+    VerdictCode.PROGRAM_RUNNING: _entry(
+        "A program is under way; one that is paused still is.",
+        "End it with a program stop; to step it or to run it on, a pause is enough.",
+    ),
     VerdictCode.PROGRAM_STUCK: _entry(
         "The program goes round without moving or waiting.",
         "Put a motion, a wait or an input into the loop.",
     ),
     VerdictCode.NOTHING_TO_UNDO: _entry("There is no edit to undo or to redo.", "Nothing to do."),
     VerdictCode.STEP_BACK_REFUSED: _entry(
-        "The program cannot step back from here.", "Start from the wanted statement instead."
+        "The program cannot step back from here.",
+        "Do what the text says is accepted, or start from the wanted statement instead.",
     ),
     VerdictCode.FLAG_NOT_READ: _entry(
         "A condition asks for a flag that no input was read into.",
@@ -498,6 +508,10 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     VerdictCode.CELL_FAULTED: _entry(
         "A fault of the server itself stopped this cell; the others go on.",
         "Start the server again and report what its log says.",
+    ),
+    VerdictCode.OVERRIDE_ZERO: _entry(
+        "The speed override is 0, at which nothing moves.",
+        "Raise the speed override, then ask for the motion again, or resume what is paused.",
     ),
     VerdictCode.LOGIN_NEEDED: _entry(
         "This needs a role, and the connection has not logged in.",
@@ -552,7 +566,8 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     ),
     VerdictCode.NOT_RECORDING: _entry("No recording is under way.", "Start one first."),
     VerdictCode.RECORDING_WRONG_ROBOT: _entry(
-        "The recording was made with another robot.", "Play it on the robot that the text names."
+        "The recording was made with another robot, or does not say with which.",
+        "Play it on the robot that the text names, or import it with --robot.",
     ),
     VerdictCode.RECORDING_GAP: _entry(
         "The recording has a gap in which nobody knows where the robot was.",

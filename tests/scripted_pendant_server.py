@@ -100,6 +100,7 @@ class ScriptedPendantServer(asyncio.Protocol):
         mode: shown in the states.
         mutes: nothing is answered any more.
         completes: motions other than jogs are completed at once.
+        cells: what a hello has to name one of; empty for a server of one cell.
     """
 
     def __init__(self) -> None:
@@ -109,6 +110,7 @@ class ScriptedPendantServer(asyncio.Protocol):
         self.mode = OperatingMode.MANUAL_REDUCED
         self.mutes = False
         self.completes = True
+        self.cells: tuple[str, ...] = ()
         self.sequence = 0
         self.port = 0
         self._jogs: dict[int, int] = {}
@@ -151,6 +153,11 @@ class ScriptedPendantServer(asyncio.Protocol):
 
     def _answer(self, message: Message) -> None:
         match message:
+            case Hello() if self.cells and message.cell not in self.cells:
+                wanted = f"no cell {message.cell!r}" if message.cell else "name a cell"
+                text = f"{wanted}; here: {', '.join(self.cells)}"
+                self.send(_verdict(0, VerdictCode.UNKNOWN_CELL, text))
+                self.hang_up()
             case Hello():
                 self.send(self._welcome(message))
                 self.tell_state()

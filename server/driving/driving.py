@@ -184,7 +184,7 @@ class Driving:
         if work is None or work.execution is None:
             return []
         if refusal is not None:
-            return self._abort(refusal, now)
+            return self._abort(work.execution.explained(refusal, self._feedback, now), now)
         return self._send_next(work.execution, now)
 
     def _send_next(self, execution: Execution, now: int) -> list[Outgoing]:

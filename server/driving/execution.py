@@ -6,7 +6,9 @@ set-point: it sends those of its source, in order, each once, after a last look 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import Enum
 
 from openpendant.motion.limits import JointLimits
@@ -17,6 +19,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..refusal import Refusal
 from ..settings import ControllerLink
 from ..uplinks.generic import GenericUplink, SetPoint
+from .controller_errors import error_text
 from .departure import DepartureCheck
 from .feedback import Feedback
 from .following import LONGEST_LAG, Following
@@ -81,6 +84,8 @@ class Execution:
         self._following = Following(now)
         self._known_error = known_error
         self._sent = 0
+        # Until when the points before the last one keep the robot moving as planned [s].
+        self._stock = math.inf
 
     def next_point(self, now: int) -> Message | Refusal | None:
         """Return the next set-point where one is due and the last one was answered.
@@ -98,6 +103,7 @@ class Execution:
         if round(due * 1e9) > now - self._following.base + self._lead:
             return None
         before = self.rows.last.time
+        self._stock = before if any(self.rows.last.velocity) else math.inf
         row = self.rows.take()
         refusal = self._departure.check(row)
         if refusal is not None:
@@ -141,7 +147,23 @@ class Execution:
         if error == self._known_error:
             return ""
         self._known_error = error
-        return f"the controller went into error {error}" if error else ""
+        return f"the controller went into {error_text(error)}" if error else ""
+
+    def explained(self, refusal: Refusal, feedback: Feedback, now: int) -> Refusal:
+        """Return why the controller refused a point, with what else is known of its reason."""
+        if refusal.code is not VerdictCode.CONTROLLER_REFUSED:
+            return refusal
+        dry = (now - self._following.base) / 1e9 - self._stock
+        if feedback.error:
+            known = f"; it shows {error_text(feedback.error)}"
+        elif dry > 0.0:
+            known = (
+                f"; those before it had lasted until {dry * 1e3:.0f} ms earlier,"
+                " perhaps a buffer under-run: points came late"
+            )
+        else:
+            return refusal
+        return replace(refusal, text=refusal.text + known)
 
     def _settle(self, feedback: Feedback, now: int) -> Refusal | None:
         self.phase = Phase.SETTLING

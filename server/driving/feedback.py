@@ -6,6 +6,9 @@ Owns the rule when a report is fresh enough to start from and when it is too old
 
 from __future__ import annotations
 
+import math
+from operator import sub
+
 from openpendant.simplemsg import (
     ControllerMode,
     JointFeedback,
@@ -17,6 +20,7 @@ from openpendant.simplemsg import (
 )
 
 from ..settings import ControllerLink
+from .controller_errors import error_text
 
 STANDING_SPEED = 1e-3
 """A joint slower than this stands [rad/s or m/s]; the 4-byte report of a resting joint is exact."""
@@ -31,6 +35,9 @@ _STILL_WAY = STANDING_SPEED * _STILL_NS / 1e9
 # A look-up, because it is asked for many times a tick and an enum takes long to make.
 _UNKNOWN = ControllerMode.UNKNOWN
 _MODES = {mode.value: mode for mode in (ControllerMode.MANUAL, ControllerMode.AUTO)}
+
+# Plain integers: the operators of a flag take longer than the rest of `take`.
+_POSITION, _VELOCITY = ValidField.POSITION.value, ValidField.VELOCITY.value
 
 LARGEST_VALUE = 1e3
 """No joint is reported beyond this [rad, m or their rates]; a greater number is an error."""
@@ -67,8 +74,8 @@ class Feedback:
         """Take a report of the controller; other messages are none of our business."""
         match message:
             case JointFeedback(valid_fields=valid, positions=positions):
-                if valid & ValidField.POSITION:
-                    reported = valid & ValidField.VELOCITY
+                if valid & _POSITION:
+                    reported = valid & _VELOCITY
                     self._full = True
                     self._take_joints(positions, message.velocities if reported else None, now)
             case JointPosition(joints=joints):
@@ -169,7 +176,7 @@ class Feedback:
         # Some controllers show their last error until the next trajectory; those say at the same
         # time that one would start.
         if self.error and status.motion_possible != TriState.TRUE:
-            return f"it is in error {self.error}"
+            return f"it is in {error_text(self.error)}"
         if status.motion_possible == TriState.FALSE:
             return "it says that motion is not possible"
         return ""
@@ -202,8 +209,10 @@ class Feedback:
 
 def _sound(values: tuple[float, ...]) -> bool:
     """Tell whether all values are such as a joint can have; what is not a number is not."""
-    return all(abs(value) <= LARGEST_VALUE for value in values)
+    # `max` may pass over what is not a number; a sum does not.
+    return max(map(abs, values)) <= LARGEST_VALUE and not math.isnan(sum(values))
 
 
 def _way(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-    return max(abs(a - b) for a, b in zip(one, other, strict=True))
+    way: float = max(map(abs, map(sub, one, other)))
+    return way

@@ -100,8 +100,6 @@ class JogDesk:
         refusal = self._cell.check(session, now, MotionKind.JOG, steered=running is not None)
         if refusal is not None:
             return refusal
-        if not self._cell.modes.override:
-            return Refusal(VerdictCode.BAD_ARGUMENT, "the speed override is 0; raise it first")
         self.pressed = message
         request = Request(session, message.request_id)
         if running is not None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import TypeAdapter, ValidationError
 
 from openpendant.motion.errors import MotionError
+from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg.pendant import JogSpace, JogStart
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -110,7 +111,8 @@ class RetreatDesk:
         ways = [] if back is None else [back]
         if way.rates is not None:
             ways.append(_joint_keys(way.rates))
-        return HoldReport(reason=way.cause.reason, text=_told(way), ways=tuple(ways))
+        text = _told(way, self._cell.limits)
+        return HoldReport(reason=way.cause.reason, text=text, ways=tuple(ways))
 
     def _opposite(self, position: Sequence[float]) -> WayReport | None:
         """Return the opposite of the last press of the tool, if that leads out from here."""
@@ -143,14 +145,16 @@ def _sign(value: float) -> str:
     return "+" if value > 0.0 else "-"
 
 
-def _told(way: WayOut) -> str:
+def _told(way: WayOut, limits: JointLimits) -> str:
     """Return what is said of one cause, with its numbers."""
     cause = way.cause
     if cause.pair is not None:
         first, second = cause.pair
         return f"{first} and {second} are {1e3 * cause.value:.1f} mm apart"
     if cause.joint >= 0:
-        return f"joint {cause.joint + 1} stands at {cause.value:.4f}, its limit is {cause.limit:g}"
+        unit = limits.unit(cause.joint)
+        at, limit = f"{cause.value:.4f} {unit}", f"{cause.limit:g} {unit}"
+        return f"joint {cause.joint + 1} stands at {at}, its limit is {limit}"
     name = f"the {way.singularity} singularity" if way.singularity else "a singularity"
     if way.rates is None:
         return f"it stands at {name}; a motion of the joints leads out, such as to home"

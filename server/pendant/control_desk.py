@@ -65,12 +65,19 @@ class ControlDesk:
         out = self._cell.set_mode(self._listeners[session].holder, message.mode, now)
         return _then_verdict(out, session, message.request_id)
 
-    def set_speed(self, session: int, message: SetSpeed, now: int) -> Refusal | None:
-        """Set speed override and cap; a jog that is driven follows at once."""
+    def set_speed(self, session: int, message: SetSpeed, now: int) -> Refusal | list[Outgoing]:
+        """Set speed override and cap; a jog that is driven follows at once, and 0 pauses."""
         by = self._listeners[session].holder
         refusal = self._cell.motions.set_speed(by, message.override, message.tool_speed, now)
+        if refusal is not None:
+            return refusal
         self._jogs.respeed(now)
-        return refusal
+        out: list[Outgoing] | Refusal = []
+        if not message.override and self._programs.is_under_way:
+            # A program that is paused already, or still loaded, has nothing to be paused.
+            out = self._programs.pause(by, now)
+        paused = [] if isinstance(out, Refusal) else out
+        return _then_verdict(paused, session, message.request_id)
 
     def motion_control(
         self, session: int, message: MotionControl, now: int

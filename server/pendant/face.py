@@ -252,7 +252,7 @@ class PendantFace:
         out: list[Outgoing] = []
         if received.comm_type == CommType.REQUEST:
             refusal = Refusal(VerdictCode.MALFORMED, str(received.error))
-            out.append(Send(listener.session, verdict(0, refusal)))
+            out.append(Send(listener.session, verdict(received.request_id, refusal)))
         return out + listener.count_fault(now)
 
     def _request(self, listener: Listener, message: Message, now: int) -> list[Outgoing]:

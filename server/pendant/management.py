@@ -18,7 +18,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..robot_cell import RobotCell
 from ..settings import CellSettings
-from ..why import WhyRequest, why
+from ..why import RoleFault, WhyRequest, why
 from ..world.cell_surroundings import CellSurroundings
 from .management_bodies import Body, body_fault
 from .served_cells import CellsRequest, ServedCells
@@ -58,6 +58,7 @@ class Asked:
         now: monotonic time, ns.
         around: what surrounds the robot; None in a cell without.
         served: all cells of the server.
+        role: tells whose role is too low to move the robot; None where everybody may.
     """
 
     cell: RobotCell
@@ -66,6 +67,7 @@ class Asked:
     now: int
     around: CellSurroundings | None
     served: ServedCells
+    role: RoleFault | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +98,7 @@ OPERATIONS: Mapping[str, Operation] = {
             asked.session,
             asked.now,
             None if asked.around is None else asked.around.contact,
+            asked.role,
         ),
     ),
 }
@@ -118,6 +121,7 @@ def answer_management(
     session: int = 0,
     around: CellSurroundings | None = None,
     served: ServedCells | None = None,
+    role: RoleFault | None = None,
 ) -> Answer:
     """Carry out one management request.
 
@@ -129,6 +133,7 @@ def answer_management(
         session: who asks; 0 for nobody in particular.
         around: what surrounds the robot; None in a cell without.
         served: all cells of the server; None for this one alone.
+        role: tells whose role is too low to move the robot; None where everybody may.
     """
     try:
         named = _AnyRequest.model_validate_json(body).op
@@ -141,7 +146,7 @@ def answer_management(
         fault = body_fault(error)
         return _failure(fault.code, fault.text)
     served = served or ServedCells.of([(settings.name, settings.robot)])
-    answer = operation.answer(request, Asked(cell, settings, session, now, around, served))
+    answer = operation.answer(request, Asked(cell, settings, session, now, around, served, role))
     return Answer(answer.model_dump_json().encode(), ok=True)
 
 

@@ -60,6 +60,7 @@ class ManagementDesk:
         self._settings = settings
         self._listeners = listeners
         self._served = served
+        self._access = access
         self._around: CellSurroundings | None = None
         self._routes: list[tuple[tuple[str, ...], _Answer]] = [
             (ACCESS_PREFIXES, access.operation),
@@ -79,7 +80,14 @@ class ManagementDesk:
             if operation.startswith(prefixes):
                 return answer(message.body, self.asker(session, message), now)
         told = answer_management(
-            message.body, self._cell, self._settings, now, session, self._around, self._served
+            message.body,
+            self._cell,
+            self._settings,
+            now,
+            session,
+            self._around,
+            self._served,
+            self._access.move_fault,
         )
         reply = Management(
             request_id=message.request_id,

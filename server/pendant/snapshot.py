@@ -97,6 +97,8 @@ class Snapshot(Body):
     """The selected tool; null for the bare flange."""
     signals: SignalsDescription
     recording: RecordingDescription | None
+    recording_problem: str
+    """Why the last recording ended by itself; empty where it did not."""
     program: ProgramDescription | None
     owner: OwnerDescription | None
     stop: StopDescription | None
@@ -124,6 +126,7 @@ def snapshot(
         tool=None if around is None else around.world.frames.selected_tool,
         signals=_signals(around),
         recording=_recording(around),
+        recording_problem=_recording_problem(around),
         program=None
         if program is None
         else ProgramDescription(
@@ -158,6 +161,11 @@ def _recording(around: CellSurroundings | None) -> RecordingDescription | None:
     if status is None:
         return None
     return RecordingDescription(name=status.name, duration=status.duration, samples=status.samples)
+
+
+def _recording_problem(around: CellSurroundings | None) -> str:
+    broken_off = None if around is None else around.recordings.recorder.broken_off
+    return "" if broken_off is None else broken_off.refusal.sentence
 
 
 def _signals(around: CellSurroundings | None) -> SignalsDescription:

@@ -21,6 +21,8 @@ from ..robot_view import RobotView
 from .replies import stop_kind
 
 _NO_JOINTS = joint_array(())
+_WITH_POSITION = StateField.POSITION | StateField.TOOL
+_WITH_VELOCITY = _WITH_POSITION | StateField.VELOCITY
 _UNKNOWN_STATUS = Status(
     drives_powered=TriState.UNKNOWN,
     e_stopped=TriState.UNKNOWN,
@@ -92,10 +94,10 @@ def state_message(cell: RobotCell, tool: RobotView, sequence: int, now: int) -> 
             state.jog_joint = jog.step.cause.joint
     if feedback.position is not None:
         state.positions = joint_array(feedback.position)
-        state.valid_fields = StateField.POSITION | StateField.TOOL
+        state.valid_fields = _WITH_POSITION
         if feedback.velocity_known:
             state.velocities = joint_array(feedback.velocity)
-            state.valid_fields |= StateField.VELOCITY
+            state.valid_fields = _WITH_VELOCITY
         state.tool_position, state.tool_orientation, state.tool_speed = tool.tool_motion(
             feedback.position, feedback.velocity
         )

@@ -14,6 +14,7 @@ from ..robot_cell import RobotCell
 from ..robot_view import RobotView
 from ..store.questions import AskStore
 from . import operations as op
+from .breakpoints import Breakpoints
 from .desk import ProgramDesk, ToAll
 from .dry_run_desk import DryRunDesk
 from .library import ProgramLibrary
@@ -53,6 +54,7 @@ class CellPrograms:
         self._work = ProgramWork(cell.motions.new_job_id)
         shelf = ProgramShelf(ask, self._work, robot_name, cell.limits)
         self.desk = ProgramDesk(cell, robot, shelf, BareSurroundings(), to_all)
+        self._breakpoints = Breakpoints(shelf, self._work, self.desk.set_breakpoints)
         self._library = ProgramLibrary(ask, shelf, self._work, cell, robot, robot_name)
         self._dry_runs = DryRunDesk(cell, robot, shelf, cell_name)
 
@@ -63,9 +65,8 @@ class CellPrograms:
         except ValidationError as error:
             return asker.refuse(body_fault(error))
         match asked:
-            case op.SetBreakpoints(name=name, statements=statements):
-                self.desk.set_breakpoints(name, frozenset(statements), now)
-                return asker.answer(name=name, statements=sorted(set(statements)))
+            case op.SetBreakpoints():
+                return self._breakpoints.ask(asked, asker, now)
             case op.StartDryRun(name=name):
                 return self._dry_runs.start(name, asker)
             case op.DryRunProgress():

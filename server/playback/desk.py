@@ -106,7 +106,10 @@ class ProgramDesk:
         if self._loading is not None:
             return Refusal(VerdictCode.PROGRAM_RUNNING, "a program is being loaded")
         if message.run == RunKind.STEP_BACKWARD:
-            text = "no program is under way; accepted: step backward after a step or a pause"
+            text = (
+                "no program is under way; accepted: step backward after a step,"
+                " or while it is paused between two statements"
+            )
             return Refusal(VerdictCode.PROGRAM_NOT_RUNNING, text)
         refusal = self._cell.check(by.session, now, MotionKind.PROGRAM)
         if refusal is not None:

@@ -14,7 +14,6 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..outgoing import Outgoing, Plan
 from ..planning.jobs import DryRunFound, DryRunJob, DryRunSlice, Planned
 from ..programs.linking import Linked
-from ..programs.printer import statement_lines
 from ..refusal import Refusal
 from ..robot_cell import RobotCell
 from ..robot_view import RobotView
@@ -109,7 +108,7 @@ class DryRunDesk:
 def _told(linked: Linked, found: DryRunFound) -> dict[str, object]:
     """Return the findings as JSON data that fits an answer."""
     run = found.run
-    lines = {name: statement_lines(program) for name, program in linked.programs.items()}
+    lines = linked.lines
     return {
         "program": linked.main,
         "duration": run.duration,

@@ -17,7 +17,6 @@ from ..outgoing import Outgoing, Send
 from ..pendant.replies import outcome
 from ..programs import run_messages as run
 from ..programs.linking import Linked
-from ..programs.printer import statement_lines
 from ..programs.runner import Runner
 from ..refusal import Refusal
 from .motion import ProgramMotion
@@ -48,7 +47,6 @@ class Playing:
     report: Report
     is_over: bool = False
     runner: Runner = field(init=False)
-    _lines: dict[str, tuple[int, ...]] = field(init=False)
     _whole: list[int] = field(default_factory=list)
     _steps: list[int] = field(default_factory=list)
     # Handed over in the next tick, so that a program that only asks does not hold up the server.
@@ -56,7 +54,6 @@ class Playing:
 
     def __post_init__(self) -> None:
         self.runner = Runner(self.linked)
-        self._lines = {name: statement_lines(each) for name, each in self.linked.programs.items()}
 
     @property
     def is_stepping(self) -> bool:
@@ -101,7 +98,8 @@ class Playing:
         for action in actions:
             match action:
                 case run.RequestMotion(number, block):
-                    lines = tuple(self._lines[move.program][move.index] for move in block.moves)
+                    known = self.linked.lines
+                    lines = tuple(known[move.program][move.index] for move in block.moves)
                     asked = self.motion.begin(number, block, lines, now)
                     if isinstance(asked, Refusal):
                         self._answers.append(run.Aborted(number, asked))

@@ -7,7 +7,6 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..pendant.replies import cut
 from ..programs.linking import Linked
-from ..programs.printer import statement_lines
 from ..programs.run_messages import PauseReason, RunState, RunStatus
 from ..refusal import Refusal
 from .running_program import RunningProgram
@@ -77,7 +76,7 @@ def _text(status: RunStatus, ended: Refusal | None) -> str:
 
 def start_index(linked: Linked, line: int) -> int | Refusal:
     """Return the number of the statement on a line, from 0; of the first for line 0."""
-    lines = statement_lines(linked.programs[linked.main])
+    lines = linked.lines[linked.main]
     if not line:
         return 0
     if line in lines:

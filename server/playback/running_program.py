@@ -20,3 +20,8 @@ class RunningProgram:
     name: str
     state: ProgramState
     line: int
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether it goes on only if somebody asks for it."""
+        return self.state is not ProgramState.RUNNING

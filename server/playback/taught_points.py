@@ -1,6 +1,7 @@
 """A point as it is taught: where the robot stands, with pose, frame, tool and configuration.
 
-Owns when a point may be taught: from a fresh report, at rest. Knows no program and no store.
+Owns when a point may be taught: from a fresh report, at rest, also in a pause. Knows no program and
+no store.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 from openpendant.motion.errors import MotionError
 from openpendant.motion.frames import BASE, FLANGE
 from openpendant.motion.pose import Pose
+from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..programs.points import ArmConfiguration, PointPose, TeachPoint
@@ -35,7 +37,7 @@ def taught_point(
     feedback = cell.feedback
     if feedback.position is None or not feedback.is_fresh(now):
         return Refusal(VerdictCode.FEEDBACK_STALE)
-    if not feedback.is_standing or cell.is_busy:
+    if not _stands(cell):
         return Refusal(VerdictCode.MOVING, "a point is taught while the robot stands")
     try:
         pose = _pose(robot, feedback.position, frame, tool)
@@ -43,6 +45,13 @@ def taught_point(
         return refusal_of(error)
     configuration = _configuration(robot, feedback.position)
     return TeachPoint(name, tuple(feedback.position), pose, configuration)
+
+
+def _stands(cell: RobotCell) -> bool:
+    if cell.motion_activity is Activity.PAUSED:
+        # Some controllers call it a motion as long as they are sent points, also without way.
+        return cell.feedback.joints_rest
+    return cell.feedback.is_standing and not cell.is_busy
 
 
 def _pose(robot: RobotView, joints: tuple[float, ...], frame: str, tool: str) -> PointPose:

@@ -1,7 +1,6 @@
 """The command `openpendant program`: check, print and convert program files.
 
-Owns arguments, output and exit codes, nothing else. A file whose first character is `{` is read as
-JSON, any other as text.
+Owns arguments, output and exit codes, nothing else.
 
 Exit codes: 0 done, 1 a program is refused, 2 wrong usage or a file that cannot be read or written.
 """
@@ -17,18 +16,22 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
+from openpendant.motion.bounded_file import beginning_of
 from openpendant.motion.errors import MotionError
 from openpendant.motion.robot import SerialRobot, serial_robot
 
 from ..refusal import Refusal, refusal_of
-from .document import MOST_JSON_BYTES, program_from_json, program_to_json
+from ..store.documents import check_new_name
+from ..store.errors import BadName
+from .document import program_to_json
 from .dry_run import reachability
 from .errors import ProgramError, ProgramSyntaxError, ProgramUnknown
 from .linking import link
-from .parser import Source, parse_bytes
+from .parser import Source
 from .points import TeachPoint
 from .printer import print_program
 from .program import Program, check_robot
+from .program_file import MOST_READ, is_json, source_of
 
 OK, REFUSED, USAGE = 0, 1, 2
 
@@ -108,7 +111,7 @@ def convert(
     """Turn a program's text into JSON, or JSON into text, without losing anything."""
     raw = _bytes(file)
     if to is None:
-        to = Form.TEXT if _is_json(raw) else Form.JSON
+        to = Form.TEXT if is_json(raw) else Form.JSON
     program = _program(file, raw)
     converted = program_to_json(program) + "\n" if to is Form.JSON else _text(program)
     if output is None:
@@ -127,29 +130,20 @@ def convert(
 def _read(file: Path) -> _Checked:
     checked, raw = _Checked(file), _bytes(file)
     try:
-        checked.source = _source(raw, file)
+        checked.source = source_of(raw, str(file))
+        check_new_name(checked.source.program.name)
     except ProgramSyntaxError as error:
         checked.add(error.refusal, error.line)
     except ProgramError as error:
         checked.add(error.refusal)
+    except BadName as error:
+        checked.add(error.refusal())
     return checked
-
-
-def _source(raw: bytes, file: Path) -> Source:
-    if not _is_json(raw):
-        return parse_bytes(raw, str(file))
-    program = program_from_json(raw, str(file))
-    none = (0,) * len(program.points), (0,) * len(program.statements)
-    return Source(program, *none)
-
-
-def _is_json(raw: bytes) -> bool:
-    return raw[:4096].lstrip()[:1] == b"{"
 
 
 def _program(file: Path, raw: bytes | None = None) -> Program:
     try:
-        return _source(_bytes(file) if raw is None else raw, file).program
+        return source_of(_bytes(file) if raw is None else raw, str(file)).program
     except ProgramError as error:
         _fail(str(error), REFUSED)
 
@@ -163,9 +157,7 @@ def _text(program: Program) -> str:
 
 def _bytes(file: Path) -> bytes:
     try:
-        with file.open("rb") as stream:
-            # One byte more than is taken, so that a larger file is refused for its size.
-            return stream.read(MOST_JSON_BYTES + 1)
+        return beginning_of(file, MOST_READ)
     except (OSError, ValueError) as error:
         _fail(f"{file}: {getattr(error, 'strerror', None) or error}", USAGE)
 

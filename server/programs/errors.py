@@ -102,8 +102,17 @@ class ProgramTooLarge(ProgramError):
 
     code = VerdictCode.PROGRAM_TOO_LARGE
 
-    def __init__(self, what: str, value: int, limit: int) -> None:
-        super().__init__(f"{value} {what}; accepted: up to {limit}")
+    def __init__(self, what: str, value: int, limit: int, *, is_counted: bool = True) -> None:
+        """Say what is too large.
+
+        Args:
+            what: what is counted.
+            value: how many there are, or how many were seen before counting ended.
+            limit: how many are taken.
+            is_counted: whether `value` is all there is.
+        """
+        counted = f"{value}" if is_counted else f"{value} or more"
+        super().__init__(f"{counted} {what}; accepted: up to {limit}")
         self.what, self.value, self.limit = what, value, limit
 
     @property

@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 
 from .document import program_from_json
 from .errors import CallTooDeep, ProgramTooLarge, ProgramUnknown, WrongRobot
+from .printer import statement_lines
 from .program import Program
 
 DEEPEST_CALL = 16
@@ -37,11 +38,17 @@ class Linked:
         main: name of the program that is run.
         programs: it and all that it calls, by name.
         sources: the JSON of each; empty where they were not read from one.
+        lines: line of each statement of each in its canonical text, from 1.
     """
 
     main: str
     programs: Mapping[str, Program]
     sources: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+    lines: Mapping[str, tuple[int, ...]] = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        lines = {name: statement_lines(program) for name, program in self.programs.items()}
+        object.__setattr__(self, "lines", lines)  # the way to fill a field of a frozen dataclass
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Travel to another process as JSON, where that is known, and be read over there."""

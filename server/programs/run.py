@@ -143,7 +143,7 @@ class Run:
     def step_back(self) -> Refusal | None:
         """Go back along the last executed move; return why that cannot be."""
         if self.task is not None:
-            text = "a statement is half done; accepted: step forward or stop first"
+            text = "a statement is half done; accepted: step forward, then back along all of it"
             return Refusal(VerdictCode.STEP_BACK_REFUSED, text)
         way = self._executed.way_back()
         if isinstance(way, Refusal):

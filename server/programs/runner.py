@@ -16,7 +16,6 @@ from ..refusal import Refusal
 from .control_flow import ControlFlow, Position
 from .errors import BadValue
 from .linking import Linked
-from .printer import statement_lines
 from .run import Run
 from .run_messages import (
     Aborted,
@@ -59,7 +58,6 @@ class Runner:
         """
         self.status = RunStatus()
         self._linked = linked
-        self._lines = {name: statement_lines(each) for name, each in linked.programs.items()}
         self._breakpoints: frozenset[tuple[str, int]] = frozenset()
         self._requests = count(1)  # goes on from run to run, so that late answers match nothing
         self._run: Run | None = None
@@ -150,7 +148,7 @@ class Runner:
     def _status(self, run: Run) -> RunStatus:
         position = run.position
         stack = tuple(
-            Place(level.program, level.index, self._lines[level.program][level.index])
+            Place(level.program, level.index, self._linked.lines[level.program][level.index])
             for level in position
         )
         # At the end there is no position any more that could say it.

@@ -33,9 +33,10 @@ def check_name(name: str, what: str) -> None:
     try:
         _check_words(name)
     except BadName as error:
-        raise ProgramNameRefused(what, error.problem) from None
+        raise ProgramNameRefused(f"the name of {what}", error.problem) from None
     if '"' in name:
-        raise ProgramNameRefused(what, 'holds a quotation mark; accepted: a name without "')
+        problem = 'holds a quotation mark; accepted: a name without "'
+        raise ProgramNameRefused(f"the name of {what}", problem)
 
 
 @lru_cache(maxsize=8_192)

@@ -67,6 +67,29 @@ def test_an_argument_that_speaks_of_one_cell_is_refused_beside_several(
     assert f"arguments: {argument[0]}: speaks of one cell" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("port", ["--ros-motion-port", "--ros-state-port"])
+def test_the_ports_of_ros_i_are_turned_off_by_argument_as_by_file(
+    port: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([port, "off", "--print-config"]) == 0
+    name = port.removeprefix("--").replace("-", "_")
+    assert f'{name} = "off"\n' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("port", "says"),
+    [
+        ("none", "accepted: a TCP port, 0 for any free one, or off; got 'none'"),
+        ("65536", "less than or equal to 65535"),
+    ],
+)
+def test_a_port_of_ros_i_that_is_none_is_refused(
+    port: str, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["--ros-motion-port", port]) == 2
+    assert says in capsys.readouterr().err
+
+
 def test_a_file_of_several_cells_is_printed_as_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

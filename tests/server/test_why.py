@@ -7,12 +7,14 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from guarded_rig import GuardedRig
 from jog_pad import JogPad
+from server_clients import Pendant
 from server_rig import ServerRig, ready
 
 from openpendant.server.controller_path import ControllerPath
 from openpendant.server.readiness import Condition
-from openpendant.simplemsg import ReplyCode
+from openpendant.simplemsg import ReplyCode, TriState
 from openpendant.simplemsg.pendant import Management
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 
@@ -70,6 +72,28 @@ def outside(rig: ServerRig, pad: JogPad) -> None:
     rig.wait(20)
 
 
+def emergency_stop_in_manual(rig: ServerRig, pad: JogPad) -> None:
+    emergency_stop(rig, pad)
+    manual(rig, pad)
+
+
+def override_of_0(rig: ServerRig, pad: JogPad) -> None:
+    pad.speed(0.0)
+
+
+def lowered_to_0(rig: ServerRig, pad: JogPad) -> None:
+    """A motion was paused by it: raising comes before resuming."""
+    moving(rig, pad)
+    override_of_0(rig, pad)
+    pad.hold(500)
+
+
+def dead_and_free(rig: ServerRig, pad: JogPad) -> None:
+    for path in ControllerPath:
+        rig.path(path, False)
+    no_authority(rig, pad)
+
+
 CASES: list[tuple[Callable[[ServerRig, JogPad], None], str, V]] = [
     (no_authority, "authority", V.NOT_IN_CONTROL),
     (stopped, "stop", V.STOP_LATCHED),
@@ -80,10 +104,16 @@ CASES: list[tuple[Callable[[ServerRig, JogPad], None], str, V]] = [
     (manual, "enabling", V.NOT_ENABLED),
     (recovery, "mode", V.MODE_FORBIDS),
     (outside, "limits", V.OUTSIDE_LIMITS),
+    (override_of_0, "override", V.OVERRIDE_ZERO),
+    (lowered_to_0, "override", V.OVERRIDE_ZERO),
+    (dead_and_free, "link", V.CONTROLLER_DOWN),
+    (emergency_stop_in_manual, "enabling", V.NOT_ENABLED),
 ]
 
 
-@pytest.mark.parametrize(("happens", "condition", "code"), CASES, ids=[case[1] for case in CASES])
+@pytest.mark.parametrize(
+    ("happens", "condition", "code"), CASES, ids=[case[0].__name__ for case in CASES]
+)
 def test_the_first_broken_condition_is_named_with_cause_and_remedy(
     happens: Callable[[ServerRig, JogPad], None], condition: str, code: V
 ) -> None:
@@ -107,6 +137,79 @@ def test_the_chain_is_complete_where_all_is_well() -> None:
     assert {each["condition"] for each in answer["conditions"]} == {
         condition.name.lower() for condition in Condition
     }
+
+
+@pytest.mark.parametrize("kind", ["jog", "program"])
+def test_an_override_of_0_is_told_of_every_kind_of_motion(kind: str) -> None:
+    rig = ready(modes={"initial": "manual_reduced"})
+    pad = JogPad(rig)
+    pad.squeeze()
+    assert ask(pad, kind=kind)["ready"]
+    override_of_0(rig, pad)
+    assert (ask(pad, kind=kind)["ready"], ask(pad, kind=kind)["broken"]) == (False, "override")
+
+
+def test_the_conditions_come_in_the_order_in_which_a_user_mends_them() -> None:
+    named = [each["condition"] for each in ask(JogPad(ready()))["conditions"]]
+    order = ["link", "authority", "mode", "enabling", "stop", "controller", "limits", "scene"]
+    assert [each for each in named if each in order] == order
+    assert named.index("program") > named.index("scene")
+
+
+def test_without_reports_nobody_says_that_the_robot_moves() -> None:
+    rig = ready()
+    pad = JogPad(rig)
+    dead_and_free(rig, pad)
+    conditions = {each["condition"]: each for each in ask(pad)["conditions"]}
+    assert conditions["standing"]["code"] == V.FEEDBACK_STALE
+    assert "nobody knows" in conditions["standing"]["text"]
+
+
+def test_when_reports_stop_coming_nobody_says_that_the_robot_still_stands() -> None:
+    rig = ready()
+    pad = JogPad(rig)
+    stale(rig, pad)
+    conditions = {each["condition"]: each for each in ask(pad)["conditions"]}
+    assert "nobody knows" in conditions["standing"]["text"]
+
+
+def test_a_controller_that_calls_itself_unable_while_it_moves_is_said_to_move() -> None:
+    rig = ready()
+    pad = JogPad(rig)
+    moving(rig, pad)
+    status = rig.controller.status(rig.now)
+    status.motion_possible = TriState.FALSE
+    rig.hear(ControllerPath.STATE, status)
+    assert ask(pad)["broken"] == "standing"
+
+
+def _role_of(pendant: Pendant) -> tuple[str, int]:
+    """Return what is broken first, and the code of the condition of the role."""
+    (reply,) = [
+        each
+        for each in pendant.send(Management(7, b'{"op": "why"}'))
+        if isinstance(each, Management)
+    ]
+    answer = json.loads(reply.body)
+    (role,) = [each for each in answer["conditions"] if each["condition"] == "role"]
+    return answer["broken"], role["code"]
+
+
+def test_whoever_has_not_logged_in_is_told_to_before_anything_of_the_authority() -> None:
+    rig = GuardedRig()
+    assert _role_of(rig.visitor("127.0.0.1")) == ("role", V.LOGIN_NEEDED)
+
+
+def test_a_role_that_may_not_move_the_robot_is_a_condition_of_its_own() -> None:
+    rig = GuardedRig()
+    assert _role_of(rig.user("vera")) == ("role", V.ROLE_TOO_LOW)
+    assert _role_of(rig.user("otto")) == ("authority", 0)
+
+
+def test_the_link_comes_before_the_role() -> None:
+    rig = GuardedRig()
+    rig.path(ControllerPath.MOTION, False)
+    assert _role_of(rig.user("vera")) == ("link", V.ROLE_TOO_LOW)
 
 
 def test_an_onlooker_asks_for_whoever_is_in_control_or_for_itself() -> None:

@@ -43,7 +43,8 @@ def _plainly(codec: Codec, frame: bytes) -> str:
     try:
         message = codec.decode(frame)
     except MessageFault as error:
-        return repr(Malformed(error.msg_type, error.comm_type, error))
+        request_id = codec.request_id(frame, error.msg_type, error.comm_type)
+        return repr(Malformed(error.msg_type, error.comm_type, error, request_id))
     return repr(Unasked(message) if message.comm_type == CommType.REPLY else message)
 
 

@@ -235,7 +235,7 @@ def test_a_new_press_that_takes_over_must_meet_the_conditions_too() -> None:
 def test_a_press_that_takes_over_does_not_get_round_an_override_of_0() -> None:
     rig, pad = jogging()
     assert pad.speed(0.0) is V.ACCEPTED
-    assert pad.press(1.0, 0.0) is V.BAD_ARGUMENT
+    assert pad.press(1.0, 0.0) is V.OVERRIDE_ZERO
     pad.hold(300)
     assert rig.activity() is Activity.IDLE
 

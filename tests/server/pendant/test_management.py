@@ -63,6 +63,7 @@ def test_a_cell_without_surroundings_offers_nothing_of_them() -> None:
     body = snapshot(rig)
     assert body["signals"] == {"offered": False, "inputs": [], "outputs": []}
     assert (body["tool"], body["recording"], body["program"]) == (None, None, None)
+    assert body["recording_problem"] == ""
     (hello,) = ready().stranger().hello()
     assert isinstance(hello, HelloReply)
     offered = Capability(hello.capabilities)

@@ -19,12 +19,14 @@ from openpendant.simplemsg import (
     ByteOrder,
     Codec,
     CommType,
+    Connection,
     HeaderOnly,
     JointPosition,
     Malformed,
     Message,
     Opaque,
     ReplyCode,
+    Role,
     joint_array,
 )
 from openpendant.simplemsg.errors import BodyFault
@@ -33,6 +35,7 @@ from openpendant.simplemsg.pendant import (
     Authority,
     AuthorityBeat,
     Hello,
+    JogStep,
     JointMove,
     JointPath,
     JointWaypoint,
@@ -112,6 +115,33 @@ def test_a_malformed_request_gets_a_verdict_and_a_malformed_topic_nothing() -> N
     assert isinstance(verdict, Verdict)
     assert verdict.code == V.MALFORMED
     assert pendant.send(Malformed(65006, 1, BodyFault("long", 65006, 1, 0))) == []
+
+
+_BIG = Codec(PENDANT, ByteOrder.BIG, 4)
+
+
+def _short(whole: bytes) -> bytes:
+    return (len(whole) - 8).to_bytes(4, "big") + whole[4:-4]
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        _short(_BIG.encode(JointMove(4711, 0.5, 2, joint_array((0.1,))))),
+        _BIG.encode(JogStep(4711, 0.5, 2, "base", 6, joint_array(()))).replace(
+            b"bas", b"\xff\xfe\xfd"
+        ),
+    ],
+    ids=["cut short", "a frame whose name is no UTF-8"],
+)
+def test_the_refusal_of_a_malformed_request_names_its_id(frame: bytes) -> None:
+    """A client that waits for the answer by its id gets it."""
+    pendant = ready().pendant()
+    (malformed,) = Connection(Role.SERVER, PENDANT, ByteOrder.BIG).receive(frame)
+    assert isinstance(malformed, Malformed)
+    (verdict,) = pendant.send(malformed)
+    assert isinstance(verdict, Verdict)
+    assert (verdict.request_id, verdict.code) == (4711, V.MALFORMED)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,14 @@ from jog_pad import JogPad
 from server_rig import LIMITS, ServerRig, ready
 
 from openpendant.server.outgoing import Forward
-from openpendant.simplemsg import JointTrajPtFull
-from openpendant.simplemsg.pendant import Activity, MotionControlAction
+from openpendant.simplemsg import JointTrajPtFull, joint_array
+from openpendant.simplemsg.pendant import (
+    Activity,
+    JogSpace,
+    JogStep,
+    MotionControlAction,
+    ProgramRun,
+)
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 PAUSE, RESUME = MotionControlAction.PAUSE, MotionControlAction.RESUME
@@ -108,15 +115,64 @@ def test_a_motion_that_begins_under_an_override_begins_at_rest(override: float) 
     assert (first.time, first.velocities[:2]) == (0.0, (0.0, 0.0))
 
 
-def test_an_override_of_0_stands_and_cannot_be_resumed_but_raised() -> None:
+def test_promise_32_an_override_of_0_pauses_and_raised_again_it_resumes_nothing_by_itself() -> None:
     rig, pad = moving()
     assert pad.speed(0.0) is V.ACCEPTED
     pad.hold(500)
     assert rig.activity() is Activity.PAUSED
-    assert pad.control(RESUME) is V.BAD_ARGUMENT
+    assert pad.control(RESUME) is V.OVERRIDE_ZERO
+    stood = rig.controller.position
     assert pad.speed(1.0) is V.ACCEPTED
     pad.hold(4_000)
+    assert (rig.activity(), rig.controller.position) == (Activity.PAUSED, stood)
+    assert pad.control(RESUME) is V.ACCEPTED
+    pad.hold(4_000)
     assert rig.controller.position == pytest.approx(GOAL, abs=1e-6)
+
+
+def test_a_resume_goes_on_at_the_override_that_was_set_meanwhile() -> None:
+    rig, pad = moving()
+    pad.speed(0.0)
+    pad.hold(500)
+    pad.speed(0.1)
+    pad.control(RESUME)
+    pad.hold(400)
+    assert 0.0 < abs(executed(rig)[-1].velocities[0]) <= 0.1 * LIMITS.velocity[0] * (1 + 1e-6)
+
+
+ASKED: dict[str, Callable[[JogPad], V | None]] = {
+    "move": lambda pad: pad.pendant.move(0.5, 0.5),
+    "path": lambda pad: pad.pendant.path((0.5, 0.5)),
+    "home": lambda pad: pad.home(),
+    "step": lambda pad: pad.pendant.code(_step(pad)),
+    "press": lambda pad: pad.press(1.0, 0.0),
+    "run": lambda pad: pad.pendant.code(ProgramRun(pad._request(), 1, 0, 1, 1.0, "main")),
+}
+
+
+def _step(pad: JogPad) -> JogStep:
+    return JogStep(pad._request(), 0.5, JogSpace.JOINTS, "", 2, joint_array((0.1, 0.0)))
+
+
+@pytest.mark.parametrize("kind", ASKED)
+def test_nothing_that_cannot_move_is_accepted_at_an_override_of_0(kind: str) -> None:
+    rig = ready(modes={"initial": "manual_reduced"})
+    pad = JogPad(rig)
+    pad.squeeze()
+    assert pad.speed(0.0) is V.ACCEPTED
+    assert ASKED[kind](pad) is V.OVERRIDE_ZERO
+    pad.hold(200)
+    assert (rig.activity(), rig.points, rig.jobs) == (Activity.IDLE, [], [])
+
+
+def test_a_motion_that_is_planned_while_the_override_falls_to_0_is_refused() -> None:
+    rig = ready(plans_at_once=False)
+    pad = JogPad(rig)
+    assert pad.pendant.path(GOAL) is None
+    assert pad.speed(0.0) is V.ACCEPTED
+    rig.plan()
+    assert pad.pendant.verdicts()[-1][1] is V.OVERRIDE_ZERO
+    assert rig.activity() is Activity.IDLE
 
 
 def test_a_lower_cap_slows_what_moves_and_a_higher_one_makes_nothing_faster_than_planned() -> None:

@@ -22,7 +22,9 @@ from openpendant.simplemsg.pendant import (
     RunKind,
     SetMode,
     SetSpeed,
+    Verdict,
 )
+from openpendant.simplemsg.verdicts import CATALOGUE
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 PAUSE, RESUME, STOP = MotionControlAction
@@ -257,6 +259,8 @@ def test_what_ends_a_run_ends_it_for_good(end: object, codes: set[V], statements
 
 def test_jogging_and_single_motions_are_refused_while_a_program_is_under_way() -> None:
     cell = ProgramCell(main="wait 20 s\nmove PTP a\n")
+    change_mode(cell)
+    squeeze(cell)
     cell.run()
     cell.pass_time(100)
     assert cell.user.move(*A) is V.PROGRAM_RUNNING
@@ -265,6 +269,41 @@ def test_jogging_and_single_motions_are_refused_while_a_program_is_under_way() -
     assert cell.run() is V.PROGRAM_RUNNING
     stop_program(cell)
     assert cell.user.move(*A) is V.ACCEPTED
+
+
+def squeeze(cell: ProgramCell) -> None:
+    cell.user.send(Enabling(0))
+    cell.user.send(Enabling(1))
+
+
+def text_of_refused_move(cell: ProgramCell) -> str:
+    assert cell.user.move(*A) is V.PROGRAM_RUNNING
+    return cell.user.all(Verdict)[-1].text
+
+
+@pytest.mark.parametrize(
+    ("statements", "kind", "action", "doing"),
+    [
+        ("wait 20 s\n", ALL, None, "runs"),
+        ("wait 20 s\n", ALL, PAUSE, "is paused"),
+        ("set output 1 on\nmove PTP a\n", FORWARD, None, "is paused after a step"),
+    ],
+)
+def test_a_motion_beside_a_program_is_refused_with_what_the_program_does_and_what_helps(
+    statements: str, kind: RunKind, action: MotionControlAction | None, doing: str
+) -> None:
+    """That a pause would help is not said of one that is paused."""
+    cell = ProgramCell(main="wait 0.1 s\n" + statements)
+    assert cell.run(kind=kind) is V.ACCEPTED
+    cell.pass_time(500)
+    if action is not None:
+        cell.control(action)
+    text = text_of_refused_move(cell)
+    assert f"{doing} at line" in text
+    assert "program stop" in text
+    assert "rogram stop" in CATALOGUE[V.PROGRAM_RUNNING].remedy
+    stop_program(cell)
+    assert cell.user.move(*B) is V.ACCEPTED
 
 
 def test_the_override_acts_on_the_running_program() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -101,7 +102,10 @@ def test_there_and_back_is_the_same_program(folder: Path) -> None:
         (["print", "."], 2, "openpendant program: .: Is a directory"),
         (["check", "nowhere"], 2, "nowhere: No such file or directory"),
         (["print", "broken"], 1, "openpendant program: broken:1:1: found 'hello'"),
-        (["print", "/dev/zero"], 1, "bytes in /dev/zero; accepted: up to 1048576"),
+        (["print", "/dev/zero"], 2, "/dev/zero: is not a regular file; accepted: a file on a disk"),
+        (["check", "pipe"], 2, "pipe: is not a regular file"),
+        (["print", "large"], 1, "2097153 or more bytes in large; accepted: up to 1048576"),
+        (["print", "large.json"], 1, "2097153 or more bytes in large.json"),
         (["convert", "one", "--output", "no/where"], 2, "no/where: No such file or directory"),
         (["convert", "one", "--to", "xml"], 2, "xml"),
     ],
@@ -115,8 +119,21 @@ def test_what_cannot_be_done_is_said_in_one_line(
 ) -> None:
     write(folder, "one", "")
     (folder / "broken").write_text("hello")
+    os.mkfifo(folder / "pipe")
+    (folder / "large").write_bytes(bytes(3 << 20))
+    (folder / "large.json").write_bytes(b"{" + bytes(3 << 20))
     assert main(["program", *arguments]) == code
     out, err = capsys.readouterr()
     assert out == ""
     assert message in err
     assert "Traceback" not in err
+
+
+def test_a_name_that_no_server_takes_is_told(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    name = "ü" * 33
+    (folder / "one").write_text(HEAD.replace("main", name) + "move PTP a", "utf-8")
+    assert main(["program", "check", "one"]) == 1
+    assert "has 66 bytes of UTF-8; accepted: up to 64" in capsys.readouterr().err
+    assert main(["program", "print", "one"]) == 0

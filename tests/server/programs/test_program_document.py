@@ -35,7 +35,7 @@ def test_the_format_is_named(document: dict[str, Any]) -> None:
     ("path", "value", "message", "code"),
     [
         (["format"], "openpendant-program/2", "body: format: ", VerdictCode.PROGRAM_SYNTAX),
-        (["name"], "a/b", "body: the program has '/'", VerdictCode.BAD_NAME),
+        (["name"], "a/b", "the name of the program has '/'", VerdictCode.BAD_NAME),
         (["name"], 7, "body: name: ", VerdictCode.PROGRAM_SYNTAX),
         (["extra"], 7, "body: extra: ", VerdictCode.PROGRAM_SYNTAX),
         (

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import pickle
+
 import pytest
 from program_samples import linked, program
 
 from openpendant.server.programs.errors import CallTooDeep, ProgramError
 from openpendant.server.programs.linking import DEEPEST_CALL, MOST_PROGRAMS, link
 from openpendant.server.programs.parser import parse
+from openpendant.server.programs.printer import statement_lines
 from openpendant.simplemsg.verdicts import VerdictCode
 
 
@@ -22,6 +25,13 @@ def chain(length: int) -> dict[str, str]:
 def test_all_that_is_called_is_found_once() -> None:
     found = linked("call x\ncall y", {"x": "call y", "y": "wait 1 s"})
     assert (found.main, set(found.programs)) == ("main", {"main", "x", "y"})
+
+
+def test_the_line_of_each_statement_is_known_once_they_are_linked() -> None:
+    found = linked("call x\nwait 1 s", {"x": "wait 1 s"})
+    assert found.lines == {name: statement_lines(each) for name, each in found.programs.items()}
+    assert {name: len(lines) for name, lines in found.lines.items()} == {"main": 2, "x": 1}
+    assert pickle.loads(pickle.dumps(found)).lines == found.lines
 
 
 def test_the_deepest_chain_that_is_taken() -> None:

@@ -150,7 +150,7 @@ def test_every_statement_knows_its_line() -> None:
         ("else", 1, "else belongs to no if"),
         ("loop", 1, "the block is not closed"),
         ("move PTP nowhere", 1, "no point is named 'nowhere'; points: 'a', 'b', 'c'"),
-        ('call "../etc/passwd"', 1, "the program has '/'; accepted: a name without / and \\"),
+        ('call "../etc/passwd"', 1, "the name of the program has '/'; accepted: a name without /"),
         ("call a\0b", 1, "character 2 (U+0000) is not printable"),
         ("point a joints 0 0 0 0 0 0 deg", 1, "point 'a' stands in line 3 already"),
         ("point d joints 0 0 deg", 1, "point 'd' has 2 joints; accepted: 6, as point 'a'"),

@@ -8,7 +8,7 @@ import pytest
 from ros_face_situations import PATH, down, e_stopped, jobs, latched, manual, moving, unknown_mode
 from server_rig import FAILURE, MS, SUCCESS, ServerRig, ready
 
-from openpendant.simplemsg.pendant import Activity, AuthorityChanged, AuthorityReason
+from openpendant.simplemsg.pendant import Activity, AuthorityChanged, AuthorityReason, SetSpeed
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -29,9 +29,16 @@ def stale(rig: ServerRig) -> None:
     rig.now += 101 * MS
 
 
+def override_of_0(rig: ServerRig) -> None:
+    pendant = rig.holder()
+    assert pendant.code(SetSpeed(pendant._next(), 0.0, 0.0)) is V.ACCEPTED
+    pendant.release()
+
+
 @pytest.mark.parametrize(
     ("spoil", "code"),
     [
+        (override_of_0, V.OVERRIDE_ZERO),
         (held, V.HELD_BY_OTHER),
         (manual, V.NOT_AUTOMATIC),
         (unknown_mode, V.NOT_AUTOMATIC),

@@ -12,13 +12,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
+from openpendant.motion.bounded_file import beginning_of
 from openpendant.simplemsg import DIALECTS
 
 from ..console import PacketToolError
 from .fault_rules import RULE_CLASSES, Match, Rule, Table
 
 MAX_SCRIPT = 1_048_576
-"""Largest script file, bytes; a device or a pipe may have no end."""
+"""Largest script file, bytes."""
 
 
 class FaultScriptError(PacketToolError):
@@ -69,8 +70,7 @@ def load_script(path: Path) -> FaultScript:
         FaultScriptError: it cannot be read, is too large, is no TOML or no script.
     """
     try:
-        with path.open("rb") as stream:
-            content = stream.read(MAX_SCRIPT + 1)
+        content = beginning_of(path, MAX_SCRIPT + 1)
         if len(content) > MAX_SCRIPT:
             raise FaultScriptError(f"{path}: is larger than {MAX_SCRIPT} bytes")
         data = tomllib.loads(content.decode())
