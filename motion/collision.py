@@ -188,6 +188,13 @@ class CollisionModel:
         positions: Array = joint_positions @ self._gain.T + self._offset
         return positions
 
+    def model_rates(self, joint_rates: Array) -> Array:
+        """Return the (j,) rates of the model's moving joints for controller-side (n,) rates."""
+        if self._plain:
+            return joint_rates
+        rates: Array = self._gain @ joint_rates
+        return rates
+
     def _checked(self, joint_position: Sequence[float] | Array) -> Array:
         vector = np.asarray(joint_position, dtype=np.float64)
         self.kinematics.limits.check_finite(vector.tolist(), "the joint position")

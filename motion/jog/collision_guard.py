@@ -47,6 +47,7 @@ Distances: TypeAlias = Mapping[int, float]
 _WATCHED = 0.100  # m: pairs nearer than this at a look at all are then computed at every place
 _BETWEEN = 0.001  # m, that a distance may dip between two places that were looked at
 _PROBE = 0.1  # rad or m: how far ahead it is looked for a way out of a contact without depth
+_UNSEEN = 0.8  # of the way by the rates at its start, for what these change on it
 _SAME = 1e-12  # m
 _STEP = 1e-3  # rad or m, of differences
 _TOUCH = 1e-3  # m: nearer pairs count alike
@@ -152,6 +153,24 @@ class CollisionGuard:
         gain = _PROBE / greatest if greatest > 0.0 else 0.0
         ahead = [value + gain * each for value, each in zip(position, rate, strict=True)]
         return self._collision.clearances_of((pair,), np.array(ahead))[0] <= distance
+
+    def unseen_way(self, distances: Distances, rate: Sequence[float]) -> float:
+        """Return how far a motion can go before bodies beyond `SLOW` may meet and part again.
+
+        To come from d to `CLEAR` and back to where they are seen apart, two bodies must move by
+        twice d - `CLEAR` relative to each other, which sweep · |rate| bounds.
+
+        Args:
+            distances: of `look` where the motion is.
+            rate: (n,) velocity by the parameter of the way [rad or m].
+        """
+        rates = np.abs(self._collision.model_rates(np.array(rate)))
+        way = math.inf
+        for pair, distance in distances.items():
+            moved = float(self._collision.sweep[pair] @ rates)
+            if moved > 0.0:
+                way = min(way, _UNSEEN * 2.0 * (distance - CLEAR) / moved)
+        return way
 
     def in_contact(self, distances: Distances | None) -> bool:
         """Return whether distances of `look` hold a pair nearer than a jog may stop."""

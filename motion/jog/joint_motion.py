@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 from ..errors import NoAssembly
+from .collision_guard import SLOW
 from .model import JogModel
 from .nearness import SLOW_POSTURE
 from .point_speeds import point_excess, stop_time
@@ -57,6 +58,7 @@ class JointMotion:
         self.scale = 1.0
         self.cause: JogCause | None = None
         self._share = 1.0  # of the asked velocity, that points left at the last tick
+        self._clear = False  # whether all bodies were, where a stop at the last tick would end
 
     @property
     def at_rest(self) -> bool:
@@ -247,7 +249,9 @@ class JointMotion:
         here, there, stop = self._stop_at(wanted, dt)
         found: list[tuple[float, JogCause, list[float]]] = []
         after = None if guard is None else guard.look(there)
-        if guard is not None and after is not None:
+        was_clear, self._clear = self._clear, after is None or min(after.values()) >= SLOW
+        # What can rest beyond `SLOW` after this tick and could after the last is not near here.
+        if guard is not None and after is not None and not (was_clear and self._clear):
             before = guard.look(self.position)
             way = self.position, asked
             time = 0.5 * max(LONGEST_STEP, stop) + dt

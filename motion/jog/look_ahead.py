@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 from ..pose import Array
 from .arm import Footing
+from .collision_guard import SLOW
 from .model import JogModel
 from .nearness import HALT_CONDITION, SLOW_CONDITION, scales, stop
 from .reasons import JogCause, JogReason
@@ -19,7 +20,7 @@ from .tool_path import ToolPath
 from .way_node import WayNode, slowed, sped_up
 
 _JOINT_STEP = 0.06  # rad, or share of the arm's length: greatest cell
-_TOOL_STEP, _NEAR_STEP = 8e-3, 3e-3  # m: greatest cell, and near other bodies
+_TOOL_STEP, _NEAR_STEP = 8e-3, 3e-3  # m: greatest cell, and where bodies are slowed for
 _TURN_STEP = 0.06  # rad
 _FIRST_SHARE = 0.25  # of a cell, while nothing is known of the curvature
 _GROWTH = 2.0  # of a cell over the one before
@@ -130,8 +131,12 @@ class LookAhead:
 
     def _longest(self, last: WayNode) -> float:
         """Return the longest cell that may begin at the last place."""
-        near = last.distances is not None
         step = min(self._path.left, _GROWTH * self._step)
+        guard, distances, near = self.model.guard, last.distances, False
+        if guard is not None and distances is not None:
+            near = min(distances.values()) < SLOW
+            if not near:
+                step = min(step, guard.unseen_way(distances, last.rate))
         x, y, z, a, b, c = last.twist.tolist()
         speed, turn = math.sqrt(x * x + y * y + z * z), math.sqrt(a * a + b * b + c * c)
         greatest = 0.0

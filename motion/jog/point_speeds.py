@@ -7,9 +7,10 @@ S(p) the speed of a point there, for the whole velocity, the point has the speed
     λ S(p),   λ = √(1 - p)
 
 The greatest of it must be within the limit, so a stop never has to be harder than the joints can: a
-stretching arm gets faster by itself. S is known where the stop begins, at two places of the way and
-where it ends, and is the cubic through these four between them. Likewise without the joints whose
-range ends first, which may have taken from the speed. Knows no tick and no target.
+stretching arm gets faster by itself. S is worked out where the stop begins and at two places of its
+way, and is the parabola through these three elsewhere; of random stops of all robots none got
+faster than that says with what `_MISSED` adds. Likewise without the joints whose range ends first,
+which may have taken from the speed. Knows no tick and no target.
 """
 
 from __future__ import annotations
@@ -23,15 +24,15 @@ from .reasons import JogCause, JogReason
 
 _RESERVE = 0.998  # of the limit, for what a speed changes within a tick
 _REASONS = (JogReason.TOOL_SPEED, JogReason.ELBOW_SPEED)
-_BETWEEN = (0.2, 0.5)  # of the way of a stop
-_LOOKED_AT = (0.05, 0.1, 0.15, 0.2, 0.275, 0.35, 0.425, 0.5, 0.65, 0.8)
-_MISSED = 1.25  # times what a stop adds to a speed: more than the cubic ever missed of it
-_SLOW = 0.6  # of the limit, at both ends of a stop: it does not get beyond the limit between
+_BETWEEN = (0.25, 0.65)  # of the way of a stop
+_LOOKED_AT = (0.08, 0.16, 0.25, 0.35, 0.5, 0.65, 0.8)
+_MISSED = 1.25  # times what a stop adds to a speed: more than the parabola ever missed of it
+_SLOW = 0.6  # of the limit, at first and at last: it does not get beyond the limit between
 
 
 def _weights(share: float) -> tuple[float, ...]:
-    """Return what λ S(share) is of S at the four places (Lagrange's polynomials times λ)."""
-    places = (0.0, *_BETWEEN, 1.0)
+    """Return what λ S(share) is of S at the three places (Lagrange's polynomials times λ)."""
+    places = (0.0, *_BETWEEN)
     return tuple(
         math.sqrt(1.0 - share)
         * math.prod((share - other) / (place - other) for other in places if other != place)
@@ -81,27 +82,18 @@ def _greatest_in_stop(
     # One joint alone leads every point on a circle about its axis, always as fast.
     if model.arm.rigid and sum(1 for each in velocity if each) == 1:
         return begin
-    end = _on_the_way(model, there, velocity, begin)
-    if max(*begin, *end) < _SLOW * allowed:
+    first, last = _BETWEEN
+    later = _on_the_way(model, here, there, last, velocity, begin)
+    if max(*begin, *later) < _SLOW * allowed:
         return begin
-    first, second = (
-        _on_the_way(
-            model,
-            [start + share * (stop - start) for start, stop in zip(here, there, strict=True)],
-            velocity,
-            begin,
-        )
-        for share in _BETWEEN
-    )
-    points = zip(begin, first, second, end, strict=True)
-    return tuple(_greatest(speeds) for speeds in points)
+    between = _on_the_way(model, here, there, first, velocity, begin)
+    return tuple(map(_greatest, begin, between, later))
 
 
-def _greatest(speeds: tuple[float, float, float, float]) -> float:
-    """Return the greatest λ S of a point by its S at the four places."""
-    s0, s1, s2, s3 = speeds
-    most = max([w0 * s0 + w1 * s1 + w2 * s2 + w3 * s3 for w0, w1, w2, w3 in _WEIGHTS])
-    return s0 + _MISSED * (most - s0) if most > s0 else s0
+def _greatest(begin: float, between: float, later: float) -> float:
+    """Return the greatest λ S of a point by its S at the three places."""
+    most = max([a * begin + b * between + c * later for a, b, c in _WEIGHTS])
+    return begin + _MISSED * (most - begin) if most > begin else begin
 
 
 def stop_time(model: JogModel, velocity: Sequence[float]) -> float:
@@ -141,11 +133,14 @@ def _without_ending(
 
 def _on_the_way(
     model: JogModel,
-    place: Sequence[float],
+    here: list[float],
+    there: list[float],
+    share: float,
     velocity: Sequence[float],
     otherwise: tuple[float, float],
 ) -> tuple[float, float]:
     """Return S of both points; what it is otherwise, where a platform cannot stand there."""
+    place = [start + share * (stop - start) for start, stop in zip(here, there, strict=True)]
     try:
         return model.arm.point_speeds(place, velocity)
     except NoAssembly:

@@ -32,8 +32,6 @@ _STILL_NS = 200_000_000
 _STILL_WAY = STANDING_SPEED * _STILL_NS / 1e9
 """A joint that went no farther for so long was on average no faster than one that stands."""
 
-# A look-up, because it is asked for many times a tick and an enum takes long to make.
-_UNKNOWN = ControllerMode.UNKNOWN
 _MODES = {mode.value: mode for mode in (ControllerMode.MANUAL, ControllerMode.AUTO)}
 
 # Plain integers: the operators of a flag take longer than the rest of `take`.
@@ -51,6 +49,7 @@ class Feedback:
         velocity: (n,) joint velocities [rad/s or m/s], from the report or from two positions.
         velocity_known: whether a velocity was reported or could be worked out.
         status: the controller's last status; None before the first.
+        mode: the controller's own operating mode.
         received: time of the last joint report [ns].
         broken: a report held a value that no joint has; motion is impossible until one is sound.
     """
@@ -61,6 +60,7 @@ class Feedback:
         self.velocity: tuple[float, ...] = (0.0,) * dof
         self.velocity_known = False
         self.status: Status | None = None
+        self.mode = ControllerMode.UNKNOWN
         self.received = 0
         self.broken = False
         self._dof = dof
@@ -84,6 +84,7 @@ class Feedback:
                     self._take_joints(joints, None, now)
             case Status():
                 self.status = message
+                self.mode = _MODES.get(message.mode, ControllerMode.UNKNOWN)
 
     def _take_joints(
         self, positions: tuple[float, ...], velocities: tuple[float, ...] | None, now: int
@@ -112,6 +113,7 @@ class Feedback:
         """Forget everything, because the state connection was lost."""
         self.position = None
         self.status = None
+        self.mode = ControllerMode.UNKNOWN
         self.velocity_known = False
         self.velocity = (0.0,) * self._dof
         self.broken = False
@@ -199,12 +201,6 @@ class Feedback:
         if status.drives_powered == TriState.FALSE:
             return "the controller's drives lost their power"
         return ""
-
-    @property
-    def mode(self) -> ControllerMode:
-        """The controller's own operating mode."""
-        status = self.status
-        return _UNKNOWN if status is None else _MODES.get(status.mode, _UNKNOWN)
 
 
 def _sound(values: tuple[float, ...]) -> bool:
