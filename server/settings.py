@@ -82,6 +82,8 @@ class ControllerLink(Table):
     """Its inputs and outputs: none, or by our messages, as the emulated controller has them."""
     stop_connection: bool = True
     """Keep a second motion connection for nothing but STOP."""
+    points_in_flight: Annotated[int, Field(ge=1, le=8)] = 1
+    """How many points may wait for their answers at once; more than 1 only where it takes them."""
     reply_deadline: Seconds = 0.5
     """A point not answered by then aborts the motion, s."""
     state_period: Annotated[float, Field(ge=0.001, le=1.0)] = 0.01

@@ -176,13 +176,18 @@ class Record:
         field = cls.FIELDS.get(name)
         return isinstance(field, Text) and field.secret
 
+    @classmethod
+    def _compared(cls) -> tuple[str, ...]:
+        return tuple(cls.FIELDS)
+
     def _values(self) -> dict[str, object]:
-        return {name: getattr(self, name) for name in self.FIELDS}
+        return {name: getattr(self, name) for name in self._compared()}
 
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
-        return self._values() == other._values()
+        names = self._compared()
+        return [getattr(self, name) for name in names] == [getattr(other, name) for name in names]
 
     def __repr__(self) -> str:
         values = ", ".join(
@@ -205,9 +210,9 @@ class Message(Record):
     comm_type: int = dataclasses.field(default=CommType.REQUEST, kw_only=True)
     reply_code: int = dataclasses.field(default=ReplyCode.UNUSED, kw_only=True)
 
-    def _values(self) -> dict[str, object]:
-        header = {"comm_type": self.comm_type, "reply_code": self.reply_code}
-        return {**header, **Record._values(self)}
+    @classmethod
+    def _compared(cls) -> tuple[str, ...]:
+        return ("comm_type", "reply_code", *cls.FIELDS)
 
 
 @dataclass(slots=True, eq=False, repr=False)

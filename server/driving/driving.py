@@ -32,6 +32,7 @@ from .work import Work
 _STOPPING_NS = 5_000_000_000
 _STOP_REPEAT_NS = 100_000_000
 
+_MOST_AT_ONCE = 2  # points on one event, where several may: what is late is caught up in steps
 _LONGEST_SHIVER = 1.0
 """A pause whose set-points have stood so long is at rest whatever the reports say [s]."""
 
@@ -188,10 +189,15 @@ class Driving:
         return self._send_next(work.execution, now)
 
     def _send_next(self, execution: Execution, now: int) -> list[Outgoing]:
-        point = execution.next_point(now)
-        if isinstance(point, Refusal):
-            return self._abort(point, now)
-        return [] if point is None else [Forward(point)]
+        out: list[Outgoing] = []
+        for _ in range(_MOST_AT_ONCE):
+            point = execution.next_point(now)
+            if isinstance(point, Refusal):
+                return out + self._abort(point, now)
+            if point is None:
+                break
+            out.append(Forward(point))
+        return out
 
     def misanswered(self, problem: str, now: int) -> list[Outgoing]:
         """Take an answer that nobody asked for, or that cannot be read, on the motion link.

@@ -94,7 +94,7 @@ class Execution:
             The message; None where none is due; a refusal where it failed the last look.
         """
         due = self.rows.next_time
-        if due is None or self._uplink.awaiting:
+        if due is None or self._uplink.is_full:
             return None
         if self.phase is Phase.SETTLING:
             # A new press after all had left: the pause between must not be caught up with.

@@ -1,7 +1,8 @@
 """The generic controller: streamed points of type 14 or 11, stop by sequence -4.
 
-Owns how a set-point is written for such a controller and what its answers mean. One request is
-under way at a time, because many controllers cannot take a second before they answered the first.
+Owns how a set-point is written for such a controller and what its answers mean. One point is under
+way at a time unless the link allows more, because many controllers cannot take a second before they
+answered the first. With one, no more leave in a second than answers can come back.
 
 Residual motion after a stop: none beyond the controller's own deceleration ramp, because STOP
 empties its buffer. A controller that cannot pause holds at most `lead` seconds of points.
@@ -9,6 +10,7 @@ empties its buffer. A controller that cannot pause holds at most `lead` seconds 
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -55,11 +57,7 @@ _STOP_DEADLINE_NS = 2_000_000_000
 
 
 class GenericUplink:
-    """Writes set-points and reads answers of a generic controller.
-
-    Attributes:
-        awaiting: whether an answer is outstanding.
-    """
+    """Writes set-points and reads answers of a generic controller."""
 
     def __init__(self, link: ControllerLink, velocity_limits: Sequence[float]) -> None:
         """Make an uplink with nothing under way.
@@ -76,17 +74,23 @@ class GenericUplink:
             if self._full
             else {MsgType.JOINT_TRAJ_PT, MsgType.JOINT_POSITION}
         )
-        self._deadline: int | None = None
+        self._most_unanswered = link.points_in_flight
+        self._deadlines: deque[int] = deque()  # of the answers to points, the oldest first
         self._stop_deadline: int | None = None
 
     @property
     def awaiting(self) -> bool:
         """Whether a point was sent and not answered yet."""
-        return self._deadline is not None
+        return bool(self._deadlines)
+
+    @property
+    def is_full(self) -> bool:
+        """Whether the next point has to wait for an answer."""
+        return len(self._deadlines) >= self._most_unanswered
 
     def point(self, set_point: SetPoint, now: int) -> Message:
         """Return the message for a set-point, and expect its answer."""
-        self._deadline = now + self._deadline_ns
+        self._deadlines.append(now + self._deadline_ns)
         if self._full:
             return JointTrajPtFull(
                 robot_id=0,
@@ -115,7 +119,7 @@ class GenericUplink:
             now: monotonic time, ns.
             is_sent: the motion link is up, so that an answer is to be expected there.
         """
-        self._deadline = None
+        self._deadlines.clear()
         if is_sent and self._stop_deadline is None:
             self._stop_deadline = now + _STOP_DEADLINE_NS
         return JointTrajPt(
@@ -134,12 +138,11 @@ class GenericUplink:
         """
         if not pending:
             self._stop_deadline = None
-        if self._deadline is None:
+        if pending >= len(self._deadlines):
+            # Answers come in order: while that many more are owed, this one belongs to what was
+            # sent before the points that count.
             return None
-        if pending:
-            # Answers come in order: while more are owed, this one belongs to what was sent before.
-            return None
-        self._deadline = None
+        self._deadlines.popleft()
         number = message_type(reply)
         if number not in self._reply_types:
             return Refusal(
@@ -155,9 +158,9 @@ class GenericUplink:
 
     def overdue(self, now: int) -> Refusal | None:
         """Tell whether the answer to a point has been outstanding for too long."""
-        if self._deadline is None or now < self._deadline:
+        if not self._deadlines or now < self._deadlines[0]:
             return None
-        self._deadline = None
+        self._deadlines.clear()
         return Refusal(
             VerdictCode.CONTROLLER_SILENT,
             f"the controller has not answered a point for {self._deadline_ns / 1e9:g} s",
@@ -172,5 +175,5 @@ class GenericUplink:
 
     def lost(self) -> None:
         """Forget what was under way, because the motion link is gone."""
-        self._deadline = None
+        self._deadlines.clear()
         self._stop_deadline = None

@@ -109,6 +109,40 @@ def test_answers_to_what_was_sent_before_are_not_taken_for_the_points() -> None:
     assert not uplink.awaiting
 
 
+def test_as_many_points_as_allowed_wait_for_their_answers_at_once() -> None:
+    uplink = make(points_in_flight=3)
+    full = []
+    for _ in range(3):
+        uplink.point(POINT, 0)
+        full.append(uplink.is_full)
+    assert full == [False, False, True]
+    for pending in (2, 1, 0):
+        assert uplink.awaiting
+        assert uplink.answer(FULL_DONE, pending) is None
+        assert not uplink.is_full
+    assert not uplink.awaiting
+
+
+def test_of_several_points_each_answer_counts_and_none_from_before_them() -> None:
+    uplink = make(points_in_flight=3)
+    uplink.point(POINT, 0)
+    uplink.point(POINT, 0)
+    failure = answer(MsgType.JOINT_TRAJ_PT_FULL, ReplyCode.FAILURE)
+    assert uplink.answer(failure, 2) is None
+    refusal = uplink.answer(failure, 1)
+    assert refusal is not None
+    assert refusal.code is VerdictCode.CONTROLLER_REFUSED
+
+
+def test_of_several_points_the_oldest_is_overdue_first() -> None:
+    uplink = make(points_in_flight=2, reply_deadline=0.5)
+    uplink.point(POINT, 0)
+    uplink.point(POINT, 400 * MS)
+    assert uplink.answer(FULL_DONE, 1) is None
+    assert uplink.overdue(899 * MS) is None
+    assert uplink.overdue(900 * MS) is not None
+
+
 def test_an_answer_after_a_stop_is_nobodys_business() -> None:
     uplink = make()
     uplink.point(POINT, 0)

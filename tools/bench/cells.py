@@ -96,7 +96,8 @@ def _room_file(cells: list[str], controllers: list[dict[str, int]]) -> str:
     tables = "".join(
         f'[[cells]]\nname = "{name}"\nrobot = "{_ROBOT}"\n'
         f'modes.initial = "manual_reduced"\n'
-        f"controller = {{motion_port = {at['motion']}, state_port = {at['state']}}}\n"
+        f"controller = {{motion_port = {at['motion']}, state_port = {at['state']},"
+        " points_in_flight = 4}\n"
         for name, at in zip(cells, controllers, strict=True)
     )
     return f"listen.pendant_port = 0\n{tables}"

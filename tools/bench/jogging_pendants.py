@@ -50,7 +50,7 @@ _BEAT = 0.05
 _TURN = 40
 """Beats until the direction is reversed, by a new press that takes over."""
 
-_SETTLE = 2.0
+_SETTLE = 4.0
 """Until all have taken control and jog [s]."""
 
 
@@ -93,6 +93,7 @@ class JoggingPendant(asyncio.Protocol):
         self._wire = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
         self._dof = 0
         self._state: State | None = None
+        self._requests = 0
         self._press = 0
         self._beats = 0
 
@@ -117,7 +118,7 @@ class JoggingPendant(asyncio.Protocol):
                     self.dropped = message.dropped
                 case HelloReply():
                     self._dof = message.dof
-                    self._write(Authority(1, AuthorityAction.REQUEST))
+                    self._take_control()
                 case Verdict(code=code) if code != VerdictCode.ACCEPTED:
                     self._press_again(code)
                 case Outcome(outcome=OutcomeKind.ABORTED, code=code):
@@ -125,10 +126,18 @@ class JoggingPendant(asyncio.Protocol):
                 case JogEnded(reason=reason) if reason != JogEnd.REPLACED:
                     self.ended[JogEnd(reason).name] += 1
 
+    def _take_control(self) -> None:
+        self._requests += 1
+        self._write(Authority(self._requests, AuthorityAction.REQUEST))
+
     def _press_again(self, code: int) -> None:
         """Let the key go, because a jog was refused or ended; the next beat is another press."""
         self.ended[VerdictCode(code).name] += 1
         self._beats = 0
+        if code == VerdictCode.NOT_IN_CONTROL:
+            self._take_control()
+        elif code == VerdictCode.NOT_ENABLED:
+            self._write(Enabling(EnablingPosition.RELEASED))
 
     def forget(self) -> None:
         """Begin the account anew."""
@@ -156,8 +165,9 @@ class JoggingPendant(asyncio.Protocol):
         else:
             frame = "tool" if self.key is Key.TOOL else "base"
             space, values = JogSpace.TOOL, [0.0, 0.0, -rate, 0.0, 0.0, 0.0]
+        self._requests += 1
         return JogStart(
-            1 + self._press,
+            self._requests,
             self._press,
             state.sequence,
             0.25,
@@ -228,7 +238,8 @@ async def _run(port: int, pid: int, seconds: float, cells: list[str]) -> Account
     pendants = [JoggingPendant(*pair) for pair in zip(cells, cycle(KEYS), strict=False)]
     for pendant in pendants:
         await loop.create_connection(partial(_same, pendant), "127.0.0.1", port)
-    keys = [loop.create_task(_hold(pendant, at)) for at, pendant in enumerate(pendants)]
+    stretch = _TURN * _BEAT / len(pendants)
+    keys = [loop.create_task(_hold(each, at * stretch)) for at, each in enumerate(pendants)]
     await asyncio.sleep(_SETTLE)
     for pendant in pendants:
         pendant.forget()
@@ -260,9 +271,9 @@ def _same(pendant: JoggingPendant) -> JoggingPendant:
     return pendant
 
 
-async def _hold(pendant: JoggingPendant, number: int) -> None:
-    """Beat until cancelled; the pendants do not beat in step."""
-    await asyncio.sleep(_BEAT * (number % 10) / 10)
+async def _hold(pendant: JoggingPendant, later: float) -> None:
+    """Beat until cancelled, from some time on [s]: thirty hands neither press nor turn in step."""
+    await asyncio.sleep(later)
     while True:
         pendant.beat()
         await asyncio.sleep(_BEAT)
