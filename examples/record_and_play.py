@@ -33,8 +33,7 @@ async def main() -> None:
             made = await pendant.recordings.stop()
             print(f"recorded {made['samples']} samples in {made['duration']:.2f} s,", end=" ")
             print(f"{made['rate']:.0f} a second, {made['gaps']} gaps")
-            # How far off a sample the path may lie: the reports of a busy controller come unevenly.
-            playback = await pendant.recordings.play(NAME, factor=2.0, tolerance=0.01)
+            playback = await pendant.recordings.play(NAME, factor=2.0)
             await playback.done()
         account = playback.account
         print(f"played back in {account['possible']:.2f} s: {account['factor']:.2f} times as fast")

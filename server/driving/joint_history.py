@@ -55,14 +55,14 @@ class JointHistory:
         Args:
             source: the frame that something is given in.
             target: the frame that it is wanted in.
-            time: [ns]; None for the last report.
+            time: [ns]; None for the last report, in the frames as they are now.
 
         Raises:
             FrameUnknown: there is, or was, no such frame.
             NotInHistory: a frame between the two moves, and the time is not in the history.
         """
         at = self._reports[-1][0] if time is None and self._reports else time
-        history = FrameHistory(self._tree_at(at))
+        history = FrameHistory(self._tree_at(time))
         for when, position in self._around(at):
             history.record(when, {FLANGE: self._flange(position)})
         return history.transform(source, target, at)

@@ -20,6 +20,9 @@ APPROACH_SPEED = 0.1
 
 MOST_REPEATS = 1_000
 
+TOLERANCES = (0.002, 0.005, 0.01)
+"""Tried in turn where none is asked for: reports of a busy controller come unevenly [rad or m]."""
+
 
 @dataclass(frozen=True, slots=True)
 class RecordingJob:
@@ -33,7 +36,8 @@ class RecordingJob:
         extract: which values of a row are which.
         period: time between its reports [s].
         factor: speed relative to the recording.
-        tolerance: how far the path may lie from a sample in any joint [rad or m].
+        tolerance: how far the path may lie from a sample in any joint [rad or m]; None for the
+            first of `TOLERANCES` that it can keep.
         begins: first time of the recording that is played [s].
         ends: last time [s]; None for its end.
         repeats: how many times it is played.
@@ -50,7 +54,7 @@ class RecordingJob:
     extract: Extract
     period: float
     factor: float = 1.0
-    tolerance: float = 0.002
+    tolerance: float | None = None
     begins: float = 0.0
     ends: float | None = None
     repeats: int = 1

@@ -20,7 +20,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..recording.document import GAP_PERIODS
 from ..refusal import Refusal
-from .recording_job import APPROACH_SPEED, PlaybackAccount, RecordingJob
+from .recording_job import APPROACH_SPEED, TOLERANCES, PlaybackAccount, RecordingJob
 
 MOST_DURATION = 1_800.0
 """Longest motion that is planned in one piece [s]; its samples take 25 MB for six joints."""
@@ -106,16 +106,31 @@ def _smoothed(
     Smoothing alone keeps each sample near the path, which may still run on beyond the place where
     the recording stood or turned.
     """
-    tolerance = job.tolerance
+    *tried, last = TOLERANCES if job.tolerance is None else (job.tolerance,)
+    for tolerance in tried:
+        try:
+            return _within(tolerance, times, positions, kinematics)
+        except BadArgument:
+            continue
+    return _within(last, times, positions, kinematics)
+
+
+def _within(
+    tolerance: float, times: Array, positions: Array, kinematics: Kinematics
+) -> tuple[SmoothedRecording, float]:
+    """Return a path as `_smoothed` does.
+
+    Raises:
+        BadArgument: it cannot keep to the tolerance.
+    """
+    smoothing = tolerance
     for _ in range(_MOST_ROUNDS):
-        smoothed = smooth(times, positions, tolerance, kinematics.limits)
+        smoothed = smooth(times, positions, smoothing, kinematics.limits)
         deviation = max(smoothed.deviation, _strays(smoothed, times - times[0], positions))
-        if deviation <= job.tolerance:
-            break
-        tolerance /= 2.0
-    else:
-        raise BadArgument("tolerance", job.tolerance, f"{deviation:.3g} or more for this recording")
-    return smoothed, deviation
+        if deviation <= tolerance:
+            return smoothed, deviation
+        smoothing /= 2.0
+    raise BadArgument("tolerance", tolerance, f"{deviation:.3g} or more for this recording")
 
 
 def _strays(smoothed: SmoothedRecording, clock: Array, samples: Array) -> float:

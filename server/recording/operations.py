@@ -91,8 +91,9 @@ class PlayRecording(OperationBody):
     name: str
     factor: Annotated[float, Field(ge=SLOWEST, le=FASTEST)] = 1.0
     """Speed relative to the recording; the limits keep it down where they must."""
-    tolerance: Annotated[float, Field(ge=1e-5, le=0.1)] = 0.002
-    """How far the path may lie from a sample in any joint, rad or m."""
+    tolerance: Annotated[float, Field(ge=1e-5, le=0.1)] | None = None
+    """How far the path may lie from a sample in any joint, rad or m; null for as near as it can
+    without following noise, 0.002 at best and 0.01 at most."""
     repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 1
     """How many times; in between the robot goes softly back to the first sample."""
     begins: Time = 0.0

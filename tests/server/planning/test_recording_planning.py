@@ -72,10 +72,25 @@ def test_a_playback_faster_than_the_limits_is_slowed_down_and_says_so() -> None:
 
 
 def test_the_path_keeps_to_the_stated_tolerance() -> None:
-    motion, account = plan_recording(_kinematics(), replace(WAVE, factor=0.5), ())
+    job = replace(WAVE, factor=0.5, tolerance=0.002)
+    motion, account = plan_recording(_kinematics(), job, ())
     _, samples = _waved()
-    assert account.deviation <= WAVE.tolerance
-    assert _distance(motion.position, samples[50:-50:20]) <= WAVE.tolerance + 2e-3
+    assert account.deviation <= 0.002
+    assert _distance(motion.position, samples[50:-50:20]) <= 0.002 + 2e-3
+
+
+@pytest.mark.parametrize(("lateness", "least", "most"), [(0.0, 0.0, 0.002), (0.04, 0.002, 0.01)])
+def test_without_a_stated_tolerance_the_path_is_as_near_as_it_can_be(
+    lateness: float, least: float, most: float
+) -> None:
+    """Reports that come unevenly, of a joint that goes there and back, as in the example."""
+    true = np.arange(400) / 100
+    way = 0.3 * np.abs(np.sin(np.pi * true / 2.0))
+    positions = np.array(HOME) + way[:, np.newaxis] * np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    late = np.random.default_rng(3).uniform(0.0, lateness, len(true))
+    times = np.maximum.accumulate(true + late) + 1e-6 * np.arange(len(true))
+    _, account = plan_recording(_kinematics(), _job(times, positions), ())
+    assert least <= account.deviation <= most
 
 
 def test_the_way_to_the_first_sample_is_slow_and_announced() -> None:

@@ -151,6 +151,14 @@ def test_where_the_tool_was_is_still_known(cell: SurroundedCell) -> None:
     )
 
 
+def test_a_frame_can_be_used_before_the_controller_reports_again(cell: SurroundedCell) -> None:
+    cell.report()
+    cell.now += 1
+    cell.ask("frames.add", name="table", pose=TABLE, expected_revision=0)
+    answer = cell.ask("frames.transform", source="table", target="base")
+    assert answer["pose"]["position"] == pytest.approx(list(TABLE["position"]))
+
+
 def test_three_points_teach_a_frame(cell: SurroundedCell) -> None:
     points = [[0.5, 0.0, 0.1], [0.7, 0.0, 0.1], [0.5, 0.3, 0.1]]
     answer = cell.ask("frames.teach", points=points)

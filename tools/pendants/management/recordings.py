@@ -263,7 +263,7 @@ def play(
     name: str,
     *,
     factor: float = 1.0,
-    tolerance: float = 0.002,
+    tolerance: float | None = None,
     repeats: int = 1,
     begins: float = 0.0,
     ends: float | None = None,
@@ -276,7 +276,8 @@ def play(
     Args:
         name: name of the recording.
         factor: speed relative to the recording, 0.1 to 4; the limits keep it down.
-        tolerance: how far the path may lie from a sample in any joint [rad or m].
+        tolerance: how far the path may lie from a sample in any joint [rad or m]; None for as near
+            as it can without following noise, 0.002 at best and 0.01 at most.
         repeats: how many times; in between the robot goes softly back to the first sample.
         begins: first time of the recording that is played [s].
         ends: last time that is played [s]; None for the end.
