@@ -119,7 +119,10 @@ def search_with_ompl(
     if hasattr(chosen, "setRange"):
         chosen.setRange(step)
     setup.setPlanner(chosen)
+    # A planner that improves its path goes on from its tree where it has none to improve yet.
     setup.solve(base.PlannerTerminationCondition(effort.is_spent))
+    while not setup.haveExactSolutionPath() and effort.may_go_on():
+        setup.solve(base.PlannerTerminationCondition(effort.is_spent))
     waypoints = None
     if setup.haveExactSolutionPath():
         states = setup.getSolutionPath().getStates()
@@ -155,6 +158,11 @@ class _Effort:
 
     def is_spent(self) -> bool:
         return self._stopped or self.checks >= self._most
+
+    def may_go_on(self) -> bool:
+        """Allow as many checks again, if that is not too many; return whether it is not."""
+        self._most = min(2 * self._most, MOST_CHECKS)
+        return not self.is_spent()
 
 
 def _state(space: Any, position: Array) -> Any:

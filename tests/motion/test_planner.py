@@ -231,7 +231,7 @@ def test_planners_that_are_not_repeatable_are_not_offered(planner: str) -> None:
 @pytest.mark.parametrize("planner", ompl_planners)
 def test_every_planner_finds_its_way_around_the_pillar(planner: str) -> None:
     task = pillar_task()
-    assert_free(task, plan(task, planner, seed=1, time_limit=10.0))
+    assert_free(task, plan(task, planner, seed=1, time_limit=60.0))
 
 
 def test_a_process_that_planned_ends_without_a_word() -> None:

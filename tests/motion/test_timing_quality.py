@@ -5,6 +5,7 @@ import pytest
 from numpy.typing import NDArray
 from toppra_directly import certified_duration
 
+from openpendant.motion.between_samples import BetweenSamples
 from openpendant.motion.certificate import (
     ACCELERATION_TOLERANCE,
     VELOCITY_TOLERANCE,
@@ -52,6 +53,12 @@ def check_random_trajectories(
         planned = time_path(path, limits, sample_period=PERIOD)
         certify(planned, limits, start=waypoints[0])
         assert np.array_equal(planned.position[[0, -1]], waypoints[[0, -1]])
+        # What runs is the planned one: the motion through its samples, at every moment between.
+        between = BetweenSamples(planned, limits).pieces()
+        speeds = np.abs(between.velocity).max(axis=(0, 2)) / limits.velocity
+        gains = np.abs(between.acceleration).max(axis=(0, 2)) / limits.acceleration
+        assert speeds.max() <= 1.0 + VELOCITY_TOLERANCE
+        assert gains.max() <= 1.0 + ACCELERATION_TOLERANCE
 
         dense = time_path(path, limits, sample_period=PERIOD / 10)
         found = certify(dense, limits, start=waypoints[0])
