@@ -24,6 +24,7 @@ _FORGET = 32  # places behind
 _CORRECTIONS = 24
 _SLACK = 1.0 - 1e-7
 _INSIDE = 1e-3  # of what accelerations leave
+_ELBOW_RESERVE = 0.999  # of the elbow's speed at a set-point: within a tick it may be faster
 _AS_ASKED = 0.99  # of the asked speed: what is lost beyond is told
 _STILL = 1e-4  # of each joint's speed limit: slower is creeping towards the end of a way
 _BACKWARDS = -0.2  # cosine between directions from which a bend is a turn-round
@@ -94,9 +95,9 @@ class ToolMotion:
             return None
         before = self._twist_here()
         rate = [value / self.speed for value in self.velocity]
-        change = twist.in_base(rotation) - before
-        gain = model.arm.follow(self.position, rotation, point, change)
-        if gain is None or model.arm.forbids(twist.in_base(rotation)) is not None:
+        after = twist.in_base(rotation)
+        gain = model.arm.follow(self.position, rotation, point, after - before)
+        if gain is None or model.arm.forbids(self.position, after) is not None:
             return None
         jumps = zip(gain.rate, model.limits.acceleration, strict=True)
         needed = max(abs(jump) / (_BEND_SHARE * limit) for jump, limit in jumps)
@@ -141,7 +142,8 @@ class ToolMotion:
                 even = is_even(
                     self._model.limits, (self.position, before), (position, velocity), dt
                 )
-                too_fast = self._model.arm.elbow_speed(position, velocity) / self.point_speed
+                allowed = _ELBOW_RESERVE * self.point_speed
+                too_fast = self._model.arm.elbow_speed(position, velocity) / allowed
                 if even and (too_fast <= 1.0 or speed <= least + 2.0 * inside):
                     self._sigma, self._index, self.speed = sigma, index, speed
                     self.position, self.velocity = position, velocity
