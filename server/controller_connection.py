@@ -9,7 +9,17 @@ import asyncio
 import logging
 from typing import TYPE_CHECKING
 
-from openpendant.simplemsg import PENDANT, STANDARD, Connection, LocalProtocolError, Message, Role
+from openpendant.simplemsg import (
+    PENDANT,
+    STANDARD,
+    CommType,
+    Connection,
+    LocalProtocolError,
+    Message,
+    Received,
+    Role,
+    Unasked,
+)
 
 from .client_connection import prepare_socket
 from .controller_path import ControllerPath
@@ -105,8 +115,12 @@ class ControllerConnection(asyncio.Protocol):
             return
         now = self._cell.journal.begin("in", self.link, data)
         while True:
-            for received in wire.receive(data):
-                self._cell.hear(self.path, received, wire.awaited, now)
+            batch = wire.receive(data)
+            # The connection has counted all of them; each is to be judged as if it came alone.
+            later = sum(map(_is_answer, batch))
+            for received in batch:
+                later -= _is_answer(received)
+                self._cell.hear(self.path, received, wire.awaited + later, now)
             if not wire.more:
                 break
             data = b""
@@ -161,3 +175,8 @@ class ControllerConnection(asyncio.Protocol):
             self._is_closing = True
             transport.close()
             asyncio.get_running_loop().call_later(_FAREWELL, transport.abort)
+
+
+def _is_answer(received: Received) -> bool:
+    """Tell whether a message answers a request of ours, readable or not."""
+    return not isinstance(received, Unasked) and received.comm_type == CommType.REPLY

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from urdf_files import joint
@@ -9,11 +10,17 @@ from urdf_files import joint
 
 @dataclass(frozen=True)
 class Foreign:
-    """A robot, the link it should end at, and a joint position well inside its reach."""
+    """A robot, the link it should end at, and a joint position well inside its reach.
+
+    Attributes:
+        keys: the axes of the base that its tool can be jogged along (x, y, z) and about (A, B, C)
+            from there.
+    """
 
     urdf: str
     tool: str
     joints: list[float]
+    keys: str = "xyzABC"
 
 
 Z, Y, X = ('<axis xyz="0 0 1"/>', '<axis xyz="0 1 0"/>', '<axis xyz="1 0 0"/>')
@@ -94,7 +101,49 @@ def _flat_arm() -> Foreign:
         ),
         joint("r", "w", "t", kind="continuous", origin="", axis=DOWN, limit=""),
     ]  # fmt: skip
-    return Foreign(_robot("flat_arm", links, joints), "t", [0.3, 0.8, 0.05, 0.2])
+    return Foreign(_robot("flat_arm", links, joints), "t", [0.3, 0.8, 0.05, 0.2], "xyzC")
+
+
+def _gantry() -> Foreign:
+    """Three rails, one along each axis, and nothing that turns."""
+    links = ["frame", "bridge", "cart", "quill"]
+    rail, stroke = _bounds(0, 1, 0.5), _bounds(0, 0.5, 0.5)
+    slides = [("along", X, rail), ("across", Y, rail), ("down", DOWN, stroke)]
+    joints = [
+        joint(name, parent, child, kind="prismatic", origin=_at(0, 0.3), axis=axis, limit=limit)
+        for (name, axis, limit), parent, child in zip(slides, links[:-1], links[1:], strict=True)
+    ]
+    return Foreign(_robot("gantry", links, joints), "quill", [0.3, 0.3, 0.2], "xyz")
+
+
+def _five_axes() -> Foreign:
+    """An arm without the fourth of six axes, where its tool hangs straight down."""
+    links = ["foot", "turret", "upper", "fore", "hand", "flange"]
+    places = [_at(0, 0.3), _at(0.05, 0.1), _at(0, 0.35), _at(0.3, 0), _at(0.1, 0)]
+    names = ["waist", "shoulder", "elbow", "bend", "roll"]
+    steps = list(zip(names, places, (Z, Y, Y, Y, X), strict=True))
+    return Foreign(
+        _robot("five_axes", links, _chain(links, steps, _bounds(-2.8, 2.8))),
+        "flange",
+        [0.3, 0.4, 0.4, math.pi / 2.0 - 0.8, 0.2],
+        "xyzC",
+    )
+
+
+def _arm_on_a_rail() -> Foreign:
+    """An arm of four axes on a rail of its own, so its first joint slides."""
+    links = ["floor", "sled", "column", "boom", "stick", "tip"]
+    rail = joint(
+        *("rail", "floor", "sled"), kind="prismatic", origin="", axis=Y, limit=_bounds(-2, 2, 1)
+    )
+    places = [_at(0, 0.3), _at(0, 0.2), _at(0.4, 0), _at(0.35, 0)]
+    steps = list(zip(("swing", "lift", "fold", "nod"), places, (Z, Y, Y, Y), strict=True))
+    joints = [rail, *_chain(links[1:], steps, _bounds(-2, 2))]
+    return Foreign(
+        _robot("arm_on_a_rail", links, joints), "tip", [0.1, 0.0, -0.8, 1.0, 0.3], "xyzBC"
+    )
 
 
 FOREIGN = {"six_axes": _six_axes(), "seven_axes": _seven_axes(), "flat_arm": _flat_arm()}
+
+FEW_AXES = {"gantry": _gantry(), "five_axes": _five_axes(), "arm_on_a_rail": _arm_on_a_rail()}

@@ -71,8 +71,13 @@ class JogArm(Protocol):
             twist: (6,) [v; ω] of the tool by the path parameter.
         """
 
-    def forbids(self, twist: Array) -> JogCause | None:
-        """Return why the arm can never move its tool along a (6,) twist; None if it can."""
+    def forbids(self, position: Sequence[float], twist: Array) -> JogCause | None:
+        """Return why the arm has too few axes to move its tool along a twist; None if it can.
+
+        Args:
+            position: (n,) where it stands.
+            twist: (6,) [v; ω] of the tool.
+        """
 
     def point_speeds(
         self, position: Sequence[float], velocity: Sequence[float]

@@ -256,9 +256,13 @@ class JointMotion:
             way = self.position, asked
             time = 0.5 * max(LONGEST_STEP, stop) + dt
             near = guard.nearing(before, after, way, time)
+            if guard.in_contact(before):
+                self._clear = False
             if near is None and guard.in_contact(before):
-                # What parts in the end might first come nearer.
-                near = guard.nearing(before, guard.look(here), way, dt)
+                # What parts in the end might first come nearer, or part more and come back.
+                meanwhile = guard.look(here)
+                near = guard.nearing(before, meanwhile, way, dt)
+                near = near or guard.nearing(meanwhile, after, way, time)
             if near is not None:
                 found.append((*near, wanted))
         if model.watches_posture:

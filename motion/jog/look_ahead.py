@@ -60,24 +60,23 @@ class LookAhead:
             rate: (n,) by σ, of a robot that moves; None for one at rest.
         """
         self.model = model
-        self.end: JogCause | None = None
         self._path = path
         self._point_speed = point_speed * _POINT_RESERVE
         self._accelerations = [a * _DYNAMIC_RESERVE for a in model.limits.acceleration]
         self._step = math.inf
         twist = path.twist()
         start = list(position)
+        self.end: JogCause | None = model.arm.forbids(start, twist)
         footing = model.arm.follow(start, path.rotation, path.point, twist)
         if footing is None:
             condition = model.arm.condition(start)
             singular = JogCause(JogReason.SINGULARITY, condition, HALT_CONDITION)
             outside = JogCause(JogReason.REACH, 1.0, 0.0)
-            self.end = singular if condition >= HALT_CONDITION else outside
+            self.end = self.end or (singular if condition >= HALT_CONDITION else outside)
             footing = Footing(start, [0.0] * model.dof, condition)
         first = WayNode(0.0, start, rate or footing.rate, twist, footing.condition)
         first.posture = model.arm.posture(start)
         first.distances = None if model.guard is None else model.guard.look(start)
-        self.end = self.end or model.arm.forbids(twist)
         self._least_condition = first.condition
         self._top(first, scales(model, None, first))
         self.nodes = [first]
@@ -102,6 +101,7 @@ class LookAhead:
 
     def _go_on(self) -> None:
         last = self.nodes[-1]
+        guess, twist = last.position, last.twist
         step = self._longest(last)
         cause = JogCause(JogReason.REACH, 1.0, 0.0)
         for _ in range(_SHORTENINGS):
@@ -124,8 +124,12 @@ class LookAhead:
                     return
                 cause = ending or cause
             step *= 0.5
-        if cause.reason is JogReason.REACH and last.condition > SLOW_CONDITION:
-            cause = JogCause(JogReason.SINGULARITY, last.condition, HALT_CONDITION)
+        if cause.reason is JogReason.REACH:
+            if last.condition > SLOW_CONDITION:
+                cause = JogCause(JogReason.SINGULARITY, last.condition, HALT_CONDITION)
+            else:
+                # What few axes can do at one place they cannot do a little farther.
+                cause = self.model.arm.forbids(guess, twist) or cause
         last.length = 0.0
         self.end = cause
 

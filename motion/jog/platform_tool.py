@@ -64,7 +64,7 @@ class PlatformTool:
         rate: list[float] = (jacobian @ moved).tolist()
         return Footing(lengths.tolist(), rate, self._condition(jacobian))
 
-    def forbids(self, twist: Array) -> JogCause | None:
+    def forbids(self, position: Sequence[float], twist: Array) -> JogCause | None:
         """Return None: a platform has all six directions."""
         return None
 

@@ -8,9 +8,10 @@ S(p) the speed of a point there, for the whole velocity, the point has the speed
 
 The greatest of it must be within the limit, so a stop never has to be harder than the joints can: a
 stretching arm gets faster by itself. S is worked out where the stop begins and at two places of its
-way, and is the parabola through these three elsewhere; of random stops of all robots none got
-faster than that says with what `_MISSED` adds. Likewise without the joints whose range ends first,
-which may have taken from the speed. Knows no tick and no target.
+way, and is the parabola through these three elsewhere; of random stops of all robots that turn no
+joint by more than `_LONG` none got faster than that says with what `_MISSED` adds. On a longer one
+S may rise and fall more than once, and is worked out every `_CLOSE` of it. Likewise without the
+joints whose range ends first, which may have taken from the speed. Knows no tick and no target.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ _REASONS = (JogReason.TOOL_SPEED, JogReason.ELBOW_SPEED)
 _BETWEEN = (0.25, 0.65)  # of the way of a stop
 _LOOKED_AT = (0.08, 0.16, 0.25, 0.35, 0.5, 0.65, 0.8)
 _MISSED = 1.25  # times what a stop adds to a speed: more than the parabola ever missed of it
+_LONG, _CLOSE = 1.0, 0.25  # rad, or share of the arm's length: of the way of a stop
+_UNSEEN = 1.02  # times what is found so: more than is missed between
 _SLOW = 0.6  # of the limit, at first and at last: it does not get beyond the limit between
 
 
@@ -82,12 +85,29 @@ def _greatest_in_stop(
     # One joint alone leads every point on a circle about its axis, always as fast.
     if model.arm.rigid and sum(1 for each in velocity if each) == 1:
         return begin
+    ways = zip(here, there, model.unit, strict=True)
+    longest = max([abs(stop - start) / unit for start, stop, unit in ways])
+    if longest > _LONG:
+        return _greatest_in_long_stop(model, here, there, velocity, longest)
     first, last = _BETWEEN
     later = _on_the_way(model, here, there, last, velocity, begin)
     if max(*begin, *later) < _SLOW * allowed:
         return begin
     between = _on_the_way(model, here, there, first, velocity, begin)
     return tuple(map(_greatest, begin, between, later))
+
+
+def _greatest_in_long_stop(
+    model: JogModel, here: list[float], there: list[float], velocity: list[float], longest: float
+) -> tuple[float, ...]:
+    """Return the greatest speeds of both points, looked at in steps of a stop."""
+    begin = greatest = model.arm.point_speeds(here, velocity)
+    count = math.ceil(longest / _CLOSE)
+    for step in range(1, count):
+        speeds = _on_the_way(model, here, there, step / count, velocity, begin)
+        share = _UNSEEN * math.sqrt(1.0 - step / count)
+        greatest = max(greatest[0], share * speeds[0]), max(greatest[1], share * speeds[1])
+    return greatest
 
 
 def _greatest(begin: float, between: float, later: float) -> float:

@@ -9,7 +9,8 @@ axes than six:
   projection, Liégeois 1977).
 - four, with a direction that the tool always keeps (SCARA, palletiser): x, y, z and the turn about
   that direction. Any other turn is refused, rather than a part of what was asked be done.
-- fewer without such a direction: least squares, and refused where that leaves an error.
+- fewer without such a direction: least squares, and refused where that leaves an error. Which
+  twists those are depends on the place.
 
 The condition number is of the Jacobian without units: lengths in halves of the arm's size, which is
 near the characteristic length that makes it least (Angeles 1992).
@@ -36,6 +37,8 @@ _SETTLED = 1e-4  # rad, or share of the length: a step whose square no longer ma
 _EXACT = 1e-7  # rad: the error that is left
 _FARTHEST = 0.25  # rad, or share of the length: farther is another way to reach the pose
 _MISFIT = 1e-4  # share of a twist that an arm of few axes may leave undone
+_LOST = 1e8  # condition number from which rounding decides which twists an arm of few axes can do
+_BESIDE = 0.01  # rad, or share of the length: how far beside such a place that can be told
 _NULL_ZONE = 0.25  # share of the range, at either end, in which spare axes turn away from limits
 _END = 0.1  # rad or m
 _TASK_AXES = 6
@@ -74,10 +77,12 @@ class SerialTool:
         rows = _TASK_AXES if self._task is None else len(self._task)
         units = np.where(self.limits.prismatic, self.length, 1.0)
         self._units: list[float] = units.tolist()
-        self._scale = np.tile(units, (rows, 1))
-        self._scale[:3] /= self.length
+        self._row_scale = np.ones((rows, 1))
+        self._row_scale[:3] /= self.length
+        self._scale = self._row_scale * units
         self._spare = kinematics.dof > rows
         self._square = kinematics.dof == rows
+        self._few = kinematics.dof < rows
         speeds = np.array(self.limits.velocity)
         self._weights: Array = (speeds / speeds.max()) ** 2
         self._middle = (kinematics.lower + kinematics.upper) / 2.0
@@ -123,15 +128,17 @@ class SerialTool:
             return None
         return Footing(position, steps[1], condition)
 
-    def forbids(self, twist: Array) -> JogCause | None:
-        """Return why the arm can never move its tool along a twist."""
-        if self._kept is None:
-            return None
-        turn = twist[3:]
-        across = float(np.linalg.norm(turn - (turn @ self._kept.in_base) * self._kept.in_base))
-        if across <= _MISFIT * float(np.linalg.norm(twist)):
-            return None
-        return JogCause(JogReason.DIRECTION, across, 0.0)
+    def forbids(self, position: Sequence[float], twist: Array) -> JogCause | None:
+        """Return why the arm has too few axes to move its tool along a twist."""
+        if self._kept is not None:
+            turn = twist[3:]
+            across = float(np.linalg.norm(turn - (turn @ self._kept.in_base) * self._kept.in_base))
+            if across > _MISFIT * float(np.linalg.norm(twist)):
+                return JogCause(JogReason.DIRECTION, across, 0.0)
+        if self._few and self._misses(list(position), twist):
+            asked = twist[3:] if twist[3:].any() else twist[:3]
+            return JogCause(JogReason.DIRECTION, float(np.linalg.norm(asked)), 0.0)
+        return None
 
     def point_speeds(
         self, position: Sequence[float], velocity: Sequence[float]
@@ -195,8 +202,12 @@ class SerialTool:
         if self._square:
             steps: list[list[float]] = np.linalg.solve(jacobian, right).T.tolist()
             return steps
-        if not self._spare:
-            return self._fitted(jacobian, right)
+        if self._few:
+            fitted = self._fitted(jacobian, right)
+            if _is_missed(jacobian, fitted[:, 1], right[:, 1]):
+                raise np.linalg.LinAlgError("the twist is none that the arm can do")
+            found: list[list[float]] = fitted.T.tolist()
+            return found
         weighted = jacobian * self._weights
         away = self._away_from_limits(position)
         every = np.column_stack((right, jacobian @ away))
@@ -206,14 +217,29 @@ class SerialTool:
         rate = rate + float(np.abs(rate).max()) * free
         return [solved[:, 0].tolist(), rate.tolist()]
 
-    def _fitted(self, jacobian: Array, right: Array) -> list[list[float]]:
-        steps, *_ = np.linalg.lstsq(jacobian * self._scale, right * self._scale[:, :1], rcond=None)
-        steps = steps * np.array(self._units)[:, np.newaxis]
-        missed = jacobian @ steps[:, 1] - right[:, 1]
-        if np.abs(missed).max() > _MISFIT * float(np.abs(right[:, 1]).max()):
-            raise np.linalg.LinAlgError("the twist is none that the arm can do")
-        result: list[list[float]] = steps.T.tolist()
-        return result
+    def _fitted(self, jacobian: Array, right: Array) -> Array:
+        """Return the joint steps (n, k) that come nearest to k right sides."""
+        steps, *_ = np.linalg.lstsq(jacobian * self._scale, right * self._row_scale, rcond=None)
+        fitted: Array = steps * np.array(self._units)[:, np.newaxis]
+        return fitted
+
+    def _misses(self, position: list[float], twist: Array) -> bool:
+        """Return whether an arm of few axes leaves a part of a twist undone.
+
+        At a singularity every arm does, of the direction that is lost there. So it is asked beside
+        it, on the way out; where that leads out of none, the twist is not what is at fault.
+        """
+        _, _, jacobian = self._linearise(position)
+        if self._condition(jacobian) > _LOST:
+            way = self.way_out(position).joints
+            if way is None:
+                return False
+            steps = zip(position, way, self._units, strict=True)
+            _, _, jacobian = self._linearise([q + _BESIDE * w * unit for q, w, unit in steps])
+            if self._condition(jacobian) > _LOST:
+                return False
+        task = twist if self._task is None else self._task @ twist
+        return _is_missed(jacobian, self._fitted(jacobian, task[:, np.newaxis])[:, 0], task)
 
     def _away_from_limits(self, position: list[float]) -> Array:
         share = (np.array(position) - self._middle) / self._half
@@ -228,6 +254,12 @@ class SerialTool:
     def _condition(self, jacobian: Array) -> float:
         values = self._gains(jacobian)
         return values[0] / values[-1] if values[-1] > 0.0 else math.inf
+
+
+def _is_missed(jacobian: Array, rate: Array, twist: Array) -> bool:
+    """Return whether joint rates (n,) leave a part of a twist undone."""
+    missed = float(np.abs(jacobian @ rate - twist).max())
+    return missed > _MISFIT * float(np.abs(twist).max())
 
 
 def _small_turn(target: Array, found: Array) -> Array:

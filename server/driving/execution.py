@@ -88,7 +88,7 @@ class Execution:
         self._stock = math.inf
 
     def next_point(self, now: int) -> Message | Refusal | None:
-        """Return the next set-point where one is due and the last one was answered.
+        """Return the next set-point where one is due and the link has room for it.
 
         Returns:
             The message; None where none is due; a refusal where it failed the last look.

@@ -136,7 +136,8 @@ class GenericUplink:
         Returns:
             None where it is a success, else why the motion must end.
         """
-        if not pending:
+        if pending <= len(self._deadlines):
+            # Nothing that was sent before the points that count is owed any more.
             self._stop_deadline = None
         if pending >= len(self._deadlines):
             # Answers come in order: while that many more are owed, this one belongs to what was

@@ -179,6 +179,16 @@ def test_a_stop_is_answered_when_nothing_is_owed_any_more(pending: int) -> None:
     assert uplink.stop_overdue(10**12) is bool(pending)
 
 
+def test_a_stop_that_is_answered_while_points_are_in_flight_is_not_overdue() -> None:
+    uplink = make(points_in_flight=2)
+    uplink.stop(0, is_sent=True)
+    uplink.point(POINT, 0)
+    uplink.point(POINT, 0)
+    assert uplink.answer(answer(MsgType.JOINT_TRAJ_PT), 2) is None
+    assert not uplink.stop_overdue(10**12)
+    assert uplink.awaiting
+
+
 def test_a_stop_that_went_nowhere_awaits_no_answer() -> None:
     uplink = make()
     uplink.stop(0, is_sent=False)

@@ -8,10 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from foreign_robots import FOREIGN
+from foreign_robots import FEW_AXES, FOREIGN, Foreign
+from jog_referee import Referee
 
 from openpendant.motion.certificate import certify
+from openpendant.motion.jog import JogCaps, Jogger, JogReason, JointJog, ToolJog, jog_model
 from openpendant.motion.mechanism import Mechanism, mechanism
+from openpendant.motion.orientation import rotation_of_vector
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot import serial_robot
 from openpendant.motion.timing import time_path
@@ -19,7 +22,13 @@ from openpendant.motion.timing import time_path
 pytestmark = pytest.mark.realtime
 
 STEP = 1e-4
-"""A jog step small enough that the tool goes straight [m]."""
+"""A step small enough that the tool goes straight [m]."""
+
+EVERY = {**FOREIGN, **FEW_AXES}
+TICKS = 40
+"""How long a key is held: 0.4 s."""
+
+Arm = tuple[Mechanism, Foreign]
 
 
 def command(folder: Path, *arguments: str) -> str:
@@ -55,18 +64,17 @@ def test_a_urdf_alone_makes_a_robot_that_all_commands_take(name: str, tmp_path: 
     assert planned["position"][-1] == pytest.approx(foreign.joints)
 
 
-@pytest.fixture(params=FOREIGN)
-def arm(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[Mechanism, list[float]]:
-    foreign = FOREIGN[request.param]
-    (tmp_path / "arm.urdf").write_text(foreign.urdf, "utf-8")
-    command(tmp_path, "robots", "import", "arm.urdf", "--yes", "-o", "arm.yaml")
-    return mechanism(serial_robot(tmp_path / "arm.yaml")), foreign.joints
+@pytest.fixture(scope="module", params=EVERY)
+def arm(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Arm:
+    foreign, folder = EVERY[request.param], tmp_path_factory.mktemp("foreign")
+    (folder / "arm.urdf").write_text(foreign.urdf, "utf-8")
+    command(folder, "robots", "import", "arm.urdf", "--yes", "-o", "arm.yaml")
+    return mechanism(serial_robot(folder / "arm.yaml")), foreign
 
 
-def test_it_moves_from_point_to_point_in_lines_and_by_jog_steps(
-    arm: tuple[Mechanism, list[float]],
-) -> None:
-    robot, joints = arm
+def test_it_moves_from_point_to_point_in_lines_and_in_small_steps(arm: Arm) -> None:
+    robot, foreign = arm
+    joints = foreign.joints
     limits, home = robot.limits, robot.home_position
     there = time_path(robot.curve([home, joints]), limits)
     certify(there, limits, start=home)
@@ -84,3 +92,42 @@ def test_it_moves_from_point_to_point_in_lines_and_by_jog_steps(
         found = robot.solve(stepped, joints).joint_position
         assert robot.forward(found).position_distance(stepped) < 1e-6
         assert float(np.abs(found - np.array(joints)).max()) < 100.0 * STEP
+
+
+def test_each_joint_jogs_by_itself(arm: Arm) -> None:
+    robot, foreign = arm
+    model = jog_model(robot)
+    for joint in range(robot.limits.dof):
+        rates = [float(each == joint) for each in range(robot.limits.dof)]
+        watched = Referee(robot, Jogger(model, foreign.joints, JogCaps()))
+        step = watched.run(JointJog(tuple(rates)), TICKS)
+        moved = np.array(step.position) - np.array(foreign.joints)
+        assert moved[joint] > 0.01
+        assert np.count_nonzero(moved) == 1
+        assert not watched.faults
+
+
+@pytest.mark.parametrize("key", "xyzABC")
+def test_its_tool_jogs_along_and_about_the_axes_that_it_can_and_refuses_the_rest(
+    arm: Arm, key: str
+) -> None:
+    robot, foreign = arm
+    index = "xyzABC".index(key)
+    axis = np.eye(3)[index % 3]
+    jog = ToolJog(tuple(axis)) if index < 3 else ToolJog(angular=tuple(axis))
+    watched = Referee(robot, Jogger(jog_model(robot), foreign.joints, JogCaps()))
+    step = watched.run(jog, TICKS)
+    assert not watched.faults
+    if key not in foreign.keys:
+        assert step.position == foreign.joints
+        assert step.reason is JogReason.DIRECTION
+        assert step.retreat is None
+        return
+    began, now = robot.forward(foreign.joints), robot.forward(step.position)
+    way, turn = now.position - began.position, began.rotation_distance(now)
+    along = float(way @ axis) if index < 3 else 0.0
+    about = turn if index >= 3 else 0.0
+    assert along + about > 0.02
+    assert way == pytest.approx(along * axis, abs=1e-5)
+    expected = rotation_of_vector(about * axis) @ began.rotation
+    assert now.rotation == pytest.approx(expected, abs=1e-5)

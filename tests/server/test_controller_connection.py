@@ -1,0 +1,89 @@
+"""The shell round a connection to the controller: which answer belongs to which request."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Iterator
+from unittest.mock import Mock
+
+import pytest
+
+from openpendant.server.controller_connection import ControllerConnection
+from openpendant.server.controller_path import ControllerPath
+from openpendant.server.settings import ControllerLink
+from openpendant.simplemsg import (
+    STANDARD,
+    CommType,
+    Connection,
+    HeaderOnly,
+    JointTrajPt,
+    Message,
+    MsgType,
+    ReplyCode,
+    Role,
+    SpecialSequence,
+    joint_array,
+)
+
+NONE = joint_array(())
+
+
+def point(sequence: int) -> Message:
+    return JointTrajPt(sequence=sequence, joints=NONE, velocity=0.1, duration=0.0)
+
+
+@pytest.fixture
+def wire() -> Iterator[socket.socket]:
+    with socket.socket() as made:
+        yield made
+
+
+def connected(wire: socket.socket) -> tuple[ControllerConnection, Mock, Mock]:
+    cell, transport = Mock(label=""), Mock(spec=asyncio.Transport)
+    transport.get_extra_info.return_value = wire
+    cell.journal.answer.return_value = False  # whether the transport is closing
+    connection = ControllerConnection(cell, ControllerPath.MOTION, ControllerLink())
+    connection.connection_made(transport)
+    return connection, cell, transport
+
+
+def owed(cell: Mock) -> list[int]:
+    """Return how many answers were owed after each message that the cell heard."""
+    return [call.args[2] for call in cell.hear.call_args_list]
+
+
+@pytest.mark.parametrize("together", [True, False])
+def test_answers_that_come_together_are_judged_as_if_each_came_alone(
+    wire: socket.socket, together: bool
+) -> None:
+    connection, cell, transport = connected(wire)
+    for sequence in (SpecialSequence.STOP, 0, 1):
+        connection.send(point(sequence))
+    controller = Connection(Role.SERVER, STANDARD, ControllerLink().order)
+    controller.receive(b"".join(call.args[0] for call in transport.write.call_args_list))
+    answers = [
+        controller.send(
+            HeaderOnly(
+                MsgType.JOINT_TRAJ_PT, comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS
+            )
+        )
+        for _ in range(3)
+    ]
+    for data in [b"".join(answers)] if together else answers:
+        connection.data_received(data)
+    assert owed(cell) == [2, 1, 0]
+
+
+def test_what_is_sent_because_of_an_answer_counts_for_those_behind_it(wire: socket.socket) -> None:
+    connection, cell, transport = connected(wire)
+    for sequence in (0, 1):
+        connection.send(point(sequence))
+    controller = Connection(Role.SERVER, STANDARD, ControllerLink().order)
+    controller.receive(b"".join(call.args[0] for call in transport.write.call_args_list))
+    answer = HeaderOnly(
+        MsgType.JOINT_TRAJ_PT, comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS
+    )
+    cell.hear.side_effect = lambda *_: connection.send(point(2)) if len(owed(cell)) == 1 else None
+    connection.data_received(controller.send(answer) + controller.send(answer))
+    assert owed(cell) == [1, 1]
