@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
-from typing import Any, TypeAlias
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple, TypeAlias
 
 from pydantic import BaseModel, ValidationError
 
@@ -22,6 +22,8 @@ Problem: TypeAlias = tuple[str, str]
 _Schema: TypeAlias = Mapping[str, Any]
 
 _RULE = re.compile(r"\w+ should (?:be|have) (?P<accepted>.+)")
+_ELEMENTS = {"number": "numbers", "integer": "whole numbers", "string": "texts"}
+"""What the elements of a list are called, by their type in a JSON schema."""
 _MOST_GUESSED = 20
 """Unknown fields of a file for which the one that is meant is looked for; it takes a while."""
 
@@ -36,13 +38,24 @@ def field_problems(error: ValidationError, model: type[BaseModel]) -> tuple[Prob
     schema = model.model_json_schema()
     problems = []
     for number, found in enumerate(error.errors(include_url=False)):
-        path, neighbours = _place(found["loc"], schema)
-        problems.append((path, _sentence(found, neighbours, guess=number < _MOST_GUESSED)))
+        place = _place(found["loc"], schema)
+        if found["type"] in ("union_tag_invalid", "union_tag_not_found"):
+            problems.append(_kind_problem(found, place))
+        else:
+            problems.append((place.path, _sentence(found, place, guess=number < _MOST_GUESSED)))
     return tuple(problems)
 
 
-def _place(location: Iterable[int | str], schema: _Schema) -> tuple[str, tuple[str, ...]]:
-    """Return a field as the file has it, and the fields that are known beside it.
+class _Place(NamedTuple):
+    """A field as the file has it, what is known to be there, and the fields known beside it."""
+
+    path: str
+    node: _Schema
+    neighbours: tuple[str, ...]
+
+
+def _place(location: Iterable[int | str], schema: _Schema) -> _Place:
+    """Return where pydantic found something.
 
     Pydantic's location also names the kind of a part that may be of several kinds, as in
     `objects.0.shape.box.size`. The file has no such level.
@@ -61,7 +74,7 @@ def _place(location: Iterable[int | str], schema: _Schema) -> tuple[str, tuple[s
         else:
             path += f".{part}" if path else part
         node = _below(node, part)
-    return path, neighbours
+    return _Place(path, _resolved(node, schema), neighbours)
 
 
 def _resolved(node: _Schema, schema: _Schema) -> _Schema:
@@ -85,7 +98,17 @@ def _below(node: _Schema, part: int | str) -> _Schema:
     return found if isinstance(found, Mapping) else {}
 
 
-def _sentence(found: Mapping[str, Any], neighbours: tuple[str, ...], *, guess: bool) -> str:
+def _kind_problem(found: Mapping[str, Any], place: _Place) -> Problem:
+    # The field that tells the kind of a part, such as `type`, has the problem, not the part.
+    discriminator = place.node["discriminator"]
+    field, kinds = discriminator["propertyName"], ", ".join(discriminator["mapping"])
+    where = f"{place.path}.{field}" if place.path else field
+    tag = found["ctx"].get("tag")
+    return where, ("is missing" if tag is None else f"is {tag!r}") + f"; accepted: {kinds}"
+
+
+def _sentence(found: Mapping[str, Any], place: _Place, *, guess: bool) -> str:
+    neighbours = place.neighbours
     match found["type"]:
         case "missing":
             return "is missing; accepted: a value, which is required"
@@ -94,10 +117,47 @@ def _sentence(found: Mapping[str, Any], neighbours: tuple[str, ...], *, guess: b
             near = difflib.get_close_matches(unknown, neighbours, n=1) if guess else ()
             meant = "".join(f", perhaps {name!r} is meant" for name in near)
             return f"is not permitted{meant}; accepted: {', '.join(neighbours)}"
-        case "union_tag_invalid":
-            tag, accepted = found["ctx"]["tag"], found["ctx"]["expected_tags"]
-            return f"is of kind {tag!r}; accepted: {accepted}"
+    accepted = _accepted(found, place.node)
     message: str = found["msg"]
-    if rule := _RULE.fullmatch(message):
-        return f"is {shortened(found['input'])}; accepted: {rule['accepted']}"
-    return message[:1].lower() + message[1:]
+    if accepted is None:
+        return message[:1].lower() + message[1:]
+    return f"is {shortened(found['input'])}; accepted: {accepted}"
+
+
+def _accepted(found: Mapping[str, Any], node: _Schema) -> str | None:
+    """Return what would be accepted, in the words of a file and not of Python; None if unknown."""
+    context = found.get("ctx", {})
+    match found["type"]:
+        case "tuple_type" | "list_type":
+            return _list_in_words(node)
+        case "too_short":
+            return f"at least {_items(context['min_length'])}"
+        case "too_long":
+            return f"at most {_items(context['max_length'])}"
+        case "string_type":
+            return "text"
+        case "model_type" | "model_attributes_type" | "dict_type":
+            fields = ", ".join(node.get("properties", ()))
+            return f"a mapping with the fields {fields}" if fields else "a mapping"
+        case "literal_error" | "enum":
+            values = node.get("enum", (node["const"],) if "const" in node else ())
+            if values:
+                return _alternatives([repr(value) for value in values])
+    rule = _RULE.fullmatch(found["msg"])
+    return None if rule is None else rule["accepted"]
+
+
+def _list_in_words(node: _Schema) -> str:
+    places = node.get("prefixItems", ())
+    kinds = {place.get("type") for place in places} or {node.get("items", {}).get("type")}
+    elements = _ELEMENTS.get(kinds.pop(), "items") if len(kinds) == 1 else "items"
+    return f"a list of {len(places)} {elements}" if places else f"a list of {elements}"
+
+
+def _items(count: int) -> str:
+    return f"{count} item" if count == 1 else f"{count} items"
+
+
+def _alternatives(words: Sequence[str]) -> str:
+    *all_but_last, last = words
+    return f"{', '.join(all_but_last)} or {last}" if all_but_last else last

@@ -51,7 +51,8 @@ def parse_pose(text: str, option: str) -> tuple[tuple[float, ...], tuple[float, 
     frame = value.get("frame")
     if frame is not None and not isinstance(frame, str):
         raise BadArgument(f"frame of {option}", frame, "a frame's name")
-    xyz, quaternion = (_numbers(value[field], f"{field} of {option}") for field in ("xyz", "quat"))
+    xyz = _numbers(value["xyz"], f"xyz of {option}", 3)
+    quaternion = _numbers(value["quat"], f"quat of {option}", 4)
     norm = math.hypot(*quaternion)
     if not abs(norm - 1.0) <= NORM_TOLERANCE:
         unit = f"four numbers of norm 1 within {NORM_TOLERANCE:g}; this one is {norm:.6g}"
@@ -69,9 +70,12 @@ def _parse(text: str, option: str, accepted: str) -> Any:
         raise BadArgument(option, text, accepted) from None
 
 
-def _numbers(value: object, what: str) -> tuple[float, ...]:
+def _numbers(value: object, what: str, count: int | None = None) -> tuple[float, ...]:
+    accepted = "a list of numbers" if count is None else f"a list of {count} numbers"
     if not isinstance(value, list) or not all(isinstance(number, float) for number in value):
-        raise BadArgument(what, value, "a list of numbers")
+        raise BadArgument(what, value, accepted)
+    if count is not None and len(value) != count:
+        raise BadArgument(what, value, accepted)
     for index, number in enumerate(value):
         if not math.isfinite(number):
             raise NotFinite(what, index)

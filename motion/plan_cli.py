@@ -22,14 +22,14 @@ import typer
 
 from .bounded_file import read_text
 from .command_line import run
-from .errors import BadArgument
+from .errors import BadArgument, MeshFileError
 from .json_input import parse_joints, parse_pose
 from .robot import SerialRobot, serial_robot
 from .robot_arguments import Angles, to_controller
 
 if TYPE_CHECKING:
     from .collision import CollisionModel
-    from .kinematics import Array
+    from .kinematics import Array, Kinematics
     from .plan_output import PlannedMotion
     from .planner import Progress
 
@@ -113,6 +113,19 @@ def plan(
         plot_trajectory(planned.trajectory, planned.limits, title, plot)
 
 
+def _collision(kinematics: Kinematics, scene: Path | None) -> CollisionModel:
+    from .collision import CollisionModel
+    from .scene_file import load_scene, unusable_mesh
+
+    if scene is None:
+        return CollisionModel(kinematics)
+    around = load_scene(scene, kinematics.robot.links)
+    try:
+        return CollisionModel(kinematics, around)
+    except MeshFileError as error:
+        raise unusable_mesh(scene, around, error) from None
+
+
 class _Work:
     """One run: what the options mean, in order."""
 
@@ -126,14 +139,10 @@ class _Work:
         speed: float,
         angles: Angles,
     ) -> None:
-        from .collision import CollisionModel
         from .kinematics import Kinematics
-        from .scene import Scene
-        from .scene_file import load_scene
 
         self._facts = facts
-        around = Scene() if scene is None else load_scene(scene)
-        self._collision = CollisionModel(Kinematics(facts), around)
+        self._collision = _collision(Kinematics(facts), scene)
         self._planner, self._seed, self._time_limit = planner, seed, time_limit
         self._speed, self._angles = speed, angles
 

@@ -19,6 +19,7 @@ from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from .display_names import display_names
 from .errors import RobotFileError, UnknownRobot, UnsupportedKind, WrongJointCount
+from .errors.wording import shortened
 from .field_problems import Problem, field_problems
 from .limits import JointLimits
 from .robot_file import read_mapping
@@ -234,7 +235,8 @@ def robot_from_content(content: Mapping[str, Any], file: str) -> Robot:
     kind = content.get("kind")
     model = kinds.get(kind) if isinstance(kind, str) else None
     if model is None:
-        raise RobotFileError(file, "kind", f"accepted: {' or '.join(map(str, kinds))}")
+        found = f"is {shortened(kind)}" if "kind" in content else "is missing"
+        raise RobotFileError(file, "kind", f"{found}; accepted: {' or '.join(map(str, kinds))}")
     return validated(model, content, file)
 
 

@@ -29,7 +29,7 @@ REACH_TOLERANCE = 0.2  # of the stated reach, which makers measure to different 
 VRM_TOLERANCE = 1e-6  # m and rad, beyond what the file says of the difference
 _DH_SAMPLES = 50
 _COLLISION_SAMPLES = 200
-_ROUNDING = 1e-9  # rad or m
+_ROUNDING = 1e-9  # rad or m, or either per second
 
 
 class DhResidual(NamedTuple):
@@ -185,16 +185,19 @@ def _limits(kinematics: Kinematics) -> Iterator[_Finding]:
         np.minimum(gain * kinematics.lower, gain * kinematics.upper),
         np.maximum(gain * kinematics.lower, gain * kinematics.upper),
     )
-    for joint, least, greatest in zip(
-        robot.moving, low.sum(axis=1) + offset, high.sum(axis=1) + offset, strict=True
+    fastest = np.abs(gain) @ np.array(robot.limits.velocity)
+    for joint, least, greatest, speed in zip(
+        robot.moving, low.sum(axis=1) + offset, high.sum(axis=1) + offset, fastest, strict=True
     ):
         if joint.dependent is None:
             continue
         inside = joint.lower - _ROUNDING <= least and greatest <= joint.upper + _ROUNDING
+        kept = inside and speed <= joint.velocity + _ROUNDING
+        unit = "m" if joint.prismatic else "rad"
         yield _Finding(
-            f"limits: {joint.name} follows from {least:.6g} to {greatest:.6g}; its own range is"
-            f" {joint.lower:.6g} to {joint.upper:.6g}"
-            + ("" if inside else ", which is not watched"),
+            f"limits: {joint.name} follows from {least:.6g} to {greatest:.6g} {unit} at up to"
+            f" {speed:.6g} {unit}/s; its own limits are {joint.lower:.6g} to {joint.upper:.6g}"
+            f" {unit} and {joint.velocity:.6g} {unit}/s" + ("" if kept else ", not watched"),
             bad=False,
         )
 
@@ -239,7 +242,7 @@ def _self_collision(kinematics: Kinematics) -> Iterator[_Finding]:
     worst = "".join(f", above all {a} and {b}" for (a, b), _ in counts.most_common(1))
     share = sum(map(bool, found)) / len(found)
     yield _Finding(
-        f"self-collision: {'none' if not at_home else 'some'} at home; in {share:.0%} of"
+        f"self-collision: {'none' if not at_home else 'some'} at home; in {share:.1%} of"
         f" {len(found)} random positions{worst}",
         bad=False,
     )

@@ -123,9 +123,10 @@ def _motion(where: str, joint: Joint) -> Iterator[Problem]:
     shortest, longest = _AXIS_LENGTHS
     if not shortest <= math.hypot(*joint.axis) <= longest:
         yield f"{where}.axis", f"is {list(joint.axis)}; accepted: a direction, not zero"
-    if not joint.lower < joint.upper:
-        yield f"{where}.lower", f"is {joint.lower}; accepted: less than upper = {joint.upper}"
     unit = "m" if joint.prismatic else "rad"
+    if not joint.lower < joint.upper:
+        accepted = f"less than upper = {joint.upper} {unit}"
+        yield f"{where}.lower", f"is {joint.lower} {unit}; accepted: {accepted}"
     farthest = MAX_LENGTH if joint.prismatic else MAX_ANGLE
     for field, value in (("lower", joint.lower), ("upper", joint.upper)):
         if abs(value) > farthest:
@@ -137,7 +138,7 @@ def _motion(where: str, joint: Joint) -> Iterator[Problem]:
 
 def _unit_doubt(value: float, limit: float, unit: str) -> str:
     wrong = "millimetres" if unit.startswith("m") else "degrees"
-    return f"is {value}; accepted: at most {limit:.4g} {unit} (is this in {wrong}?)"
+    return f"is {value} {unit}; accepted: at most {limit:.4g} {unit} (is this in {wrong}?)"
 
 
 def _placement(where: str, placement: Placement) -> Iterator[Problem]:
@@ -205,10 +206,11 @@ def _coupling(robot: SerialRobot) -> Iterator[Problem]:
 def _home(robot: SerialRobot) -> Iterator[Problem]:
     for joint, value in zip(robot.driven, robot.home_position, strict=True):
         if not joint.lower <= value <= joint.upper:
+            unit = "m" if joint.prismatic else "rad"
             yield (
                 "home",
-                f"puts {joint.name} at {value} on the controller's side;"
-                f" accepted: {joint.lower} to {joint.upper}",
+                f"puts {joint.name} at {value} {unit} on the controller's side;"
+                f" accepted: {joint.lower} to {joint.upper} {unit}",
             )
 
 

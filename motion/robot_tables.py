@@ -88,15 +88,15 @@ def print_vrm(robot: SerialRobot, vrm: Vrm, angles: Sequence[float], difference:
     for joint, row, sign, offset, angle in zip(
         robot.moving, vrm.rows, vrm.map.sign, vrm.map.offset, angles, strict=True
     ):
-        theta = f"{'-' if sign < 0 else ''}q + {math.degrees(offset):.4g}°"
-        degrees = (f"{math.degrees(value):.2f}°" for value in (row.lower, row.upper, angle))
+        theta = f"{'-' if sign < 0 else ''}q + {math.degrees(offset):z.4g}°"
+        degrees = (f"{math.degrees(value):z.2f}°" for value in (row.lower, row.upper, angle))
         table.add_row(
             *_texts(
                 joint.name,
-                f"{1000.0 * row.b:.6g}",
+                f"{1000.0 * row.b:z.6g}",
                 theta,
-                f"{1000.0 * row.a:.6g}",
-                f"{math.degrees(row.alpha):.4g}°",
+                f"{1000.0 * row.a:z.6g}",
+                f"{math.degrees(row.alpha):z.4g}°",
                 *degrees,
             )
         )
@@ -114,7 +114,7 @@ def _direction(axis: Array) -> str:
 
 
 def _rounded(value: float) -> str:
-    return f"{round(float(value), 3) + 0.0:.3f}"  # adding zero turns -0.0 into 0.0
+    return f"{float(value):z.3f}"
 
 
 def _facts(robot: Robot) -> Table:
@@ -131,8 +131,8 @@ def _facts(robot: Robot) -> Table:
         ("zero pose", robot.zero_pose or "not described"),
     ]
     if isinstance(robot, SerialRobot):
-        x, y, z = (f"{1000.0 * value:g}" for value in robot.base_frame.xyz)
-        roll, pitch, yaw = (f"{math.degrees(value):g}" for value in robot.base_frame.rpy)
+        x, y, z = (f"{1000.0 * value:zg}" for value in robot.base_frame.xyz)
+        roll, pitch, yaw = (f"{math.degrees(value):zg}" for value in robot.base_frame.rpy)
         rows.append(
             (
                 "base frame",
@@ -171,7 +171,7 @@ def _limits(robot: SerialRobot) -> Table:
             robot.home_position[index],
             robot.home[index],
         )
-        shown = (f"{value * scale:.2f}{unit}" for value in values)
+        shown = (f"{value * scale:z.2f}{unit}" for value in values)
         table.add_row(*_texts(name, robot.display_names[index], *shown))
     return table
 
@@ -181,13 +181,15 @@ def _dh(dh: DhTable) -> Table:
     table = _table("joint", "theta", "d mm", "a mm", "alpha")
     table.title = "DH table, standard, the file's angles"
     for row in dh.rows:
-        theta, d = f"{math.degrees(row.theta_offset):.4g}°", f"{1000.0 * row.d:.6g}"
+        theta, d = f"{math.degrees(row.theta_offset):z.4g}°", f"{1000.0 * row.d:z.6g}"
         if row.variable is Variable.THETA:
             theta = f"q + {theta}"
         else:
             d = f"q + {d}"
         table.add_row(
-            *_texts(row.joint, theta, d, f"{1000.0 * row.a:.6g}", f"{math.degrees(row.alpha):.4g}°")
+            *_texts(
+                row.joint, theta, d, f"{1000.0 * row.a:z.6g}", f"{math.degrees(row.alpha):z.4g}°"
+            )
         )
     return table
 
@@ -202,7 +204,7 @@ def _legs(robot: ParallelRobot) -> Table:
         robot.leg.velocity,
     )
     for name in robot.joint_names:
-        table.add_row(*_texts(name, *(f"{1000.0 * value:g}" for value in lengths)))
+        table.add_row(*_texts(name, *(f"{1000.0 * value:zg}" for value in lengths)))
     return table
 
 

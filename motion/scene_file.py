@@ -14,6 +14,7 @@ x, y, z, w.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
@@ -21,8 +22,8 @@ from typing import Annotated, Any, Literal, TypeAlias
 import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from .errors import MotionError, RobotFileError, SceneFileError
-from .field_problems import field_problems
+from .errors import MeshFileError, MotionError, RobotFileError, SceneFileError
+from .field_problems import Problem, field_problems
 from .robot_file import read_mapping
 from .robot_schema import Name, Real
 from .scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Shape, Sphere
@@ -30,6 +31,8 @@ from .scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Shape, Sphe
 SCENE_SCHEMA = "openpendant-scene/1"
 
 MAX_OBJECTS = 1000
+
+_SHOWN = 12  # names in a message
 
 _Vector: TypeAlias = tuple[Real, Real, Real]
 
@@ -97,8 +100,13 @@ class _File(_Entry):
     revision: Annotated[int, Field(strict=True, ge=0)] = 0
 
 
-def load_scene(path: str | Path) -> Scene:
+def load_scene(path: str | Path, links: Sequence[str] | None = None) -> Scene:
     """Read a scene file; JSON is read as the YAML that it also is.
+
+    Args:
+        path: the file.
+        links: links of the robot that it is for, to check what names one; None leaves that to
+            whoever brings scene and robot together.
 
     Raises:
         SceneFileError: the file cannot be read or is not a sound scene, with the field and what
@@ -109,7 +117,7 @@ def load_scene(path: str | Path) -> Scene:
         content = read_mapping(Path(path))
     except RobotFileError as error:
         raise SceneFileError(file, error.field, error.problem) from None
-    scene = scene_from_data(content, file)
+    scene = scene_from_data(content, file, links)
     folder = Path(path).parent
     return replace(scene, objects=tuple(_with_mesh_in(folder, each) for each in scene.objects))
 
@@ -132,12 +140,32 @@ def save_scene(scene: Scene, path: str | Path) -> None:
         raise SceneFileError(str(path), "", error.strerror or "cannot be written") from error
 
 
-def scene_from_data(content: dict[str, Any], source: str) -> Scene:
+def unusable_mesh(path: str | Path, scene: Scene, error: MeshFileError) -> SceneFileError:
+    """Return what is wrong with a scene file one of whose meshes cannot be used.
+
+    Args:
+        path: the scene file.
+        scene: what was read from it.
+        error: what is wrong with the mesh file of one of its objects.
+    """
+    index = next(
+        index
+        for index, each in enumerate(scene.objects)
+        if isinstance(each.shape, Mesh) and each.shape.file == error.file
+    )
+    problem = f"names a mesh that cannot be used: {error}; accepted: a sound STL or OBJ file"
+    return SceneFileError(str(path), f"objects[{index}].shape.file", problem)
+
+
+def scene_from_data(
+    content: dict[str, Any], source: str, links: Sequence[str] | None = None
+) -> Scene:
     """Build a scene from plain data of the schema.
 
     Args:
         content: the mapping that a scene file holds.
         source: what to call it in errors.
+        links: links of the robot that it is for; None leaves unchecked what names one.
 
     Raises:
         SceneFileError: the content is not a sound scene.
@@ -149,6 +177,10 @@ def scene_from_data(content: dict[str, Any], source: str) -> Scene:
     except ValidationError as error:
         (field, problem), *more = field_problems(error, _File)
         raise SceneFileError(source, field, problem, tuple(more)) from None
+    problems = tuple(_name_problems(read, links))
+    if problems:
+        (field, problem), *more = problems
+        raise SceneFileError(source, field, problem, tuple(more))
     objects: list[SceneObject] = []
     for index, entry in enumerate(read.objects):
         try:
@@ -164,10 +196,36 @@ def scene_from_data(content: dict[str, Any], source: str) -> Scene:
             )
         except MotionError as error:
             raise SceneFileError(source, f"objects[{index}] ({entry.name})", str(error)) from None
-    try:
-        return Scene(tuple(objects), frozenset(read.allowed), read.revision)
-    except MotionError as error:
-        raise SceneFileError(source, "", str(error)) from None
+    return Scene(tuple(objects), frozenset(read.allowed), read.revision)
+
+
+def _name_problems(read: _File, links: Sequence[str] | None) -> Iterator[Problem]:
+    # `Scene` and `CollisionModel` have these rules too, but no longer know the file's fields.
+    names = [entry.name for entry in read.objects]
+    for index, entry in enumerate(read.objects):
+        where = f"objects[{index}]"
+        if entry.name in names[:index] or entry.name in (links or ()):
+            accepted = "a name of no other object and no link"
+            yield f"{where}.name", f"is {entry.name!r}, which is taken; accepted: {accepted}"
+        if links is not None and entry.link is not None and entry.link not in links:
+            accepted = f"a link of the robot: {_list(links)}"
+            yield f"{where}.link", f"is {entry.link!r}; accepted: {accepted}"
+    for index, pair in enumerate(read.allowed):
+        where = f"allowed[{index}]"
+        if pair[0] == pair[1]:
+            yield where, f"is {list(pair)}; accepted: two different names"
+        elif not set(pair) & set(names):
+            yield where, f"is {list(pair)}; accepted: a pair with an object: {_list(names)}"
+        elif links is not None:
+            for place, name in enumerate(pair):
+                if name not in names and name not in links:
+                    accepted = f"an object: {_list(names)}; or a link: {_list(links)}"
+                    yield f"{where}[{place}]", f"is {name!r}; accepted: {accepted}"
+
+
+def _list(names: Sequence[str]) -> str:
+    shown = ", ".join(names[:_SHOWN]) or "none"
+    return f"{shown} and {len(names) - _SHOWN} more" if len(names) > _SHOWN else shown
 
 
 def scene_to_data(scene: Scene) -> dict[str, Any]:

@@ -42,7 +42,7 @@ def assumed_limits(joint: ImportedJoint) -> AssumedLimits:
 
 def on_screen(value: float, unit: str) -> str:
     """Return a value [rad or m] in degrees or millimetres, with its unit."""
-    return f"{1000.0 * value:g} mm" if unit == "m" else f"{math.degrees(value):g}°"
+    return f"{1000.0 * value:zg} mm" if unit == "m" else f"{math.degrees(value):zg}°"
 
 
 def typed_range(text: str, unit: str) -> tuple[float, float]:

@@ -7,7 +7,8 @@ the columns, then there is a line per joint. What the cells mean is `dh_file`'s.
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -33,22 +34,44 @@ def read_dh_csv(path: Path) -> dict[str, Any]:
     for line in lines:
         key, colon, value = line.strip().removeprefix("#").partition(":")
         if line.strip().startswith("#") and colon:
-            content[key.strip()] = value.strip()
+            _declare(content, key.strip(), value.strip(), file)
     rows = [line for line in lines if line.strip() and not line.strip().startswith("#")]
     try:
         reader = csv.DictReader(rows, strict=True, skipinitialspace=True)
+        columns = [name.strip() for name in reader.fieldnames or ()]
+        _refuse_repeated(columns, file)
         content["joints"] = [
-            _csv_row(row, number, file) for number, row in enumerate(reader, start=1)
+            _csv_row(row, number, columns, file) for number, row in enumerate(reader, start=1)
         ]
     except csv.Error as error:
         raise RobotFileError(file, "", f"is not valid CSV: {error}") from error
     return content
 
 
-def _csv_row(row: Mapping[str | None, Any], number: int, file: str) -> dict[str, Any]:
+def _declare(content: dict[str, Any], key: str, value: str, file: str) -> None:
+    # Of two that differ neither may win in silence: they make different robots.
+    said = content.setdefault(key, value)
+    if said != value:
+        problem = f"is declared twice, as {said[:40]!r} and {value[:40]!r}; accepted: one of them"
+        raise RobotFileError(file, key, problem)
+
+
+def _refuse_repeated(columns: Sequence[str], file: str) -> None:
+    for name, count in Counter(columns).items():
+        if count > 1:
+            problem = f"are {count} of the name {name[:40]!r}; accepted: each name once"
+            raise RobotFileError(file, "columns", problem)
+
+
+def _csv_row(
+    row: Mapping[str | None, Any], number: int, columns: Sequence[str], file: str
+) -> dict[str, Any]:
     where = f"row {number}"
-    if None in row or None in row.values():
-        raise RobotFileError(file, where, "has not one cell per column")
+    cells = sum(cell is not None for name, cell in row.items() if name is not None)
+    cells += len(row.get(None, ()))
+    if cells != len(columns):
+        accepted = f"{len(columns)}, one per column ({', '.join(columns)[:80]})"
+        raise RobotFileError(file, where, f"has {cells} cells; accepted: {accepted}")
     found: dict[str, Any] = {}
     for column, cell in row.items():
         name, text = str(column).strip(), str(cell).strip()

@@ -121,6 +121,7 @@ def read_dh_file(path: Path) -> ImportedChain:
         _placement(end, angle, length, file, field)
         for end, field in ((table.base, "base"), (table.tool, "tool"))
     )
+    _check_limits(table, file)
     rows = [_in_si(row, angle, length) for row in table.joints]
     _check_units(rows, file)
     standard = table.convention is Convention.STANDARD
@@ -158,6 +159,27 @@ def _in_si(row: _Row, angle: float, length: float) -> _Row:
             for field, value in values.items()
         }
     )
+
+
+def _check_limits(table: _DhFile, file: str) -> None:
+    # Before the file's units are left, so that people read the numbers that they wrote.
+    for index, row in enumerate(table.joints):
+        unit = table.lengths if row.variable is Variable.D else table.angles
+        where = f"joints[{index}] ({row.joint})"
+        match row.lower, row.upper:
+            case (None, None):
+                continue
+            case (None, upper):
+                missing, problem = "lower", f"is missing beside upper = {upper:g} {unit}"
+            case (lower, None):
+                missing, problem = "upper", f"is missing beside lower = {lower:g} {unit}"
+            case (lower, upper) if lower < upper:
+                continue
+            case (lower, upper):
+                accepted = f"less than upper = {upper:g} {unit}"
+                problem = f"is {lower:g} {unit}; accepted: {accepted}"
+                raise RobotFileError(file, f"{where}.lower", problem)
+        raise RobotFileError(file, f"{where}.{missing}", f"{problem}; accepted: both, or neither")
 
 
 def _check_units(rows: list[_Row], file: str) -> None:

@@ -23,8 +23,7 @@ from .assumptions import (
 from .collision_pairs import Pairs, free_home, neighbours, overlapping, touching
 from .decisions import Decisions, Question, Step
 from .imported_chain import ImportedChain, ImportedJoint
-
-Limits = Mapping[str, float | None]
+from .mimic_limits import Limits, narrowed_leaders
 
 _STEP = Step.PLANNING
 
@@ -45,6 +44,7 @@ def limits(chain: ImportedChain, decisions: Decisions) -> dict[str, Any]:
             lambda seconds: f"{seconds:g} s",
             _seconds,
         )
+    driven = narrowed_leaders(chain, driven, ramp, decisions)
     joints = [
         _joint(joint, driven[joint.name] if joint.driven else _followed(joint, driven))
         for joint in chain.joints
@@ -188,9 +188,7 @@ def _driven_joint(joint: ImportedJoint, decisions: Decisions) -> Limits:
     }
 
 
-def _followed(
-    joint: ImportedJoint, driven: Mapping[str, Mapping[str, float | None]]
-) -> dict[str, float | None]:
+def _followed(joint: ImportedJoint, driven: Mapping[str, Limits]) -> Limits:
     # Where nothing is stated, a joint that follows goes where its leaders take it.
     if joint.dependent is None:
         return {}
@@ -209,7 +207,7 @@ def _followed(
     }
 
 
-def _joint(joint: ImportedJoint, limits: Mapping[str, float | None]) -> dict[str, Any]:
+def _joint(joint: ImportedJoint, limits: Limits) -> dict[str, Any]:
     described: dict[str, Any] = {
         "name": joint.name,
         "type": joint.type.value,

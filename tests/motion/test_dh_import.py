@@ -238,6 +238,12 @@ BAD: list[tuple[str, Table, str, str]] = [
     ("millimetres as metres", content(lengths="m"), "joints[0] (j1).d", "declared right"),
     ("long quaternion", content(tool={"quat": [0, 0, 0, 2]}), "tool.quat", "length 2"),
     ("no quaternion", content(base={"quat": [0, 0, 0, 0]}), "base.quat", "length 0"),
+    ("no upper bound", row(lower=-5.0), "joints[0] (j1).upper", "beside lower = -5 degrees"),
+    ("no lower bound", row(upper=500.0), "joints[0] (j1).lower", "accepted: both, or neither"),
+    ("half a stroke", row(lower=0.0, variable="d"), "joints[0] (j1).upper", "lower = 0 mm"),
+    ("zero range", row(lower=10.0, upper=10.0), "joints[0] (j1).lower", "is 10 degrees; accepted: "
+     "less than upper = 10 degrees"),
+    ("turned range", row(lower=2.0, upper=-2.0), "joints[0] (j1).lower", "upper = -2 degrees"),
     ("both", content(tool={"rpy": [0, 0, 0], "quat": [0, 0, 0, 1]}), "tool", "one of them"),
 ]  # fmt: skip
 
@@ -259,14 +265,27 @@ def test_a_bad_table_is_refused_with_the_field_and_what_is_accepted(
 HEAD = "# convention: standard\n# angles: degrees\n# lengths: mm\n"
 
 
+def test_a_declaration_may_be_repeated_where_it_says_the_same(tmp_path: Path) -> None:
+    path = tmp_path / "arm.csv"
+    path.write_text(HEAD + "# convention: standard\njoint,a\nj1,1\n")
+    assert len(read_dh_file(path).driven) == 1
+
+
 @pytest.mark.parametrize(
     ("text", "field", "says"),
     [
         ("", "convention", "required"),
         (HEAD, "joints", "at least 1"),
         (HEAD + "joint,a\nj1,ten\n", "row 1.a", "a number"),
-        (HEAD + "joint,a\nj1,1,2\n", "row 1", "one cell per column"),
-        (HEAD + "joint,a\nj1\n", "row 1", "one cell per column"),
+        (HEAD + "joint,a\nj1,1,2\n", "row 1", "3 cells; accepted: 2, one per column (joint, a)"),
+        (HEAD + "joint,a\nj1\n", "row 1", "1 cells; accepted: 2, one per column (joint, a)"),
+        (HEAD + "joint,a,lower\nj1,1,-5\n", "joints[0] (j1).upper", "both, or neither"),
+        (
+            HEAD + "# convention: modified\njoint,a\nj1,1\n",
+            "convention",
+            "'standard' and 'modified'",
+        ),
+        (HEAD + "joint,a, a\nj1,1,2\n", "columns", "2 of the name 'a'; accepted: each name once"),
         (HEAD + "joint,a\nj1,nan\n", "joints[0].a", "finite"),
         (HEAD + 'joint,a\n"j1,1\n', "", "not valid CSV"),
         ("\xff", "", "not UTF-8"),

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from urdf_files import FIRST, ROBOTS_FILES, SECOND, SOUND, THIRD, joint, robot, written
+from urdf_files import FIRST, LIMIT, ROBOTS_FILES, SECOND, SOUND, THIRD, joint, robot, written
 
 from openpendant.motion.certificate import certify
 from openpendant.motion.cli import main
@@ -93,6 +93,64 @@ def test_a_follower_without_limits_gets_what_its_leader_makes_of_it(tmp_path: Pa
     two = serial_robot("tiny.yaml").moving[1]
     # Its leader goes from -1 to 1.5 at 2 rad/s.
     assert (two.lower, two.upper, two.velocity) == (-0.75, 0.5, 1.0)
+
+
+def with_follower(mimic: str, limit: str, leader: str = LIMIT) -> str:
+    first = joint("one", "a", "b", limit=leader)
+    follower = joint("two", "b", "c", limit=f"<limit {limit}/>", more=f"<mimic {mimic}/>")
+    return robot(first, follower, THIRD)
+
+
+def test_the_own_limits_of_a_follower_narrow_those_of_its_leader(
+    capsys: Capture, tmp_path: Path
+) -> None:
+    mimic = 'joint="one" multiplier="-2" offset="0.1"'
+    limit = 'lower="-0.5" upper="0.5" velocity="0.6" acceleration="3"'
+    text = with_follower(mimic, limit)
+    assert main(["import", str(written(tmp_path, text)), "--yes"]) == 0
+    leader = serial_robot("tiny.yaml").driven[0]
+    # -0.5 <= 0.1 - 2 q <= 0.5, and twice its rates are the follower's.
+    assert (leader.lower, leader.upper) == pytest.approx((-0.2, 0.3))
+    assert leader.velocity == pytest.approx(0.3)
+    # At its own speed over the ramp of 0.5 s it stays below 1.5 rad/s².
+    assert leader.acceleration is None
+    told = capsys.readouterr().err
+    assert "joint 'one' limits: narrowed to -11.4592° to 17.1887°, so that 'two'" in told
+    assert "joint 'one' speed: narrowed to 17.1887°/s" in told
+    notes = [each for each in serial_robot("tiny.yaml").notes if "narrowed" in each]
+    assert [each.split(": ")[1] for each in notes] == ["joint 'one' limits", "joint 'one' speed"]
+
+
+@pytest.mark.parametrize("leader", ["", ' acceleration="9"'], ids=["from the ramp", "stated"])
+def test_the_acceleration_of_a_follower_narrows_that_of_its_leader(
+    tmp_path: Path, leader: str
+) -> None:
+    text = with_follower(
+        'joint="one" multiplier="0.5"',
+        'lower="-3" upper="3" velocity="9" acceleration="0.25"',
+        f'<limit lower="-1" upper="1.5" velocity="2"{leader}/>',
+    )
+    assert main(["import", str(written(tmp_path, text)), "--yes"]) == 0
+    first = serial_robot("tiny.yaml").driven[0]
+    assert (first.lower, first.upper, first.velocity) == (-1.0, 1.5, 2.0)
+    assert first.acceleration == 0.5
+
+
+def test_a_leader_without_limits_is_narrowed_too(tmp_path: Path) -> None:
+    text = with_follower('joint="one"', 'lower="-0.5" upper="0.5" velocity="0.3"', "")
+    assert main(["import", str(written(tmp_path, text)), "--yes"]) == 0
+    first = serial_robot("tiny.yaml").driven[0]
+    assert (first.lower, first.upper, first.velocity) == (-0.5, 0.5, 0.3)
+
+
+def test_a_follower_that_leaves_its_leader_no_range_is_refused(
+    capsys: Capture, tmp_path: Path
+) -> None:
+    text = with_follower('joint="one" offset="3"', 'lower="-0.5" upper="0.5"')
+    line = refusal(capsys, "import", str(written(tmp_path, text)), "--yes")
+    assert "tiny.urdf: joint 'two'.limit: is -28.6479° to 28.6479°" in line
+    assert "'one', the joint it mimics, reaches nowhere between -57.2958° to 85.9437°" in line
+    assert "accepted: limits that leave 'one' a range" in line
 
 
 def positions(robot: SerialRobot, count: int) -> Iterator[np.ndarray]:

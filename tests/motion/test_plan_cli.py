@@ -123,6 +123,27 @@ def test_a_refusal_is_one_line_with_its_code(
     assert said in line
 
 
+@pytest.mark.parametrize(
+    ("scene_object", "told"),
+    [
+        ("{name: a, shape: {type: sphere, radius: 0.1}, link: moon}", "objects[0].link: is 'moon'"),
+        ("{name: jig, shape: {type: mesh, file: jig.stl}}", "objects[0].shape.file: names a mesh"),
+        ("{name: jig, shape: {type: mesh, file: cut.stl}}", "cut.stl: byte 3: ends"),
+    ],
+)  # fmt: skip
+def test_a_scene_that_does_not_fit_is_refused_with_its_file_and_field(
+    capsys: Capture, tmp_path: Path, scene_object: str, told: str
+) -> None:
+    (tmp_path / "cut.stl").write_bytes(b"cut")
+    file = tmp_path / "scene.yaml"
+    file.write_text(f"schema: openpendant-scene/1\nobjects: [{scene_object}]\n")
+    assert main(["--robot", "ur5", "--goal", GOAL, "--scene", str(file)]) == 2
+    line = capsys.readouterr().err.splitlines()[-1]
+    assert line.startswith(f"error: {file}: objects[0].")
+    assert told in line
+    assert "accepted: " in line
+
+
 def test_a_goal_in_the_pillar_names_it(capsys: Capture, scene: str) -> None:
     goal = TASK.goal.copy()
     goal[0] = -0.22

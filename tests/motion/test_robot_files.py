@@ -212,6 +212,19 @@ BAD_FACTS: list[tuple[str, Callable[[Content], object], str, str]] = [
     ("ur5", put("joints", 1, "origin", "xyz", [0.0, 0.0]), "joints[1].origin.xyz[2]", "required"),
     ("ur5", put("joints", 1, "axis", 2, math.inf), "joints[1].axis[2]", "finite"),
     ("ur5", drop("joints", 1, "axis"), "joints[1].axis", "required"),
+    (
+        "kuka_kr5_arc",
+        put("joints", 1, "type", "ball"),
+        "joints[1].type",
+        "is 'ball'; accepted: fixed, prismatic, revolute",
+    ),
+    (
+        "kuka_kr5_arc",
+        put("coupling", "type", "j1_j2"),
+        "coupling.type",
+        "is 'j1_j2'; accepted: 'none' or 'j2_j3'",
+    ),
+    ("kuka_kr5_arc", put("kind", "hexapod"), "kind", "is 'hexapod'; accepted: serial or parallel"),
     ("kuka_kr5_arc", put("joints", 1, "axis", [0, 0, 0]), "joints[1] (joint_a2).axis", "not zero"),
     ("kuka_kr5_arc", put("joints", 1, "name", "joint_a1"), "joints", "called 'joint_a1'"),
     ("kuka_kr5_arc", put("joints", 1, "child", "base_link"), "joints", "2 links called"),
@@ -243,7 +256,7 @@ BAD_FACTS: list[tuple[str, Callable[[Content], object], str, str]] = [
     ("abb_irb2400", put("coupling", "state_factor", 0), "coupling.state_factor", "-1 or 1"),
     ("ur5", put("coupling", "state_factor", 1), "coupling.state_factor", "type none: 0"),
     ("mitsubishi_rh6frh5520", put("coupling", COUPLING), "coupling.type", "are revolute"),
-    ("abb_irb2400", put("home", 1, 1.2), "home", "joint_3 at 1.2 on the controller's side"),
+    ("abb_irb2400", put("home", 1, 1.2), "home", "joint_3 at 1.2 rad on the controller's side"),
     (
         "fanuc_m410ib",
         put("joints", 3, "dependent", "terms", 0, "joint", "joint_4"),

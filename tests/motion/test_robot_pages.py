@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -241,3 +242,18 @@ def test_check_tells_what_it_compared() -> None:
     for part in ("dh: ", "vrm: ", "reach: ", "self-collision: none at home", "home: ",
                  "joint_3-wrist follows from -0.61", "accelerations of 4 of 4"):  # fmt: skip
         assert part in told
+
+
+def test_check_tells_of_a_follower_whose_own_limits_are_not_kept(tmp_path: Path) -> None:
+    content = load_robot("fanuc_m410ib").model_dump(mode="json", by_alias=True)
+    follower = next(each for each in content["joints"] if each.get("dependent"))
+    follower["velocity"] = 0.25
+    path = tmp_path / "fanuc_m410ib.yaml"
+    path.write_text(yaml.safe_dump(content))
+    (told,) = (each for each in check_robot(path).remarks if f"{follower['name']} follows" in each)
+    assert "rad and 0.25 rad/s, not watched" in told
+
+
+def test_check_tells_a_share_of_less_than_one_per_cent() -> None:
+    (told,) = (each for each in check_robot("ur5").remarks if "self-collision" in each)
+    assert re.search(r"in \d+\.\d% of 200 random positions", told)

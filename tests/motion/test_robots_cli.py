@@ -1,5 +1,6 @@
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -129,6 +130,32 @@ def test_list_names_every_robot(capsys: Capture) -> None:
     assert main(["list"]) == 0
     table = capsys.readouterr().out
     assert [name for name in robot_names() if name not in table] == []
+
+
+@pytest.mark.parametrize(
+    ("pose", "told"),
+    [
+        ('{"xyz":[0,0],"quat":[0,0,0,1]}', "xyz of --pose is [0.0, 0.0]; accepted: a list of 3"),
+        ('{"xyz":[0,0,0],"quat":[0,1]}', "quat of --pose is [0.0, 1.0]; accepted: a list of 4"),
+    ],
+)
+def test_a_pose_of_too_few_numbers_is_refused_by_the_name_it_was_typed_under(
+    capsys: Capture, pose: str, told: str
+) -> None:
+    assert told in refusal(capsys, "ik", "ur5", "--pose", pose)[1]
+
+
+def test_no_page_prints_a_zero_with_a_sign(capsys: Capture, tmp_path: Path) -> None:
+    content = serial_robot("ur5").model_dump(mode="json", by_alias=True)
+    for row in content["dh"]["rows"]:
+        for field in ("theta_offset", "d", "a", "alpha"):
+            row[field] = row[field] or -0.0
+    content["home"] = [value or -0.0 for value in content["home"]]
+    content["base_frame"] = {"parent": "base_link", "xyz": [-0.0] * 3, "rpy": [-0.0] * 3}
+    path = tmp_path / "ur5.yaml"
+    path.write_text(yaml.safe_dump(content))
+    assert main(["show", str(path)]) == 0
+    assert re.findall(r"(?<!\S)-0(?:\.0+)?(?![\d.])", capsys.readouterr().out) == []
 
 
 def test_show_prints_degrees_and_millimetres(capsys: Capture) -> None:

@@ -43,16 +43,16 @@ def live_table(state: State | None, joints: Sequence[JointFacts], doing: str) ->
         scale, unit = (180 / math.pi, "°") if joint["unit"] == "rad" else (1000.0, " mm")
         table.add_row(
             joint["name"],
-            f"{state.positions[index] * scale:9.2f}{unit}",
-            f"{state.velocities[index] * scale:9.2f}{unit}/s",
+            f"{state.positions[index] * scale:z9.2f}{unit}",
+            f"{state.velocities[index] * scale:z9.2f}{unit}/s",
         )
     table.add_section()
     x, y, z = (1000 * value for value in state.tool_position)
-    table.add_row("tool x, y, z", f"{x:8.1f} {y:8.1f} {z:8.1f} mm", "")
+    table.add_row("tool x, y, z", f"{x:z8.1f} {y:z8.1f} {z:z8.1f} mm", "")
     roll, pitch, yaw = map(math.degrees, roll_pitch_yaw(state.tool_orientation))
     table.add_row(
         "roll, pitch, yaw",
-        f"{roll:8.1f} {pitch:8.1f} {yaw:8.1f} °",
+        f"{roll:z8.1f} {pitch:z8.1f} {yaw:z8.1f} °",
         f"{1000 * state.tool_speed:7.1f} mm/s",
     )
     mode = _MODES.get(state.mode, "unknown")
