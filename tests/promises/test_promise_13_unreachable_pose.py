@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import os
 import time
+from collections import Counter
 from collections.abc import Callable
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 from emulated_cell import EmulatedCell
-from promise_rig import tell
+from promise_rig import SLACK, Figures, promise_rig, tell
 from server_clients import pose
+from wire_pendant import WirePendant
 
 from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.pose import Pose
@@ -20,11 +23,15 @@ from openpendant.server.planning.jobs import PoseJob
 from openpendant.server.planning.planner import answer
 from openpendant.server.planning.pose_goal import PoseGoal
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.pendant import Motion, PoseMove, Verdict
 from openpendant.simplemsg.standard import JointTrajPtFull
 from openpendant.simplemsg.verdicts import VerdictCode as V
+from openpendant.tools.bench.jogging_pendants import lateness
 
 SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
+PERIOD = 0.01
+"""Between two requests where there are many [s]."""
+
 BOUND = 0.1
 """99th percentile of the time until the refusal [s]."""
 
@@ -97,6 +104,55 @@ def test_promise_13_a_thousand_poses_out_of_reach_are_refused_within_100_ms(robo
     figures = ", ".join(f"{1e3 * each:.1f}" for each in (p50, p99, took[-1]))
     tell(f"promise 13, {robot}: p50, p99 and max {figures} ms")
     assert p99 <= BOUND * SCALE
+
+
+def asked_by(pendant: WirePendant, random: np.random.Generator) -> PoseMove:
+    """Return a pendant's next request, for a pose out of reach."""
+    goal = out_of_reach("ur5", random)
+    request = pose(1, 0.5, goal.position, goal.orientation)
+    request.request_id = pendant.request()
+    return request
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize(
+    ("seconds", "slack"),
+    [
+        pytest.param(1.0, SLACK, id="few"),
+        pytest.param(10.0, 1.0, id="many", marks=pytest.mark.soak),
+    ],
+)
+def test_promise_13_a_hundred_of_them_a_second_leave_the_ticks_in_time(
+    tmp_path: Path, seconds: float, slack: float
+) -> None:
+    """Each is answered: as out of reach, or because the one before is still looked at."""
+    random = np.random.default_rng(100)
+    figures = Figures("promise 13, ticks late beside 100 requests a second")
+    with promise_rig(tmp_path, modes={"initial": "automatic"}) as rig:
+        pendant = rig.pendant("asks in vain")
+        pendant.take_control()
+        # The first answer takes as long as the planning process takes to start.
+        assert pendant.verdict(asked_by(pendant, random)) is V.UNREACHABLE
+        pendant.got.clear()
+        pendant.ticks.clear()
+        pendant.listen(0.5)
+        figures.idle += [late / 1e6 for late in lateness(pendant.ticks)]
+        pendant.ticks.clear()
+        asked = 0
+        began = time.monotonic()
+        while (now := time.monotonic() - began) < seconds:
+            if asked <= now / PERIOD:
+                pendant.send(asked_by(pendant, random))
+                asked += 1
+            pendant.listen(0.002)
+        figures.delays += [late / 1e6 for late in lateness(pendant.ticks)]
+        pendant.listen(0.5)
+        refused = Counter(V(each.code) for each in pendant.got if isinstance(each, Verdict))
+        assert not any(arrival.joint_velocity for arrival in rig.controller.arrivals)
+    assert refused.total() == asked
+    assert set(refused) <= {V.UNREACHABLE, V.PLANNING}
+    assert refused[V.UNREACHABLE] > 0
+    figures.judge(10.0, slack=slack)
 
 
 def test_promise_13_nothing_leaves_for_the_robot_and_it_stays_where_it_is() -> None:
