@@ -37,11 +37,11 @@ class LinkPoint(NamedTuple):
 
     Attributes:
         frame: number of the link's frame in the model.
-        offset: x, y, z in the link's frame [m].
+        offset: x, y, z in the link's frame [m]; None for its origin.
     """
 
     frame: int
-    offset: tuple[float, float, float]
+    offset: tuple[float, float, float] | None
 
 
 class Kinematics:
@@ -171,7 +171,8 @@ class Kinematics:
             FrameUnknown: there is no such link.
         """
         x, y, z = offset
-        return LinkPoint(self._tool if link is None else self._link(link), (x, y, z))
+        frame = self._tool if link is None else self._link(link)
+        return LinkPoint(frame, (x, y, z) if x or y or z else None)
 
     def point_speeds(
         self, joint_position: Array, joint_velocity: Array, points: Sequence[LinkPoint]
@@ -183,8 +184,23 @@ class Kinematics:
             joint_velocity: (n,) of it [rad/s or m/s].
             points: whose speeds are wanted.
         """
-        self._move(joint_position, joint_velocity)
-        return [self._speed(point) for point in points]
+        if not self.is_direct:
+            joint_position = self._expanded(joint_position)
+            joint_velocity = self._gain @ joint_velocity
+        model, data = self._model, self._data
+        pin.forwardKinematics(model, data, joint_position, joint_velocity)
+        speeds = []
+        for frame, offset in points:
+            # Along the link's own axes, where the offset is; a length is the same in all.
+            twist = pin.getFrameVelocity(model, data, frame)
+            if offset is None:
+                u, v, w = twist.linear.tolist()
+            else:
+                x, y, z = offset
+                u, v, w, a, b, c = twist.vector.tolist()
+                u, v, w = u + b * z - c * y, v + c * x - a * z, w + a * y - b * x
+            speeds.append(math.sqrt(u * u + v * v + w * w))
+        return speeds
 
     def place_and_speed(
         self, joint_position: Array, joint_velocity: Array, point: LinkPoint
@@ -196,21 +212,9 @@ class Kinematics:
             joint_velocity: (n,) of it [rad/s or m/s].
             point: whose speed is wanted.
         """
-        self._move(joint_position, joint_velocity)
+        (speed,) = self.point_speeds(joint_position, joint_velocity, (point,))
         placement = pin.updateFramePlacement(self._model, self._data, self._tool)
-        return placement.rotation, placement.translation, self._speed(point)
-
-    def _move(self, joint_position: Array, joint_velocity: Array) -> None:
-        rates = joint_velocity if self.is_direct else self._gain @ joint_velocity
-        pin.forwardKinematics(self._model, self._data, self._expanded(joint_position), rates)
-
-    def _speed(self, point: LinkPoint) -> float:
-        frame, (x, y, z) = point
-        # Along the link's own axes, where the offset is; a length is the same in all.
-        twist = pin.getFrameVelocity(self._model, self._data, frame).vector
-        u, v, w, a, b, c = twist.tolist()
-        u, v, w = u + b * z - c * y, v + c * x - a * z, w + a * y - b * x
-        return math.sqrt(u * u + v * v + w * w)
+        return placement.rotation, placement.translation, speed
 
     def places(self, joint_positions: Array, link: str | None = None) -> Places:
         """Compute where a link is at many joint positions, in the base frame, without checks.

@@ -209,7 +209,7 @@ def _rotation_rows(quaternion: Array) -> tuple[tuple[float, float, float], ...]:
 
 def matrix_to_quaternion(rotation: Array) -> Array:
     """Return the (4,) unit quaternion x, y, z, w of a (3, 3) rotation matrix, w not negative."""
-    return np.array(quaternion_of(rotation))
+    return np.array(quaternion_of(np.asarray(rotation, dtype=np.float64)))
 
 
 def quaternion_of(rotation: Array) -> tuple[float, float, float, float]:
@@ -217,7 +217,7 @@ def quaternion_of(rotation: Array) -> tuple[float, float, float, float]:
 
     Source: S. W. Shepperd, *Quaternion from Rotation Matrix*, J. Guidance and Control 1, 1978.
     """
-    (a, b, c), (d, e, f), (g, h, i) = np.asarray(rotation, dtype=np.float64).tolist()
+    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
     # The element with the greatest square is divided by, so nothing is lost near a half turn.
     squares = (1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i)
     match squares.index(max(squares)):
@@ -230,7 +230,7 @@ def quaternion_of(rotation: Array) -> tuple[float, float, float, float]:
         case _:
             raw = (h - f, c - g, d - b, squares[3])
     x, y, z, w = raw
-    norm = math.copysign(math.sqrt(x * x + y * y + z * z + w * w), _sign(raw))
+    norm = math.copysign(math.sqrt(x * x + y * y + z * z + w * w), w or x or y or z)
     return x / norm + 0.0, y / norm + 0.0, z / norm + 0.0, w / norm + 0.0
 
 

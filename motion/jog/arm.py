@@ -80,7 +80,7 @@ class JogArm(Protocol):
         """
 
     def point_speeds(
-        self, position: Sequence[float], velocity: Sequence[float]
+        self, position: Sequence[float], velocity: Sequence[float] | Array
     ) -> tuple[float, float]:
         """Return the speeds of tool centre point and elbow [m/s] at joint position and velocity.
 

@@ -113,7 +113,7 @@ class Jogger:
         self.way.add(self._motion.position)
         return self._told(before, dt)
 
-    def _step_joints(self, dt: float, rates: Sequence[float]) -> None:
+    def _step_joints(self, dt: float, rates: tuple[float, ...]) -> None:
         if isinstance(self._motion, ToolMotion):
             if not self._motion.at_rest:
                 self._release(dt)
@@ -185,16 +185,16 @@ class Jogger:
         motion = self._motion
         velocity = list(motion.velocity)
         gains = [(now - then) / dt for now, then in zip(velocity, before, strict=True)]
-        cause = motion.cause
+        cause, at_rest = motion.cause, motion.at_rest
         way_out = None
-        if cause is not None and motion.at_rest:
+        if cause is not None and at_rest:
             if self._retreat is None or self._retreat[0].reason is not cause.reason:
                 back = self._leads_back()
                 found = retreat(self._model, motion.position, cause, reverse=back)
                 self._retreat = cause, found
             way_out = self._retreat[1]
         return JogStep(
-            list(motion.position), velocity, gains, motion.scale, cause, motion.at_rest, way_out
+            list(motion.position), velocity, gains, motion.scale, cause, at_rest, way_out
         )
 
     def _leads_back(self) -> bool:

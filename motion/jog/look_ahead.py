@@ -62,6 +62,7 @@ class LookAhead:
         self.model = model
         self._path = path
         self._point_speed = point_speed * _POINT_RESERVE
+        self._speeds = [_JOINT_RESERVE * v for v in model.limits.velocity]
         self._accelerations = [a * _DYNAMIC_RESERVE for a in model.limits.acceleration]
         self._step = math.inf
         twist = path.twist()
@@ -78,7 +79,8 @@ class LookAhead:
         first.posture = model.arm.posture(start)
         first.distances = None if model.guard is None else model.guard.look(start)
         self._least_condition = first.condition
-        self._top(first, scales(model, None, first))
+        margins = scales(model, None, first)
+        first.top, first.cause = self._top(start, first.rate, _tool_speed(twist), margins)
         self.nodes = [first]
         self._settle(0)
 
@@ -118,8 +120,7 @@ class LookAhead:
                 if ending is None and self._is_true(last, guess, footing):
                     self._path, self._step = path, step
                     self._least_condition = min(self._least_condition, node.condition)
-                    self._top(node, scales(self.model, last, node))
-                    self._level(last, node)
+                    self._slow(last, node)
                     self.nodes.append(node)
                     return
                 cause = ending or cause
@@ -143,9 +144,8 @@ class LookAhead:
                 step = min(step, guard.unseen_way(distances, last.rate))
         x, y, z, a, b, c = last.twist.tolist()
         speed, turn = math.sqrt(x * x + y * y + z * z), math.sqrt(a * a + b * b + c * c)
-        greatest = 0.0
-        for rate, unit in zip(last.rate, self.model.unit, strict=True):
-            greatest = max(greatest, abs(rate) / unit)
+        joints = zip(last.rate, self.model.unit, strict=True)
+        greatest = max([abs(rate) / unit for rate, unit in joints])
         share = _FIRST_SHARE if len(self.nodes) == 1 and self._step == math.inf else 1.0
         for value, most in (
             (speed, _NEAR_STEP if near else _TOOL_STEP),
@@ -197,18 +197,40 @@ class LookAhead:
             node.distances = self.model.guard.look(position)
         return node
 
-    def _top(self, node: WayNode, margins: list[tuple[float, JogCause]]) -> None:
-        """Set the greatest speed at a place, and why."""
+    def _slow(self, last: WayNode, node: WayNode) -> None:
+        """Set the greatest speed at a new place, and lower both ends of the cell before it.
+
+        To what joints and points allow in its middle.
+        """
+        margins, tool_speed = scales(self.model, last, node), _tool_speed(node.twist)
+        node.top, node.cause = self._top(node.position, node.rate, tool_speed, margins)
+        position, rate = last.state(0.5 * last.length)
+        top, cause = self._top(position, rate, tool_speed)
+        for end in (last, node):
+            if top < end.top:
+                end.top, end.cause = top, cause
+
+    def _top(
+        self,
+        position: list[float],
+        rate: list[float],
+        tool_speed: float,
+        margins: Sequence[tuple[float, JogCause]] = (),
+    ) -> tuple[float, JogCause | None]:
+        """Return the greatest square of dσ/dt at a place, and why."""
         model = self.model
-        top, cause = math.inf, None
-        for joint, (rate, limit) in enumerate(zip(node.rate, model.limits.velocity, strict=True)):
-            if abs(rate) * top > _JOINT_RESERVE * limit:
-                top = _JOINT_RESERVE * limit / abs(rate)
-                cause = JogCause(JogReason.JOINT_SPEED, abs(rate), limit, joint)
-        x, y, z = node.twist[:3].tolist()
+        top, slowest = math.inf, -1
+        for joint, (each, limit) in enumerate(zip(rate, self._speeds, strict=True)):
+            speed = each if each > 0.0 else -each
+            if speed * top > limit:
+                top, slowest = limit / speed, joint
+        cause = None
+        if slowest >= 0:
+            limit = model.limits.velocity[slowest]
+            cause = JogCause(JogReason.JOINT_SPEED, abs(rate[slowest]), limit, slowest)
         for reason, speed in (
-            (JogReason.TOOL_SPEED, math.sqrt(x * x + y * y + z * z)),
-            (JogReason.ELBOW_SPEED, model.arm.elbow_speed(node.position, node.rate)),
+            (JogReason.TOOL_SPEED, tool_speed),
+            (JogReason.ELBOW_SPEED, model.arm.elbow_speed(position, rate)),
         ):
             if speed * top > self._point_speed:
                 top = self._point_speed / speed
@@ -216,16 +238,7 @@ class LookAhead:
         for scale, near in margins:
             if scale < top:
                 top, cause = max(scale, _LEAST_SCALE), near
-        node.top, node.cause = top * top, cause
-
-    def _level(self, last: WayNode, node: WayNode) -> None:
-        """Lower both ends of a cell to what joints and points allow in its middle."""
-        position, rate = last.state(0.5 * last.length)
-        middle = WayNode(0.0, position, rate, node.twist, node.condition)
-        self._top(middle, [])
-        for end in (last, node):
-            if middle.top < end.top:
-                end.top, end.cause = middle.top, middle.cause
+        return top * top, cause
 
     def _settle(self, current: int) -> None:
         """Run the backward pass from the end of what is known to the current cell."""
@@ -252,3 +265,9 @@ class LookAhead:
             if node.reach > before.reach:
                 node.reach = sped_up(before.rows, before.reach, node.reach)
             before = node
+
+
+def _tool_speed(twist: Array) -> float:
+    """Return the speed of the tool centre point by σ, of a (6,) twist."""
+    x, y, z, *_ = twist.tolist()
+    return math.sqrt(x * x + y * y + z * z)

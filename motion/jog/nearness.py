@@ -36,12 +36,11 @@ def stop(model: JogModel, last: WayNode, node: WayNode, least_condition: float) 
     """
     places = zip(last.position, node.position, model.lower, model.upper, strict=True)
     for joint, (before, after, lower, upper) in enumerate(places):
-        farthest = after
+        if (after > upper and after > before) or (after < lower and after < before):
+            return _joint_limit(model, joint, before)
         if last.rate[joint] * node.rate[joint] < 0.0:
             turn = last.furthest(joint)
-            farthest = after if turn is None else turn
-        for place in (after, farthest):
-            if (place > upper and place > before) or (place < lower and place < before):
+            if turn is not None and (turn > max(upper, before) or turn < min(lower, before)):
                 return _joint_limit(model, joint, before)
     condition = node.condition
     if condition >= HALT_CONDITION and condition > least_condition * _RISING:

@@ -69,11 +69,11 @@ class PlatformTool:
         return None
 
     def point_speeds(
-        self, position: Sequence[float], velocity: Sequence[float]
+        self, position: Sequence[float], velocity: Sequence[float] | Array
     ) -> tuple[float, float]:
         """Return the speed of the tool centre point, and 0 for the elbow that there is not."""
         pose, jacobian = self._assembly(position)
-        twist = np.linalg.solve(jacobian, np.array(velocity))
+        twist = np.linalg.solve(jacobian, np.asarray(velocity))
         arm = pose.rotation @ self._tcp.position
         return math.hypot(*(twist[:3] + np.cross(twist[3:], arm)).tolist()), 0.0
 

@@ -18,8 +18,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
 
 from ..errors import NoAssembly
+from ..pose import Array
 from .model import JogModel
 from .reasons import JogCause, JogReason
 
@@ -46,30 +50,37 @@ def _weights(share: float) -> tuple[float, ...]:
 _WEIGHTS = tuple(map(_weights, _LOOKED_AT))
 
 
-def point_excess(
-    model: JogModel,
-    here: list[float],
-    there: list[float],
-    velocity: list[float],
-    limit: float,
-    time: float,
-) -> tuple[float, JogCause | None]:
+class StopAhead(NamedTuple):
+    """A stop in the least time after a tick.
+
+    Attributes:
+        velocity: (n,) at the end of the tick [rad/s or m/s].
+        here: (n,) where the tick ends [rad or m].
+        there: (n,) where the stop ends [rad or m].
+        time: `stop_time` of the velocity [s].
+    """
+
+    velocity: list[float]
+    here: list[float]
+    there: list[float]
+    time: float
+
+
+def point_excess(model: JogModel, stop: StopAhead, limit: float) -> tuple[float, JogCause | None]:
     """Return how much faster than allowed a point gets, 1 being just allowed, and which.
 
     Args:
         model: the robot.
-        here: (n,) where the tick ends [rad or m].
-        there: (n,) where a stop from there ends.
-        velocity: (n,) at the end of the tick [rad/s or m/s].
+        stop: after the tick that is judged.
         limit: greatest speed of tool centre point and elbow [m/s].
-        time: `stop_time` of the velocity [s].
     """
     worst = 0.0
     found: JogCause | None = None
     allowed = _RESERVE * limit
-    greatest = _greatest_in_stop(model, here, there, velocity, allowed)
-    for others in _without_ending(model, here, velocity, time):
-        greatest = tuple(map(max, greatest, model.arm.point_speeds(here, others)))
+    greatest = _greatest_in_stop(model, stop, allowed)
+    for others in _without_ending(model, stop):
+        tool, elbow = model.arm.point_speeds(stop.here, others)
+        greatest = max(greatest[0], tool), max(greatest[1], elbow)
     for reason, speed in zip(_REASONS, greatest, strict=True):
         if speed > worst * allowed:
             worst = speed / allowed
@@ -77,34 +88,38 @@ def point_excess(
     return worst, found
 
 
-def _greatest_in_stop(
-    model: JogModel, here: list[float], there: list[float], velocity: list[float], allowed: float
-) -> tuple[float, ...]:
+def _greatest_in_stop(model: JogModel, stop: StopAhead, allowed: float) -> tuple[float, float]:
     """Return the greatest speeds of both points from the end of the tick to rest."""
-    begin = model.arm.point_speeds(here, velocity)
+    velocity, here, there, _ = stop
+    rates = np.array(velocity)
+    begin = model.arm.point_speeds(here, rates)
     # One joint alone leads every point on a circle about its axis, always as fast.
-    if model.arm.rigid and sum(1 for each in velocity if each) == 1:
+    if model.arm.rigid and _is_single(velocity):
         return begin
     ways = zip(here, there, model.unit, strict=True)
-    longest = max([abs(stop - start) / unit for start, stop, unit in ways])
+    longest = max([abs(end - start) / unit for start, end, unit in ways])
     if longest > _LONG:
-        return _greatest_in_long_stop(model, here, there, velocity, longest)
+        return _greatest_in_long_stop(model, stop, rates, begin, longest)
     first, last = _BETWEEN
-    later = _on_the_way(model, here, there, last, velocity, begin)
-    if max(*begin, *later) < _SLOW * allowed:
+    later = _on_the_way(model, stop, last, rates, begin)
+    slow = _SLOW * allowed
+    if begin[0] < slow and begin[1] < slow and later[0] < slow and later[1] < slow:
         return begin
-    between = _on_the_way(model, here, there, first, velocity, begin)
-    return tuple(map(_greatest, begin, between, later))
+    between = _on_the_way(model, stop, first, rates, begin)
+    return (
+        _greatest(begin[0], between[0], later[0]),
+        _greatest(begin[1], between[1], later[1]),
+    )
 
 
 def _greatest_in_long_stop(
-    model: JogModel, here: list[float], there: list[float], velocity: list[float], longest: float
-) -> tuple[float, ...]:
+    model: JogModel, stop: StopAhead, rates: Array, begin: tuple[float, float], longest: float
+) -> tuple[float, float]:
     """Return the greatest speeds of both points, looked at in steps of a stop."""
-    begin = greatest = model.arm.point_speeds(here, velocity)
+    greatest = begin
     count = math.ceil(longest / _CLOSE)
     for step in range(1, count):
-        speeds = _on_the_way(model, here, there, step / count, velocity, begin)
+        speeds = _on_the_way(model, stop, step / count, rates, begin)
         share = _UNSEEN * math.sqrt(1.0 - step / count)
         greatest = max(greatest[0], share * speeds[0]), max(greatest[1], share * speeds[1])
     return greatest
@@ -126,16 +141,20 @@ def stop_time(model: JogModel, velocity: Sequence[float]) -> float:
     return time
 
 
-def _without_ending(
-    model: JogModel, place: list[float], velocity: list[float], time: float
-) -> list[list[float]]:
+def _is_single(velocity: list[float]) -> bool:
+    """Return whether just one joint moves."""
+    return velocity.count(0.0) == len(velocity) - 1
+
+
+def _without_ending(model: JogModel, stop: StopAhead) -> list[list[float]]:
     """Return the velocity without the joints whose range ends before a stop would.
 
     They brake by themselves, and what they took from the speed of a point is then missing. The
     speed is convex in theirs, so it is greatest with or without them.
     """
     ending = []
-    joints = zip(velocity, place, model.lower, model.upper, model.margin, strict=True)
+    velocity, time = stop.velocity, stop.time
+    joints = zip(velocity, stop.here, model.lower, model.upper, model.margin, strict=True)
     for joint, (each, here, lower, upper, margin) in enumerate(joints):
         if each > 0.0:
             ends = upper - here < each * time + margin
@@ -143,7 +162,7 @@ def _without_ending(
             ends = each < 0.0 and here - lower < margin - each * time
         if ends:
             ending.append(joint)
-    if not ending or sum(1 for each in velocity if each) == 1:
+    if not ending or _is_single(velocity):
         return []
     groups = [ending] if len(ending) == 1 else [ending, *([joint] for joint in ending)]
     return [
@@ -152,16 +171,12 @@ def _without_ending(
 
 
 def _on_the_way(
-    model: JogModel,
-    here: list[float],
-    there: list[float],
-    share: float,
-    velocity: Sequence[float],
-    otherwise: tuple[float, float],
+    model: JogModel, stop: StopAhead, share: float, rates: Array, otherwise: tuple[float, float]
 ) -> tuple[float, float]:
     """Return S of both points; what it is otherwise, where a platform cannot stand there."""
-    place = [start + share * (stop - start) for start, stop in zip(here, there, strict=True)]
+    ways = zip(stop.here, stop.there, strict=True)
+    place = [start + share * (end - start) for start, end in ways]
     try:
-        return model.arm.point_speeds(place, velocity)
+        return model.arm.point_speeds(place, rates)
     except NoAssembly:
         return otherwise

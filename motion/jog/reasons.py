@@ -6,7 +6,6 @@ server maps each reason to its verdict. Knows no arithmetic.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -67,8 +66,7 @@ class Retreat(NamedTuple):
     singularity: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class JogStep:
+class JogStep(NamedTuple):
     """One set-point.
 
     Attributes:

@@ -85,8 +85,8 @@ class SerialTool:
         self._few = kinematics.dof < rows
         speeds = np.array(self.limits.velocity)
         self._weights: Array = (speeds / speeds.max()) ** 2
-        self._middle = (kinematics.lower + kinematics.upper) / 2.0
-        self._half = (kinematics.upper - kinematics.lower) / 2.0
+        self._middle: list[float] = ((kinematics.lower + kinematics.upper) / 2.0).tolist()
+        self._half: list[float] = ((kinematics.upper - kinematics.lower) / 2.0).tolist()
         # Names of singularities need it. Worked out here, because `way_out` is asked on the way.
         closed_form(kinematics)
 
@@ -114,7 +114,7 @@ class SerialTool:
             except np.linalg.LinAlgError:
                 return None
             position = [value + step for value, step in zip(position, steps[0], strict=True)]
-            error = max(abs(s) / u for s, u in zip(steps[0], self._units, strict=True))
+            error = max([abs(s) / u for s, u in zip(steps[0], self._units, strict=True)])
             if not error < _FARTHEST:
                 return None
             if error < _SETTLED:
@@ -124,7 +124,7 @@ class SerialTool:
         else:
             return None
         far = zip(position, seed, self._units, strict=True)
-        if max(abs(value - start) / unit for value, start, unit in far) > _FARTHEST:
+        if max([abs(value - start) / unit for value, start, unit in far]) > _FARTHEST:
             return None
         return Footing(position, steps[1], condition)
 
@@ -141,12 +141,12 @@ class SerialTool:
         return None
 
     def point_speeds(
-        self, position: Sequence[float], velocity: Sequence[float]
+        self, position: Sequence[float], velocity: Sequence[float] | Array
     ) -> tuple[float, float]:
         """Return the speeds of tool centre point and elbow."""
-        joints, rates = np.array(position), np.array(velocity)
-        tool, *elbow = self._kinematics.point_speeds(joints, rates, self._points)
-        return tool, elbow[0] if elbow else 0.0
+        joints, rates = np.array(position), np.asarray(velocity)
+        speeds = self._kinematics.point_speeds(joints, rates, self._points)
+        return speeds[0], speeds[1] if self._elbow else 0.0
 
     def elbow_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
         """Return the speed of the elbow; 0 of an arm that has none."""
@@ -210,12 +210,13 @@ class SerialTool:
             return found
         weighted = jacobian * self._weights
         away = self._away_from_limits(position)
-        every = np.column_stack((right, jacobian @ away))
+        every = np.empty((len(right), 3))
+        every[:, :2], every[:, 2] = right, jacobian @ np.array(away)
         solved = weighted.T @ np.linalg.solve(weighted @ jacobian.T, every)
-        rate = solved[:, 1]
-        free = away - solved[:, 2]
-        rate = rate + float(np.abs(rate).max()) * free
-        return [solved[:, 0].tolist(), rate.tolist()]
+        step, rate, bound = solved.T.tolist()
+        greatest = max(map(abs, rate))
+        free = zip(rate, away, bound, strict=True)
+        return [step, [each + greatest * (turn - part) for each, turn, part in free]]
 
     def _fitted(self, jacobian: Array, right: Array) -> Array:
         """Return the joint steps (n, k) that come nearest to k right sides."""
@@ -241,10 +242,13 @@ class SerialTool:
         task = twist if self._task is None else self._task @ twist
         return _is_missed(jacobian, self._fitted(jacobian, task[:, np.newaxis])[:, 0], task)
 
-    def _away_from_limits(self, position: list[float]) -> Array:
-        share = (np.array(position) - self._middle) / self._half
-        excess = np.clip((np.abs(share) - (1.0 - 2.0 * _NULL_ZONE)) / (2.0 * _NULL_ZONE), 0.0, 1.0)
-        away: Array = -np.sign(share) * excess * excess
+    def _away_from_limits(self, position: list[float]) -> list[float]:
+        away = []
+        for place, middle, half in zip(position, self._middle, self._half, strict=True):
+            share = (place - middle) / half
+            excess = (abs(share) - (1.0 - 2.0 * _NULL_ZONE)) / (2.0 * _NULL_ZONE)
+            excess = min(max(excess, 0.0), 1.0)
+            away.append(-math.copysign(excess * excess, share))
         return away
 
     def _gains(self, jacobian: Array) -> list[float]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
@@ -91,6 +91,7 @@ class ToolJog:
         linear: (3,) share of the tool speed along x, y, z of the axes, -1 to 1 each.
         angular: (3,) share of the rotation speed about x, y, z of the axes (A, B, C).
         axes: the jog frame's axes; None for the tool's own, which move along with it.
+        magnitude: the greater of the lengths of both vectors: 1 is full speed, √3 the most.
 
     Raises:
         BadArgument: a share is beyond ±1, a vector has not 3 values, or the axes are no rotation.
@@ -100,6 +101,7 @@ class ToolJog:
     linear: tuple[float, ...] = (0.0, 0.0, 0.0)
     angular: tuple[float, ...] = (0.0, 0.0, 0.0)
     axes: Axes | None = BASE_AXES
+    magnitude: float = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in ("linear", "angular"):
@@ -113,11 +115,8 @@ class ToolJog:
                 raise BadArgument("axes", self.axes, "a quaternion x, y, z, w of norm 1")
             x, y, z, w = (float(value) / norm for value in self.axes)
             object.__setattr__(self, "axes", (x, y, z, w))
-
-    @property
-    def magnitude(self) -> float:
-        """The greater of the lengths of both vectors: 1 is full speed, √3 the most."""
-        return max(math.hypot(*self.linear), math.hypot(*self.angular))
+        magnitude = max(math.hypot(*self.linear), math.hypot(*self.angular))
+        object.__setattr__(self, "magnitude", magnitude)
 
     def direction(self) -> tuple[Array, Array]:
         """Return the (3,) linear and angular shares at full speed, along the base frame's axes.

@@ -35,9 +35,12 @@ def speed_bounds(
     least, most = 0.0, math.inf
     joints = zip(rate, before, limits.acceleration, limits.velocity, strict=True)
     for each, velocity, acceleration, top in joints:
-        gain = acceleration * dt
-        lower = max(velocity - gain, -_SPEED_RESERVE * top)
-        upper = min(velocity + gain, _SPEED_RESERVE * top)
+        gain, fastest = acceleration * dt, _SPEED_RESERVE * top
+        lower, upper = velocity - gain, velocity + gain
+        if lower < -fastest:
+            lower = -fastest
+        if upper > fastest:
+            upper = fastest
         if each > _STANDS:
             lower, upper = lower / each, upper / each
         elif each < -_STANDS:
@@ -59,6 +62,7 @@ def is_even(limits: JointLimits, before: State, after: State, dt: float) -> bool
     joints = zip(*before, *after, limits.acceleration, strict=True)
     for start, speed, end, speed_after, limit in joints:
         way = end - start - half * (speed + speed_after)
-        if way > most * limit or way < -most * limit:
+        allowed = most * limit
+        if way > allowed or way < -allowed:
             return False
     return True

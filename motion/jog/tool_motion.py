@@ -122,33 +122,34 @@ class ToolMotion:
             dt: since the last set-point [s].
             asked: dσ/dt that is asked for.
         """
-        if self.at_rest and not self.can_begin():
+        if self.speed == 0.0 and not self.can_begin():
             self.velocity = [0.0] * self._model.dof
             self.scale, self.cause = 0.0, self._ahead.end
             return
         speed = self._allowed(dt, asked)
+        limits, nodes = self._model.limits, self._ahead.nodes
         before, started = self.velocity, self.speed
         slowest, fastest = 0.0, speed
         for _ in range(_CORRECTIONS):
             sigma = self._sigma + 0.5 * (started + speed) * dt
             index = self._cell(sigma)
-            node = self._ahead.nodes[index]
+            node = nodes[index]
             position, rate = node.state(sigma - node.sigma)
-            least, most = speed_bounds(self._model.limits, rate, before, dt)
+            least, most = speed_bounds(limits, rate, before, dt)
             inside = _INSIDE * max(0.0, min(most - least, most))
             wanted = speed
             if least * _SLACK <= speed <= most / _SLACK:
                 velocity = [each * speed for each in rate]
-                even = is_even(
-                    self._model.limits, (self.position, before), (position, velocity), dt
-                )
-                allowed = _ELBOW_RESERVE * self.point_speed
-                too_fast = self._model.arm.elbow_speed(position, velocity) / allowed
-                if even and (too_fast <= 1.0 or speed <= least + 2.0 * inside):
-                    self._sigma, self._index, self.speed = sigma, index, speed
-                    self.position, self.velocity = position, velocity
-                    return
-                wanted = speed / too_fast if even else 0.5 * (slowest + speed)
+                if is_even(limits, (self.position, before), (position, velocity), dt):
+                    allowed = _ELBOW_RESERVE * self.point_speed
+                    too_fast = self._model.arm.elbow_speed(position, velocity) / allowed
+                    if too_fast <= 1.0 or speed <= least + 2.0 * inside:
+                        self._sigma, self._index, self.speed = sigma, index, speed
+                        self.position, self.velocity = position, velocity
+                        return
+                    wanted = speed / too_fast
+                else:
+                    wanted = 0.5 * (slowest + speed)
             # A little inside, so that the bounds of the place that it leads to hold as well.
             wanted = min(max(wanted, least + inside), most - inside)
             if wanted < speed:
@@ -181,13 +182,16 @@ class ToolMotion:
         if speed >= asked * _AS_ASKED or unknown:
             return speed
         self.scale, self.cause = speed / asked, node.reach_cause
-        slow = zip(node.rate, self._model.limits.velocity, strict=True)
-        creeping = all(abs(rate) * speed <= _STILL * limit for rate, limit in slow)
-        if creeping and self._ahead.end is not None:
+        if self._ahead.end is not None and self._creeps(node, speed):
             # The last micrometres before the end of a way would take for ever.
             self.scale, self.cause = 0.0, self._ahead.end
             return 0.0
         return speed
+
+    def _creeps(self, node: WayNode, speed: float) -> bool:
+        """Return whether no joint can be seen to move at a speed."""
+        joints = zip(node.rate, self._model.limits.velocity, strict=True)
+        return all(abs(rate) * speed <= _STILL * limit for rate, limit in joints)
 
     def _look_further(self) -> None:
         behind = self._index
@@ -240,20 +244,21 @@ class ToolMotion:
         """
         nodes = self._ahead.nodes
         start = self._sigma + self.speed * half
-        best = 0.0
-        for index in range(self._index, len(nodes) - 1):
-            node, after = nodes[index], nodes[index + 1]
+        best, node = 0.0, nodes[self._index]
+        for index in range(self._index + 1, len(nodes)):
+            after = nodes[index]
             slope = (after.reach - node.reach) / node.length
             linear = 0.5 * slope * gain
             root = linear * linear + node.reach + slope * (start - node.sigma)
             speed = linear + math.sqrt(root) if root > 0.0 else 0.0
-            speed = min(max(speed, 0.0), asked)
+            speed = 0.0 if speed < 0.0 else asked if speed > asked else speed
             end = start + speed * gain
             if end <= after.sigma:
                 unknown = node.open or after.open
                 return (speed if end >= node.sigma else best), node, unknown
             # It can be in the next cell: at the border at least.
             best = min(max(0.0, (after.sigma - start) / gain), asked)
+            node = after
         return best, nodes[-2], nodes[-1].open
 
     def _cell(self, sigma: float) -> int:

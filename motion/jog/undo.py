@@ -117,6 +117,9 @@ class JogWay:
         ways = (stretch[1:] - stretch[0]) / self._units
         line = ways[-1]
         square = float(line @ line)
-        shares = np.clip(ways[:-1] @ line / square, 0.0, 1.0) if square else np.zeros(len(ways) - 1)
+        if square:
+            shares = np.minimum(np.maximum(ways[:-1] @ line / square, 0.0), 1.0)
+        else:
+            shares = np.zeros(len(ways) - 1)
         distances: Array = np.abs(ways[:-1] - shares[:, np.newaxis] * line).max(axis=1)
         return distances

@@ -24,6 +24,9 @@ from .reasons import JogCause
 Inequality: TypeAlias = tuple[float, float, float]
 """α, β, a of |α x₀ + β x₁| ≤ a."""
 
+Cubic: TypeAlias = tuple[float, float, float, float]
+"""Coefficients of a joint's cubic, the constant first [rad or m], by σ from the place on."""
+
 _HALVINGS = 12
 
 
@@ -45,8 +48,7 @@ class WayNode:
         reach_cause: what sets `reach`.
         open: whether the end of what is known so far sets `reach`.
         length: of the cell by σ; 0 while there is none.
-        square: (n,) coefficients of (σ - sigma)² in the cell.
-        cube: (n,) of (σ - sigma)³.
+        cubics: (n,) of the joints in the cell.
         rows: inequalities of the cell.
     """
 
@@ -63,14 +65,13 @@ class WayNode:
     reach_cause: JogCause | None = None
     open: bool = True
     length: float = 0.0
-    square: list[float] = field(default_factory=list)
-    cube: list[float] = field(default_factory=list)
+    cubics: list[Cubic] = field(default_factory=list)
     rows: list[Inequality] = field(default_factory=list)
 
     def lead_to(self, after: WayNode, accelerations: Sequence[float]) -> None:
         """Make the cell to the next place, under (n,) greatest accelerations."""
         h = self.length = after.sigma - self.sigma
-        self.square, self.cube, self.rows = [], [], []
+        self.cubics, self.rows = [], []
         half = 0.5 / h
         joints = zip(
             self.position, after.position, self.rate, after.rate, accelerations, strict=True
@@ -79,8 +80,7 @@ class WayNode:
             slope = (end - start) / h
             square = (3.0 * slope - 2.0 * rate - rate_after) / h
             cube = (rate + rate_after - 2.0 * slope) / (h * h)
-            self.square.append(square)
-            self.cube.append(cube)
+            self.cubics.append((start, rate, square, cube))
             self.rows.append((2.0 * square - rate * half, rate * half, limit))
             bend = 2.0 * square + 6.0 * cube * h
             self.rows.append((-rate_after * half, rate_after * half + bend, limit))
@@ -88,15 +88,14 @@ class WayNode:
     def state(self, ahead: float) -> tuple[list[float], list[float]]:
         """Return (n,) position and rate in the cell, at σ = sigma + ahead."""
         twice, thrice = 2.0 * ahead, 3.0 * ahead * ahead
-        cell = list(zip(self.position, self.rate, self.square, self.cube, strict=True))
         return (
-            [p + ahead * (r + ahead * (s + ahead * c)) for p, r, s, c in cell],
-            [r + twice * s + thrice * c for _, r, s, c in cell],
+            [p + ahead * (r + ahead * (s + ahead * c)) for p, r, s, c in self.cubics],
+            [r + twice * s + thrice * c for _, r, s, c in self.cubics],
         )
 
     def furthest(self, joint: int) -> float | None:
         """Return where a joint turns round inside the cell; None if it does not."""
-        rate, square, cube = self.rate[joint], self.square[joint], self.cube[joint]
+        start, rate, square, cube = self.cubics[joint]
         after = rate + 2.0 * square * self.length + 3.0 * cube * self.length * self.length
         if rate * after >= 0.0:
             return None
@@ -105,7 +104,7 @@ class WayNode:
             middle = 0.5 * (low + high)
             here = rate + 2.0 * square * middle + 3.0 * cube * middle * middle
             low, high = (middle, high) if here * rate > 0.0 else (low, middle)
-        return self.position[joint] + high * (rate + high * (square + high * cube))
+        return start + high * (rate + high * (square + high * cube))
 
 
 def slowed(rows: Sequence[Inequality], after: float, top: float) -> float:
