@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+from operator import add
 from typing import NamedTuple
 
 from openpendant.motion.limits import JointLimits, float32_ceiling
 
 from .faults import Refusal, ViolationKind, violation
-from .float32 import NANOSECONDS, rounding
+from .float32 import NANOSECONDS, rounding, roundings
 from .joint_motion import Bounds
 from .legs import Knot, Leg
 from .points import Point
@@ -64,9 +66,21 @@ class Admission:
         self._velocity = tuple(
             float32_ceiling(v * (1 + tolerances.velocity)) for v in limits.velocity
         )
-        self._velocity_blur = tuple(4 * rounding(v) for v in self._velocity)
         self._acceleration = tuple(
             float32_ceiling(a * (1 + tolerances.acceleration)) for a in limits.acceleration
+        )
+        # What the bounds of a leg are made of, joint by joint.
+        self._basis = tuple(
+            zip(
+                self._lower,
+                self._upper,
+                self._velocity,
+                self._acceleration,
+                self.hardest,
+                (4 * rounding(v) for v in self._velocity),
+                (_TIME_ALLOWANCE * a for a in limits.acceleration),
+                strict=True,
+            )
         )
 
     def is_rest(self, velocity: tuple[float, ...]) -> bool:
@@ -107,7 +121,7 @@ class Admission:
             if abs(gap) > self._tolerances.start:
                 return violation(ViolationKind.START_POSITION, joint, gap, self._tolerances.start)
         rest = Knot.at_rest(point.position)
-        end = rest._replace(acceleration=point.acceleration)
+        end = replace(rest, acceleration=point.acceleration)
         # From rest to rest with least peak acceleration a over a distance d takes √(4d/a).
         seconds = max(
             math.sqrt(4 * abs(gap) / (_APPROACH_SHARE * limit))
@@ -117,9 +131,10 @@ class Admission:
         leg = Leg(point.sequence, duration, end, (), None)
         if duration:
             zeros = rest.mean_velocity
-            blur = [rounding(value) for value in point.position]
+            blur = roundings(point.position)
             leg.bounds = self._bounds(before.position, seconds, blur, zeros)
-            segment = connect(leg.seconds, before.ends(zeros), rest.ends(zeros), leg.bounds)
+            start = before.with_velocity(zeros)
+            segment = connect(leg.seconds, start.ends(), rest.ends(), leg.bounds)
             if isinstance(segment, Refusal):
                 return segment
             leg.segment = segment
@@ -141,13 +156,11 @@ class Admission:
             return violation(ViolationKind.TIME, -1, duration / NANOSECONDS)
         seconds = duration / NANOSECONDS
         mean = tuple(
-            (b - a) / seconds for a, b in zip(before.position, point.position, strict=True)
+            [(b - a) / seconds for a, b in zip(before.position, point.position, strict=True)]
         )
         end = Knot(point.position, point.velocity, point.acceleration, mean, seconds)
         # By how much the length of the leg may be off its time, because of 4-byte reals.
-        blur = [
-            rounding(a) + rounding(b) for a, b in zip(before.position, point.position, strict=True)
-        ]
+        blur = list(map(add, roundings(before.position), roundings(point.position)))
         stamp = 0.0 if point.time is None else 2 * rounding(point.time / NANOSECONDS)
         timed_blur = [abs(v) * stamp for v in mean]
         refusal = self._steps(before, end, blur, timed_blur)
@@ -156,7 +169,7 @@ class Admission:
         bounds = self._bounds(before.position, seconds, blur, timed_blur)
         leg = Leg(point.sequence, duration, end, bounds, None)
         if before.velocity is not None and end.velocity is not None:
-            segment = connect(seconds, before.ends(before.velocity), end.ends(end.velocity), bounds)
+            segment = connect(seconds, before.ends(), end.ends(), bounds)
             if isinstance(segment, Refusal):
                 return segment
             leg.segment = segment
@@ -166,29 +179,40 @@ class Admission:
         """Check what the point states, each number by itself."""
         if not 0 <= point.speed_ratio <= 1:
             return violation(ViolationKind.VELOCITY, -1, point.speed_ratio, 1.0)
-        for joint, value in enumerate(point.position):
-            lower, upper = self._lower[joint], self._upper[joint]
+        for joint, (value, lower, upper) in enumerate(
+            zip(point.position, self._lower, self._upper, strict=True)
+        ):
             if not lower <= value <= upper:
                 limit = lower if value < lower else upper
                 return violation(ViolationKind.RANGE, joint, value, limit)
-        for joint, value in enumerate(point.velocity or ()):
-            if abs(value) > self._velocity[joint]:
-                return violation(ViolationKind.VELOCITY, joint, value, self._velocity[joint])
-            refusal = self._stops_inside(joint, point.position[joint], value)
+        if point.velocity is not None:
+            refusal = self._velocities(point.position, point.velocity)
             if refusal is not None:
                 return refusal
-        for joint, value in enumerate(point.acceleration or ()):
-            limit = self._acceleration[joint]
+        if point.acceleration is None:
+            return None
+        for joint, (value, limit) in enumerate(
+            zip(point.acceleration, self._acceleration, strict=True)
+        ):
             if abs(value) > limit:
                 return violation(ViolationKind.ACCELERATION, joint, value, limit)
         return None
 
-    def _stops_inside(self, joint: int, position: float, velocity: float) -> Refusal | None:
-        """A joint that could not stop inside its range any more is as good as outside."""
-        stop = position + velocity * abs(velocity) / (2 * self.hardest[joint])
-        lower, upper = self._lower[joint], self._upper[joint]
-        if velocity and not lower <= stop <= upper:
-            return violation(ViolationKind.RANGE, joint, stop, lower if stop < lower else upper)
+    def _velocities(self, position: Sequence[float], velocity: Sequence[float]) -> Refusal | None:
+        """Check stated velocities, each by itself and whether the joint can stop in its range.
+
+        A joint that could not stop inside its range any more is as good as outside.
+        """
+        for joint, (value, start, basis) in enumerate(
+            zip(velocity, position, self._basis, strict=True)
+        ):
+            lower, upper, most, _, hardest, _, _ = basis
+            speed = abs(value)
+            if speed > most:
+                return violation(ViolationKind.VELOCITY, joint, value, most)
+            stop = start + value * speed / (2 * hardest)
+            if value and not lower <= stop <= upper:
+                return violation(ViolationKind.RANGE, joint, stop, lower if stop < lower else upper)
         return None
 
     def _steps(
@@ -196,21 +220,17 @@ class Admission:
     ) -> Refusal | None:
         """Check Δposition/Δtime and Δvelocity/Δtime."""
         seconds = end.span
-        for joint, mean in enumerate(end.mean_velocity):
-            off = blur[joint] + timed_blur[joint]
-            limit = self._velocity[joint] + off / seconds
+        off = list(map(add, blur, timed_blur))
+        olds, news, noises, time = _velocity_step(before, end, off)
+        for joint, (mean, off_by, old, new, noise, basis) in enumerate(
+            zip(end.mean_velocity, off, olds, news, noises, self._basis, strict=True)
+        ):
+            _, _, fastest, sharpest, _, _, _ = basis
+            limit = fastest + off_by / seconds
             if abs(mean) > limit:
                 return violation(ViolationKind.POSITION_STEP, joint, mean, limit)
-            if before.velocity is not None and end.velocity is not None:
-                old, new, time = before.velocity[joint], end.velocity[joint], seconds
-                noise = rounding(old) + rounding(new)
-            else:
-                # The velocities are open, but mean velocities of adjacent legs cannot differ by
-                # more than the acceleration limit times the time between the legs' middles.
-                old, new, time = before.mean_velocity[joint], mean, (before.span + seconds) / 2
-                noise = 2 * off / min(seconds, before.span or seconds)
             rate = (new - old) / time
-            limit = self._acceleration[joint] + noise / time
+            limit = sharpest + noise / time
             if abs(rate) > limit:
                 return violation(ViolationKind.VELOCITY_STEP, joint, rate, limit)
         return None
@@ -225,17 +245,40 @@ class Admission:
         """Return what each joint may do on a leg that begins at a position."""
         bounds = []
         square = seconds * seconds
-        for joint, limit in enumerate(self.limits.acceleration):
-            fixed, timed = blur[joint], timed_blur[joint]
+        for start, fixed, timed, basis in zip(position, blur, timed_blur, self._basis, strict=True):
+            lower, upper, velocity, smooth, hardest, velocity_blur, most_timed = basis
+            by_time = 4 * timed / square
             sharp = (
-                self.hardest[joint]
+                hardest
                 + 4 * fixed / square
-                + self._velocity_blur[joint] / seconds
-                + min(4 * timed / square, _TIME_ALLOWANCE * limit)
+                + velocity_blur / seconds
+                + (by_time if by_time < most_timed else most_timed)
             )
-            fast = self._velocity[joint] + 2 * (fixed + timed) / seconds
+            fast = velocity + 2 * (fixed + timed) / seconds
             # A stop may have ended a hair outside the range; the way back is not barred.
-            lower = min(self._lower[joint], position[joint])
-            upper = max(self._upper[joint], position[joint])
-            bounds.append(Bounds(lower, upper, fast, sharp, self._acceleration[joint]))
+            if start < lower:
+                lower = start
+            elif start > upper:
+                upper = start
+            bounds.append(Bounds(lower, upper, fast, sharp, smooth))
         return tuple(bounds)
+
+
+def _velocity_step(
+    before: Knot, end: Knot, off: Sequence[float]
+) -> tuple[Sequence[float], Sequence[float], Sequence[float], float]:
+    """Return how velocities change over a leg: from, to, by how much that is off, in which time.
+
+    Args:
+        before: state at the point before.
+        end: state at the point.
+        off: by how much the length of the leg may be off its time, for each joint.
+    """
+    if before.velocity is not None and end.velocity is not None:
+        noise = list(map(add, roundings(before.velocity), roundings(end.velocity)))
+        return before.velocity, end.velocity, noise, end.span
+    # The velocities are open, but mean velocities of adjacent legs cannot differ by more than the
+    # acceleration limit times the time between the legs' middles.
+    shortest = min(end.span, before.span or end.span)
+    noise = [2 * each / shortest for each in off]
+    return before.mean_velocity, end.mean_velocity, noise, (before.span + end.span) / 2

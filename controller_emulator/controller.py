@@ -28,7 +28,6 @@ from openpendant.simplemsg import (
     TriState,
     Unasked,
     accepted,
-    message_type,
     refused,
 )
 from openpendant.simplemsg.pendant import (
@@ -55,6 +54,11 @@ Outgoing = list[tuple[int, Message]]
 """Replies with the number of the motion link that each belongs to, in order."""
 
 _LEAST_WITHHELD = 64
+
+_TRI = (int(TriState.FALSE), int(TriState.TRUE))
+"""A truth value as STATUS has it, at the index that Python gives it."""
+
+_AUTO = int(ControllerMode.AUTO)
 
 
 class Controller:
@@ -145,7 +149,7 @@ class Controller:
                 self.referee.count("malformed-frames")
                 self._say(link, self.answer(message, now))
             case JointTrajPt() | JointTrajPtFull() | JointTraj():
-                if message_type(message) not in self._profile.accepts:
+                if message.PLACE.msg_type not in self._profile.accepts:
                     self._say(link, self.answer(message, now))
                 elif message.comm_type in (CommType.REQUEST, CommType.TOPIC):
                     self._handle_points(link, message, now)
@@ -185,16 +189,16 @@ class Controller:
 
     def status(self, now: int) -> Status:
         """Return STATUS as a topic."""
+        e_stopped, error = self._e_stopped, self._error
         is_stopping = self._servo.phase is Phase.STOPPING
-        is_off = self._e_stopped and not is_stopping
         return Status(
-            drives_powered=_tri(not is_off),
-            e_stopped=_tri(self._e_stopped),
-            error_code=int(self._error),
-            in_error=_tri(self._error is not ErrorCode.NONE),
-            in_motion=_tri(self._servo.in_motion),
-            mode=int(ControllerMode.AUTO),
-            motion_possible=_tri(not self._e_stopped and not is_stopping),
+            drives_powered=_TRI[is_stopping or not e_stopped],
+            e_stopped=_TRI[e_stopped],
+            error_code=int(error),
+            in_error=_TRI[error is not ErrorCode.NONE],
+            in_motion=_TRI[self._servo.in_motion],
+            mode=_AUTO,
+            motion_possible=_TRI[not e_stopped and not is_stopping],
         )
 
     def status_change(self, now: int) -> Status | None:
@@ -243,7 +247,7 @@ class Controller:
         """
         if self._e_stopped:
             return Outcome.REFUSED
-        is_behind = not is_head and any(waiting == link for waiting, _ in self._withheld)
+        is_behind = not is_head and link in [waiting for waiting, _ in self._withheld]
         outcome = self._taking.take(link, message, now, is_behind=is_behind)
         if isinstance(outcome, Rejected):
             self._note(link, outcome.sequence, outcome.refusal, now)
@@ -322,7 +326,3 @@ class Controller:
     def _flush_out(self) -> Outgoing:
         out, self._out = self._out, []
         return out
-
-
-def _tri(value: bool) -> int:
-    return int(TriState.TRUE if value else TriState.FALSE)

@@ -8,8 +8,12 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Iterable
 
 _FLOAT32 = struct.Struct("<f")
+_HALF_PLACE = 2.0**28
+"""Half a unit in the last place of a 4-byte real, in such units of Python's 8-byte ones."""
+
 _SIGNIFICANT_DIGITS = range(6, 9)
 
 NANOSECONDS = 1_000_000_000
@@ -18,7 +22,13 @@ NANOSECONDS = 1_000_000_000
 
 def rounding(value: float) -> float:
     """Return the largest error that rounding to a 4-byte real may have left in a value."""
-    return math.ldexp(1.0, math.frexp(value)[1] - 25) if value else 0.0
+    return math.ulp(value) * _HALF_PLACE if value else 0.0
+
+
+def roundings(values: Iterable[float]) -> list[float]:
+    """Return the `rounding` of each value."""
+    ulp = math.ulp
+    return [ulp(value) * _HALF_PLACE if value else 0.0 for value in values]
 
 
 def read_time(seconds: float) -> int:

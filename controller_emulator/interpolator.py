@@ -12,6 +12,7 @@ import math
 from collections.abc import Sequence
 
 from .faults import Refusal
+from .joint_motion import ends
 from .legs import Knot, Leg
 from .segment import Segment, connect
 
@@ -33,14 +34,11 @@ def begin(
     """Return the motion of a leg that begins now, and the state in which it will end.
 
     Args:
-        leg: the leg, of a duration more than 0.
+        leg: the leg, of a duration more than 0, whose motion is still open.
         position: (n,) where it begins [rad or m].
         velocity: (n,) with which it begins […/s].
         ahead: the legs buffered behind it, `LOOKAHEAD` of them at most.
     """
-    if leg.segment is not None:
-        return leg.segment, leg.end
-    start = Knot(position, velocity, None, velocity, 0.0)
     target = leg.end.velocity
     if target is None and not ahead and not any(velocity):
         # From rest to a single point: what cannot end at rest there is not begun.
@@ -48,10 +46,11 @@ def begin(
     if target is None:
         joints = range(len(velocity))
         target = tuple(_end_velocity(leg, velocity[joint], ahead, joint) for joint in joints)
-    segment = connect(leg.seconds, start.ends(velocity), leg.end.ends(target), leg.bounds)
+    end = leg.end.with_velocity(target)
+    segment = connect(leg.seconds, ends(position, velocity, None), end.ends(), leg.bounds)
     if isinstance(segment, Refusal):
         return segment
-    return segment, leg.end._replace(velocity=target)
+    return segment, end
 
 
 def can_rest(legs: Sequence[Leg]) -> bool:

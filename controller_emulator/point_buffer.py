@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import deque
 from itertools import islice
 
-from .legs import Knot, Leg
+from .legs import Leg
 
 
 class PointBuffer:
@@ -61,8 +61,7 @@ class PointBuffer:
         """Let the motion end at rest at the last point, where its velocity is still open."""
         last = self.last
         if last is not None and last.end.velocity is None:
-            at_rest = Knot.at_rest(last.end.position).velocity
-            last.end = last.end._replace(velocity=at_rest)
+            last.end = last.end.with_velocity((0.0,) * len(last.end.position))
 
     def clear(self) -> int:
         """Forget everything and return how many legs that were."""

@@ -8,7 +8,7 @@ order and no state.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
 
 from openpendant.simplemsg import JointTrajPt, JointTrajPtFull, TrajPoint, ValidField
 
@@ -19,7 +19,14 @@ LONGEST_TIME = 4 * 3600.0
 """Greatest time or duration of a point [s]; Motoman's controller has the same bound."""
 
 
-class Point(NamedTuple):
+# Plain integers: bits of an enumeration are combined twenty times as slowly.
+_NEEDED = int(ValidField.TIME | ValidField.POSITION)
+_VELOCITY = int(ValidField.VELOCITY)
+_ACCELERATION = int(ValidField.ACCELERATION)
+
+
+@dataclass(slots=True)
+class Point:
     """One trajectory point, controller-side joint values.
 
     Attributes:
@@ -73,35 +80,37 @@ def read_point(message: JointTrajPt | TrajPoint | JointTrajPtFull, dof: int) -> 
 
 def _read_full(message: JointTrajPtFull, dof: int) -> Point | Refusal:
     valid = message.valid_fields
-    needed = ValidField.TIME | ValidField.POSITION
-    if message.robot_id != 0 or valid & needed != needed:
+    if message.robot_id != 0 or valid & _NEEDED != _NEEDED:
         return Refusal(ErrorCode.POINT_UNUSABLE)
-    has_velocity = bool(valid & ValidField.VELOCITY)
-    has_acceleration = has_velocity and bool(valid & ValidField.ACCELERATION)
-    for values, is_meant in (
-        ((*message.positions, message.time), True),
-        (message.velocities, has_velocity),
-        (message.accelerations, has_acceleration),
-    ):
-        bad = _not_finite(values, dof) if is_meant else None
-        if bad is not None:
-            return bad
-    if not 0 <= message.time <= LONGEST_TIME:
-        return violation(ViolationKind.TIME, -1, message.time, LONGEST_TIME)
+    has_velocity = valid & _VELOCITY != 0
+    has_acceleration = has_velocity and valid & _ACCELERATION != 0
+    positions, time = message.positions, message.time
+    bad = _not_finite((*positions, time), dof)
+    if bad is None and has_velocity:
+        bad = _not_finite(message.velocities, dof)
+    if bad is None and has_acceleration:
+        bad = _not_finite(message.accelerations, dof)
+    if bad is not None:
+        return bad
+    if not 0 <= time <= LONGEST_TIME:
+        return violation(ViolationKind.TIME, -1, time, LONGEST_TIME)
     return Point(
         sequence=message.sequence,
-        position=message.positions[:dof],
+        position=positions[:dof],
         velocity=message.velocities[:dof] if has_velocity else None,
         acceleration=message.accelerations[:dof] if has_acceleration else None,
-        time=read_time(message.time),
+        time=read_time(time),
         duration=0,
         speed_ratio=0.0,
-        has_stray_joints=any(message.positions[dof:]),
+        has_stray_joints=any(positions[dof:]),
     )
 
 
 def _not_finite(values: tuple[float, ...], dof: int) -> Refusal | None:
-    if all(map(math.isfinite, values)):
+    # A sum is finite only if all terms are; one that is not may still have overflowed.
+    if math.isfinite(sum(values)):
         return None
-    index = next(n for n, value in enumerate(values) if not math.isfinite(value))
-    return violation(ViolationKind.NOT_FINITE, index if index < dof else -1, values[index])
+    for index, value in enumerate(values):
+        if not math.isfinite(value):
+            return violation(ViolationKind.NOT_FINITE, index if index < dof else -1, value)
+    return None

@@ -6,9 +6,8 @@ where they are not.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import NamedTuple
 
 from .joint_motion import Bounds, Coefficients, End, Pieces
 
@@ -16,26 +15,23 @@ _HALVINGS = 5
 """How often a polynomial is halved to tell whether it is in bounds; each time four times closer."""
 
 
-class Polynomial(NamedTuple):
-    """A polynomial of one joint, with the Bézier control values of its derivatives."""
+def _is_within(
+    bound: Bounds,
+    positions: Sequence[float],
+    velocities: Sequence[float],
+    accelerations: Sequence[float],
+) -> bool:
+    """Tell whether a polynomial, given by the Bézier control values of each, is safely in bounds.
 
-    coefficients: Coefficients
-    positions: tuple[float, ...]
-    velocities: tuple[float, ...]
-    accelerations: tuple[float, ...]
-
-    def is_within(self, bound: Bounds) -> bool:
-        """Tell whether the polynomial is safely in bounds.
-
-        One that is thrown away costs more than smoothness: what takes its place knows less of the
-        sender's path where that bends.
-        """
-        speed, sharp = bound.velocity, bound.smooth_acceleration
-        return (
-            _keeps(self.positions, bound.lower, bound.upper)
-            and _keeps(self.velocities, -speed, speed)
-            and _keeps(self.accelerations, -sharp, sharp)
-        )
+    One that is thrown away costs more than smoothness: what takes its place knows less of the
+    sender's path where that bends.
+    """
+    speed, sharp = bound.velocity, bound.smooth_acceleration
+    return (
+        _keeps(positions, bound.lower, bound.upper)
+        and _keeps(velocities, -speed, speed)
+        and _keeps(accelerations, -sharp, sharp)
+    )
 
 
 def _keeps(values: Sequence[float], low: float, high: float, halvings: int = _HALVINGS) -> bool:
@@ -62,61 +58,86 @@ def _halves(values: Sequence[float]) -> tuple[list[float], list[float]]:
     return first, second[::-1]
 
 
-def polynomials(
-    between: Callable[[float, End, End], Polynomial | None],
-    h: float,
-    starts: list[End],
-    ends: list[End],
-    bounds: tuple[Bounds, ...],
+def quintics(
+    h: float, starts: Sequence[End], ends: Sequence[End], bounds: Sequence[Bounds]
 ) -> tuple[Pieces, ...] | None:
-    """Return one kind of polynomial for all joints, None unless all are safely in bounds.
+    """Return the quintic of each joint through two states, None unless all are safely in bounds.
+
+    None, too, where an acceleration is open: the states do not determine a quintic then.
 
     Args:
-        between: makes the polynomial of one joint, None where its ends do not determine one.
         h: duration [s].
         starts: state of each joint at the start.
         ends: state of each joint at the end.
         bounds: bounds of each joint.
     """
+    square, part = h * h, 0.4 * h
+    over3, over4, over5 = 2 * h**3, 2 * h**4, 2 * h**5
     joints = []
-    for start, end, bound in zip(starts, ends, bounds, strict=True):
-        polynomial = between(h, start, end)
-        if polynomial is None or not polynomial.is_within(bound):
+    for (p0, v0, a0), (p1, v1, a1), bound in zip(starts, ends, bounds, strict=True):
+        if a0 is None or a1 is None:
             return None
-        joints.append(((0.0, polynomial.coefficients),))
+        # Bézier control values between those of the ends: position b, velocity w, acceleration r.
+        b1, b2 = p0 + h * v0 / 5, p0 + part * v0 + square * a0 / 20
+        b3, b4 = p1 - part * v1 + square * a1 / 20, p1 - h * v1 / 5
+        w1, w2, w3 = v0 + h * a0 / 4, 5 * (b3 - b2) / h, v1 - h * a1 / 4
+        r1, r2 = 4 * (w2 - w1) / h, 4 * (w3 - w2) / h
+        low, high = bound.lower, bound.upper
+        speed, sharp = bound.velocity, bound.smooth_acceleration
+        # What `_is_within` asks first, which mostly settles it, without making its tuples.
+        is_enclosed = (
+            low <= p0 <= high
+            and low <= b1 <= high
+            and low <= b2 <= high
+            and low <= b3 <= high
+            and low <= b4 <= high
+            and low <= p1 <= high
+            and -speed <= v0 <= speed
+            and -speed <= w1 <= speed
+            and -speed <= w2 <= speed
+            and -speed <= w3 <= speed
+            and -speed <= v1 <= speed
+            and -sharp <= a0 <= sharp
+            and -sharp <= r1 <= sharp
+            and -sharp <= r2 <= sharp
+            and -sharp <= a1 <= sharp
+        )
+        if not is_enclosed and not _is_within(
+            bound, (p0, b1, b2, b3, b4, p1), (v0, w1, w2, w3, v1), (a0, r1, r2, a1)
+        ):
+            return None
+        distance, triple = p1 - p0, 3 * a0
+        c3 = (20 * distance - (8 * v1 + 12 * v0) * h - (triple - a1) * h * h) / over3
+        c4 = (-30 * distance + (14 * v1 + 16 * v0) * h + (triple - 2 * a1) * h * h) / over4
+        c5 = (12 * distance - 6 * (v1 + v0) * h - (a0 - a1) * h * h) / over5
+        joints.append(((0.0, (p0, v0, a0 / 2, c3, c4, c5)),))
     return tuple(joints)
 
 
-def quintic(h: float, start: End, end: End) -> Polynomial | None:
-    """Return the quintic through two states, None where an acceleration is open."""
-    p0, v0, a0 = start
-    p1, v1, a1 = end
-    if a0 is None or a1 is None:
-        return None
-    distance = p1 - p0
-    b2 = p0 + 0.4 * h * v0 + h * h * a0 / 20
-    b3 = p1 - 0.4 * h * v1 + h * h * a1 / 20
-    w1, w2, w3 = v0 + h * a0 / 4, 5 * (b3 - b2) / h, v1 - h * a1 / 4
-    c3 = (20 * distance - (8 * v1 + 12 * v0) * h - (3 * a0 - a1) * h * h) / (2 * h**3)
-    c4 = (-30 * distance + (14 * v1 + 16 * v0) * h + (3 * a0 - 2 * a1) * h * h) / (2 * h**4)
-    c5 = (12 * distance - 6 * (v1 + v0) * h - (a0 - a1) * h * h) / (2 * h**5)
-    return Polynomial(
-        (p0, v0, a0 / 2, c3, c4, c5),
-        (p0, p0 + h * v0 / 5, b2, b3, p1 - h * v1 / 5, p1),
-        (v0, w1, w2, w3, v1),
-        (a0, 4 * (w2 - w1) / h, 4 * (w3 - w2) / h, a1),
-    )
+def cubics(
+    h: float, starts: Sequence[End], ends: Sequence[End], bounds: Sequence[Bounds]
+) -> tuple[Pieces, ...] | None:
+    """Return the `cubic` of each joint, None unless all are safely in bounds."""
+    joints = []
+    for start, end, bound in zip(starts, ends, bounds, strict=True):
+        coefficients = cubic(h, start, end, bound)
+        if coefficients is None:
+            return None
+        joints.append(((0.0, coefficients),))
+    return tuple(joints)
 
 
-def cubic(h: float, start: End, end: End) -> Polynomial:
-    """Return the cubic through two positions and velocities."""
+def cubic(h: float, start: End, end: End, bound: Bounds) -> Coefficients | None:
+    """Return the cubic through two positions and velocities, None unless safely in bounds."""
     p0, v0, _ = start
     p1, v1, _ = end
     distance = p1 - p0
     middle = 3 * distance / h - v0 - v1
-    return Polynomial(
-        (p0, v0, (middle - v0) / h, ((v0 + v1) * h - 2 * distance) / h**3, 0.0, 0.0),
+    if not _is_within(
+        bound,
         (p0, p0 + h * v0 / 3, p1 - h * v1 / 3, p1),
         (v0, middle, v1),
         (2 * (middle - v0) / h, 2 * (v1 - middle) / h),
-    )
+    ):
+        return None
+    return p0, v0, (middle - v0) / h, ((v0 + v1) * h - 2 * distance) / h**3, 0.0, 0.0

@@ -31,6 +31,7 @@ from openpendant.simplemsg import (
 from .profiles import Profile
 from .segment import State
 
+_ALL_VALID = int(ValidField.ALL)
 _VERSION = tuple(int(part) for part in __version__.split("."))
 
 
@@ -66,13 +67,13 @@ class Reports:
         joints = joint_array(position)
         messages: list[Message] = []
         for kind in self._profile.state:
-            if kind == MsgType.JOINT_POSITION:
+            if kind is MsgType.JOINT_POSITION:
                 messages.append(JointPosition(0, joints))
-            elif kind == MsgType.JOINT_FEEDBACK:
+            elif kind is MsgType.JOINT_FEEDBACK:
                 messages.append(
                     JointFeedback(
                         robot_id=0,
-                        valid_fields=int(ValidField.ALL),
+                        valid_fields=_ALL_VALID,
                         time=seconds,
                         positions=joints,
                         velocities=joint_array(velocity),

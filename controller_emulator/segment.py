@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from .faults import Refusal, violation
 from .joint_motion import Bounds, End, Pieces
-from .polynomials import cubic, polynomials, quintic
+from .polynomials import cubics, quintics
 from .stepping import stepped
 from .switching import Excess, gentlest, switched
 
@@ -69,9 +69,9 @@ def connect(
         The segment, or the refusal with the first joint for which no motion keeps its bounds.
     """
     alike = (
-        polynomials(quintic, duration, starts, ends, bounds)
+        quintics(duration, starts, ends, bounds)
         or stepped(duration, starts, ends, bounds)
-        or polynomials(cubic, duration, starts, ends, bounds)
+        or cubics(duration, starts, ends, bounds)
         or switched(duration, starts, ends, bounds)
     )
     if alike:

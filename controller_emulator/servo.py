@@ -71,9 +71,8 @@ class Servo:
         self._admission = admission
         self._rule = rule
         self._zeros = (0.0,) * len(start)
-        self._start: int | None = None
         self._since = 0
-        self._until = 0
+        self._until: int | None = None  # the end of the phase or leg; None: it goes on by itself
         self._segment: Segment | Ramp | None = None
         self._state: State = (start, self._zeros, self._zeros)
         self._end_velocity = self._zeros
@@ -94,14 +93,18 @@ class Servo:
         if last is None:
             return Knot.at_rest(self._state[0])
         if self.phase is Phase.MOVING and last is self.buffer.first:
-            return last.end._replace(velocity=self._end_velocity)
+            # What it states may be open, or closed since: the leg ends as it was begun to end.
+            velocity = self._end_velocity
+            return last.end if last.end.velocity is velocity else last.end.with_velocity(velocity)
         return last.end
 
     def sample(self, now: int) -> State:
         """Return position, velocity and acceleration; call `advance` with the same time first."""
         if self._segment is None:
             return self._state
-        return self._segment.sample((min(now, self._until) - self._since) / NANOSECONDS)
+        until = self._until
+        time = now if until is None or now < until else until
+        return self._segment.sample((time - self._since) / NANOSECONDS)
 
     def append(self, leg: Leg, now: int, *, streamed: bool) -> None:
         """Buffer a leg; `advance` afterwards may start it.
@@ -114,9 +117,9 @@ class Servo:
         self.buffer.append(leg)
         if self.phase is Phase.RESTING:
             self.phase = Phase.COLLECTING
-            self._start = None
+            self._until = None
         if self.phase is Phase.COLLECTING and streamed:
-            self._start = now + self._start_delay(leg)
+            self._until = now + self._start_delay(leg)
 
     def _start_delay(self, last: Leg) -> int:
         rule = self._rule
@@ -137,7 +140,7 @@ class Servo:
         """Close the buffered motion at its last point, and start it if it has not begun."""
         self.buffer.close()
         if self.phase is Phase.COLLECTING:
-            self._start = now
+            self._until = now
 
     def stop(self, now: int) -> int:
         """Flush the buffer and ramp down from wherever the axes are; return what was flushed."""
@@ -154,21 +157,14 @@ class Servo:
         Returns:
             Why the motion was broken off, if it was; the ramp has begun at the time it happened.
         """
-        while True:
-            if self.phase is Phase.COLLECTING:
-                if self._start is None or now < self._start:
-                    return None
-                at = self._start
-                problem = self._begin(at)
-            elif self.in_motion and now >= self._until:
-                at = self._until
-                problem = self._finish(at)
-            else:
-                return None
+        while self._until is not None and now >= self._until:
+            at = self._until
+            problem = self._begin(at) if self.phase is Phase.COLLECTING else self._finish(at)
             if problem is not None:
                 self.buffer.clear()
                 self._ramp(self._state, at)
                 return problem
+        return None
 
     def _begin(self, at: int) -> Refusal | None:
         """Begin the first leg at a time, from the present state."""
@@ -180,6 +176,9 @@ class Servo:
         self._since, self._until = at, at + leg.duration
         if leg.duration == 0:
             self._segment, self._end_velocity = None, self._zeros
+            return None
+        if leg.segment is not None:
+            self._segment, self._end_velocity = leg.segment, leg.end.velocity or self._zeros
             return None
         ahead = self.buffer.ahead(LOOKAHEAD)
         begun = begin(leg, position, velocity, ahead)
@@ -201,16 +200,19 @@ class Servo:
         self._segment = None
         self._state = (leg.end.position, self._end_velocity, self._zeros)
         following = self.buffer.first
-        is_at_rest = self._admission.is_rest(self._end_velocity)
         if following is not None:
             is_open = following is self.buffer.last and following.end.velocity is None
-            if is_at_rest and is_open and not self._may_rest_at(following):
+            if (
+                is_open
+                and self._admission.is_rest(self._end_velocity)
+                and not self._may_rest_at(following)
+            ):
                 # The stream fell behind, and goes on as it began: once enough of it is there.
                 self._rest(leg.end.position)
-                self.phase, self._start = Phase.COLLECTING, at + self._rule.patience
+                self.phase, self._until = Phase.COLLECTING, at + self._rule.patience
                 return None
             return self._begin(at)
-        if is_at_rest:
+        if self._admission.is_rest(self._end_velocity):
             self._rest(leg.end.position)
             return None
         return Refusal(ErrorCode.BUFFER_UNDERRUN)
@@ -227,5 +229,6 @@ class Servo:
 
     def _rest(self, position: tuple[float, ...]) -> None:
         self.phase = Phase.RESTING
+        self._until = None
         self._segment = None
         self._state = (position, self._zeros, self._zeros)

@@ -43,10 +43,11 @@ def stepped(
     joints = []
     for start, end, bound in zip(starts, ends, bounds, strict=True):
         middle = _at_step(h, start, end, switch)
-        first, second = cubic(switch, start, middle), cubic(h - switch, middle, end)
-        if not (first.is_within(bound) and second.is_within(bound)):
+        first = cubic(switch, start, middle, bound)
+        second = cubic(h - switch, middle, end, bound)
+        if first is None or second is None:
             return None
-        joints.append(((0.0, first.coefficients), (switch, second.coefficients)))
+        joints.append(((0.0, first), (switch, second)))
     return tuple(joints)
 
 

@@ -51,7 +51,9 @@ class Trajectory:
     def classify(self, message: WirePoint) -> Step:
         """Return what a point is; nothing changes."""
         sequence = message.sequence
-        if self._last is not None and message == self._last:
+        last = self._last
+        # Most messages differ in their number; only then need all their values be compared.
+        if last is not None and sequence == last.sequence and message == last:
             return Step.DUPLICATE
         if sequence in _STARTS:
             return Step.START

@@ -15,7 +15,7 @@ from typing import Any
 from .codes import ByteOrder, CommType, MsgType, ReplyCode
 from .declaration import Message
 from .errors import BodyFault, HeaderFault, LocalProtocolError, NotEncodable
-from .fixed import FixedLayout
+from .fixed import UNPACKABLE, FixedLayout
 from .layout import (
     HEADER_SIZE,
     PREFIX_SIZE,
@@ -198,7 +198,15 @@ class Codec:
         return self._layouts.get((msg_type, is_reply)) or self._layouts.get((msg_type, False))
 
     def _encode_header_only(self, message: HeaderOnly) -> bytes:
-        return self._frame("header_only", message, message.msg_type, b"")
+        """Pack first, judge then: a stream of points has an answer of this kind to each of them."""
+        msg_type, comm, code = message.msg_type, message.comm_type, message.reply_code
+        try:
+            frame = self._header.pack(HEADER_SIZE - PREFIX_SIZE, msg_type, comm, code)
+        except UNPACKABLE:
+            frame = b""
+        if not frame or broken_header_rule(msg_type, comm, code) is not None:
+            return self._frame("header_only", message, msg_type, b"")  # which says what is wrong
+        return frame
 
     def _encode_opaque(self, message: Opaque) -> bytes:
         return self._frame("opaque", message, message.msg_type, message.body)

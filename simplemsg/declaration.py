@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, IntEnum, IntFlag
 from inspect import get_annotations
+from operator import attrgetter
 from typing import (
     Any,
     ClassVar,
@@ -169,6 +170,7 @@ class Record:
 
     __slots__ = ()
     FIELDS: ClassVar[dict[str, Field]]
+    _CONTENT: ClassVar[attrgetter[Any]]
 
     @classmethod
     def is_secret(cls, name: str) -> bool:
@@ -186,8 +188,9 @@ class Record:
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
-        names = self._compared()
-        return [getattr(self, name) for name in names] == [getattr(other, name) for name in names]
+        content = type(self)._CONTENT
+        same: bool = content(self) == content(other)
+        return same
 
     def __repr__(self) -> str:
         values = ", ".join(
@@ -248,6 +251,7 @@ def record(cls: type[_RecordT]) -> type[_RecordT]:
     """Declare a record class: a slotted dataclass whose annotated fields are its layout."""
     made: Any = dataclass(slots=True, eq=False, repr=False)(cls)
     made.FIELDS = _fields_of(made)
+    made._CONTENT = attrgetter(*made._compared())
     return cast("type[_RecordT]", made)
 
 
@@ -266,6 +270,7 @@ def message(place: Place) -> Callable[[type[_MessageT]], type[_MessageT]]:
         made: Any = dataclass(slots=True, eq=False, repr=False)(cls)
         made.PLACE = place
         made.FIELDS = _fields_of(made)
+        made._CONTENT = attrgetter(*made._compared())
         return cast("type[_MessageT]", made)
 
     return declare

@@ -6,6 +6,9 @@ from collections.abc import Sequence
 
 from .codes import JOINT_SLOTS
 
+_PADDING = tuple((0.0,) * (JOINT_SLOTS - count) for count in range(JOINT_SLOTS + 1))
+"""The unused slots of a message, by the number of those that are used."""
+
 
 def joint_array(values: Sequence[float]) -> tuple[float, ...]:
     """Return joint values padded with zeros to the ten slots of a message.
@@ -15,4 +18,4 @@ def joint_array(values: Sequence[float]) -> tuple[float, ...]:
     """
     if len(values) > JOINT_SLOTS:
         raise ValueError(f"{len(values)} joints do not fit the {JOINT_SLOTS} slots of a message")
-    return (*values, *(0.0,) * (JOINT_SLOTS - len(values)))
+    return (*values, *_PADDING[len(values)])

@@ -35,9 +35,12 @@ class Opaque(Message):
     body: bytes
 
 
+_Undeclared = HeaderOnly | Opaque
+
+
 def message_type(message: Message) -> int:
     """Return the message type of any message, declared or not."""
-    if isinstance(message, HeaderOnly | Opaque):
+    if isinstance(message, _Undeclared):
         return message.msg_type
     return message.PLACE.msg_type
 

@@ -157,6 +157,19 @@ def test_a_single_point_that_cannot_be_a_point_of_rest_in_its_time_is_not_moved_
     assert rig.status.error_code == ErrorCode.ACCELERATION_LIMIT
 
 
+def test_a_trajectory_cannot_start_behind_a_point_that_will_be_passed_at_speed() -> None:
+    # Its velocity was left open, and is one at which the robot cannot stand: nothing came in time.
+    rig = ControllerRig(start_rule=StartRule(points=3, lead=0, wait=MS, patience=MS))
+    rig.stream(
+        ratio_point(0, (0.0, 0.0), 0.0),
+        ratio_point(1, (0.02, 0.0), 0.1),
+        ratio_point(2, (0.06, 0.0), 0.1),
+    )
+    rig.wait(150)
+    assert rig.code(ratio_point(0, (0.065, 0.0), 0.5)) == FAILURE
+    assert rig.violations == {ViolationKind.START_VELOCITY: 1}
+
+
 def test_positions_and_velocities_that_no_motion_can_join_are_refused() -> None:
     rig = ControllerRig()
     rig.code(STANDING)
@@ -189,6 +202,12 @@ def test_no_number_of_a_point_may_be_infinite_or_none(bad: Point) -> None:
     rig = ControllerRig()
     assert rig.code(bad) == FAILURE
     assert rig.violations == {ViolationKind.NOT_FINITE: 1}
+
+
+def test_finite_numbers_whose_sum_is_not_are_judged_by_the_range() -> None:
+    rig = ControllerRig()
+    assert rig.code(full_point(0, 0.0, (1e308, 1e308))) == FAILURE
+    assert rig.violations == {ViolationKind.RANGE: 1}
 
 
 def test_numbers_that_are_marked_invalid_are_not_looked_at() -> None:
