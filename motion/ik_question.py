@@ -141,7 +141,7 @@ class Question:
         """Say why the only offer of a closed form is none."""
         if offer.outside is not None:
             return offer.outside
-        miss = offer.miss and self.search.measured(self._inside(offer.miss))
+        miss = offer.miss and self._placed(self._inside(offer.miss))
         return self._unreachable(miss or None)
 
     def _between(self, refused: list[Offer]) -> Found | None:
@@ -239,7 +239,7 @@ class Question:
         raise self._unreachable()
 
     def _inside(self, position: Sequence[float]) -> Array:
-        return np.clip(position, self.kinematics.lower, self.kinematics.upper)
+        return np.array(self.arm.ranges.clamped(position))
 
     def _wish(self) -> Wish:
         return Wish(self.seed, self.configuration, self.tolerances[0])
@@ -275,4 +275,4 @@ class Question:
         """Refuse the pose with how near a position comes: the given one, or the best seen."""
         best = nearest or self.search.best
         errors = (best.position_error, best.rotation_error) if best else (math.inf, math.inf)
-        return Unreachable(self.asked, self.frame, *errors, self.search.restarts)
+        return Unreachable(self.asked, self.frame, *errors, self.effort[0])

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .cholesky import solve_positive_definite
 from .kinematics import Array, Kinematics, rotation_vector
 from .turns import JointRanges
 
@@ -86,6 +87,8 @@ class Search:
         self.lower, self.upper = kinematics.lower, kinematics.upper
         self.size = kinematics.size
         self.middle, self.joint_unit = ranges.middle, ranges.unit
+        # Linear rows in units of the arm's size, columns in those of the joints.
+        self.jacobian_unit = ranges.unit * np.array([[1.0 / self.size]] * 3 + [[1.0]] * 3)
         self.redundant = kinematics.dof > 6
         self.centring = False
         self.restarts = 0
@@ -222,19 +225,19 @@ class Search:
         gradient = jacobian.T @ error
         if bounded:
             # A joint on its bound that wants to go farther is held, the others work round it.
-            held = ((position <= self.lower) & (gradient < 0.0)) | (
-                (position >= self.upper) & (gradient > 0.0)
-            )
-            jacobian = np.where(held, 0.0, jacobian)
-            gradient[held] = 0.0
+            low = (position <= self.lower) & (gradient < 0.0)
+            held = low | ((position >= self.upper) & (gradient > 0.0))
+            if held.any():
+                jacobian = np.where(held, 0.0, jacobian)
+                gradient[held] = 0.0
         normal = jacobian.T @ jacobian
         normal.flat[:: len(position) + 1] += damping
         if pull:
             # As a prior at the middle of the range: what the task leaves free goes there, what it
             # needs does not notice. It fades with the error, so Newton's steps stay exact.
             gradient += damping * pull * (self.middle - position) / self.joint_unit
-        stepped: Array = position + np.linalg.solve(normal, gradient) * self.joint_unit
-        return np.clip(stepped, self.lower, self.upper) if bounded else stepped
+        stepped = position + solve_positive_definite(normal, gradient) * self.joint_unit
+        return np.minimum(np.maximum(stepped, self.lower), self.upper) if bounded else stepped
 
     def _linearised(self, position: Array) -> tuple[Array, Array]:
         """Return the (6,) error and the (6, n) Jacobian at a (n,) position, both without unit."""
@@ -242,9 +245,7 @@ class Search:
         error = np.empty(6)
         error[:3] = (self.position - translation) / self.size
         error[3:] = rotation_vector(self.rotation @ rotation.T)
-        jacobian = jacobian * self.joint_unit
-        jacobian[:3] /= self.size
-        return error, jacobian
+        return error, jacobian * self.jacobian_unit
 
 
 def rotation_angle(first: Array, second: Array) -> float:

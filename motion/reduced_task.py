@@ -34,9 +34,10 @@ class KeptDirection:
 
     def tilt(self, rotation: Array) -> float:
         """Return how far a (3, 3) tool rotation turns the direction away [rad]."""
-        wanted = rotation @ self.in_tool
-        across = float(np.linalg.norm(np.cross(wanted, self.in_base)))
-        return math.atan2(across, float(wanted @ self.in_base))
+        x, y, z = rotation.dot(self.in_tool).tolist()
+        u, v, w = self.in_base.tolist()
+        across = math.hypot(y * w - z * v, z * u - x * w, x * v - y * u)
+        return math.atan2(across, x * u + y * v + z * w)
 
     def levelled(self, rotation: Array) -> Array:
         """Return the (3, 3) rotation nearest to one that keeps the direction."""

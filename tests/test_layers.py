@@ -19,12 +19,12 @@ ROOMS: dict[str, tuple[set[str], set[str]]] = {
     "motion": (
         set(),
         {
-            *("coal", "matplotlib", "numpy", "ompl", "pinocchio", "pydantic", "rich", "ruckig"),
-            *("toppra", "typer", "yaml"),
+            *("coal", "eigenpy", "matplotlib", "numpy", "ompl", "pinocchio", "pydantic", "rich"),
+            *("ruckig", "toppra", "typer", "yaml"),
         },
     ),
-    "controller_emulator": ({"motion", "simplemsg"}, {"pydantic"}),
-    "server": ({"motion", "simplemsg"}, {"numpy", "pydantic", "rich", "typer"}),
+    "controller_emulator": ({"motion", "simplemsg"}, {"pydantic", "uvloop"}),
+    "server": ({"motion", "simplemsg"}, {"numpy", "pydantic", "rich", "typer", "uvloop"}),
     "tools": (
         {"controller_emulator", "motion", "server", "simplemsg"},
         {"matplotlib", "numpy", "pydantic", "rich", "typer", "yaml"},
@@ -42,21 +42,24 @@ PLAIN_DATA = {
 HOMES = {
     "pinocchio": {"motion/collision.py", "motion/kinematics.py"},
     "coal": {"motion/collision_shapes.py"},
+    "eigenpy": {"motion/cholesky.py"},
     "toppra": {"motion/timing.py"},
     "ompl": {"motion/ompl_planner.py"},
     "ruckig": {"motion/jerk_limited.py"},
+    "uvloop": {"controller_emulator/event_loop.py", "server/event_loop.py"},
     "textual": {"tools/pendants/terminal/app.py"},
     "matplotlib": {"motion/plan_plot.py", "tools/demo_report.py"},
 }
 
-# These take longer to import than the whole program does without them.
-ONLY_INSIDE_FUNCTIONS = {"matplotlib", "ompl", "ruckig", "toppra"}
+# These take longer to import than the whole program does without them, or are asked for by few.
+ONLY_INSIDE_FUNCTIONS = {"matplotlib", "ompl", "ruckig", "toppra", "uvloop"}
 
 # Motion, server and emulator are pure cores, but for these files: no socket, thread or process.
 OUTSIDE_WORLD = {"asyncio", "multiprocessing", "select", "socket", "subprocess", "threading"}
 SHELLS = {
     "controller_emulator/cli.py",
     "controller_emulator/console.py",
+    "controller_emulator/event_loop.py",
     "controller_emulator/links.py",
     "controller_emulator/service.py",
     "server/access/audit_writer.py",
@@ -66,6 +69,7 @@ SHELLS = {
     "server/cli.py",
     "server/client_connection.py",
     "server/controller_connection.py",
+    "server/event_loop.py",
     "server/listening.py",
     "server/planning/pool.py",
     "server/planning/process.py",

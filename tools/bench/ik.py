@@ -1,9 +1,11 @@
 """Inverse kinematics: what an answer costs, beside EAIK and roboticstoolbox on the same poses.
 
-Reachable poses of random joint positions, each asked from another random position. "All branches"
-compares formulas with formulas: the joint positions of all branches of a (4, 4) target, as lists or
-arrays, without limits or choice. "Answer" is what a user wants: the branch nearest to the seed
-inside the limits, checked by forward kinematics; so it is for EAIK, whose user does that in numpy.
+Reachable poses of random joint positions, each asked from another random position. "Answer" is what
+a user wants: the branch nearest to the seed inside the limits, checked by forward kinematics; so it
+is for EAIK, whose user does that in numpy. "All branches" compares formulas with formulas, ours in
+Python with theirs in C++: the joint positions of all branches of a (4, 4) target, as lists or
+arrays, without limits, choice or check; its bound keeps it from getting worse. "Out of reach" asks
+for reachable poses moved away from the base until they are refused, most of them not far.
 The peers are the extra `oracle`; a row without its peer is left out, aloud.
 
 A sample is the median time of a question, so that what else runs on the machine hardly counts.
@@ -22,7 +24,7 @@ import numpy as np
 
 from openpendant.motion import ik
 from openpendant.motion.closed_form import closed_form
-from openpendant.motion.errors import MotionError
+from openpendant.motion.errors import MotionError, Unreachable
 from openpendant.motion.kinematics import Array, Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot import serial_robot
@@ -44,11 +46,13 @@ POSES = 200
 FROM_SINGULAR = (0.0, 1e-6, 1e-4, 1e-3)
 """How far joint 5 is from the wrist's singularity in near-singular targets [rad]."""
 
+FARTHER = 1.2
+"""The factor of a pose's distance from the base by which it is moved away, again and again."""
+
 NOT_SLOWER = Bound(1.0)
+PYTHON_TO_CPP = Bound(2.5)
 NUMERIC_BOUND = Bound(600.0, judged=Judged.VALUE)
 REFUSAL_BOUND = Bound(50.0, judged=Judged.VALUE)
-
-OUT_OF_REACH = Pose.from_values((5.0, 0.3, 1.0), (0.0, 0.0, 0.0, 1.0))
 
 _REPETITIONS = 5
 _T = TypeVar("_T")
@@ -60,7 +64,7 @@ def benchmarks() -> list[Benchmark]:
     for robot, family in FAMILIES.items():
         about = f"ik {robot} ({family})"
         found += [
-            _row(f"{about} all branches / EAIK", partial(_branches, robot), NOT_SLOWER),
+            _row(f"{about} all branches / EAIK", partial(_branches, robot), PYTHON_TO_CPP),
             _row(f"{about} answer / EAIK", partial(_answers, robot, Eaik), NOT_SLOWER),
             _row(f"{about} answer / RTB ik_LM", partial(_answers, robot, Toolbox), NOT_SLOWER),
             _row(f"{about} near singular", partial(_near_singular, robot), None),
@@ -145,5 +149,21 @@ def _near_singular(name: str) -> Iterator[Sides]:
 
 def _refusals(name: str) -> Iterator[Sides]:
     kinematics = Kinematics(serial_robot(name))
-    asked = [question._replace(pose=OUT_OF_REACH) for question in questions(kinematics, POSES)]
+    asked = list(_out_of_reach(kinematics, POSES))
     yield Sides(partial(median_us, partial(answer, kinematics), asked))
+
+
+def _out_of_reach(kinematics: Kinematics, count: int) -> Iterator[IkQuestion]:
+    for question in questions(kinematics, count):
+        pose, seed = question.pose, question.seed
+        while not _is_out_of_reach(kinematics, pose, seed):
+            pose = Pose(pose.position * FARTHER, pose.quaternion)
+        yield question._replace(pose=pose)
+
+
+def _is_out_of_reach(kinematics: Kinematics, pose: Pose, seed: Array) -> bool:
+    try:
+        ik.solve(kinematics, pose, seed)
+    except MotionError as refusal:
+        return isinstance(refusal, Unreachable)
+    return False
