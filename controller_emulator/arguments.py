@@ -38,6 +38,7 @@ def parser() -> argparse.ArgumentParser:
     add("--state-port", type=int, metavar="PORT", help="0 for a free one (default 12002)")
     add("--count", type=int, metavar="N", help="so many controllers, their ports 4 apart")
     add("--start", metavar="home|zero|'[…]'", help="joint position at the start, rad or m")
+    add("--event-loop", metavar="NAME", help="asyncio (default) or uvloop, of the extra `fast`")
     add("--rate", type=int, metavar="HZ", help="joint reports per second (default 100)")
     add("--buffer", type=int, metavar="POINTS", help="most buffered points (default 200)")
     add("--scenario", type=Path, metavar="FILE", help="timed operator events")

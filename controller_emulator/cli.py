@@ -28,6 +28,7 @@ from openpendant.simplemsg.pendant import OperatorAction
 from .arguments import parser, settings_of, settings_of_each
 from .assembly import build_controller
 from .console import EMERGENCY_STOP, QUIT, RESET, watched_keys
+from .event_loop import loop_factory
 from .float32 import NANOSECONDS
 from .recording import MotionLog, write_report
 from .segment import State
@@ -45,7 +46,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         if arguments.print_config:
             print(as_toml(settings), end="")
             return OK
-        return asyncio.run(_run(settings_of_each(settings, arguments), arguments))
+        wanted = settings_of_each(settings, arguments)
+        with asyncio.Runner(loop_factory=loop_factory(settings.event_loop)) as runner:
+            return runner.run(_run(wanted, arguments))
     except (ConfigurationError, MotionError) as error:
         return _fail(str(error), USAGE)
     except ListenFailed as error:

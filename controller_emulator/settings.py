@@ -15,6 +15,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from openpendant.motion.bounded_file import beginning_of
 
+from .event_loop import EventLoop
+
 TABLE = "emulator"
 
 MAX_FILE = 1_048_576
@@ -53,6 +55,9 @@ class EmulatorSettings(BaseModel):
     state_port: Port = Field(12002, description="TCP port of the state link, 0 for a free one")
     start: Literal["home", "zero"] | tuple[float, ...] = Field(
         "home", description="joint position at the start: home, zero, or values [rad or m]"
+    )
+    event_loop: EventLoop = Field(
+        "asyncio", description="asyncio, or uvloop, which the extra `fast` installs"
     )
     rate: int = Field(100, ge=1, le=250, description="joint reports per second")
     buffer: int = Field(200, ge=2, le=10_000, description="most buffered points")

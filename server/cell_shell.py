@@ -24,7 +24,7 @@ from .access.record import outcome_to_json
 from .client_connection import ClientConnection
 from .controller_connection import ControllerConnection
 from .controller_path import ControllerPath
-from .core import Port, ServerCore
+from .core import ServerCore
 from .errand_record import answer_to_json, request_to_bytes
 from .outgoing import (
     Answer,
@@ -118,13 +118,14 @@ class CellShell:
         if link.stop_connection:
             paths.append(ControllerPath.STOP)
         self.links = {path: ControllerConnection(self, path, link) for path in paths}
+        self._motion_link = self.links[ControllerPath.MOTION]
 
     def perform(self, outgoing: list[Outgoing]) -> None:
         """Carry out what the core asked for, in order."""
         for item in outgoing:
             match item:
                 case Forward(message=message):
-                    self.links[ControllerPath.MOTION].send(message)
+                    self._motion_link.send(message)
                 case Spread(sessions=sessions, message=message):
                     self._spread(sessions, message)
                 case Send(session=session, message=message):
@@ -142,7 +143,7 @@ class CellShell:
                     if client is not None:
                         client.close(reason)
                 case DropLink(reason=reason):
-                    self.links[ControllerPath.MOTION].drop(reason)
+                    self._motion_link.drop(reason)
                 case Plan(job=job):
                     if self.journal.is_kept:
                         self.journal.out(f"{self.label}planner", repr(job).encode())
@@ -166,8 +167,9 @@ class CellShell:
                         self._plans.keep(motion)
 
     def _spread(self, sessions: tuple[int, ...], message: Message) -> None:
-        """Encode once for each wire form, write to all, skip those that read too slowly."""
-        frames: dict[tuple[Port, ByteOrder | None], bytes] = {}
+        """Write to all, encoded once for those in a row that speak alike; skip who reads slowly."""
+        frame: bytes | None = None
+        order: ByteOrder | None = None
         for session in sessions:
             client = self._clients.get(session)
             if client is None:
@@ -175,10 +177,9 @@ class CellShell:
             if client.is_clogged():
                 self.core.skipped(session)
                 continue
-            form = (client.port, client.wire.byte_order)
-            frame = frames.get(form)
-            if frame is None:
-                frame = frames[form] = client.wire.send(message)
+            wire = client.wire
+            if frame is None or wire.byte_order is not order:
+                frame, order = wire.send(message), wire.byte_order
             client.write(frame)
 
     # Events; what goes wrong in one ends this cell and no other.
@@ -193,7 +194,9 @@ class CellShell:
     def hear(self, path: ControllerPath, received: Received, pending: int, now: int) -> None:
         """Hand a message of the controller to the core."""
         try:
-            self.perform(self.core.on_controller(path, received, pending, now))
+            out = self.core.on_controller(path, received, pending, now)
+            if out:
+                self.perform(out)
         except Exception as error:
             self._fail(error, now)
 

@@ -28,6 +28,7 @@ from openpendant.simplemsg.journal import Journal
 
 from .access.process_log import LimitedHandler
 from .configuration_file import OFF, ConfigurationError, load_settings
+from .event_loop import loop_factory
 from .open_files import provide_files
 from .server_settings import ServerSettings, make_server_settings, server_settings_as_toml
 
@@ -69,6 +70,9 @@ def serve(
     stop_connection: Annotated[
         bool | None, typer.Option(help="Keep a second motion connection for nothing but STOP.")
     ] = None,
+    event_loop: Annotated[
+        str | None, typer.Option(help="Run on asyncio or on uvloop, of the extra `fast`.")
+    ] = None,
     print_config: Annotated[
         bool, typer.Option(help="Print the settings that would be used, and end.")
     ] = False,
@@ -91,6 +95,7 @@ def serve(
         data = load_settings(config) if config else {}
         _override(data, "listen", host=host, pendant_port=pendant_port)
         _override(data, "store", path=store)
+        _override(data, None, event_loop=event_loop)
         of_one_cell: dict[str | None, dict[str, Any]] = {
             None: {"robot": robot},
             "listen": {"ros_motion_port": ros_motion_port, "ros_state_port": ros_state_port},
@@ -112,6 +117,7 @@ def serve(
             print(server_settings_as_toml(settings), end="")
             return
         robots = [serial_robot(cell.robot) for cell in settings.cells]
+        make_loop = loop_factory(settings.cells[0].event_loop)
         provide_files(settings, source)
     except (ConfigurationError, MotionError) as error:
         raise _failure(str(error), USAGE) from None
@@ -126,7 +132,8 @@ def serve(
         with opened_access(settings, source) as access:
             for warning in access.warnings:
                 print(f"openpendant serve: {warning}", file=sys.stderr)
-            asyncio.run(_run(settings, robots, access, json_output, plans, journal))
+            with asyncio.Runner(loop_factory=make_loop) as runner:
+                runner.run(_run(settings, robots, access, json_output, plans, journal))
     except ConfigurationError as error:
         raise _failure(str(error), USAGE) from None
     except ListenFailed as error:

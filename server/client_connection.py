@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import socket
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from openpendant.simplemsg import (
     MAX_REFERENCE_FRAME,
@@ -66,18 +66,18 @@ class ClientConnection(asyncio.Protocol):
         self._clogged_since: int | None = None
         self._is_ending = False
         self._unsent: Exception | None = None
+        self._has_secrets = port is Port.PENDANT
         self._heard_mask = SecretMask()
         self._said_mask = SecretMask()
 
     @property
     def _is_masked(self) -> bool:
         """Whether secrets have to be kept out of a journal."""
-        return self.port is Port.PENDANT and self._clients.journal.is_kept
+        return self._has_secrets and self._clients.journal.is_kept
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Set the socket up and introduce the connection to the core."""
-        assert isinstance(transport, asyncio.Transport)
-        self._transport = transport
+        self._transport = cast(asyncio.Transport, transport)  # uvloop's are none by class
         peer = transport.get_extra_info("peername")
         self.address = peer[0] if peer else ""
         prepare_socket(transport.get_extra_info("socket"))

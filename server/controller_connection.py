@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from openpendant.simplemsg import (
     PENDANT,
@@ -93,10 +93,9 @@ class ControllerConnection(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Begin a conversation and tell the core."""
-        assert isinstance(transport, asyncio.Transport)
         prepare_socket(transport.get_extra_info("socket"))
         now = self._cell.journal.begin("up", self.link)
-        self._transport = transport
+        self._transport = cast(asyncio.Transport, transport)  # uvloop's are none by class
         self._is_closing = False
         # Signals are asked for by our own messages, and only where the controller has them.
         has_signals = self.path is ControllerPath.STATE and self._link.signals == "openpendant"
@@ -114,13 +113,16 @@ class ControllerConnection(asyncio.Protocol):
         if wire is None:
             return
         now = self._cell.journal.begin("in", self.link, data)
+        cell, path = self._cell, self.path
         while True:
+            awaited = wire.awaited
             batch = wire.receive(data)
-            # The connection has counted all of them; each is to be judged as if it came alone.
-            later = sum(map(_is_answer, batch))
+            # The connection has counted all answers; each is to be judged as if it came alone.
+            later = awaited - wire.awaited
             for received in batch:
-                later -= _is_answer(received)
-                self._cell.hear(self.path, received, wire.awaited + later, now)
+                if later and _is_answer(received):
+                    later -= 1
+                cell.hear(path, received, wire.awaited + later, now)
             if not wire.more:
                 break
             data = b""

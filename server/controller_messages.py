@@ -13,6 +13,10 @@ from .outgoing import Answer, Outgoing
 from .robot_cell import RobotCell
 from .world.cell_surroundings import CellSurroundings
 
+# Each report of each robot comes by here, and members of an enumeration are slow to look up.
+_REPLY, _REQUEST = CommType.REPLY, CommType.REQUEST
+_MOTION, _STATE = ControllerPath.MOTION, ControllerPath.STATE
+
 
 def heard(
     cell: RobotCell,
@@ -32,24 +36,24 @@ def heard(
         pending: replies that the connection still owes us.
         now: monotonic time, ns.
     """
-    is_motion = path is ControllerPath.MOTION
+    is_motion = path is _MOTION
     match received:
         case Unasked():
             problem = "the controller answered although nothing was asked"
             return cell.misanswered(problem, now) if is_motion else []
         case Malformed():
-            is_answer = is_motion and received.comm_type == CommType.REPLY
+            is_answer = is_motion and received.comm_type == _REPLY
             return cell.misanswered(str(received.error), now) if is_answer else []
-    if received.comm_type == CommType.REPLY:
+    if received.comm_type == _REPLY:
         if is_motion:
             return cell.answered(received, pending, now)
-        asked = around if path is ControllerPath.STATE else None
+        asked = around if path is _STATE else None
         return [] if asked is None else asked.answered(received, now)
-    if received.comm_type == CommType.REQUEST:
+    if received.comm_type == _REQUEST:
         # But for a ping a controller has nothing to ask of us; an answer is still owed.
         is_ping = isinstance(received, Ping)
         return [Answer(path, accepted(received) if is_ping else refused(received))]
-    if path is not ControllerPath.STATE:
+    if path is not _STATE:
         return []
     out = cell.reported(received, now)
     return out if around is None else out + around.reported(now)

@@ -131,10 +131,9 @@ class ServerCore:
         port = self._ports.get(session)
         if port is None:
             return []
-        out = self._after_a_freeze(now)
-        if port is Port.PENDANT:
-            return out + self.pendants.receive(session, received, now)
-        return out + self.ros.receive(session, received, now)
+        face = self.pendants if port is Port.PENDANT else self.ros
+        out = [] if now < self._ticks.late_from else self._after_a_freeze(now)
+        return out + face.receive(session, received, now)
 
     def skipped(self, session: int) -> None:
         """A client read too slowly for a state message."""
@@ -203,7 +202,7 @@ class ServerCore:
         if self.fault is not None:
             return []
         # First of all: its answer must not call forth the set-points of the time that was lost.
-        out = self._after_a_freeze(now)
+        out = [] if now < self._ticks.late_from else self._after_a_freeze(now)
         return out + heard(self.cell, self.surroundings, path, received, pending, now)
 
     def controller_fault(self, path: ControllerPath, problem: str, now: int) -> list[Outgoing]:
@@ -216,7 +215,7 @@ class ServerCore:
         """Advance by one control tick."""
         if self.fault is not None:
             return []
-        out = self._after_a_freeze(now)
+        out = [] if now < self._ticks.late_from else self._after_a_freeze(now)
         self._ticks.tick(now)
         self._trail.watch(now)
         if self.surroundings is not None:

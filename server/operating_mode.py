@@ -24,6 +24,8 @@ REDUCED_SPEED = 0.25
 RECOVERY_SPEED = 0.1
 """Largest speed of tool and elbow while a joint is led back inside its limits [m/s]."""
 
+_HELD = EnablingPosition.HELD
+
 _MIRRORED = {
     ControllerMode.MANUAL: OperatingMode.MANUAL_REDUCED,
     ControllerMode.AUTO: OperatingMode.AUTOMATIC,
@@ -184,8 +186,10 @@ class OperatingModes:
 
     def is_enabled(self, session: int, now: int) -> bool:
         """Tell whether a connection holds its device half pressed, pressed anew since a stop."""
-        held = self.enabling(session, now) is EnablingPosition.HELD
-        return held and self._devices[session].armed
+        device = self._devices.get(session)
+        if device is None or not device.armed or device.position is not _HELD:
+            return False
+        return not self._is_silent(device, now)
 
     # What may move.
 

@@ -33,7 +33,7 @@ class Send:
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """Write state to several connections, encoded once; skipped for those that read too slowly.
+    """Write state to connections of one port, encoded once; skipped for those that read too slowly.
 
     Attributes:
         sessions: numbers of the connections.

@@ -98,7 +98,7 @@ class RobotCell:
 
     def link_state(self, now: int) -> LinkState:
         """Return the state of the controller connection."""
-        if not (self._driving.up[ControllerPath.MOTION] and self._driving.up[ControllerPath.STATE]):
+        if not self._driving.is_linked:
             return LinkState.DOWN
         return LinkState.UP if self.feedback.is_fresh(now) else LinkState.STALE
 
@@ -152,10 +152,9 @@ class RobotCell:
 
     def path_changed(self, path: ControllerPath, up: bool, now: int) -> list[Outgoing]:
         """Take note that a connection to the controller came or went."""
-        self._driving.up[path] = up
+        self._driving.path_changed(path, up)
         if up or path is ControllerPath.STOP:
             return []
-        self._driving.link_lost(path)
         text = f"the controller's {path.name.lower()} link was lost"
         return self.end(Refusal(VerdictCode.CONTROLLER_LOST, text), now)
 
@@ -261,7 +260,8 @@ class RobotCell:
 
     def tick(self, now: int) -> list[Outgoing]:
         """Advance by one control tick: deadlines, due set-points, arrival."""
-        out = self.authority_gone(self.authority.expire(now), now)
+        expired = self.authority.expire(now)
+        out = [] if expired is None else self.authority_gone(expired, now)
         out += self._driving.settle(now)
         work = self._driving.work
         if work is not None and self._has_lost_enabling(work, now):
@@ -269,12 +269,11 @@ class RobotCell:
         return out + self._driving.advance(now)
 
     def _has_lost_enabling(self, work: Work, now: int) -> bool:
-        if not self.modes.needs_enabling(self.mode):
+        if self.modes.is_enabled(work.request.session, now):
             return False
-        if self.motion_activity is Activity.PAUSED:
-            # It stands on its path; `resume` asks for the enabling device again.
-            return False
-        return not self.modes.is_enabled(work.request.session, now)
+        # A motion that is paused stands on its path; `resume` asks for the device again.
+        is_paused = self.motion_activity is Activity.PAUSED
+        return self.modes.needs_enabling(self.mode) and not is_paused
 
     def under_way(self) -> str:
         """Return what is planned or moves, in words; empty where nothing is."""

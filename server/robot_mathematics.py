@@ -71,6 +71,7 @@ class RobotMathematics:
         """Let a tool rule whose centre point is there in the flange."""
         self._tcp = tcp
         self._tool_point = self._kinematics.link_point(offset=tcp.position.tolist())
+        self._asked: tuple[tuple[float, ...], tuple[float, ...]] | None = None
         is_flange = not any((*tcp.position.tolist(), *tcp.quaternion.tolist()[:3]))
         self._tool_turn = None if is_flange else tcp.rotation
 
@@ -108,10 +109,15 @@ class RobotMathematics:
         self, position: Sequence[float], velocity: Sequence[float]
     ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
         """Return place [m], quaternion and speed [m/s] of the tool in the base frame."""
-        joints = np.array(position, dtype=np.float64)
-        rates = np.array(velocity, dtype=np.float64)
-        turn, place, speed = self._kinematics.place_and_speed(joints, rates, self._tool_point)
-        return *self._tool_place(turn, place), speed
+        # Several ask about one report, and a robot that stands reports the same again.
+        asked = tuple(position), tuple(velocity)
+        if asked != self._asked:
+            joints = np.array(position, dtype=np.float64)
+            rates = np.array(velocity, dtype=np.float64)
+            turn, place, speed = self._kinematics.place_and_speed(joints, rates, self._tool_point)
+            self._motion = *self._tool_place(turn, place), speed
+            self._asked = asked
+        return self._motion
 
     def _tool_place(self, turn: Array, place: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
         # Without a `Pose`, whose checks take longer than this: each state message asks for it.

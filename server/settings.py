@@ -21,6 +21,7 @@ from openpendant.simplemsg import ByteOrder
 from .access.settings import AccessSettings
 from .access.tls import TlsSettings
 from .configuration_file import OFF, checked
+from .event_loop import EventLoop
 
 Port = Annotated[int, Field(ge=0, le=65_535, description="TCP port, 0 for any free one")]
 Seconds = Annotated[float, Field(gt=0, le=3_600)]
@@ -212,6 +213,8 @@ class SharedTables(Table):
     """Control rate, Hz."""
     niceness: Annotated[int, Field(ge=-20, le=19)] = -10
     """Scheduling priority that the server asks the system for."""
+    event_loop: EventLoop = "asyncio"
+    """Python's own, or uvloop, which the extra `fast` installs."""
     pendants: Pendants = Pendants()
     watchdog: Watchdog = Watchdog()
     store: StoreFile = StoreFile()

@@ -54,6 +54,11 @@ def test_the_server_starts_without_what_only_its_planning_worker_needs() -> None
     assert loaded_by("openpendant.server.cli").isdisjoint({"toppra", "matplotlib", "scipy"})
 
 
+def test_uvloop_is_loaded_for_nobody_who_does_not_ask() -> None:
+    modules = ("openpendant.server.app", "openpendant.server.cli")
+    assert "uvloop" not in loaded_by(*modules, "openpendant.controller_emulator.cli")
+
+
 def test_the_command_loads_the_standard_library_only() -> None:
     packages = {name.partition(".")[0] for name in loaded_by("openpendant.tools.cli")}
     foreign = packages - loaded_packages_at_start() - set(sys.stdlib_module_names)

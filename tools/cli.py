@@ -66,6 +66,7 @@ EXTRA_OF_LIBRARY: Mapping[str, str] = {
     "ompl": "plan",
     "ruckig": "motion",
     "textual": "terminal",
+    "uvloop": "fast",
 }
 """The extra of the distribution that installs a library which not every sub-command needs."""
 

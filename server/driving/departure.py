@@ -33,6 +33,8 @@ class DepartureCheck:
                 come back and never go farther; None where all joints must be inside.
         """
         self._limits = limits
+        self._fastest = [speed * VELOCITY_SLACK for speed in limits.velocity]
+        self._hardest = [gain * ACCELERATION_SLACK for gain in limits.acceleration]
         self._last: Row | None = None
         self._lower, self._upper = list(limits.lower), list(limits.upper)
         self._begins_outside = False
@@ -48,40 +50,44 @@ class DepartureCheck:
         Returns:
             Why it must not leave; None where it may.
         """
-        limits, last = self._limits, self._last
-        step = 0.0 if last is None else row.time - last.time
-        if last is not None and not step > _TIME_ROUNDING:
-            return _refusal("does not advance in time", -1, row.time, last.time)
-        at_rest = [0.0] * limits.dof
+        last = self._last
+        if last is None:
+            # The first one is compared with rest at its own place.
+            last = Row(row.time, row.position, [0.0] * self._limits.dof, [])
+            step = 0.0
+        else:
+            step = row.time - last.time
+            if not step > _TIME_ROUNDING:
+                return _refusal("does not advance in time", -1, row.time, last.time)
         joints = zip(
             row.position,
             row.velocity,
-            row.position if last is None else last.position,
-            at_rest if last is None else last.velocity,
+            last.position,
+            last.velocity,
             self._lower,
             self._upper,
-            limits.velocity,
-            limits.acceleration,
+            self._fastest,
+            self._hardest,
             strict=True,
         )
         for joint, row_of_joint in enumerate(joints):
-            position, velocity, place, speed, lower, upper, fastest, acceleration = row_of_joint
+            position, velocity, place, speed, lower, upper, fastest, hardest = row_of_joint
             # Each comparison is written so that a value that is not a number fails.
             if not lower <= position <= upper:
                 bound = lower if position < lower else upper
                 return _refusal("is out of range", joint, position, bound)
-            if not abs(velocity) <= fastest * VELOCITY_SLACK:
-                return _refusal("is too fast", joint, velocity, fastest)
-            gain = acceleration * ACCELERATION_SLACK * step
+            if not -fastest <= velocity <= fastest:
+                limit = self._limits.velocity[joint]
+                return _refusal("is too fast", joint, velocity, limit)
+            gain = hardest * step
             change = velocity - speed
-            if not abs(change) <= gain:
+            if not -gain <= change <= gain:
                 return _refusal("changes its velocity too fast", joint, change, gain)
-            if last is None:
-                continue
             # Between two samples the acceleration stays within its limit, so the way differs from
             # that of the mean velocity by a quarter of what the limit allows at most.
             way = position - place - 0.5 * (velocity + speed) * step
-            if not abs(way) <= 0.25 * gain * step + _TIME_ROUNDING:
+            most = 0.25 * gain * step + _TIME_ROUNDING
+            if not -most <= way <= most:
                 return _refusal("jumps", joint, position, place)
         self._last = row
         if self._begins_outside:

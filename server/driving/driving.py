@@ -17,7 +17,6 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..controller_path import ControllerPath
 from ..jog.jogging import JogRows
 from ..news import Begun, Ended, News, Refused, Request
-from ..operating_mode import MotionKind
 from ..outgoing import DropLink, Forward, ForwardStop, Keep, Outgoing
 from ..planning.plan_store import StoredMotion
 from ..refusal import Refusal
@@ -46,7 +45,7 @@ class Driving:
     Attributes:
         work: the motion between its request and its end; None for none.
         started: how many motions and jogs have begun so far.
-        up: which connections to the controller are there.
+        is_linked: the connections to the controller that a motion needs are there.
     """
 
     def __init__(
@@ -68,7 +67,8 @@ class Driving:
         """
         self.started = 0
         self.work: Work | None = None
-        self.up = dict.fromkeys(ControllerPath, False)
+        self.is_linked = False
+        self._up = dict.fromkeys(ControllerPath, False)
         self._limits = limits
         self._link = link
         self._uplink = GenericUplink(link, limits.velocity)
@@ -89,7 +89,7 @@ class Driving:
             return Activity.IDLE
         if work.execution is None:
             return Activity.PLANNING
-        if work.kind is MotionKind.JOG and work.jog is not None:
+        if work.jog is not None:
             return Activity.JOGGING
         if work.stored is None or not work.stored.is_paused:
             return Activity.MOVING
@@ -151,22 +151,16 @@ class Driving:
         lead: float | None = None,
         start: Sequence[float] | None = None,
     ) -> Execution:
+        limits, uplink, error = self._limits, self._uplink, self._feedback.error
         return Execution(
-            rows,
-            self._limits,
-            self._uplink,
-            self._link,
-            now,
-            lead=lead,
-            known_error=self._feedback.error,
-            start=start,
+            rows, limits, uplink, self._link, now, lead=lead, known_error=error, start=start
         )
 
     def _start(self, work: Work, execution: Execution, now: int) -> list[Outgoing]:
         first = execution.next_point(now)
         if isinstance(first, Refusal):
             return self._tell(Refused(work.request, first), now)
-        work.execution = execution
+        work.begin(execution)
         self.work = work
         self.started += 1
         out: list[Outgoing] = [] if first is None else [Forward(first)]
@@ -192,10 +186,10 @@ class Driving:
         out: list[Outgoing] = []
         for _ in range(_MOST_AT_ONCE):
             point = execution.next_point(now)
-            if isinstance(point, Refusal):
-                return out + self._abort(point, now)
             if point is None:
                 break
+            if isinstance(point, Refusal):
+                return out + self._abort(point, now)
             out.append(Forward(point))
         return out
 
@@ -217,11 +211,13 @@ class Driving:
             out.append(DropLink(refusal.sentence))
         return out
 
-    def link_lost(self, path: ControllerPath) -> None:
-        """Forget what was said on a connection that was lost."""
-        if path is ControllerPath.MOTION:
+    def path_changed(self, path: ControllerPath, up: bool) -> None:
+        """Take note that a connection came or went; what was said on a lost one is forgotten."""
+        self._up[path] = up
+        self.is_linked = self._up[ControllerPath.MOTION] and self._up[ControllerPath.STATE]
+        if not up and path is ControllerPath.MOTION:
             self._uplink.lost()
-        else:
+        elif not up and path is ControllerPath.STATE:
             self._feedback.forget()
 
     def end(self, refusal: Refusal, now: int) -> list[Outgoing]:
@@ -245,7 +241,7 @@ class Driving:
         return [self._stop_now(now)]
 
     def _stop_now(self, now: int) -> ForwardStop:
-        return ForwardStop(self._uplink.stop(now, is_sent=self.up[ControllerPath.MOTION]))
+        return ForwardStop(self._uplink.stop(now, is_sent=self._up[ControllerPath.MOTION]))
 
     @staticmethod
     def _ended(work: Work, refusal: Refusal | None, now: int) -> Ended:
@@ -268,18 +264,19 @@ class Driving:
     def advance(self, now: int) -> list[Outgoing]:
         """Look at the motion once a tick: due set-points, arrival, what aborts it."""
         work = self.work
-        if work is None or work.execution is None:
+        if work is None or (execution := work.execution) is None:
             return []
-        if work.jog is not None and work.jog.press.is_overdue(now):
+        jog = work.jog
+        if jog is not None and jog.press.is_overdue(now):
             # Before the next set-point leaves, so that it is the first of the ramp (promise 1).
-            work.jog.release(JogEnd.SILENT, now)
-        refusal = work.execution.advance(self._feedback, now)
+            jog.release(JogEnd.SILENT, now)
+        refusal = execution.advance(self._feedback, now)
         if refusal is not None:
             return self._abort(refusal, now)
-        if work.execution.phase is Phase.ARRIVED:
+        if execution.phase is Phase.ARRIVED:
             self.work = None
             return self._tell(self._ended(work, None, now), now)
-        return self._send_next(work.execution, now)
+        return self._send_next(execution, now)
 
     def settle(self, now: int) -> list[Outgoing]:
         """Leave STOPPING once the robot is seen at rest; repeat the stop until then."""

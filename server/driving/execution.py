@@ -93,8 +93,8 @@ class Execution:
         Returns:
             The message; None where none is due; a refusal where it failed the last look.
         """
-        due = self.rows.next_time
-        if due is None or self._uplink.is_full:
+        due = None if self._uplink.is_full else self.rows.next_time
+        if due is None:
             return None
         if self.phase is Phase.SETTLING:
             # A new press after all had left: the pause between must not be caught up with.
@@ -102,13 +102,13 @@ class Execution:
             self._following.go_on(due, now)
         if round(due * 1e9) > now - self._following.base + self._lead:
             return None
-        before = self.rows.last.time
-        self._stock = before if any(self.rows.last.velocity) else math.inf
+        last = self.rows.last
+        self._stock = last.time if any(last.velocity) else math.inf
         row = self.rows.take()
         refusal = self._departure.check(row)
         if refusal is not None:
             return refusal
-        point = self._uplink.point(SetPoint(self._sent, row, row.time - before), now)
+        point = self._uplink.point(SetPoint(self._sent, row, row.time - last.time), now)
         self._following.sent(row)
         self._sent += 1
         return point

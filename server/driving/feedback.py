@@ -34,8 +34,10 @@ _STILL_WAY = STANDING_SPEED * _STILL_NS / 1e9
 
 _MODES = {mode.value: mode for mode in (ControllerMode.MANUAL, ControllerMode.AUTO)}
 
-# Plain integers: the operators of a flag take longer than the rest of `take`.
+# Plain integers: the operators of a flag take longer than the rest of `take`, and a member of an
+# enumeration is looked up anew each time.
 _POSITION, _VELOCITY = ValidField.POSITION.value, ValidField.VELOCITY.value
+_TRUE, _FALSE = TriState.TRUE.value, TriState.FALSE.value
 
 LARGEST_VALUE = 1e3
 """No joint is reported beyond this [rad, m or their rates]; a greater number is an error."""
@@ -154,7 +156,7 @@ class Feedback:
 
     @property
     def _calls_itself_moving(self) -> bool:
-        return self.status is not None and self.status.in_motion == TriState.TRUE
+        return self.status is not None and self.status.in_motion == _TRUE
 
     @property
     def _has_resting_speeds(self) -> bool:
@@ -171,22 +173,22 @@ class Feedback:
         status = self.status
         if status is None:
             return "it has not reported its status yet"
-        if status.e_stopped == TriState.TRUE:
+        if status.e_stopped == _TRUE:
             return "its emergency stop is active"
-        if status.drives_powered == TriState.FALSE:
+        if status.drives_powered == _FALSE:
             return "its drives have no power"
         # Some controllers show their last error until the next trajectory; those say at the same
         # time that one would start.
-        if self.error and status.motion_possible != TriState.TRUE:
+        if self.error and status.motion_possible != _TRUE:
             return f"it is in {error_text(self.error)}"
-        if status.motion_possible == TriState.FALSE:
+        if status.motion_possible == _FALSE:
             return "it says that motion is not possible"
         return ""
 
     @property
     def error(self) -> int:
         """The error that the controller shows, 0 for none, -1 for one without a number."""
-        if self.status is None or self.status.in_error != TriState.TRUE:
+        if self.status is None or self.status.in_error != _TRUE:
             return 0
         return self.status.error_code or -1
 
@@ -196,15 +198,18 @@ class Feedback:
         status = self.status
         if status is None:
             return ""
-        if status.e_stopped == TriState.TRUE:
+        if status.e_stopped == _TRUE:
             return "the controller's emergency stop became active"
-        if status.drives_powered == TriState.FALSE:
+        if status.drives_powered == _FALSE:
             return "the controller's drives lost their power"
         return ""
 
 
 def _sound(values: tuple[float, ...]) -> bool:
     """Tell whether all values are such as a joint can have; what is not a number is not."""
+    if math.hypot(*values) <= LARGEST_VALUE:
+        # Their length is no less than the greatest, so that this tells nearly always, and quickly.
+        return True
     # `max` may pass over what is not a number; a sum does not.
     return max(map(abs, values)) <= LARGEST_VALUE and not math.isnan(sum(values))
 

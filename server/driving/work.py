@@ -16,7 +16,19 @@ from .row_sources import StoredRows
 
 @dataclass(slots=True)
 class Work:
-    """A motion between its request and its end."""
+    """A motion between its request and its end.
+
+    Attributes:
+        request: who asked for it.
+        kind: what for.
+        job_id: number of its planning job.
+        planned_cap: cap of the tool speed that it was planned with [m/s]; None for none.
+        plan_time: how long it was planned [s].
+        duration: of the certified trajectory [s]; 0 of a jog.
+        execution: sends its set-points; None while it is planned.
+        stored: the certified trajectory that is played; None while planning and in a jog.
+        jog: the jog that is driven; None for all else.
+    """
 
     request: Request
     kind: MotionKind
@@ -25,15 +37,12 @@ class Work:
     plan_time: float = 0.0
     duration: float = 0.0
     execution: Execution | None = None
+    stored: StoredRows | None = None
+    jog: JogRows | None = None
 
-    @property
-    def stored(self) -> StoredRows | None:
-        """The certified trajectory that is played; None while planning and in a jog."""
-        rows = None if self.execution is None else self.execution.rows
-        return rows if isinstance(rows, StoredRows) else None
-
-    @property
-    def jog(self) -> JogRows | None:
-        """The jog that is driven."""
-        rows = None if self.execution is None else self.execution.rows
-        return rows if isinstance(rows, JogRows) else None
+    def begin(self, execution: Execution) -> None:
+        """Take note that set-points are being sent."""
+        rows = execution.rows
+        self.execution = execution
+        self.stored = rows if isinstance(rows, StoredRows) else None
+        self.jog = rows if isinstance(rows, JogRows) else None

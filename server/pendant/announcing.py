@@ -71,7 +71,7 @@ class Announcing:
         self._sequence += 1
         self._recent.sent(self._sequence, now)
         state = state_message(self._cell, self._robot, self._sequence, now)
-        prompt = tuple(listener.session for listener in due if not listener.dropped)
+        prompt = tuple([listener.session for listener in due if not listener.dropped])
         out: list[Outgoing] = [Spread(prompt, state)] if prompt else []
         for listener in due:
             if listener.dropped:

@@ -292,9 +292,9 @@ class PendantFace:
 
     def tick(self, now: int) -> list[Outgoing]:
         """Send state to whoever is due; end conversations that never began or fell silent."""
-        programs = self.programs.desk.tick(now)
-        overdue = self._listeners.overdue(now)
-        return programs + overdue + self._announcing.state(self._listeners.take_due(now), now)
+        out = self.programs.desk.tick(now)
+        ends, due = self._listeners.tick(now)
+        return out + ends + self._announcing.state(due, now)
 
 
 def _verdict(session: int, message: Message, refusal: Refusal | None) -> Send:

@@ -114,30 +114,26 @@ class Listeners:
             if listener.welcomed and listener.looks_on
         ]
 
-    def overdue(self, now: int) -> list[Outgoing]:
-        """End the conversations that never began or fell silent."""
-        return [
-            Close(listener.session, problem)
-            for listener in self
-            if (problem := self._overdue_for(listener, now))
-        ]
+    def tick(self, now: int) -> tuple[list[Outgoing], list[Listener]]:
+        """Look at all deadlines.
+
+        Returns:
+            The ends of the conversations that never began or fell silent, and who of the others is
+            to be sent state now; each is due again after its period.
+        """
+        ends: list[Outgoing] = []
+        due: list[Listener] = []
+        for listener in self._by_session.values():
+            problem = self._overdue_for(listener, now)
+            if problem:
+                ends.append(Close(listener.session, problem))
+            elif listener.period_ns and listener.looks_on and now >= listener.due:
+                listener.due = max(listener.due + listener.period_ns, now)
+                due.append(listener)
+        return ends, due
 
     def _overdue_for(self, listener: Listener, now: int) -> str:
         """Return what a connection failed to send in time; empty where it did not."""
         if not listener.welcomed:
             return "no hello in time" if now - listener.opened > self._hello_deadline_ns else ""
         return "silent for too long" if now - listener.heard > self._idle_timeout_ns else ""
-
-    def take_due(self, now: int) -> list[Listener]:
-        """Return who is to be sent state now; each is due again after its period."""
-        due = [
-            listener
-            for listener in self
-            if listener.period_ns
-            and listener.looks_on
-            and now >= listener.due
-            and not self._overdue_for(listener, now)
-        ]
-        for listener in due:
-            listener.due = max(listener.due + listener.period_ns, now)
-        return due

@@ -21,6 +21,8 @@ from ..robot_view import RobotView
 from .replies import stop_kind
 
 _NO_JOINTS = joint_array(())
+_NO_REASON = JogReason.NONE
+_NO_PROGRAM = ProgramState.NONE
 _WITH_POSITION = StateField.POSITION | StateField.TOOL
 _WITH_VELOCITY = _WITH_POSITION | StateField.VELOCITY
 _UNKNOWN_STATUS = Status(
@@ -43,11 +45,12 @@ def state_message(cell: RobotCell, tool: RobotView, sequence: int, now: int) -> 
         sequence: number of the message.
         now: monotonic time, ns.
     """
-    feedback = cell.feedback
+    feedback, modes = cell.feedback, cell.modes
     status = feedback.status or _UNKNOWN_STATUS
     holder = cell.authority.holder
     request = cell.request
     program = cell.program
+    controller_mode = feedback.mode
     seconds, nanoseconds = divmod(now, 1_000_000_000)
     age = feedback.age(now)
     state = State(
@@ -60,16 +63,16 @@ def state_message(cell: RobotCell, tool: RobotView, sequence: int, now: int) -> 
         request_id=0 if request is None else request.request_id,
         holder=0 if holder is None else holder.session,
         stop=stop_kind(cell.stop),
-        operating_mode=cell.modes.mode(cell.mode),
+        operating_mode=modes.mode(controller_mode),
         enabling=EnablingPosition.RELEASED
         if holder is None
-        else cell.modes.enabling(holder.session, now),
-        override=cell.modes.override,
-        tool_speed_cap=cell.modes.tool_speed_cap(cell.mode) or 0.0,
+        else modes.enabling(holder.session, now),
+        override=modes.override,
+        tool_speed_cap=modes.tool_speed_cap(controller_mode) or 0.0,
         jog_scale=1.0,
-        jog_reason=JogReason.NONE,
+        jog_reason=_NO_REASON,
         jog_joint=-1,
-        program_state=ProgramState.NONE if program is None else program.state,
+        program_state=_NO_PROGRAM if program is None else program.state,
         program_line=0 if program is None else program.line,
         link=cell.link_state(now),
         drives_powered=status.drives_powered,
@@ -87,19 +90,21 @@ def state_message(cell: RobotCell, tool: RobotView, sequence: int, now: int) -> 
         tool_orientation=(0.0, 0.0, 0.0, 1.0),
     )
     jog = cell.motions.driven_jog
-    if jog is not None and jog.step is not None:
-        state.jog_scale = jog.step.scale
-        if jog.step.cause is not None:
-            state.jog_reason = JogReason[jog.step.cause.reason.name]
-            state.jog_joint = jog.step.cause.joint
-    if feedback.position is not None:
-        state.positions = joint_array(feedback.position)
+    step = None if jog is None else jog.step
+    if step is not None:
+        state.jog_scale = step.scale
+        if step.cause is not None:
+            state.jog_reason = JogReason[step.cause.reason.name]
+            state.jog_joint = step.cause.joint
+    position = feedback.position
+    if position is not None:
+        state.positions = joint_array(position)
         state.valid_fields = _WITH_POSITION
         if feedback.velocity_known:
             state.velocities = joint_array(feedback.velocity)
             state.valid_fields = _WITH_VELOCITY
         state.tool_position, state.tool_orientation, state.tool_speed = tool.tool_motion(
-            feedback.position, feedback.velocity
+            position, feedback.velocity
         )
     return state
 

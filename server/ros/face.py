@@ -147,4 +147,4 @@ class RosFace:
     def tick(self, now: int) -> list[Outgoing]:
         """Let trajectories go on, and send state to whoever is due."""
         out = self._trajectories.tick(now)
-        return out + self._state.tick(self.refused, now)
+        return out + self._state.tick(self.refused, now) if self._links else out

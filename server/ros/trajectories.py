@@ -255,6 +255,8 @@ class RosTrajectories:
 
     def tick(self, now: int) -> list[Outgoing]:
         """Plan what waited, end collections, and give idle authority back."""
+        if not self._links and not self._orphans:
+            return []
         out = self._plan_waiting(now)
         for session, link in list(self._links.items()):
             if link.collection is not None and link.gap_ends is not None and now >= link.gap_ends:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from openpendant.motion.trajectory import Row
 from openpendant.simplemsg import (
@@ -37,17 +37,16 @@ DEFAULT_SPEED_RATIO = 0.1
 _NO_JOINTS = joint_array(())
 
 
-@dataclass(frozen=True, slots=True)
-class SetPoint:
+class SetPoint(NamedTuple):
     """One certified sample of a trajectory.
 
     Attributes:
-        index: its number in the trajectory.
+        number: of it in the trajectory, from 0.
         row: its time from the start of the trajectory and its values.
         step: time since the sample before it [s]; 0 for the first.
     """
 
-    index: int
+    number: int
     row: Row
     step: float
 
@@ -91,25 +90,26 @@ class GenericUplink:
     def point(self, set_point: SetPoint, now: int) -> Message:
         """Return the message for a set-point, and expect its answer."""
         self._deadlines.append(now + self._deadline_ns)
+        number, row, step = set_point
         if self._full:
             return JointTrajPtFull(
                 robot_id=0,
-                sequence=set_point.index,
+                sequence=number,
                 valid_fields=ValidField.ALL,
-                time=set_point.row.time,
-                positions=joint_array(set_point.row.position),
-                velocities=joint_array(set_point.row.velocity),
-                accelerations=joint_array(set_point.row.acceleration),
+                time=row.time,
+                positions=joint_array(row.position),
+                velocities=joint_array(row.velocity),
+                accelerations=joint_array(row.acceleration),
             )
         ratio = max(
             abs(speed) / limit
-            for speed, limit in zip(set_point.row.velocity, self._velocity_limits, strict=True)
+            for speed, limit in zip(row.velocity, self._velocity_limits, strict=True)
         )
         return JointTrajPt(
-            sequence=set_point.index,
-            joints=joint_array(set_point.row.position),
+            sequence=number,
+            joints=joint_array(row.position),
             velocity=min(ratio, 1.0) or DEFAULT_SPEED_RATIO,
-            duration=set_point.step,
+            duration=step,
         )
 
     def stop(self, now: int, *, is_sent: bool) -> Message:
@@ -136,10 +136,11 @@ class GenericUplink:
         Returns:
             None where it is a success, else why the motion must end.
         """
-        if pending <= len(self._deadlines):
+        outstanding = len(self._deadlines)
+        if pending <= outstanding:
             # Nothing that was sent before the points that count is owed any more.
             self._stop_deadline = None
-        if pending >= len(self._deadlines):
+        if pending >= outstanding:
             # Answers come in order: while that many more are owed, this one belongs to what was
             # sent before the points that count.
             return None

@@ -6,22 +6,30 @@ own in `watchdog`. No clock in here.
 
 from __future__ import annotations
 
+import math
+
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 
 
 class TickWatch:
-    """The server's own look at its clock: was the loop away for longer than the watchdog waits?"""
+    """The server's own look at its clock: was the loop away for longer than the watchdog waits?
+
+    Attributes:
+        late_from: an event from then on comes after a freeze [ns]; never before the first tick.
+    """
 
     def __init__(self, deadline_ns: int) -> None:
         """Make a watch that has seen no tick."""
         self._deadline_ns = deadline_ns
-        self._ticked: int | None = None
+        self.late_from: float = math.inf
+        self._ticked = 0
 
     def tick(self, now: int) -> None:
         """Take note of a tick."""
         self._ticked = now
+        self.late_from = now + self._deadline_ns
 
     def lateness(self, now: int) -> int | None:
         """Return how long ago the last tick was [ns] where that is too long, once; else None.
@@ -29,10 +37,10 @@ class TickWatch:
         To be asked before anything is done about an event: the first one after a freeze is as
         likely an answer of the controller as a tick, and no set-point may leave because of it.
         """
-        if self._ticked is None or now - self._ticked < self._deadline_ns:
+        if now < self.late_from:
             return None
         late = now - self._ticked
-        self._ticked = now
+        self.tick(now)
         return late
 
 

@@ -72,6 +72,7 @@ class CellSurroundings:
         )
         self._desk = WorldDesk(cell, self.world, view, self.signals, self.trace, robot_name)
         self._traced = 0
+        self._reported = -1  # when the last report came that was taken
         self._is_loaded = False
         cell.motions.scene = view.scene
 
@@ -110,12 +111,14 @@ class CellSurroundings:
         """Take note that the controller reported."""
         feedback = self._cell.feedback
         position = feedback.position
-        if position is not None and feedback.received == now:
+        if position is not None and feedback.received != self._reported:
+            self._reported = feedback.received
             self.world.history.reported(now, position)
             if now - self._traced >= _TRACE_NS:
                 self._traced = now
-                self.trace.add(self._view.tool_pose(position)[0])
-        return self.recordings.reported(now)
+                # With the speed, which nobody asks for here: the state message asks for the same.
+                self.trace.add(self._view.tool_motion(position, feedback.velocity)[0])
+        return self.recordings.recorder.reported(feedback, now)
 
     def state_link(self, up: bool, now: int) -> list[Outgoing]:
         """Take note that the controller's state connection came or went."""

@@ -26,5 +26,7 @@ class RobotSurroundings(WorldView, Protocol):
     def nearest(self, position: Sequence[float]) -> Proximity | None:
         """Return the nearest two bodies at (n,) joints; None where there is nothing to check."""
 
-    def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""
+    def tool_motion(
+        self, position: Sequence[float], velocity: Sequence[float]
+    ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
+        """Return place [m], quaternion and speed [m/s] of the tool in the base frame."""

@@ -10,8 +10,8 @@ import signal
 import socket
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -23,6 +23,7 @@ from openpendant.simplemsg import (
     ByteOrder,
     Connection,
     HeaderOnly,
+    JointPosition,
     Message,
     ReplyCode,
     Role,
@@ -81,6 +82,14 @@ def ask(port: int, message: Message) -> Message:
     return reply
 
 
+def reports(port: int) -> Iterator[Message]:
+    """Yield what a state port tells, for as long as it does."""
+    connection = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE)
+    with socket.create_connection(("127.0.0.1", port), TIMEOUT_S) as sock:
+        while data := sock.recv(4_096):
+            yield from (each for each in connection.receive(data) if isinstance(each, Message))
+
+
 def test_it_says_when_it_is_ready_and_sums_up_at_sigterm(launch: Launch) -> None:
     process = launch("--robot", "ur5")
     ports = ready(process)
@@ -115,8 +124,8 @@ def test_a_violation_is_in_the_summary_the_report_and_the_exit_code(
 def test_the_executed_motion_is_recorded(launch: Launch, tmp_path: Path) -> None:
     record = tmp_path / "motion.csv"
     process = launch("--record", str(record), "--start", "zero", "--rate", "200")
-    ready(process)
-    time.sleep(0.3)
+    joints = (each for each in reports(ready(process)["state"]) if isinstance(each, JointPosition))
+    assert len(list(islice(joints, 20))) == 20
     process.send_signal(signal.SIGTERM)
     process.communicate(timeout=TIMEOUT_S)
     rows = list(csv.DictReader(record.read_text().splitlines()))
@@ -129,7 +138,8 @@ def test_a_scenario_presses_the_emergency_stop(launch: Launch, tmp_path: Path) -
     scenario.write_text("[[event]]\nat = 0.0\naction = 'emergency_stop'\n")
     process = launch("--scenario", str(scenario))
     ports = ready(process)
-    time.sleep(0.2)
+    heard = islice(reports(ports["state"]), 1_000)
+    assert any(isinstance(each, Status) and each.e_stopped == 1 for each in heard)
     assert ask(ports["motion"], ratio_point(0, (0.0,), 5.0)).reply_code == ReplyCode.FAILURE
 
 

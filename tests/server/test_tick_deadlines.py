@@ -12,6 +12,7 @@ PERIOD = 0.5
 @pytest.mark.parametrize(
     ("took", "due", "left_out"),
     [
+        pytest.param(-0.0625, 0.5, 0, id="a timer that rang early: no second tick for it"),
         pytest.param(0.0, 0.5, 0, id="a short tick"),
         pytest.param(0.4375, 0.5, 0, id="nearly a period"),
         pytest.param(0.5, 0.5, 0, id="a period"),

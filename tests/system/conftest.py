@@ -5,26 +5,33 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import os
 import signal
 import subprocess
 import sys
-from collections.abc import AsyncIterator, Awaitable
+from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import pytest_asyncio
+from busy_machine import PATIENCE, PATIENT, SCALE
 
+from openpendant.simplemsg.pendant import State
 from openpendant.tools.pendants.client import PendantClient
 
-SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
-"""Waits are multiplied by this on slow machines."""
+
+class PatientPendant(PendantClient):
+    """The client, which waits longer where a test does not say how long."""
+
+    async def wait_until(
+        self, condition: Callable[[State], bool], *, within: float = PATIENCE
+    ) -> State:
+        return await super().wait_until(condition, within=within)
 
 
 async def read_ready(process: asyncio.subprocess.Process, name: str) -> dict[str, Any]:
     assert process.stdout is not None
-    line = await asyncio.wait_for(process.stdout.readline(), 30 * SCALE)
+    line = await asyncio.wait_for(process.stdout.readline(), PATIENCE)
     assert line, f"{name} ended before it was ready"
     ready: dict[str, Any] = json.loads(line)
     return ready
@@ -40,19 +47,27 @@ class RunningCell:
     _stack: contextlib.AsyncExitStack = field(default_factory=contextlib.AsyncExitStack)
 
     async def pendant(self, **options: Any) -> PendantClient:
-        connect = PendantClient.connect("127.0.0.1", self.ports["pendant"], **options)
+        connect = PatientPendant.connect("127.0.0.1", self.ports["pendant"], **options)
         return await self._stack.enter_async_context(await connect)
 
     async def ready_pendant(self, **options: Any) -> PendantClient:
         pendant = await self.pendant(state_rate=100, **options)
-        await pendant.wait_until(lambda state: state.motion_possible == 1, within=15 * SCALE)
+        await pendant.wait_until(lambda state: state.motion_possible == 1)
         return pendant
 
-    async def end(self) -> dict[str, Any]:
-        """Stop both processes in order and return the referee's report."""
+    def at_end(self, close: Callable[[], Awaitable[None]]) -> None:
+        """Have something closed before the processes are stopped."""
+        self._stack.push_async_callback(close)
+
+    async def stop(self) -> None:
+        """Hang up, and stop both processes in order."""
         await self._stack.aclose()
         for process in (self.server, self.emulator):
             await stop_process(process)
+
+    async def end(self) -> dict[str, Any]:
+        """Stop both processes in order and return the referee's report."""
+        await self.stop()
         report: dict[str, Any] = json.loads(self.referee_report.read_text(encoding="utf-8"))
         return report
 
@@ -62,16 +77,10 @@ async def stop_process(process: asyncio.subprocess.Process) -> None:
         with contextlib.suppress(ProcessLookupError):
             process.send_signal(signal.SIGTERM)
     try:
-        await asyncio.wait_for(process.wait(), 10 * SCALE)
+        await asyncio.wait_for(process.wait(), 20 * SCALE)
     except TimeoutError:
         process.kill()
         await process.wait()
-
-
-class StartCell(Protocol):
-    def __call__(
-        self, *, robot: str = "ur5", start: str = "home", server: tuple[str, ...] = ()
-    ) -> Awaitable[RunningCell]: ...
 
 
 async def _spawn(module: str, *arguments: str) -> asyncio.subprocess.Process:
@@ -80,34 +89,61 @@ async def _spawn(module: str, *arguments: str) -> asyncio.subprocess.Process:
     )
 
 
-@pytest_asyncio.fixture
-async def start_cell(tmp_path: Path) -> AsyncIterator[StartCell]:
-    cells: list[RunningCell] = []
+class StartCell:
+    """Starts cells, and ends those that are left."""
 
-    async def start(
-        *, robot: str = "ur5", start: str = "home", server: tuple[str, ...] = ()
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._cells: list[RunningCell] = []
+
+    async def __call__(
+        self,
+        *,
+        robot: str = "ur5",
+        start: str = "home",
+        server: tuple[str, ...] = (),
+        emulator: tuple[str, ...] = (),
     ) -> RunningCell:
-        report = tmp_path / f"referee-{len(cells)}.json"
-        emulator = await _spawn(
+        """Start a cell; without a configuration of its own the server has `PATIENT`."""
+        report = self._folder / f"referee-{len(self._cells)}.json"
+        if "--config" not in server:
+            config = self._folder / "patient.toml"
+            config.write_text(PATIENT, encoding="utf-8")
+            server = (*server, "--config", str(config))
+        controlling = await _spawn(
             "openpendant.controller_emulator",
             *("--robot", robot, "--start", start, "--report", str(report), "--json"),
             *("--motion-port", "0", "--state-port", "0"),
+            *emulator,
         )
-        controller = await read_ready(emulator, "the emulator")
-        process = await _spawn(
+        controller = await read_ready(controlling, "the emulator")
+        serving = await _spawn(
             "openpendant.server",
             *("--robot", robot, "--json", "--pendant-port", "0"),
             *("--ros-motion-port", "0", "--ros-state-port", "0"),
             *("--controller", f"127.0.0.1:{controller['motion']}:{controller['state']}"),
             *server,
         )
-        ports = await read_ready(process, "the server")
-        cell = RunningCell(emulator, process, controller, ports, report)
-        cells.append(cell)
+        ports = await read_ready(serving, "the server")
+        cell = RunningCell(controlling, serving, controller, ports, report)
+        self._cells.append(cell)
         return cell
 
-    yield start
-    for cell in cells:
-        await cell._stack.aclose()
-        for process in (cell.server, cell.emulator):
-            await stop_process(process)
+    async def end(self) -> None:
+        for cell in self._cells:
+            await cell.stop()
+
+    async def end_and_tell_under_runs(self) -> int:
+        """End all cells; return how often their points had come late."""
+        await self.end()
+        # An emulator that was killed has left no report.
+        reports = [cell.referee_report for cell in self._cells if cell.referee_report.exists()]
+        told = [json.loads(report.read_text(encoding="utf-8")) for report in reports]
+        return sum(each["events"].get("under-runs", 0) for each in told)
+
+
+@pytest_asyncio.fixture
+async def start_cell(tmp_path: Path) -> AsyncIterator[StartCell]:
+    cells = StartCell(tmp_path)
+    yield cells
+    await cells.end()

@@ -90,6 +90,7 @@ def test_a_command_gets_the_rest_of_the_line_and_gives_the_exit_code(install: In
         ("toppra.algorithm", "[server]"),
         ("matplotlib", "[plot]"),
         ("textual.app", "[terminal]"),
+        ("uvloop", "[fast]"),
         ("pydantic", ""),
     ],
 )

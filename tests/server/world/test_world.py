@@ -115,6 +115,20 @@ def test_the_selected_tool_moves_where_the_tool_is(cell: SurroundedCell) -> None
     assert math.dist(flange, tool) == pytest.approx(0.12)
 
 
+def test_a_robot_that_stands_still_shows_the_tool_that_was_just_selected(
+    cell: SurroundedCell,
+) -> None:
+    home, rest = robot().home_position, (0.0,) * len(robot().home_position)
+    before = cell.mathematics.tool_motion(home, rest)
+    assert cell.mathematics.tool_motion(home, rest) == before
+    cell.ask("tools.add", name="gripper", tcp=GRIPPER, expected_revision=0)
+    cell.ask("tools.select", name="gripper", expected_revision=1)
+    after = cell.mathematics.tool_motion(home, rest)
+    assert after == (*cell.mathematics.tool_pose(home), 0.0)
+    assert math.dist(before[0], after[0]) == pytest.approx(0.12)
+    assert cell.mathematics.tool_motion(home, (0.1, *rest[1:]))[2] > 0.01
+
+
 def test_a_pose_in_a_user_frame_is_where_the_selected_tool_goes(cell: SurroundedCell) -> None:
     cell.ask("tools.add", name="gripper", tcp=GRIPPER, expected_revision=0)
     cell.ask("tools.select", name="gripper", expected_revision=1)
