@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import os
 import shutil
 import signal
 import subprocess
@@ -15,6 +14,7 @@ from pathlib import Path
 from typing import Self
 
 import pytest
+from busy_machine import PATIENCE
 
 from openpendant.simplemsg import (
     STANDARD,
@@ -36,7 +36,6 @@ ACCELERATION = 6.2832
 """What the program allows itself [rad/s²]."""
 
 REPORT_PERIOD = 0.01
-SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
 CODEC = codec_for(STANDARD)
 STOP = JointTrajPt(sequence=-4, joints=joint_array(()), velocity=0.0, duration=0.0)
 
@@ -79,7 +78,7 @@ class Controller:
             stderr=subprocess.PIPE,
         )
         assert process.stdout is not None
-        line = await asyncio.wait_for(process.stdout.readline(), 10 * SCALE)
+        line = await asyncio.wait_for(process.stdout.readline(), PATIENCE)
         ready = json.loads(line)
         assert ready["event"] == "ready"
         return cls(process, ready["motion"], ready["state"])
@@ -91,7 +90,7 @@ class Controller:
         """Switch it off; it must leave in order, and a sanitizer must have had nothing to say."""
         if self.process.returncode is None:
             self.press(signal.SIGTERM)
-        _, errors = await asyncio.wait_for(self.process.communicate(), 10 * SCALE)
+        _, errors = await asyncio.wait_for(self.process.communicate(), PATIENCE)
         assert (self.process.returncode, errors.decode()) in ((0, ""), (-signal.SIGKILL, ""))
 
     @contextlib.asynccontextmanager
@@ -126,7 +125,7 @@ class Wire:
     writer: asyncio.StreamWriter
 
     async def frame(self) -> bytes:
-        async with asyncio.timeout(10 * SCALE):
+        async with asyncio.timeout(PATIENCE):
             prefix = await self.reader.readexactly(4)
             return prefix + await self.reader.readexactly(int.from_bytes(prefix, "little"))
 
@@ -154,7 +153,7 @@ class Wire:
     async def is_closed(self) -> bool:
         """Read to the end; False where there is none."""
         with contextlib.suppress(ConnectionError):
-            async with asyncio.timeout(5 * SCALE):
+            async with asyncio.timeout(PATIENCE):
                 while await self.reader.read(65_536):
                     pass
         return True
@@ -174,6 +173,11 @@ class Wire:
 
     async def until_rest(self) -> list[tuple[JointPosition, Status]]:
         return await self.rounds(lambda status: status.in_motion == 0)
+
+    async def until_rest_after_motion(self) -> list[tuple[JointPosition, Status]]:
+        """Collect the rounds of a motion; those of the rest before it may still be to be read."""
+        began = await self.rounds(lambda status: status.in_motion == 1)
+        return began[-1:] + await self.until_rest()
 
 
 def point(

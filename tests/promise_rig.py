@@ -28,6 +28,9 @@ SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
 SLACK = 3.0
 """Times the bound in `make test`, where a few trials run on a machine that does other things."""
 
+_ENOUGH = 120
+"""Of so many trials the 99th percentile is not the greatest."""
+
 _PEERS = Path(__file__).with_name("promise_peers.py")
 
 
@@ -38,6 +41,17 @@ class Figures:
     name: str
     delays: list[float] = field(default_factory=list)
     idle: list[float] = field(default_factory=list)
+
+    def need_more(self, trials: int, bound: float, slack: float = 1.0) -> bool:
+        """Tell whether there are too few trials to judge.
+
+        The 99th percentile of fewer than a hundred is the greatest of them: where that alone is
+        over its bound [ms], there are more trials, until one of them does not decide any more.
+        """
+        count = len(self.delays)
+        if count < trials:
+            return True
+        return count < _ENOUGH and _p99(self.delays) > bound * slack * SCALE
 
     def judge(self, bound: float, *, slack: float = 1.0, most: float | None = None) -> None:
         """Print all figures; fail where the 99th percentile, or the most, is over its bound [ms].

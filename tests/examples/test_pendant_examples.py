@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import shutil
 import subprocess
@@ -12,25 +11,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from busy_machine import PATIENCE, PATIENT, SCALE, run_again
 
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 
 pytestmark = pytest.mark.realtime
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
-SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
-
-PATIENT = """
-[jog]
-lead = 0.1
-[modes]
-enabling_deadline = 0.25
-[watchdog]
-deadline = 1.0
-"""
-"""A busy test machine must neither starve the controller in the middle of a jog nor latch a stop,
-which would be the end of every example behind it."""
 
 PRINTS = {
     "connect_and_jog.py": "let go: stood after",
@@ -73,18 +61,20 @@ def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
     )
     try:
         with SyncPendantClient.connect("127.0.0.1", ports["pendant"]) as pendant:
-            pendant.wait_until(lambda state: state.motion_possible == 1, within=15 * SCALE)
+            pendant.wait_until(lambda state: state.motion_possible == 1, within=PATIENCE)
         yield ports["pendant"]
     finally:
         for process in (server, emulator):
             process.terminate()
-            process.communicate(timeout=10 * SCALE)
+            process.communicate(timeout=20 * SCALE)
 
 
 def run(*command: str) -> str:
     """Run an example to its end; return what it printed."""
-    done = subprocess.run(
-        command, capture_output=True, text=True, timeout=40 * SCALE, check=False, cwd=EXAMPLES
+    done = run_again(
+        lambda: subprocess.run(
+            command, capture_output=True, text=True, timeout=80 * SCALE, check=False, cwd=EXAMPLES
+        )
     )
     assert (done.returncode, done.stderr) == (0, "")
     return done.stdout
@@ -157,7 +147,7 @@ def test_an_example_in_another_language_says_why_it_was_refused(
         [node, "pendant.js", str(port)],
         capture_output=True,
         text=True,
-        timeout=20 * SCALE,
+        timeout=PATIENCE,
         check=False,
         cwd=EXAMPLES,
     )

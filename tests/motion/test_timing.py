@@ -295,7 +295,8 @@ def test_fifty_poses_are_timed_and_certified_within_the_budget() -> None:
         return time.process_time() - began
 
     once()
-    assert min(once() for _ in range(5)) <= 0.050
+    # The best of many: what the code needs, not what else the machine does.
+    assert min(once() for _ in range(15)) <= 0.050
 
 
 def test_toppra_is_loaded_by_the_first_path_and_without_a_warning_or_a_screen() -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from busy_machine import PATIENCE, PATIENT, tried_again
 from pydantic import TypeAdapter
 
 from openpendant.simplemsg.pendant import AccountRole, Activity, OperatingMode
@@ -21,7 +22,7 @@ from openpendant.tools.reference.operations import published_operations
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
 
-CONFIG = '[controller]\nsignals = "openpendant"\n[watchdog]\ndeadline = 1.0\n'
+CONFIG = f'{PATIENT}controller.signals = "openpendant"\n'
 BOX = {"name": "box", "shape": {"type": "box", "size": [0.1, 0.1, 0.1]}, "position": [0, 2, 0]}
 AHEAD: PlacedPose = {"position": (0.5, 0.0, 0.25)}
 TURNS = ((0.0, 0.1, 0.0), (0.4, 0.0, 0.0), (0.0, 0.4, 0.0), (-0.4, 0.0, 0.4))
@@ -222,13 +223,14 @@ def blocking(port: int) -> None:
         pendant.programs.run("waits").done()
         playback = pendant.recordings.play("swing", tolerance=0.05)
         assert playback.account["total"] >= playback.account["possible"]
-        playback.done(within=20)
+        playback.done(within=PATIENCE)
         assert playback.is_over
         assert pendant.why()["cell"] == pendant.hello.cell
         with pytest.raises(Refused, match="NOT_FOUND"):
             pendant.programs.load("nothing")
 
 
+@tried_again
 async def test_every_operation_is_answered_as_it_is_published(
     start_cell: Any, tmp_path: Path
 ) -> None:
@@ -237,7 +239,7 @@ async def test_every_operation_is_answered_as_it_is_published(
     cell = await start_cell(server=("--config", str(config), "--store", str(tmp_path / "store.db")))
     port = cell.ports["pendant"]
     async with await Pendant.connect("127.0.0.1", port) as pendant:
-        await pendant.wait_until(lambda state: state.motion_possible == 1, within=15)
+        await pendant.wait_until(lambda state: state.motion_possible == 1, within=PATIENCE)
         async with pendant.control():
             await pendant.set_mode(OperatingMode.AUTOMATIC)
             for part in (the_cell, programs, recordings, frames, tools, scene, devices):

@@ -21,13 +21,14 @@ async def test_a_frozen_server_is_stopped_by_its_watchdog_and_goes_on_with_nothi
     cell = await start_cell()
     pendant = await cell.ready_pendant()
     async with pendant.control():
-        target = list(pendant.joints())
-        target[0] += 0.8
+        start = pendant.joints()
+        target = [start[0] + 0.8, *start[1:]]
         move = await pendant.move_joints(target, speed=0.1)
-        await asyncio.sleep(0.5)
+        await pendant.wait_until(lambda state: state.positions[0] > start[0] + 0.05)
 
         os.kill(cell.server.pid, signal.SIGSTOP)
-        await asyncio.sleep(0.4)
+        # Ten times the watchdog's deadline: a busy machine lets it wait as well.
+        await asyncio.sleep(1.0)
         os.kill(cell.server.pid, signal.SIGCONT)
 
         with pytest.raises(Aborted):

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from busy_machine import tried_again
 
 from openpendant.tools.packets.rerun import main
 
@@ -24,6 +25,7 @@ async def _swing(cell: Any) -> None:
         await (await pendant.follow_joints([home, aside, home], speed=0.5)).done()
 
 
+@tried_again
 async def test_a_server_that_moved_a_robot_runs_again_exactly(
     start_cell: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -39,6 +41,7 @@ async def test_a_server_that_moved_a_robot_runs_again_exactly(
     assert report["state"]["activity"] == "idle"
 
 
+@tried_again
 async def test_a_full_disk_does_not_hold_up_the_robot(start_cell: Any) -> None:
     cell = await start_cell(server=("--journal", "/dev/full"))
     await _swing(cell)

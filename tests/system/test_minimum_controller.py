@@ -14,7 +14,8 @@ from typing import Any
 
 import pytest
 import pytest_asyncio
-from minimum_controller import SCALE, Controller, compiled
+from busy_machine import PATIENCE, PATIENT, tried_again
+from minimum_controller import Controller, compiled
 
 from openpendant.simplemsg.pendant import Activity, LinkState, Motion
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -34,7 +35,7 @@ class Cell:
 
     async def is_ready(self) -> None:
         """Wait until nothing keeps the robot from moving."""
-        async with asyncio.timeout(15 * SCALE):
+        async with asyncio.timeout(PATIENCE):
             while (await self.pendant.snapshot())["obstacle"]:
                 await self.pendant.next_state()
 
@@ -55,7 +56,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest_asyncio.fixture
 async def cell(program: Path, tmp_path: Path) -> AsyncIterator[Cell]:
     config = tmp_path / "cell.toml"
-    config.write_text('robot = "ur5"\n[controller]\npoints = "simple"\n')
+    config.write_text(f'robot = "ur5"\ncontroller.points = "simple"\n{PATIENT}')
     controller = await Controller.start(program)
     server = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "openpendant.server", "--config", str(config), "--json"),
@@ -66,7 +67,7 @@ async def cell(program: Path, tmp_path: Path) -> AsyncIterator[Cell]:
     )
     assert server.stdout is not None
     try:
-        ports = json.loads(await asyncio.wait_for(server.stdout.readline(), 30 * SCALE))
+        ports = json.loads(await asyncio.wait_for(server.stdout.readline(), PATIENCE))
         pendant = await PendantClient.connect("127.0.0.1", ports["pendant"], state_rate=100)
         async with pendant:
             running = Cell(controller, server, pendant)
@@ -77,10 +78,11 @@ async def cell(program: Path, tmp_path: Path) -> AsyncIterator[Cell]:
         if server.returncode is None:
             with contextlib.suppress(ProcessLookupError):
                 server.terminate()
-        await asyncio.wait_for(server.wait(), 10 * SCALE)
+        await asyncio.wait_for(server.wait(), PATIENCE)
         await controller.end()
 
 
+@tried_again
 async def test_joint_moves_poses_and_taught_paths_arrive(cell: Cell) -> None:
     pendant = cell.pendant
     for speed in (0.3, 1.0):
@@ -121,7 +123,7 @@ async def begin(cell: Cell) -> Any:
 
 async def aborted(move: Any) -> VerdictCode:
     with pytest.raises(Aborted) as error:
-        await asyncio.wait_for(move.done(), 5 * SCALE)
+        await asyncio.wait_for(move.done(), PATIENCE)
     return VerdictCode(error.value.code)
 
 
@@ -145,7 +147,9 @@ async def test_its_emergency_stop_aborts_and_the_reset_moves_nothing(cell: Cell)
     cell.controller.press(signal.SIGUSR1)
     assert await aborted(move) is VerdictCode.CONTROLLER_STOPPED
     state = await pendant.wait_until(
-        lambda state: state.e_stopped == 1 and state.activity == Activity.IDLE
+        lambda state: (
+            state.e_stopped == 1 and state.activity == Activity.IDLE and state.in_motion == 0
+        )
     )
     with pytest.raises(Refused) as refused:
         await pendant.move_joints(cell.moved(0, 0.1))
@@ -203,7 +207,7 @@ async def judged(program: Path, sections: str) -> list[dict[str, Any]]:
         stderr=asyncio.subprocess.PIPE,
     )
     try:
-        output, errors = await asyncio.wait_for(tester.communicate(), 60 * SCALE)
+        output, errors = await asyncio.wait_for(tester.communicate(), 2 * PATIENCE)
     finally:
         await controller.end()
     assert errors.decode() == ""

@@ -6,6 +6,7 @@ import asyncio
 from typing import Any
 
 import pytest
+from busy_machine import tried_again
 
 from openpendant.simplemsg import PENDANT, codec_for
 from openpendant.simplemsg.pendant import ProgramState, SetInputs
@@ -83,6 +84,7 @@ async def carried_by(pendant: PendantClient) -> str | None:
     return link
 
 
+@tried_again
 async def test_a_program_carries_waits_branches_and_follows_its_frame(
     start_cell: Any, tmp_path: Any
 ) -> None:
@@ -103,7 +105,7 @@ async def test_a_program_carries_waits_branches_and_follows_its_frame(
             {"op": "frames.move", "name": "table", "pose": moved, "expected_revision": 1}
         )
         run = await pendant.run_program("cycle")
-        waits = await pendant.wait_until(lambda state: state.program_line > told[0][0], within=20)
+        waits = await pendant.wait_until(lambda state: state.program_line > told[0][0])
         assert waits.program_state == ProgramState.RUNNING
         assert await carried_by(pendant) is not None
         assert pendant.tool_pose().position == pytest.approx((x + SHIFT, y, z + LIFT), abs=1e-3)

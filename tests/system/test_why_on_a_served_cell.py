@@ -8,6 +8,7 @@ import signal
 from typing import Any
 
 import pytest
+from busy_machine import SCALE, tried_again
 
 from openpendant.simplemsg import PENDANT, codec_for
 from openpendant.simplemsg.pendant import Activity, OperatingMode, OperatorAction, OperatorEvent
@@ -17,7 +18,6 @@ from openpendant.tools import why
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
 
 V = VerdictCode
-SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
 READY, NOT_READY = 0, 1
 
 
@@ -53,6 +53,7 @@ async def operate(port: int, action: OperatorAction) -> None:
     await writer.wait_closed()
 
 
+@tried_again
 async def test_each_condition_is_named_as_it_is_broken(
     start_cell: Any, capsys: pytest.CaptureFixture[str], tmp_path: Any
 ) -> None:

@@ -142,16 +142,20 @@ def test_a_secret_shows_itself_to_nobody() -> None:
 
 @pytest.mark.realtime
 def test_hashing_lets_other_threads_go_on() -> None:
-    began = time.perf_counter()
-    thread = threading.Thread(target=hash_password, args=(Secret("correct horse"), SALT))
-    thread.start()
-    turns = 0
-    while thread.is_alive():
-        time.sleep(0.001)
-        turns += 1
+    taken: list[float] = []
+    turns: list[int] = []
+    while len(turns) < 5 and not any(count > 5 for count in turns):  # a busy machine has few
+        began = time.perf_counter()
+        thread = threading.Thread(target=hash_password, args=(Secret("correct horse"), SALT))
+        thread.start()
+        turns.append(0)
+        while thread.is_alive():
+            time.sleep(0.001)
+            turns[-1] += 1
+        taken.append(time.perf_counter() - began)
     # With the interpreter's lock held there would be one turn, at the end.
-    assert time.perf_counter() - began > 0.02
-    assert turns > 5
+    assert min(taken) > 0.02
+    assert turns[-1] > 5, turns
 
 
 @pytest.mark.soak

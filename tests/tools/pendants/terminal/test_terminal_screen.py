@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 from panel_rig import DRY_RUN
 from scripted_pendant_server import ScriptedPendantServer, scripted_server
 from textual import events
+from textual.geometry import Region
 from textual.pilot import Pilot
 from textual.widgets import Static
 
@@ -72,6 +74,11 @@ class Screen:
     async def keys(self, *keys: str) -> None:
         await self.pilot.press(*keys)
 
+    async def jog_keys(self, *keys: str) -> None:
+        """Strike keys that move the robot, which they do not while the display is stale."""
+        await self.until(lambda: not self.panel.cell.is_stale(time.monotonic_ns()))
+        await self.keys(*keys)
+
     @property
     def panel(self) -> Panel:
         assert isinstance(self.pilot.app, PendantApp)
@@ -80,10 +87,25 @@ class Screen:
     def text(self, name: str) -> str:
         return str(self.pilot.app.screen.query_one(f"#{name}", Static).content)
 
+    def regions(self) -> dict[str, Region]:
+        """Where each text lies as it was laid out last, which may be before its newest words."""
+        widgets = self.pilot.app.screen.query(Static)
+        return {each.id: each.region for each in widgets if each.id is not None}
+
     async def until(self, holds: Callable[[], object]) -> None:
-        async with asyncio.timeout(10 * SCALE):
-            while not holds():
-                await self.pilot.pause(0.02)
+        """Wait until something holds; else fail with all that is shown, and where."""
+        try:
+            async with asyncio.timeout(10 * SCALE):
+                while not holds():
+                    await self.pilot.pause(0.02)
+        except TimeoutError:
+            shown = [
+                f"{name}, {region}:\n{self.text(name)}" for name, region in self.regions().items()
+            ]
+            got = [type(message).__name__ for _, message in self.server.got]
+            raise AssertionError(
+                "\n".join(["not shown in time", *shown, f"sent: {got[-20:]}"])
+            ) from None
 
 
 @asynccontextmanager
@@ -108,24 +130,32 @@ async def test_the_screen_shows_display_lamps_and_joints() -> None:
 
 async def test_a_terminal_of_24_rows_shows_refusals_joints_and_the_keys_that_matter() -> None:
     async with screen((80, 24)) as shown:
-        widgets = shown.pilot.app.screen.query(Static)
-        seen = {each.id for each in widgets if each.region.bottom <= 24 and each.region.height}
-        assert seen >= {"lamps", "status", "lcd", "jog", "joints", "messages", "keys"}
+
+        def joints_fit() -> bool:
+            rows = shown.text("joints").split("\n")
+            region = shown.regions()["joints"]
+            return region.height == len(rows) and region.width >= max(map(len, rows))
+
+        def seen() -> set[str]:
+            regions = shown.regions().items()
+            return {name for name, each in regions if each.height and each.bottom <= 24}
+
+        wanted = {"lamps", "status", "lcd", "jog", "joints", "messages", "keys"}
+        await shown.until(lambda: joints_fit() and seen() >= wanted)
         assert shown.text("keys").startswith("SPACE software stop")
-        longest = max(map(len, shown.text("joints").split("\n")))
-        assert shown.pilot.app.screen.query_one("#joints").region.width >= longest
 
 
 async def test_a_jog_key_becomes_a_step() -> None:
     async with screen() as shown:
-        await shown.keys("w")
+        await shown.jog_keys("w")
         await shown.until(lambda: shown.server.all(JogStep))
         assert shown.server.one(JogStep).values[1] == pytest.approx(0.0087266, abs=1e-6)
 
 
 async def test_a_held_key_becomes_presses_without_a_single_beat() -> None:
     async with screen() as shown:
-        await shown.keys("slash", *"qqqqq")
+        await shown.keys("slash")
+        await shown.jog_keys(*"qqqqq")
         await shown.until(lambda: shown.server.all(JogStart))
         await asyncio.sleep(0.3)
         presses = shown.server.all(JogStart)
@@ -139,7 +169,7 @@ async def test_a_stroke_is_dropped_while_a_press_waits_for_its_verdict() -> None
         await shown.keys("slash")
         shown.server.mutes = True
         shown.server.tell_state()  # or what is shown is stale where the machine stalls
-        await shown.keys(*"qqqq")
+        await shown.jog_keys(*"qqqq")
         await shown.until(lambda: shown.server.all(JogStart))
         await asyncio.sleep(0.1)
         assert len(shown.server.all(JogStart)) == 1
@@ -159,7 +189,7 @@ async def test_enabling_is_repeated_and_let_go() -> None:
     async with screen() as shown:
         await shown.keys("v")
         await shown.until(lambda: len(shown.server.all(Enabling)) > 5)
-        assert "HELD" in shown.text("jog")
+        await shown.until(lambda: "HELD" in shown.text("jog"))
         await shown.keys("escape")
         await shown.until(
             lambda: shown.server.all(Enabling)[-1].position == EnablingPosition.RELEASED
@@ -170,7 +200,7 @@ async def test_a_refusal_is_shown_with_its_remedy_and_lets_enabling_go() -> None
     async with screen() as shown:
         await shown.keys("v")
         shown.server.refusals[JogStep] = (VerdictCode.NOT_ENABLED, "it is released")
-        await shown.keys("q")
+        await shown.jog_keys("q")
         await shown.until(lambda: "NOT_ENABLED: it is released -> " in shown.text("messages"))
         await shown.until(lambda: "let go" in shown.text("jog"))
 
