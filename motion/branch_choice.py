@@ -33,7 +33,8 @@ class Offer(NamedTuple):
             the pose and none fits.
         borderline: whether such a branch is so near to a singularity that a little farther on it
             might fit, within the tolerances.
-        miss: how near the arm comes, controller side, where no branch reaches the pose.
+        miss: how near the arm comes inside its limits, controller side, where no branch reaches
+            the pose.
         gap: how far that stays from the pose [m].
     """
 
@@ -68,6 +69,7 @@ class BranchChoice:
 
     def __init__(self, kinematics: Kinematics, form: ClosedForm, ranges: JointRanges) -> None:
         robot = kinematics.robot
+        self._size = kinematics.size
         self._robot, self._form, self._ranges = robot, form, ranges
         # What the robot's own map adds to each joint, read off its unit vectors.
         identity = np.eye(robot.dof)
@@ -135,9 +137,7 @@ class BranchChoice:
         agreeing = self._agreeing(branches, wish.configuration)
         reached = agreeing.within(wish.gap)
         if not reached:
-            positions, gaps = agreeing if agreeing.gaps else branches
-            gap = min(gaps)
-            return Offer([], miss=self._controller_side([positions[gaps.index(gap)]])[0], gap=gap)
+            return self._nearest_miss(agreeing if agreeing.gaps else branches)
         reaching = self._controller_side(reached)
         ranges, turns, seed = self._ranges, wish.turns, wish.seed
         nearest = ranges.around(seed).of
@@ -157,6 +157,22 @@ class BranchChoice:
         outside = _least(blame for blame in blamed if blame is not None)
         borderline = any(self._borderline(position) for position in reached)
         return Offer([], outside, borderline=borderline)
+
+    def _nearest_miss(self, branches: Branches) -> Offer:
+        """Offer the branch that stays nearest to the pose once it is drawn into the limits.
+
+        How much that costs is told by angles for the arm's size: forward kinematics of every branch
+        would take longer than a refusal may.
+        """
+        positions = self._controller_side(branches.positions)
+        least, best = math.inf, Offer([])
+        for gap, position in sorted(zip(branches.gaps, positions, strict=True)):
+            if gap / self._size >= least:
+                break
+            outside, inside = self._ranges.drawn_in(position)
+            if (cost := gap / self._size + outside) < least:
+                least, best = cost, Offer([], miss=inside, gap=gap)
+        return best
 
     def _agreeing(self, branches: Branches, wanted: Configuration | None) -> Branches:
         """Return the branches that have the flags wanted."""

@@ -141,14 +141,14 @@ class Question:
         """Say why the only offer of a closed form is none."""
         if offer.outside is not None:
             return offer.outside
-        miss = offer.miss and self._placed(self._inside(offer.miss))
+        miss = offer.miss and self._placed(np.array(offer.miss))
         return self._unreachable(miss or None)
 
     def _between(self, refused: list[Offer]) -> Found | None:
         """Search from the nearest misses: the spare joint may fit between the values tried."""
         for offer in sorted(refused, key=lambda offer: offer.gap)[:_MISSES_TRIED]:
             if offer.miss is not None:
-                found = self.search.polished(self._inside(offer.miss))
+                found = self.search.polished(offer.miss)
                 if found and self._as_configured(found):
                     return found
         return None
@@ -237,9 +237,6 @@ class Question:
             self.search.measured(nearest.joint_position)
         self.search.restarts = level.restarts
         raise self._unreachable()
-
-    def _inside(self, position: Sequence[float]) -> Array:
-        return np.array(self.arm.ranges.clamped(position))
 
     def _wish(self) -> Wish:
         return Wish(self.seed, self.configuration, self.tolerances[0])

@@ -112,6 +112,28 @@ class JointRanges:
             for value, (lower, upper, _, _) in zip(position, self._rows, strict=True)
         ]
 
+    def drawn_in(self, position: Sequence[float]) -> tuple[float, list[float]]:
+        """Draw a position into the limits, each turning joint by the turn that needs least.
+
+        Args:
+            position: (n,) joint position, each angle in any turn.
+
+        Returns:
+            How far the joints were outside, all together [rad or m], and the (n,) position inside.
+        """
+        outside = 0.0
+        inside = []
+        for value, (lower, upper, _, turning) in zip(position, self._rows, strict=True):
+            if not lower <= value <= upper:
+                if turning:
+                    middle = (lower + upper) / 2.0
+                    value = middle + math.remainder(value - middle, _FULL_TURN)
+                drawn = min(max(value, lower), upper)
+                outside += abs(value - drawn)
+                value = drawn
+            inside.append(value)
+        return outside, inside
+
     def with_turns(self, position: Sequence[float], turns: Sequence[int]) -> list[float]:
         """Return a position with each turning joint in the asked turn, whatever the limits."""
         return [
