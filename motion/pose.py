@@ -230,19 +230,19 @@ def quaternion_of(rotation: Array) -> tuple[float, float, float, float]:
         case _:
             raw = (h - f, c - g, d - b, squares[3])
     x, y, z, w = raw
-    norm = math.copysign(math.sqrt(x * x + y * y + z * z + w * w), w or x or y or z)
+    norm = math.copysign(math.sqrt(x * x + y * y + z * z + w * w), _leading(raw))
     return x / norm + 0.0, y / norm + 0.0, z / norm + 0.0, w / norm + 0.0
 
 
-def _sign(quaternion: Sequence[float]) -> float:
-    """Return the sign of the first element that is not 0 of w, x, y, z."""
+def _leading(quaternion: Sequence[float]) -> float:
+    """Return the first element that is not 0 of w, x, y, z; its sign is the quaternion's."""
     x, y, z, w = quaternion
     return w or x or y or z
 
 
 def _canonical(quaternion: Array) -> Array:
     # q and -q are one rotation; adding zero turns -0.0 into 0.0.
-    return (quaternion if _sign(quaternion.tolist()) > 0.0 else -quaternion) + 0.0
+    return (quaternion if _leading(quaternion.tolist()) > 0.0 else -quaternion) + 0.0
 
 
 def checked_vector(values: Sequence[float] | Array, count: int, what: str) -> Array:

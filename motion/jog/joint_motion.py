@@ -96,6 +96,7 @@ class JointMotion:
             caps: that say what these are.
         """
         press = self._press
+        # By identity: neither is changed in place, and a new press brings new ones.
         if press is None or press.rates is not rates or press.caps is not caps:
             press = self._press = self._pressed(rates, caps)
         self.scale, self.cause = 1.0, None

@@ -200,7 +200,7 @@ class LookAhead:
     def _slow(self, last: WayNode, node: WayNode) -> None:
         """Set the greatest speed at a new place, and lower both ends of the cell before it.
 
-        To what joints and points allow in its middle.
+        They are lowered to what joints and points allow in the cell's middle.
         """
         margins, tool_speed = scales(self.model, last, node), _tool_speed(node.twist)
         node.top, node.cause = self._top(node.position, node.rate, tool_speed, margins)
