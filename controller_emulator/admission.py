@@ -49,6 +49,28 @@ class Tolerances(NamedTuple):
     start: float = 0.01
 
 
+class _JointBasis(NamedTuple):
+    """What the bounds of one joint on any leg are made of.
+
+    Attributes:
+        lower: least position [rad or m].
+        upper: greatest position [rad or m].
+        velocity: greatest speed […/s].
+        acceleration: greatest acceleration that may be stated, and is taken on a polynomial […/s²].
+        hardest: greatest acceleration, before allowances for rounding […/s²].
+        velocity_blur: adds to the acceleration, divided by the duration of the leg […/s].
+        most_timed: most that rounded time stamps may add to the acceleration […/s²].
+    """
+
+    lower: float
+    upper: float
+    velocity: float
+    acceleration: float
+    hardest: float
+    velocity_blur: float
+    most_timed: float
+
+
 class Admission:
     """The checks, for one robot.
 
@@ -63,23 +85,19 @@ class Admission:
         self._tolerances = tolerances
         wire = limits.as_float32()
         self._lower, self._upper = wire.lower, wire.upper
-        self._velocity = tuple(
-            float32_ceiling(v * (1 + tolerances.velocity)) for v in limits.velocity
-        )
-        self._acceleration = tuple(
-            float32_ceiling(a * (1 + tolerances.acceleration)) for a in limits.acceleration
-        )
-        # What the bounds of a leg are made of, joint by joint.
+        velocity = [float32_ceiling(v * (1 + tolerances.velocity)) for v in limits.velocity]
+        excess = 1 + tolerances.acceleration
+        self._acceleration = [float32_ceiling(a * excess) for a in limits.acceleration]
         self._basis = tuple(
-            zip(
+            map(
+                _JointBasis,
                 self._lower,
                 self._upper,
-                self._velocity,
+                velocity,
                 self._acceleration,
                 self.hardest,
-                (4 * rounding(v) for v in self._velocity),
-                (_TIME_ALLOWANCE * a for a in limits.acceleration),
-                strict=True,
+                [4 * rounding(v) for v in velocity],
+                [_TIME_ALLOWANCE * a for a in limits.acceleration],
             )
         )
 
@@ -203,16 +221,15 @@ class Admission:
 
         A joint that could not stop inside its range any more is as good as outside.
         """
-        for joint, (value, start, basis) in enumerate(
-            zip(velocity, position, self._basis, strict=True)
-        ):
-            lower, upper, most, _, hardest, _, _ = basis
+        joints = enumerate(zip(velocity, position, self._basis, strict=True))
+        for joint, (value, start, basis) in joints:
             speed = abs(value)
-            if speed > most:
-                return violation(ViolationKind.VELOCITY, joint, value, most)
-            stop = start + value * speed / (2 * hardest)
-            if value and not lower <= stop <= upper:
-                return violation(ViolationKind.RANGE, joint, stop, lower if stop < lower else upper)
+            if speed > basis.velocity:
+                return violation(ViolationKind.VELOCITY, joint, value, basis.velocity)
+            stop = start + value * speed / (2 * basis.hardest)
+            if value and not basis.lower <= stop <= basis.upper:
+                least, most = basis.lower, basis.upper
+                return violation(ViolationKind.RANGE, joint, stop, least if stop < least else most)
         return None
 
     def _steps(
@@ -225,12 +242,11 @@ class Admission:
         for joint, (mean, off_by, old, new, noise, basis) in enumerate(
             zip(end.mean_velocity, off, olds, news, noises, self._basis, strict=True)
         ):
-            _, _, fastest, sharpest, _, _, _ = basis
-            limit = fastest + off_by / seconds
+            limit = basis.velocity + off_by / seconds
             if abs(mean) > limit:
                 return violation(ViolationKind.POSITION_STEP, joint, mean, limit)
             rate = (new - old) / time
-            limit = sharpest + noise / time
+            limit = basis.acceleration + noise / time
             if abs(rate) > limit:
                 return violation(ViolationKind.VELOCITY_STEP, joint, rate, limit)
         return None

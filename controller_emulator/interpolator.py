@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 from .faults import Refusal
 from .joint_motion import ends
-from .legs import Knot, Leg
+from .legs import Leg
 from .segment import Segment, connect
 
 LOOKAHEAD = 16
@@ -30,8 +30,8 @@ Interval = tuple[float, float]
 
 def begin(
     leg: Leg, position: tuple[float, ...], velocity: tuple[float, ...], ahead: Sequence[Leg]
-) -> tuple[Segment, Knot] | Refusal:
-    """Return the motion of a leg that begins now, and the state in which it will end.
+) -> tuple[Segment, tuple[float, ...]] | Refusal:
+    """Return the motion of a leg that begins now, and the velocity (n,) with which it will end.
 
     Args:
         leg: the leg, of a duration more than 0, whose motion is still open.
@@ -46,11 +46,12 @@ def begin(
     if target is None:
         joints = range(len(velocity))
         target = tuple(_end_velocity(leg, velocity[joint], ahead, joint) for joint in joints)
-    end = leg.end.with_velocity(target)
-    segment = connect(leg.seconds, ends(position, velocity, None), end.ends(), leg.bounds)
+    start = ends(position, velocity, None)
+    end = ends(leg.end.position, target, leg.end.acceleration)
+    segment = connect(leg.seconds, start, end, leg.bounds)
     if isinstance(segment, Refusal):
         return segment
-    return segment, end
+    return segment, target
 
 
 def can_rest(legs: Sequence[Leg]) -> bool:

@@ -26,6 +26,9 @@ Pieces = tuple[Piece, ...]
 class Bounds:
     """What one joint may do within one segment; all four include their rounding allowances.
 
+    Never changed, but not frozen, as that takes four times as long to make, for every joint of
+    every point.
+
     Attributes:
         lower: least position [rad or m].
         upper: greatest position [rad or m].

@@ -17,6 +17,8 @@ from .segment import Segment
 class Knot:
     """State at a point; never changed, so that legs may share it.
 
+    Not frozen, as that takes four times as long to make, for every point that comes in.
+
     Attributes:
         position: (n,) [rad or m].
         velocity: (n,) […/s]; None while it is open, to be chosen when the leg begins.
@@ -30,7 +32,7 @@ class Knot:
     acceleration: tuple[float, ...] | None
     mean_velocity: tuple[float, ...]
     span: float
-    _ends: list[End] | None = field(default=None, init=False)
+    _ends: list[End] | None = field(default=None, init=False, repr=False, compare=False)
 
     @classmethod
     def at_rest(cls, position: tuple[float, ...]) -> Knot:

@@ -29,6 +29,8 @@ _ACCELERATION = int(ValidField.ACCELERATION)
 class Point:
     """One trajectory point, controller-side joint values.
 
+    Never changed, but not frozen, as that takes four times as long to make.
+
     Attributes:
         sequence: its number, or a special sequence.
         position: (dof,) [rad or m].

@@ -71,12 +71,29 @@ def quintics(
         ends: state of each joint at the end.
         bounds: bounds of each joint.
     """
-    square, part = h * h, 0.4 * h
+    if not _are_quintics_within(h, starts, ends, bounds):
+        return None
     over3, over4, over5 = 2 * h**3, 2 * h**4, 2 * h**5
     joints = []
+    for (p0, v0, a0), (p1, v1, a1) in zip(starts, ends, strict=True):
+        assert a0 is not None
+        assert a1 is not None
+        distance, triple = p1 - p0, 3 * a0
+        c3 = (20 * distance - (8 * v1 + 12 * v0) * h - (triple - a1) * h * h) / over3
+        c4 = (-30 * distance + (14 * v1 + 16 * v0) * h + (triple - 2 * a1) * h * h) / over4
+        c5 = (12 * distance - 6 * (v1 + v0) * h - (a0 - a1) * h * h) / over5
+        joints.append(((0.0, (p0, v0, a0 / 2, c3, c4, c5)),))
+    return tuple(joints)
+
+
+def _are_quintics_within(
+    h: float, starts: Sequence[End], ends: Sequence[End], bounds: Sequence[Bounds]
+) -> bool:
+    """Tell whether the states determine a quintic for each joint, and all are safely in bounds."""
+    square, part = h * h, 0.4 * h
     for (p0, v0, a0), (p1, v1, a1), bound in zip(starts, ends, bounds, strict=True):
         if a0 is None or a1 is None:
-            return None
+            return False
         # Bézier control values between those of the ends: position b, velocity w, acceleration r.
         b1, b2 = p0 + h * v0 / 5, p0 + part * v0 + square * a0 / 20
         b3, b4 = p1 - part * v1 + square * a1 / 20, p1 - h * v1 / 5
@@ -105,13 +122,8 @@ def quintics(
         if not is_enclosed and not _is_within(
             bound, (p0, b1, b2, b3, b4, p1), (v0, w1, w2, w3, v1), (a0, r1, r2, a1)
         ):
-            return None
-        distance, triple = p1 - p0, 3 * a0
-        c3 = (20 * distance - (8 * v1 + 12 * v0) * h - (triple - a1) * h * h) / over3
-        c4 = (-30 * distance + (14 * v1 + 16 * v0) * h + (triple - 2 * a1) * h * h) / over4
-        c5 = (12 * distance - 6 * (v1 + v0) * h - (a0 - a1) * h * h) / over5
-        joints.append(((0.0, (p0, v0, a0 / 2, c3, c4, c5)),))
-    return tuple(joints)
+            return False
+    return True
 
 
 def cubics(

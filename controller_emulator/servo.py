@@ -72,7 +72,7 @@ class Servo:
         self._rule = rule
         self._zeros = (0.0,) * len(start)
         self._since = 0
-        self._until: int | None = None  # the end of the phase or leg; None: it goes on by itself
+        self._until: int | None = None  # the end of the phase or leg; None: nothing is due
         self._segment: Segment | Ramp | None = None
         self._state: State = (start, self._zeros, self._zeros)
         self._end_velocity = self._zeros
@@ -103,7 +103,8 @@ class Servo:
         if self._segment is None:
             return self._state
         until = self._until
-        time = now if until is None or now < until else until
+        assert until is not None
+        time = now if now < until else until
         return self._segment.sample((time - self._since) / NANOSECONDS)
 
     def append(self, leg: Leg, now: int, *, streamed: bool) -> None:
@@ -178,15 +179,15 @@ class Servo:
             self._segment, self._end_velocity = None, self._zeros
             return None
         if leg.segment is not None:
-            self._segment, self._end_velocity = leg.segment, leg.end.velocity or self._zeros
+            assert leg.end.velocity is not None
+            self._segment, self._end_velocity = leg.segment, leg.end.velocity
             return None
         ahead = self.buffer.ahead(LOOKAHEAD)
         begun = begin(leg, position, velocity, ahead)
         if isinstance(begun, Refusal):
             ran_dry = not ahead and not self._admission.is_rest(velocity)
             return Refusal(ErrorCode.BUFFER_UNDERRUN) if ran_dry else begun
-        self._segment, end = begun
-        self._end_velocity = end.velocity or self._zeros
+        self._segment, self._end_velocity = begun
         return None
 
     def _finish(self, at: int) -> Refusal | None:

@@ -225,7 +225,7 @@ class ServerCore:
     def _after_a_freeze(self, now: int) -> list[Outgoing]:
         """Latch a stop where the event loop stood still during a motion; the watchdog sent one."""
         late = self._ticks.lateness(now)
-        if late is None or not self.cell.is_busy:
+        if not self.cell.is_busy:
             return []
         return self.cell.protective_stop(late_refusal(late), now)
 

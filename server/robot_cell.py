@@ -272,8 +272,7 @@ class RobotCell:
         if self.modes.is_enabled(work.request.session, now):
             return False
         # A motion that is paused stands on its path; `resume` asks for the device again.
-        is_paused = self.motion_activity is Activity.PAUSED
-        return self.modes.needs_enabling(self.mode) and not is_paused
+        return self.modes.needs_enabling(self.mode) and self.motion_activity is not Activity.PAUSED
 
     def under_way(self) -> str:
         """Return what is planned or moves, in words; empty where nothing is."""

@@ -33,6 +33,12 @@ from .planning.jobs import JointVector
 from .planning.pose_goal import PoseGoal
 from .settings import Jog
 
+_JointMotion = tuple[tuple[float, ...], tuple[float, ...]]
+"""Position [rad or m] and velocity […/s] of all joints."""
+
+_ToolMotion = tuple[tuple[float, ...], tuple[float, ...], float]
+"""Place [m], quaternion and speed [m/s] of the tool in the base frame."""
+
 _NAMED_POSITIONS = ("home", "zero")
 
 
@@ -71,7 +77,7 @@ class RobotMathematics:
         """Let a tool rule whose centre point is there in the flange."""
         self._tcp = tcp
         self._tool_point = self._kinematics.link_point(offset=tcp.position.tolist())
-        self._asked: tuple[tuple[float, ...], tuple[float, ...]] | None = None
+        self._last_motion: tuple[_JointMotion, _ToolMotion] | None = None
         is_flange = not any((*tcp.position.tolist(), *tcp.quaternion.tolist()[:3]))
         self._tool_turn = None if is_flange else tcp.rotation
 
@@ -105,19 +111,17 @@ class RobotMathematics:
         """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""
         return self._tool_place(*self._kinematics.place(np.array(position, dtype=np.float64)))
 
-    def tool_motion(
-        self, position: Sequence[float], velocity: Sequence[float]
-    ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
+    def tool_motion(self, position: Sequence[float], velocity: Sequence[float]) -> _ToolMotion:
         """Return place [m], quaternion and speed [m/s] of the tool in the base frame."""
         # Several ask about one report, and a robot that stands reports the same again.
         asked = tuple(position), tuple(velocity)
-        if asked != self._asked:
+        last = self._last_motion
+        if last is None or last[0] != asked:
             joints = np.array(position, dtype=np.float64)
             rates = np.array(velocity, dtype=np.float64)
             turn, place, speed = self._kinematics.place_and_speed(joints, rates, self._tool_point)
-            self._motion = *self._tool_place(turn, place), speed
-            self._asked = asked
-        return self._motion
+            last = self._last_motion = asked, (*self._tool_place(turn, place), speed)
+        return last[1]
 
     def _tool_place(self, turn: Array, place: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
         # Without a `Pose`, whose checks take longer than this: each state message asks for it.

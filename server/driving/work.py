@@ -5,7 +5,7 @@ Owns no rule; `driving` begins and ends it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ..jog.jogging import JogRows
 from ..news import Request
@@ -36,9 +36,9 @@ class Work:
     planned_cap: float | None = None
     plan_time: float = 0.0
     duration: float = 0.0
-    execution: Execution | None = None
-    stored: StoredRows | None = None
-    jog: JogRows | None = None
+    execution: Execution | None = field(default=None, init=False)
+    stored: StoredRows | None = field(default=None, init=False)
+    jog: JogRows | None = field(default=None, init=False)
 
     def begin(self, execution: Execution) -> None:
         """Take note that set-points are being sent."""

@@ -47,7 +47,8 @@ class PlanningPool:
         free = [process for process in self._processes if process.is_free]
         free.sort(key=lambda process: process.is_warm)
         while self._waiting and free:
-            free.pop().give(self._waiting.popleft())
+            if free.pop().give(self._waiting[0]):
+                self._waiting.popleft()
         if all(process.is_down for process in self._processes):
             failed, self._waiting = self._waiting, deque()
             for task in failed:

@@ -18,6 +18,7 @@ import signal
 import struct
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import BinaryIO, Protocol
 
@@ -89,22 +90,38 @@ class PlanningProcess:
     @property
     def is_free(self) -> bool:
         """Whether it would begin a job at once, or as soon as it is warm."""
-        return self._process is not None and self._in_hand is None
+        if self._process is None or self._in_hand is not None:
+            return False
+        # The loop may have seen its input closed some turns before the end of its output, which
+        # `keep_up` waits for.
+        assert self._process.stdin is not None
+        return not self._process.stdin.is_closing()
 
-    def give(self, task: Task) -> None:
-        """Have a free process plan a job."""
+    def give(self, task: Task) -> bool:
+        """Have a free process plan a job.
+
+        Returns:
+            Whether it took the job; where not, it is ended, and free again once another runs.
+        """
         assert self._process is not None
         assert self._process.stdin is not None
+        data = pickle.dumps((task.robot, task.job))
+        try:
+            self._process.stdin.write(_LENGTH.pack(len(data)) + data)
+        except (OSError, RuntimeError) as error:
+            # What uvloop does where asyncio drops the bytes: the input is closed.
+            log.error("the planning process takes no job: %s", error)
+            _kill(self._process)
+            return False
         timer = asyncio.get_running_loop().call_later(_LONGEST_PLAN, self._give_up, task)
         self._in_hand = (task, timer)
-        data = pickle.dumps((task.robot, task.job))
-        self._process.stdin.write(_LENGTH.pack(len(data)) + data)
+        return True
 
     def _give_up(self, task: Task) -> None:
         """End a process that has not answered for too long; `keep_up` starts another."""
         log.error("planning job %d took more than %g s", task.job.job_id, _LONGEST_PLAN)
         if self._process is not None:
-            self._process.kill()
+            _kill(self._process)
 
     async def keep_up(self) -> None:
         """Run the process, and another when it ends; until cancelled."""
@@ -177,9 +194,15 @@ async def _end(process: asyncio.subprocess.Process) -> None:
     try:
         code = await asyncio.wait_for(process.wait(), _FAREWELL)
     except TimeoutError:
-        process.kill()
+        _kill(process)
         code = await process.wait()
     log.info("planning process %d ended with %d", process.pid, code)
+
+
+def _kill(process: asyncio.subprocess.Process) -> None:
+    """Kill the child, which may have died since the loop looked last."""
+    with suppress(ProcessLookupError):
+        process.kill()
 
 
 def run_child(robots: Sequence[str]) -> None:

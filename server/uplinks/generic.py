@@ -41,7 +41,7 @@ class SetPoint(NamedTuple):
     """One certified sample of a trajectory.
 
     Attributes:
-        number: of it in the trajectory, from 0.
+        number: its number in the trajectory, from 0.
         row: its time from the start of the trajectory and its values.
         step: time since the sample before it [s]; 0 for the first.
     """

@@ -17,7 +17,7 @@ class TickWatch:
     """The server's own look at its clock: was the loop away for longer than the watchdog waits?
 
     Attributes:
-        late_from: an event from then on comes after a freeze [ns]; never before the first tick.
+        late_from: of an event from then on `lateness` is asked [ns]; of none before the first tick.
     """
 
     def __init__(self, deadline_ns: int) -> None:
@@ -31,14 +31,13 @@ class TickWatch:
         self._ticked = now
         self.late_from = now + self._deadline_ns
 
-    def lateness(self, now: int) -> int | None:
-        """Return how long ago the last tick was [ns] where that is too long, once; else None.
+    def lateness(self, now: int) -> int:
+        """Return for how long the loop was away [ns], and take note that this was found out.
 
-        To be asked before anything is done about an event: the first one after a freeze is as
-        likely an answer of the controller as a tick, and no set-point may leave because of it.
+        To be asked before anything is done about an event from `late_from` on: the first one after
+        a freeze is as likely an answer of the controller as a tick, and no set-point may leave
+        because of it.
         """
-        if now < self.late_from:
-            return None
         late = now - self._ticked
         self.tick(now)
         return late

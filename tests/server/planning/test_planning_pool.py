@@ -24,10 +24,14 @@ class FakeProcess:
     is_down: bool = False
     given: list[Task] = field(default_factory=list)
 
-    def give(self, task: Task) -> None:
+    is_dying: bool = False
+
+    def give(self, task: Task) -> bool:
         assert self.is_free
         self.is_free = False
-        self.given.append(task)
+        if not self.is_dying:
+            self.given.append(task)
+        return not self.is_dying
 
 
 @dataclass
@@ -65,6 +69,17 @@ def test_a_job_waits_while_all_processes_are_busy(bench: Bench) -> None:
     bench.processes[0].is_free = True
     bench.pool.hand_out()
     assert bench.given() == [[2, 3], [1]]
+
+
+def test_a_job_that_a_process_did_not_take_goes_to_another_or_waits(bench: Bench) -> None:
+    for process in bench.processes:
+        process.is_dying = True
+    bench.ask(1)
+    assert bench.given() == [[], []]
+    bench.processes[0].is_free, bench.processes[0].is_dying = True, False
+    bench.pool.hand_out()
+    assert bench.given() == [[1], []]
+    assert bench.answers == []
 
 
 def test_a_warm_process_is_preferred(bench: Bench) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 from openpendant.server.watchdog.tick_watch import TickWatch, late_refusal
@@ -69,11 +71,11 @@ def test_the_watchdog_sleeps_no_longer_than_to_the_deadline() -> None:
 
 def test_a_late_tick_is_found_once_by_whatever_event_comes_first() -> None:
     ticks = TickWatch(DEADLINE)
-    assert ticks.lateness(0) is None
+    assert ticks.late_from == math.inf
     ticks.tick(0)
-    assert ticks.lateness(DEADLINE - 1) is None
+    assert ticks.late_from == DEADLINE
     assert ticks.lateness(3 * DEADLINE) == 3 * DEADLINE
-    assert ticks.lateness(3 * DEADLINE + MS) is None
+    assert ticks.late_from == 4 * DEADLINE
 
 
 def test_the_refusal_says_for_how_long() -> None:
