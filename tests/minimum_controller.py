@@ -159,13 +159,18 @@ class Wire:
         return True
 
     async def rounds(self, last: Callable[[Status], bool]) -> list[tuple[JointPosition, Status]]:
-        """Collect rounds of the state port up to the first whose status meets a condition."""
+        """Collect rounds of the state port up to the first whose status meets a condition.
+
+        Raises:
+            TimeoutError: none met it; rounds come all the same, each of them in time.
+        """
         seen: list[tuple[JointPosition, Status]] = []
-        while not seen or not last(seen[-1][1]):
-            joints, status = CODEC.decode(await self.frame()), CODEC.decode(await self.frame())
-            assert isinstance(joints, JointPosition)
-            assert isinstance(status, Status)
-            seen.append((joints, status))
+        async with asyncio.timeout(PATIENCE):
+            while not seen or not last(seen[-1][1]):
+                joints, status = CODEC.decode(await self.frame()), CODEC.decode(await self.frame())
+                assert isinstance(joints, JointPosition)
+                assert isinstance(status, Status)
+                seen.append((joints, status))
         return seen
 
     async def status(self) -> Status:

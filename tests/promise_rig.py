@@ -8,28 +8,30 @@ nothing to do. What the machine does to that one it does to the server as well.
 from __future__ import annotations
 
 import json
-import os
 import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from busy_machine import SCALE
 from recording_controller import RecordingController
 from wire_pendant import WirePendant
 
-SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
-"""Bounds are multiplied by this on slow machines."""
+from openpendant.tools.bench.jogging_pendants import lateness
 
 SLACK = 3.0
 """Times the bound in `make test`, where a few trials run on a machine that does other things."""
 
 _ENOUGH = 120
 """Of so many trials the 99th percentile is not the greatest."""
+
+_TURN = 0.01
+"""Between two measurements of the idle control while ticks are watched, less where asked [s]."""
 
 _PEERS = Path(__file__).with_name("promise_peers.py")
 
@@ -45,8 +47,8 @@ class Figures:
     def need_more(self, trials: int, bound: float, slack: float = 1.0) -> bool:
         """Tell whether there are too few trials to judge.
 
-        The 99th percentile of fewer than a hundred is the greatest of them: where that alone is
-        over its bound [ms], there are more trials, until one of them does not decide any more.
+        The 99th percentile of a hundred or fewer is the greatest of them: where that alone is over
+        its bound [ms], there are more trials, until one of them does not decide any more.
         """
         count = len(self.delays)
         if count < trials:
@@ -67,6 +69,25 @@ class Figures:
         if most is not None:
             allowed = most * slack * SCALE
             assert max(self.delays) <= allowed, f"{said}; allowed: max {allowed:g} ms"
+
+
+class Void:
+    """Trials that a busy machine made void before they began; to five that count, one at most.
+
+    Attributes:
+        count: how many there were.
+    """
+
+    def __init__(self, figures: Figures, trials: int) -> None:
+        self.count = 0
+        self._figures = figures
+        self._trials = trials
+
+    def add(self) -> None:
+        """Count one more; fail where there are too many for the trials that there are to be."""
+        self.count += 1
+        most = max(self._trials, len(self._figures.delays)) // 5
+        assert self.count <= most, f"{self._figures.name}: {self.count} trials were void"
 
 
 def tell(text: str) -> None:
@@ -116,6 +137,40 @@ class PromiseRig:
         arrival = self.controller.first(lambda each: not each.msg_type, sent)
         assert arrival is not None
         return (arrival.time - sent) / 1e6
+
+    def watch_ticks(
+        self,
+        pendant: WirePendant,
+        seconds: float,
+        figures: Figures,
+        *,
+        turn: float = _TURN,
+        meanwhile: Callable[[], None] | None = None,
+    ) -> float:
+        """Measure how late the server's ticks are, by its stamps, and beside it the idle control.
+
+        Args:
+            pendant: is told of each tick.
+            seconds: how long [s].
+            figures: gets both.
+            turn: from one measurement of the idle control to the next [s].
+            meanwhile: called once each turn.
+
+        Returns:
+            By how much the slowest turn here was late, the idle control's answer included [ms]:
+            what the machine did to two other processes in these seconds.
+        """
+        pendant.ticks.clear()
+        latest = 0.0
+        until = time.monotonic() + seconds
+        while (began := time.monotonic()) < until:
+            if meanwhile is not None:
+                meanwhile()
+            pendant.listen(turn)
+            figures.idle.append(self.idle_delay())
+            latest = max(latest, time.monotonic() - began - turn)
+        figures.delays += [late / 1e6 for late in lateness(pendant.ticks)]
+        return latest * 1e3
 
 
 @contextmanager

@@ -77,7 +77,9 @@ def test_a_table_is_the_product_of_its_convention(
     random = np.random.default_rng(1)
     for joints in random.uniform(-1.0, 1.0, (20, 4)):
         found = chain_pose(chain.joints, joints).to_matrix()
-        np.testing.assert_allclose(found, by_definition(convention, joints.tolist()), atol=1e-12)
+        np.testing.assert_allclose(
+            found, by_definition(convention, joints.tolist()), rtol=0, atol=1e-12
+        )
 
 
 def test_the_two_conventions_of_the_same_rows_are_different_arms(tmp_path: Path) -> None:
@@ -125,7 +127,9 @@ def test_base_and_tool_are_part_of_the_chain(tmp_path: Path) -> None:
         @ shift(0.05, 0)
         @ turn_z(math.pi / 2)
     )
-    np.testing.assert_allclose(chain_pose(chain.joints, zero).to_matrix(), expected, atol=1e-12)
+    np.testing.assert_allclose(
+        chain_pose(chain.joints, zero).to_matrix(), expected, rtol=0, atol=1e-12
+    )
 
 
 def test_a_standard_table_is_kept_as_written(tmp_path: Path) -> None:

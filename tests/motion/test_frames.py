@@ -89,6 +89,7 @@ def test_a_way_up_is_a_product(a: Pose, b: Pose, c: Pose) -> None:
     np.testing.assert_allclose(
         tree.transform("c", BASE).to_matrix(),
         a.to_matrix() @ b.to_matrix() @ c.to_matrix(),
+        rtol=0,
         atol=1e-12,
     )
 

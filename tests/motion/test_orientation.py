@@ -45,7 +45,7 @@ def test_straight_up_or_down_the_roll_is_zero_and_the_rotation_kept(
 def test_a_rotation_vector_its_quaternion_and_its_matrix_are_one(vector: tuple[float, ...]) -> None:
     quaternion = quaternion_of_vector(np.array(vector))
     matrix = rotation_of_vector(np.array(vector))
-    np.testing.assert_allclose(quaternion_to_matrix(quaternion), matrix, atol=1e-14)
+    np.testing.assert_allclose(quaternion_to_matrix(quaternion), matrix, rtol=0, atol=1e-14)
     if math.hypot(*vector) < 3.0:
         assert vector_of_quaternion(quaternion) == pytest.approx(vector, abs=1e-12)
 

@@ -68,7 +68,9 @@ def test_the_derivatives_are_those_of_the_lengths() -> None:
     line = platform_line(PLATFORM, PLATFORM.inverse(OTHER), SIDE)
     s, step = np.linspace(0.01, line.length - 0.01, 7), 1e-5
     before, here, after = (line.evaluate(s + shift) for shift in (-step, 0.0, step))
-    np.testing.assert_allclose(line.evaluate(s, 1), (after - before) / (2 * step), atol=1e-8)
+    np.testing.assert_allclose(
+        line.evaluate(s, 1), (after - before) / (2 * step), rtol=0, atol=1e-8
+    )
     np.testing.assert_allclose(
         line.evaluate(s, 2), (after - 2.0 * here + before) / step**2, atol=1e-4
     )
@@ -81,8 +83,8 @@ def test_the_extent_is_reached_and_never_passed() -> None:
         dense = line.evaluate(np.linspace(0.0, line.length, 5000))
         assert (dense >= least - 1e-12).all()
         assert (dense <= greatest + 1e-12).all()
-        np.testing.assert_allclose(dense.min(axis=0), least, atol=1e-8)
-        np.testing.assert_allclose(dense.max(axis=0), greatest, atol=1e-8)
+        np.testing.assert_allclose(dense.min(axis=0), least, rtol=0, atol=1e-8)
+        np.testing.assert_allclose(dense.max(axis=0), greatest, rtol=0, atol=1e-8)
 
 
 def test_a_turn_on_the_spot_is_a_line_too() -> None:

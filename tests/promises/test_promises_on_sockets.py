@@ -17,7 +17,7 @@ from enum import Enum
 from pathlib import Path
 
 import pytest
-from promise_rig import SLACK, Figures, PromiseRig, promise_rig
+from promise_rig import SCALE, SLACK, Figures, PromiseRig, Void, promise_rig, tell
 from recording_controller import Arrival
 from wire_pendant import WirePendant
 
@@ -33,7 +33,6 @@ from openpendant.simplemsg.pendant import (
     Verdict,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.bench.jogging_pendants import lateness
 
 pytestmark = [pytest.mark.realtime, pytest.mark.timeout(3_600)]
 
@@ -48,6 +47,9 @@ TRIALS = [
 
 BY_DEADLINE = 150.0
 """The deadline that a press declares [ms]."""
+
+MACHINE_LATE = 25.0 * SCALE
+"""A machine that delays others so long can end a jog: half of what points are sent ahead [ms]."""
 
 
 @pytest.fixture(scope="module")
@@ -98,22 +100,6 @@ def hold_key(rig: PromiseRig, pendant: WirePendant, chance: random.Random, trial
     raise AssertionError(f"the robot does not move: {pendant.got[-4:]}")
 
 
-class Void:
-    """Trials that a busy machine made void before they began; a fifth of them at most.
-
-    Attributes:
-        count: how many there were.
-    """
-
-    def __init__(self, trials: int) -> None:
-        self.count = 0
-        self._most = max(trials // 5, 1)
-
-    def add(self) -> None:
-        self.count += 1
-        assert self.count <= self._most, f"{self.count} trials were void"
-
-
 def no_motion(rig: PromiseRig, since: int) -> None:
     """Fail where the robot was moved after a time [ns]: then the trial was not void."""
     late = [each for each in rig.controller.arrivals if each.time > since and moves(each)]
@@ -162,7 +148,8 @@ def test_promise_2_a_lost_connection_stops_within_20_ms(
     rig: PromiseRig, end: End, trials: int, slack: float
 ) -> None:
     chance = random.Random(2)
-    figures, void = Figures(f"promise 2, {end.value}"), Void(trials)
+    figures = Figures(f"promise 2, {end.value}")
+    void = Void(figures, trials)
     while figures.need_more(trials, 20.0, slack):
         ended = lose(rig, end, chance, len(figures.delays) + void.count)
         stop = rig.controller.first(is_stop, ended, 1.0)
@@ -181,7 +168,8 @@ def test_promise_1_a_silent_press_ramps_down_by_its_deadline_and_two_ticks(
 ) -> None:
     """The bound is deadline and one tick on the server's clock; sockets get one more tick."""
     chance = random.Random(1)
-    figures, void = Figures("promise 1, after the deadline"), Void(trials)
+    figures = Figures("promise 1, after the deadline")
+    void = Void(figures, trials)
     pendant = rig.pendant("silent")
     pendant.take_control()
     while figures.need_more(trials, 20.0, slack):
@@ -207,7 +195,8 @@ def test_a_press_changes_the_set_point_within_30_ms(
     rig: PromiseRig, trials: int, slack: float
 ) -> None:
     chance = random.Random(30)
-    figures, void = Figures("press to first changed set-point"), Void(trials)
+    figures = Figures("press to first changed set-point")
+    void = Void(figures, trials)
     pendant = rig.pendant("presser")
     pendant.take_control()
     while figures.need_more(trials, 30.0, slack):
@@ -295,42 +284,53 @@ def test_promise_18_a_second_one_is_refused_within_20_ms(
 
 
 def broke_off_late(message: Message) -> bool:
-    """Tell whether a jog ended because a point or a beat had not come in time."""
+    """Tell whether a jog ended because a point or a beat had not come in time.
+
+    A controller that ran out of points refuses the next one, mostly before it has shown why.
+    """
     match message:
         case Outcome():
-            return "under-run" in message.text
+            return message.code == VerdictCode.CONTROLLER_REFUSED or "under-run" in message.text
         case JogEnded():
             return message.reason == JogEnd.SILENT
     return False
 
 
-def tick_lateness(pendant: WirePendant, seconds: float) -> list[float]:
-    """Return how late each tick of the server was while a key is held [ms], by its own stamps."""
-    pendant.ticks.clear()
-    pendant.listen(seconds)
-    return [late / 1e6 for late in lateness(pendant.ticks)]
+def is_jogging(pendant: WirePendant) -> bool:
+    assert pendant.state is not None
+    return pendant.state.activity == Activity.JOGGING
+
+
+def storm_on_jog(rig: PromiseRig, pendant: WirePendant, figures: Figures) -> float:
+    """Hold a key in a storm for two seconds; return how late the machine let others be [ms]."""
+    with rig.storm():
+        pendant.hold_anew()
+        pendant.press(0.3)
+        return rig.watch_ticks(pendant, 2.0, figures)
 
 
 def test_promise_20_a_storm_of_connections_neither_delays_ticks_nor_ends_a_jog(
     rig: PromiseRig,
 ) -> None:
-    """A point or a beat that the machine lets come late ends the jog: a void trial."""
-    figures, void = Figures("promise 20, ticks late in a storm"), Void(10)
+    """Ticks count whatever became of the jog.
+
+    A point or a beat passes three processes, and one that the machine lets come late ends a jog in
+    any weather: there is another run, twice, where the machine delayed others as well meanwhile.
+    """
+    figures = Figures("promise 20, ticks late in a storm")
     pendant = rig.pendant("in the storm")
     pendant.take_control()
-    figures.idle += tick_lateness(pendant, 1.0)
-    while not figures.delays:
-        with rig.storm():
-            pendant.hold_anew()
-            pendant.press(0.3)
-            late = tick_lateness(pendant, 2.0)
-        assert pendant.state is not None
-        if pendant.state.activity == Activity.JOGGING:
-            figures.delays += late
-        else:
-            assert any(broke_off_late(each) for each in pendant.got[-4:]), pendant.got[-4:]
-            void.add()
+    for _ in range(3):
+        latest = storm_on_jog(rig, pendant, figures)
+        if is_jogging(pendant):
+            break
+        said = f"the machine was {latest:.1f} ms late at most; {pendant.got[-4:]}"
+        assert any(broke_off_late(each) for each in pendant.got[-4:]), said
+        assert latest > MACHINE_LATE, said
+        tell(f"promise 20, another run: {said}")
         pendant.come_to_rest()
+    assert is_jogging(pendant), (latest, pendant.got[-4:])
+    pendant.come_to_rest()
     pendant.close()
     figures.judge(10.0, slack=SLACK)
 
@@ -339,16 +339,10 @@ def test_promise_20_a_storm_of_connections_neither_delays_ticks_nor_ends_a_jog(
 def test_promise_21_a_jog_goes_on_beside_a_thousand_idle_connections(tmp_path: Path) -> None:
     figures = Figures("promise 21, ticks late beside 1,000")
     with promise_rig(tmp_path, listen={"max_connections": 1_024}) as rig:
-        pendant = rig.pendant("among many")
-        pendant.take_control()
-        pendant.press(0.3)
-        figures.idle += tick_lateness(pendant, 2.0)
-        pendant.come_to_rest()
         rig.beside("listeners", 1_000, 0.0)
         pendant = rig.pendant("one more")
         pendant.take_control()
         pendant.press(-0.3)
-        figures.delays += tick_lateness(pendant, 5.0)
-        assert pendant.state is not None
-        assert pendant.state.activity == Activity.JOGGING
+        rig.watch_ticks(pendant, 5.0, figures)
+        assert is_jogging(pendant)
     figures.judge(10.0)

@@ -10,6 +10,7 @@ import subprocess
 import sys
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -95,20 +96,23 @@ class StartCell:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._cells: list[RunningCell] = []
+        self._numbers = count()
 
     async def __call__(
         self,
         *,
         robot: str = "ur5",
         start: str = "home",
+        settings: str = PATIENT,
         server: tuple[str, ...] = (),
         emulator: tuple[str, ...] = (),
     ) -> RunningCell:
-        """Start a cell; without a configuration of its own the server has `PATIENT`."""
-        report = self._folder / f"referee-{len(self._cells)}.json"
+        """Start a cell; where it is given no configuration, the server gets one of `settings`."""
+        number = next(self._numbers)
+        report = self._folder / f"referee-{number}.json"
         if "--config" not in server:
-            config = self._folder / "patient.toml"
-            config.write_text(PATIENT, encoding="utf-8")
+            config = self._folder / f"server-{number}.toml"
+            config.write_text(settings, encoding="utf-8")
             server = (*server, "--config", str(config))
         controlling = await _spawn(
             "openpendant.controller_emulator",
@@ -130,15 +134,19 @@ class StartCell:
         return cell
 
     async def end(self) -> None:
-        for cell in self._cells:
+        """End those that were started since the last time."""
+        cells, self._cells = self._cells, []
+        for cell in cells:
             await cell.stop()
 
     async def end_and_tell_under_runs(self) -> int:
-        """End all cells; return how often their points had come late."""
+        """End those of this attempt; return how often their points had come late."""
+        cells = self._cells
         await self.end()
         # An emulator that was killed has left no report.
-        reports = [cell.referee_report for cell in self._cells if cell.referee_report.exists()]
+        reports = [cell.referee_report for cell in cells if cell.referee_report.exists()]
         told = [json.loads(report.read_text(encoding="utf-8")) for report in reports]
+        assert [each["first"] for each in told if each["violations"]] == []
         return sum(each["events"].get("under-runs", 0) for each in told)
 
 

@@ -16,7 +16,7 @@ from itertools import count
 from typing import Any, ClassVar
 
 import pytest
-from busy_machine import ATTEMPTS, PATIENCE, PATIENT, SCALE, came_late, tried_again
+from busy_machine import PATIENCE, PATIENT, SCALE, came_late, tell_begun_anew, tried_again
 
 from openpendant.simplemsg.pendant import (
     AccountRole,
@@ -36,9 +36,11 @@ pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
 
 SECRET = "a long enough password"
 
+NUMBERS = count(1)
+"""For what is kept under a name, so that a test can begin anew."""
 
-ATTEMPT = count(1)
-"""Numbers what is kept under a name, so that a test can begin anew."""
+DEADLINE = 0.25
+"""The longest that a jog may go on without a beat [s]."""
 
 
 class Noting:
@@ -114,6 +116,9 @@ async def connected(port: int, **options: Any) -> Pendant:
 async def in_control(port: int) -> AsyncIterator[Pendant]:
     """A pendant in control of a robot that stands at home, in automatic."""
     async with await connected(port) as pendant, pendant.control():
+        assert pendant.state is not None
+        if pendant.state.stop != StopKind.NONE:  # of an attempt before
+            await pendant.reset_stop()
         await pendant.set_mode(OperatingMode.AUTOMATIC)
         await pendant.set_speed(1.0)
         aside = [pendant.joints()[0] + 0.01, *pendant.joints()[1:]]
@@ -231,30 +236,38 @@ async def test_each_motion_arrives_where_it_was_asked_to(port: int) -> None:
 
 
 JOGS: list[tuple[str, Callable[[Pendant], Any], Callable[[list[float], list[float]], bool]]] = [
-    ("one joint", lambda p: p.jog({0: 0.5}), lambda joints, tool: joints[0] > 0.01),
+    (
+        "one joint",
+        lambda p: p.jog({0: 0.5}, deadline=DEADLINE),
+        lambda joints, tool: joints[0] > 0.01,
+    ),
     (
         "two keys at once",
-        lambda p: p.jog({0: -0.5, 5: 0.5}),
+        lambda p: p.jog({0: -0.5, 5: 0.5}, deadline=DEADLINE),
         lambda joints, tool: joints[0] < -0.01 and joints[5] > 0.01,
     ),
     *(
         (
             f"{axis} of base",
-            lambda p, a=axis: p.jog_tool(**{a: 0.5}),
+            lambda p, a=axis: p.jog_tool(**{a: 0.5}, deadline=DEADLINE),
             lambda j, t, n=n: t[n] > 0.005,
         )
         for n, axis in enumerate("xyz")
     ),
     (
         "tool frame",
-        lambda p: p.jog_tool(z=-0.5, frame="tool"),
+        lambda p: p.jog_tool(z=-0.5, frame="tool", deadline=DEADLINE),
         lambda j, t: max(map(abs, t)) > 5e-3,
     ),
-    ("user frame", lambda p: p.jog_tool(x=0.5, frame="table"), lambda j, t: t[1] > 5e-3),
+    (
+        "user frame",
+        lambda p: p.jog_tool(x=0.5, frame="table", deadline=DEADLINE),
+        lambda j, t: t[1] > 5e-3,
+    ),
     *(
         (
             f"turn {axis}",
-            lambda p, a=axis: p.jog_tool(**{a: 0.5}),
+            lambda p, a=axis: p.jog_tool(**{a: 0.5}, deadline=DEADLINE),
             lambda j, t: max(map(abs, j)) > 0.01 and max(map(abs, t)) < 2e-3,
         )
         for axis in "abc"
@@ -266,29 +279,31 @@ async def jogged(pendant: Pendant, press: Callable[[Pendant], Any]) -> tuple[lis
     """Hold a key for a moment; return where the joints were, and how far they and the tool went.
 
     Where the machine lets a point or a beat come late, the jog ends early, as it has to: then the
-    key is pressed again.
+    key is pressed again, once.
     """
-    for _ in range(ATTEMPTS):
+    for is_last in (False, True):
         joints, tool = pendant.joints(), pendant.tool_pose().position
         try:
             async with pendant.enabling(), press(pendant) as jog:
                 await jog.hold(0.25)
         except (Aborted, Refused) as broken_off:
-            if not came_late(broken_off):
+            if is_last or not came_late(broken_off):
                 raise
+            tell_begun_anew(f"a jog, {broken_off}")
             await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
-        else:
-            await pendant.next_state()
-            if jog.account.reason != JogEnd.SILENT:
-                assert jog.account.reason == JogEnd.RELEASED
-                assert jog.account.stop_time > 0.0
-                now = pendant.joints(), pendant.tool_pose().position
-                ways = (
-                    [b - a for a, b in zip(before, after, strict=True)]
-                    for before, after in zip((joints, tool), now, strict=True)
-                )
-                return list(joints), *ways
-    raise AssertionError(f"a jog ended early {ATTEMPTS} times")
+            continue
+        await pendant.next_state()
+        if is_last or jog.account.reason != JogEnd.SILENT:
+            break
+        tell_begun_anew("a jog, whose beats did not come in time")
+    assert jog.account.reason == JogEnd.RELEASED
+    assert jog.account.stop_time > 0.0
+    now = pendant.joints(), pendant.tool_pose().position
+    ways = (
+        [b - a for a, b in zip(before, after, strict=True)]
+        for before, after in zip((joints, tool), now, strict=True)
+    )
+    return list(joints), *ways
 
 
 async def test_each_way_to_jog_moves_the_robot_so_and_no_other(port: int) -> None:
@@ -310,7 +325,7 @@ async def test_a_jog_is_undone_and_a_step_is_as_long_as_it_is_asked_for(port: in
     """Feature J32."""
     async with in_control(port) as pendant:
         await pendant.set_mode(OperatingMode.MANUAL_REDUCED)
-        joints, *_ = await jogged(pendant, lambda p: p.jog({0: 0.5}))
+        joints, *_ = await jogged(pendant, lambda p: p.jog({0: 0.5}, deadline=DEADLINE))
         async with pendant.enabling():
             last = pendant.joints()
             await (await pendant.undo_jog()).done()
@@ -337,7 +352,7 @@ async def test_a_jog_into_a_limit_says_why_and_which_way_leads_out(port: int) ->
         await pendant.set_mode(OperatingMode.MANUAL_REDUCED)
         seen: list[State] = []
         pendant.on_state = seen.append
-        async with pendant.enabling(), pendant.jog({0: 1.0}, deadline=0.25) as jog:
+        async with pendant.enabling(), pendant.jog({0: 1.0}, deadline=DEADLINE) as jog:
             await jog.hold(1.0)
         assert max(state.positions[0] for state in seen) < 2 * math.pi
         slowed = [state for state in seen if state.jog_reason == JogReason.JOINT_LIMIT]
@@ -348,7 +363,7 @@ async def test_a_jog_into_a_limit_says_why_and_which_way_leads_out(port: int) ->
         assert hold["text"].startswith("joint 1 stands at ")
         (way,) = hold["ways"]
         assert way["press"] == "joint 1 towards -"
-        async with pendant.enabling(), pendant.jog_out(way, deadline=0.25) as back:
+        async with pendant.enabling(), pendant.jog_out(way, deadline=DEADLINE) as back:
             await back.hold(1.0)
         await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
         assert pendant.joints()[0] < 2 * math.pi - 0.15
@@ -360,8 +375,8 @@ async def test_programs_recordings_signals_and_tools_by_management(port: int) ->
     async with in_control(port) as pendant:
         if (await pendant.snapshot())["recording"] is not None:  # of an attempt before
             await pendant.manage({"op": "recordings.stop"})
-        attempt = next(ATTEMPT)
-        swing, main = f"swing {attempt}", f"main {attempt}"
+        number = next(NUMBERS)
+        swing, main = f"swing {number}", f"main {number}"
         await pendant.manage({"op": "recordings.start", "name": swing})
         recording = (await pendant.snapshot())["recording"]
         assert recording is not None

@@ -43,7 +43,8 @@ async def test_a_server_that_moved_a_robot_runs_again_exactly(
 
 @tried_again
 async def test_a_full_disk_does_not_hold_up_the_robot(start_cell: Any) -> None:
-    cell = await start_cell(server=("--journal", "/dev/full"))
+    """Nor does it need more patience than the settings that nobody chose have."""
+    cell = await start_cell(settings="", server=("--journal", "/dev/full"))
     await _swing(cell)
     assert (await cell.end())["violations"] == 0
 

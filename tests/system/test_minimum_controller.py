@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 import pytest_asyncio
-from busy_machine import PATIENCE, PATIENT, tried_again
+from busy_machine import PATIENCE, UNHURRIED, tried_again
 from minimum_controller import Controller, compiled
 
 from openpendant.simplemsg.pendant import Activity, LinkState, Motion
@@ -56,7 +56,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest_asyncio.fixture
 async def cell(program: Path, tmp_path: Path) -> AsyncIterator[Cell]:
     config = tmp_path / "cell.toml"
-    config.write_text(f'robot = "ur5"\ncontroller.points = "simple"\n{PATIENT}')
+    config.write_text(f'robot = "ur5"\ncontroller.points = "simple"\n{UNHURRIED}')
     controller = await Controller.start(program)
     server = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "openpendant.server", "--config", str(config), "--json"),

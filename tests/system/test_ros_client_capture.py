@@ -170,7 +170,7 @@ async def replay(client: RosClient, pendant: PendantClient, packets: list[Packet
             await arrive(pendant, group[-1].joints)
 
 
-PATIENT = {
+ENDS = {
     "stream_three_points_success": SHIFTED,
     "stream_one_point": None,
     "stream_no_velocities": STEPS,
@@ -192,11 +192,11 @@ SLOW = {
 }
 """Near to others in what the server does with them, and seconds long: for the soak run."""
 
-QUICK = [scenario for scenario in PATIENT if scenario not in SLOW]
+QUICK = [scenario for scenario in ENDS if scenario not in SLOW]
 
 
 def final_pose(scenario: str) -> tuple[float, ...]:
-    named = PATIENT[scenario]
+    named = ENDS[scenario]
     points = [packet for packet in motion_packets(scenario) if packet.sequence != STOP]
     if named is None:
         return points[-1].joints
@@ -363,7 +363,7 @@ async def test_the_whole_client_stack_gets_its_goal_and_its_cancel(start_cell: A
 
 
 def test_the_capture_holds_what_these_tests_rely_on() -> None:
-    for scenario in PATIENT:
+    for scenario in ENDS:
         points = motion_packets(scenario)
         assert points, scenario
         assert all(math.isfinite(value) for packet in points for value in packet.joints)

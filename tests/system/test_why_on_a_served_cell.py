@@ -100,6 +100,15 @@ async def test_each_condition_is_named_as_it_is_broken(
     await asker.expect("controller", V.CONTROLLER_NOT_READY)
     await operate(cell.controller["motion"], OperatorAction.RESET)
 
+
+async def test_a_silent_controller_and_a_dead_one_are_named(
+    start_cell: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cell = await start_cell(server=("--store", "off"))
+    pendant = await cell.ready_pendant()
+    await pendant.take_control()
+    asker = Asker(cell.ports["pendant"], capsys)
+
     os.kill(cell.emulator.pid, signal.SIGSTOP)
     try:
         await asker.expect("feedback", V.FEEDBACK_STALE)

@@ -149,7 +149,9 @@ async def test_promise_28_recorded_frames_do_nothing_on_another_connection(tmp_p
             codes: list[int] = []
 
             async def read_codes() -> None:
-                came = answers.receive(await reader.read(65_536))
+                data = await reader.read(65_536)
+                assert data, f"the server closed the connection; answered so far: {codes}"
+                came = answers.receive(data)
                 codes.extend(answer.code for answer in came if isinstance(answer, Verdict))
 
             async with asyncio.timeout(PATIENCE):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import gc
+import statistics
 import time
 from contextlib import suppress
 
@@ -21,9 +22,11 @@ BODY = program_to_json(parse(LARGEST))
 MOST_CPU = 0.010
 """CPU time of this thread between two turns: a tick, where a millisecond or two is usual [s]."""
 
-ROUNDS = 3
-"""What else the machine does makes a turn dearer now and then, and never cheaper."""
+MOST_CPU_AT_FIRST = 0.020
+"""The same while the first programs pass, which pay for what is done once only [s]."""
 
+ROUNDS = 3
+"""What else the machine does makes one or another dearer, and not most of them."""
 
 TASKS: list[Task] = [
     ReadSource(LARGEST, "text", "main"),
@@ -38,7 +41,8 @@ def test_no_turn_of_the_loop_is_spent_on_the_largest_program() -> None:
     rounds = asyncio.run(_watched())
     assert [results for results, _ in rounds] == [expected] * ROUNDS
     dearest = [longest for _, longest in rounds]
-    assert min(dearest) < MOST_CPU, dearest
+    assert dearest[0] < MOST_CPU_AT_FIRST, dearest
+    assert statistics.median(dearest) < MOST_CPU, dearest
 
 
 async def _watched() -> list[tuple[list[object], float]]:

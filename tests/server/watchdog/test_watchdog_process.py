@@ -81,10 +81,11 @@ def test_promise_26_a_blocked_loop_is_stopped_for(controller: socket.socket) -> 
 
 
 def test_a_loop_that_ticks_is_left_alone(controller: socket.socket) -> None:
-    with Watchdog([target(controller)], 1.0 * SCALE, 0.01) as watchdog:
+    deadline = 0.5 * SCALE
+    with Watchdog([target(controller)], deadline, 0.01) as watchdog:
         connection, _ = controller.accept()
         with connection:
-            beat_for(watchdog, 0.5)
+            beat_for(watchdog, 1.5 * deadline)
             assert received(connection, 0.05) == b""
 
 
@@ -120,14 +121,15 @@ def test_a_watchdog_that_died_is_started_again(controller: socket.socket) -> Non
 
 
 def test_an_orderly_end_stops_nothing_and_leaves_no_process(controller: socket.socket) -> None:
-    with Watchdog([target(controller)], 1.0 * SCALE, 0.01) as watchdog:
+    deadline = 1.0 * SCALE
+    with Watchdog([target(controller)], deadline, 0.01) as watchdog:
         connection, _ = controller.accept()
         beat_for(watchdog, 0.1)
         process = watchdog.process
     assert process is not None
     assert process.returncode == 0
     with connection:
-        assert received(connection, 1.0) == b""
+        assert received(connection, 1.5 * deadline) == b""
 
 
 @pytest.mark.parametrize("ending", [signal.SIGSTOP, signal.SIGKILL])
