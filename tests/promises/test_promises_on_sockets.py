@@ -17,7 +17,8 @@ from enum import Enum
 from pathlib import Path
 
 import pytest
-from promise_rig import SCALE, SLACK, Figures, PromiseRig, Void, promise_rig, tell
+from busy_machine import SCALE
+from promise_rig import SLACK, Figures, PromiseRig, Void, promise_rig, tell
 from recording_controller import Arrival
 from wire_pendant import WirePendant
 
