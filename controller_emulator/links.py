@@ -185,7 +185,10 @@ class Link(asyncio.Protocol):
 
 
 def _prepare(sock: socket.socket | None) -> None:
-    """Set what makes a link prompt, and a dead peer noticed within about two seconds."""
+    """Set what makes a link prompt, and a dead peer noticed within about three seconds.
+
+    Where two probes of an idle link stay unanswered it ends; one may be lost.
+    """
     if sock is None or sock.family not in (socket.AF_INET, socket.AF_INET6):
         return
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -201,5 +204,5 @@ _KEEP_ALIVE = (
     ("TCP_KEEPIDLE", 1),
     ("TCP_KEEPINTVL", 1),
     ("TCP_KEEPCNT", 2),
-    ("TCP_USER_TIMEOUT", 1500),
+    ("TCP_USER_TIMEOUT", 2500),
 )

@@ -215,8 +215,15 @@ class ClientConnection(asyncio.Protocol):
             self._transport.abort()
 
 
-def prepare_socket(sock: socket.socket) -> None:
-    """Send at once, keep little in the kernel, and find a dead peer within about two seconds."""
+def prepare_socket(sock: socket.socket, unanswered: int = 1_500) -> None:
+    """Send at once, keep little in the kernel, and find a dead peer within a few seconds.
+
+    Args:
+        sock: a connected socket.
+        unanswered: how long what is sent, a probe of an idle connection too, may stay unanswered
+            [ms]. An idle connection is probed each second: up to 2,000 it ends with the first
+            probe that is lost, beyond with the second.
+    """
     if sock.family not in (socket.AF_INET, socket.AF_INET6):
         return
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -226,7 +233,7 @@ def prepare_socket(sock: socket.socket) -> None:
         ("TCP_KEEPIDLE", 1),
         ("TCP_KEEPINTVL", 1),
         ("TCP_KEEPCNT", 2),
-        ("TCP_USER_TIMEOUT", 1_500),
+        ("TCP_USER_TIMEOUT", unanswered),
     ):
         number = getattr(socket, option, None)
         if number is not None:

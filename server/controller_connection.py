@@ -32,6 +32,12 @@ log = logging.getLogger("openpendant.server")
 
 _CONNECT_TIMEOUT = 2.0
 _FAREWELL = 0.25
+UNANSWERED = 2_500
+"""Longest silence of the controller's network stack [ms]: one lost probe ends no idle link.
+
+Motion and stop link are idle between motions; in a motion, replies and feedback have far shorter
+deadlines of their own.
+"""
 
 
 class ControllerConnection(asyncio.Protocol):
@@ -93,7 +99,7 @@ class ControllerConnection(asyncio.Protocol):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Begin a conversation and tell the core."""
-        prepare_socket(transport.get_extra_info("socket"))
+        prepare_socket(transport.get_extra_info("socket"), UNANSWERED)
         now = self._cell.journal.begin("up", self.link)
         self._transport = cast(asyncio.Transport, transport)  # uvloop's are none by class
         self._is_closing = False
@@ -141,7 +147,7 @@ class ControllerConnection(asyncio.Protocol):
         self._transport = None
         self._wire = None
         if not self._ending:
-            log.warning("controller %s link was lost", self.link)
+            log.warning("controller %s link was lost: %s", self.link, exc or "closed there")
         self._cell.path_changed(self.path, False, now)
         self._lost.set()
 

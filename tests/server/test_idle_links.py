@@ -1,0 +1,52 @@
+"""An idle link to the controller outlives one lost probe; the kernel still finds a dead peer."""
+
+from __future__ import annotations
+
+import shutil
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from openpendant.controller_emulator import links
+from openpendant.server.client_connection import prepare_socket
+from openpendant.server.controller_connection import UNANSWERED
+
+PLUG = Path(__file__).parent.parent / "loose_plug.py"
+
+
+def option(sock: socket.socket, name: str) -> int:
+    number = getattr(socket, name, None)
+    if number is None:
+        pytest.skip(f"{name} is not known here")
+    return sock.getsockopt(socket.IPPROTO_TCP, number)
+
+
+@pytest.mark.parametrize("side", ["server", "emulator"])
+def test_a_link_between_server_and_controller_ends_with_the_second_lost_probe(side: str) -> None:
+    with socket.socket() as sock:
+        if side == "server":
+            prepare_socket(sock, UNANSWERED)
+        else:
+            links._prepare(sock)
+        first = option(sock, "TCP_KEEPIDLE")
+        second = first + option(sock, "TCP_KEEPINTVL")
+        assert second < option(sock, "TCP_USER_TIMEOUT") / 1000 < second + first
+
+
+@pytest.mark.realtime
+def test_a_loose_plug_costs_an_idle_pendant_and_not_the_controller() -> None:
+    """In a network of its own, whose only cable is its loopback."""
+    unshare = shutil.which("unshare")
+    if unshare is None or subprocess.run([unshare, "--net", "true"], check=False).returncode:
+        pytest.skip("a network of its own cannot be had here")
+    done = subprocess.run(
+        [unshare, "--net", sys.executable, str(PLUG)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.stdout, done.stderr) == ("down up", "")
