@@ -143,15 +143,7 @@ class PlanningProcess:
             await asyncio.sleep(pause)
 
     async def _run_once(self) -> None:
-        process = await asyncio.create_subprocess_exec(
-            sys.executable,
-            "-m",
-            __name__,
-            *self._robots,
-            stdin=asyncio.subprocess.PIPE,
-            stdout=asyncio.subprocess.PIPE,
-        )
-        self._process = process
+        self._process = process = await _start(self._robots)
         self.is_down = False
         self._on_change()
         try:
@@ -185,6 +177,23 @@ class PlanningProcess:
         self._in_hand = None
         timer.cancel()
         task.fail()
+
+
+async def _start(robots: Sequence[str]) -> asyncio.subprocess.Process:
+    """Start a child; one that was not waited for to the end is ended, too."""
+    starting = asyncio.ensure_future(
+        asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", __name__, *robots),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+        )
+    )
+    try:
+        return await asyncio.shield(starting)
+    except asyncio.CancelledError:
+        with suppress(OSError):
+            await _end(await starting)
+        raise
 
 
 async def _end(process: asyncio.subprocess.Process) -> None:

@@ -202,3 +202,19 @@ def test_a_process_that_dies_just_before_it_took_too_long_is_no_fault(
             assert [answer.result for answer in await asked] == [FAILED]
 
     assert run(loop, test()) == []
+
+
+@pytest.mark.realtime
+@pytest.mark.parametrize("turns", range(6))
+@on_both_loops
+def test_a_child_that_is_still_being_started_at_the_end_is_ended(
+    loop: EventLoop, turns: int, children: Children
+) -> None:
+    async def test() -> None:
+        keeper = asyncio.create_task(PlanningProcess(["ur5"], lambda: None).keep_up())
+        await turn(turns)
+        keeper.cancel()
+        await asyncio.gather(keeper, return_exceptions=True)
+        assert [child.returncode for child in children.started] == [0] * (turns > 0)
+
+    assert run(loop, test()) == []
