@@ -7,7 +7,7 @@
 PYTHON ?= python3
 ROBOT ?= ur5
 PYTEST_ARGS ?=
-WORKERS ?= 3
+WORKERS ?= 2
 
 VENV := .venv
 PY := $(VENV)/bin/python
@@ -38,9 +38,9 @@ help:
 demo: $(VENV)/demo.stamp
 	$(VENV)/bin/openpendant demo --robot '$(ROBOT)'
 
-## test     lint, then every test but the soak tests, in WORKERS=3 processes
+## test     lint, then every test but the soak tests, in WORKERS=2 processes
 test: lint
-	$(PY) -m pytest --numprocesses $(WORKERS) --dist loadfile $(PYTEST_ARGS)
+	$(PY) -m pytest --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder $(PYTEST_ARGS)
 
 ## bench    medians and ratios of what must be fast
 bench: $(VENV)/demo.stamp

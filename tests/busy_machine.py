@@ -1,27 +1,21 @@
 """What tests on real processes grant a machine that is slow, or busy with something else.
 
-Owns their patience, the settings of a server that shall not mind, and which failures are the
-machine's: a set-point that came late is refused by every controller, and ends the motion. A test
-that is tried again asserts the same each time, and a product that is always late fails every time.
-Each time is told in the summary of warnings, in a green run too.
+Owns their patience, the settings of a server that shall not mind, and that a test marked
+`realtime` is tried again where it fails: a set-point that came late is refused by every
+controller, and ends the motion. Each attempt asserts the same; one that had a robot sent what it
+may not be sent is final. Each is told in the summary of warnings, in a green run too, with what
+failed and how long the machine had let an idle process wait.
 """
 
 from __future__ import annotations
 
-import functools
 import os
+import time
 import warnings
-from collections.abc import Callable, Coroutine
-from pathlib import Path
-from subprocess import CompletedProcess
-from typing import Any, Protocol
 
 import pytest
-
-from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.pendants.client import Aborted, Refused
-
-Test = Callable[..., Coroutine[Any, Any, None]]
+from _pytest.runner import runtestprotocol
+from stall_watch import StallWatch
 
 SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
 """Waits are multiplied by this on slow machines."""
@@ -31,6 +25,9 @@ PATIENCE = 45.0 * SCALE
 
 ATTEMPTS = 3
 """The first and at most two more."""
+
+ALL_ATTEMPTS = 360.0 * SCALE
+"""Longest time that all attempts of a test may take together [s]."""
 
 UNHURRIED = """
 controller.lead = 0.1
@@ -45,40 +42,12 @@ watchdog.deadline = 1.0
 PATIENT = f"{UNHURRIED}controller.points_in_flight = 4\n"
 """The same for a controller that takes points before it has answered the last one."""
 
-_LATE = {
-    VerdictCode.CONTROLLER_SILENT,
-    VerdictCode.ENABLING_LOST,
-    VerdictCode.FEEDBACK_STALE,
-    VerdictCode.NOT_ENABLED,
-    VerdictCode.PRESS_STALE,
-    VerdictCode.SERVER_LATE,
-}
-
-_LATE_WORDS = "under-run"
-"""What the server says of a refused point where those before it had not lasted until it came."""
+FINAL = "violation"
+"""What the failure of a test says where a referee saw what no controller may be sent."""
 
 
 class BegunAnew(UserWarning):
-    """Something came late, and was tried again."""
-
-
-class Cells(Protocol):
-    """Cells of a test, with an emulated robot each."""
-
-    async def end_and_tell_under_runs(self) -> int:
-        """End those of the attempt that is over; return how often points had come late.
-
-        Raises:
-            AssertionError: the server had sent what no controller may be sent.
-        """
-        ...
-
-
-def came_late(error: Exception) -> bool:
-    """Tell whether a motion was refused or ended because something had not come in time."""
-    return isinstance(error, Aborted | Refused) and (
-        error.code in _LATE or _LATE_WORDS in error.text
-    )
+    """Something failed that may have come late, and was tried again."""
 
 
 def tell_begun_anew(why: str) -> None:
@@ -88,41 +57,65 @@ def tell_begun_anew(why: str) -> None:
         warnings.warn(f"begun anew: {why}", BegunAnew, stacklevel=2)
 
 
-def run_again(run: Callable[[], CompletedProcess[str]]) -> CompletedProcess[str]:
-    """Run a command; run it anew where it failed and says that a point came late."""
-    for _ in range(ATTEMPTS - 1):
-        done = run()
-        said = done.stdout + done.stderr
-        if not done.returncode or _LATE_WORDS not in said:
-            return done
-        tell_begun_anew(said)
-    return run()
+class Attempts:
+    """Plugin of pytest: runs tests marked `realtime`, again where they fail."""
 
+    def __init__(self) -> None:
+        """Watch nothing until there is such a test."""
+        self._watch: StallWatch | None = None
 
-def tried_again(test: Test) -> Test:
-    """Have a test begin anew where what failed it is that something came late.
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Give all attempts of a test together more time than one test has."""
+        for item in items:
+            if _is_realtime(item) and item.get_closest_marker("timeout") is None:
+                item.add_marker(pytest.mark.timeout(ALL_ATTEMPTS))
 
-    Whatever it asks of `start_cell` and `tmp_path` is new each time. What else it uses has to be as
-    it was before. It is not for tests that freeze or kill a server or a controller: those make
-    points come late themselves.
-    """
-
-    @functools.wraps(test)
-    async def trying(**fixtures: Any) -> None:
-        cells: Cells | None = fixtures.get("start_cell")
-        folder: Path | None = fixtures.get("tmp_path")
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_protocol(self, item: pytest.Item, nextitem: pytest.Item | None) -> object:
+        """Run a test until an attempt passes, or the last one fails; report that one."""
+        if not _is_realtime(item) or item.get_closest_marker("soak"):
+            return None
+        if self._watch is None:
+            self._watch = StallWatch()
+        item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
         for attempt in range(1, ATTEMPTS + 1):
-            if folder is not None:
-                fixtures["tmp_path"] = folder / f"attempt-{attempt}"
-                fixtures["tmp_path"].mkdir()
-            try:
-                return await test(**fixtures)
-            except Exception as error:
-                # An assertion says nothing of its cause: it needs points that came late just now.
-                under_runs = 0 if cells is None else await cells.end_and_tell_under_runs()
-                if attempt == ATTEMPTS or not (under_runs or came_late(error)):
-                    raise
-                tell_begun_anew(f"{test.__name__}, {under_runs} under-runs, {error}")
+            began = time.monotonic()
+            item._initrequest()  # type: ignore[attr-defined]
+            reports = runtestprotocol(item, nextitem=nextitem, log=False)
+            failed = [report for report in reports if report.failed]
+            if not failed or attempt == ATTEMPTS or not _may_have_come_late(failed, item):
+                break
+            self._tell(item, failed[0], began)
+        for report in reports:
+            item.ihook.pytest_runtest_logreport(report=report)
+        item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+        return True
 
-    patient: Test = pytest.mark.timeout(360)(trying)
-    return patient
+    def _tell(self, item: pytest.Item, failed: pytest.TestReport, began: float) -> None:
+        assert self._watch is not None
+        stall = 1e3 * self._watch.worst_since(began)
+        lines = failed.longreprtext.splitlines()
+        why = next((line[1:].strip() for line in lines if line.startswith("E ")), lines[-1])
+        tell_begun_anew(f"{item.name}: {why} (an idle process waited for {stall:.0f} ms)")
+
+    def pytest_sessionfinish(self) -> None:
+        """End what watched."""
+        if self._watch is not None:
+            self._watch.end()
+
+
+def _may_have_come_late(failed: list[pytest.TestReport], item: pytest.Item) -> bool:
+    """Tell whether a failure may be the machine's; then take down what it may have broken.
+
+    That is what the module's fixtures run, too: a cell that is shared may have stopped.
+    """
+    try:
+        item.session._setupstate.teardown_exact(None)
+    except Exception as error:
+        failed[0].sections.append(("what its fixtures say at their end", str(error)))
+        return False
+    return not any(FINAL in report.longreprtext for report in failed)
+
+
+def _is_realtime(item: pytest.Item) -> bool:
+    return item.get_closest_marker("realtime") is not None

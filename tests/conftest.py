@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import os
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 
 import pytest
+from busy_machine import Attempts
 from hypothesis import HealthCheck, settings
 from virtual_clock import VirtualLoop
 
@@ -22,6 +24,19 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("repeatable")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Have tests on the real clock tried again."""
+    config.pluginmanager.register(Attempts(), "attempts")
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put files with tests on the real clock last, so that no computing goes on beside them."""
+    on_real_clock = {item.path for item in items if item.get_closest_marker("realtime")}
+    tests = Counter(item.path for item in items)
+    items.sort(key=lambda item: (item.path in on_real_clock, -tests[item.path], item.path))
 
 
 def pytest_asyncio_loop_factories(

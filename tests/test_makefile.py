@@ -96,7 +96,7 @@ def test_test_installs_what_tests_and_ends_with_pytest(project: Project) -> None
         "-m ruff check .",
         "-m ruff format --check .",
         "-m mypy .",
-        "-m pytest --numprocesses 3 --dist loadfile",
+        "-m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder",
     ]
 
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from busy_machine import PATIENCE, PATIENT, SCALE, run_again
+from busy_machine import PATIENCE, PATIENT, SCALE
 
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 
@@ -71,10 +71,8 @@ def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
 
 def run(*command: str) -> str:
     """Run an example to its end; return what it printed."""
-    done = run_again(
-        lambda: subprocess.run(
-            command, capture_output=True, text=True, timeout=80 * SCALE, check=False, cwd=EXAMPLES
-        )
+    done = subprocess.run(
+        command, capture_output=True, text=True, timeout=80 * SCALE, check=False, cwd=EXAMPLES
     )
     assert (done.returncode, done.stderr) == (0, "")
     return done.stdout

@@ -43,7 +43,6 @@ def test_seeds_with_some_bytes_changed_break_nothing(name: str) -> None:
         target(name).TestOneInput(bytes(changed[: chance.randrange(len(changed))]))
 
 
-@pytest.mark.realtime
 def test_ten_seconds_of_fuzzing_find_nothing(tmp_path: Path) -> None:
     if importlib.util.find_spec("atheris") is None:
         pytest.skip("atheris is not installed")

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from busy_machine import PATIENCE, PATIENT, SCALE, tried_again
+from busy_machine import PATIENCE, PATIENT, SCALE
 from tls_certificates import make_certificate
 from wire_pendant import WirePendant
 
@@ -40,7 +40,6 @@ def runs_on_uvloop(pid: int) -> bool:
     return not maps.exists() or "/uvloop/" in maps.read_text()  # without /proc by its word
 
 
-@tried_again
 async def test_a_robot_moves_and_stops_over_tls_and_the_run_can_be_repeated(
     start_cell: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -92,7 +91,6 @@ def lose(pendant: WirePendant, end: str) -> None:
                 holder.kill()
 
 
-@tried_again
 async def test_promise_2_a_robot_stops_when_its_pendant_is_lost(
     start_cell: Any, tmp_path: Path
 ) -> None:

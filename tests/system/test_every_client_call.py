@@ -16,7 +16,7 @@ from itertools import count
 from typing import Any, ClassVar
 
 import pytest
-from busy_machine import PATIENCE, PATIENT, SCALE, came_late, tell_begun_anew, tried_again
+from busy_machine import PATIENCE, PATIENT, SCALE
 
 from openpendant.simplemsg.pendant import (
     AccountRole,
@@ -195,7 +195,6 @@ async def test_looking_on_hellos_states_snapshots_and_news(port: int) -> None:
         }
 
 
-@tried_again
 async def test_each_motion_arrives_where_it_was_asked_to(port: int) -> None:
     async with in_control(port) as pendant:
         home = pendant.joints()
@@ -276,26 +275,11 @@ JOGS: list[tuple[str, Callable[[Pendant], Any], Callable[[list[float], list[floa
 
 
 async def jogged(pendant: Pendant, press: Callable[[Pendant], Any]) -> tuple[list[float], ...]:
-    """Hold a key for a moment; return where the joints were, and how far they and the tool went.
-
-    Where the machine lets a point or a beat come late, the jog ends early, as it has to: then the
-    key is pressed again, once.
-    """
-    for is_last in (False, True):
-        joints, tool = pendant.joints(), pendant.tool_pose().position
-        try:
-            async with pendant.enabling(), press(pendant) as jog:
-                await jog.hold(0.25)
-        except (Aborted, Refused) as broken_off:
-            if is_last or not came_late(broken_off):
-                raise
-            tell_begun_anew(f"a jog, {broken_off}")
-            await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
-            continue
-        await pendant.next_state()
-        if is_last or jog.account.reason != JogEnd.SILENT:
-            break
-        tell_begun_anew("a jog, whose beats did not come in time")
+    """Hold a key for a moment; return where the joints were, and how far they and the tool went."""
+    joints, tool = pendant.joints(), pendant.tool_pose().position
+    async with pendant.enabling(), press(pendant) as jog:
+        await jog.hold(0.25)
+    await pendant.next_state()
     assert jog.account.reason == JogEnd.RELEASED
     assert jog.account.stop_time > 0.0
     now = pendant.joints(), pendant.tool_pose().position
@@ -320,7 +304,6 @@ async def test_each_way_to_jog_moves_the_robot_so_and_no_other(port: int) -> Non
             assert moved(*ways), (name, ways)
 
 
-@tried_again
 async def test_a_jog_is_undone_and_a_step_is_as_long_as_it_is_asked_for(port: int) -> None:
     """Feature J32."""
     async with in_control(port) as pendant:
@@ -343,7 +326,6 @@ async def test_a_jog_is_undone_and_a_step_is_as_long_as_it_is_asked_for(port: in
             )
 
 
-@tried_again
 async def test_a_jog_into_a_limit_says_why_and_which_way_leads_out(port: int) -> None:
     """Features J20, J21, J23: scaled before the limit, the reason and the joint in the state."""
     async with in_control(port) as pendant:
@@ -370,7 +352,6 @@ async def test_a_jog_into_a_limit_says_why_and_which_way_leads_out(port: int) ->
         assert await pendant.retreat() == []
 
 
-@tried_again
 async def test_programs_recordings_signals_and_tools_by_management(port: int) -> None:
     async with in_control(port) as pendant:
         if (await pendant.snapshot())["recording"] is not None:  # of an attempt before
@@ -412,7 +393,6 @@ async def test_programs_recordings_signals_and_tools_by_management(port: int) ->
         assert (await pendant.snapshot())["tool"] == "torch"
 
 
-@tried_again
 async def test_the_twelve_calls_move_the_robot_as_they_say(port: int) -> None:
     def calls() -> None:
         with RoboAnalyzer("127.0.0.1", port, speed=0.5) as robot:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from busy_machine import PATIENCE, PATIENT, tried_again
+from busy_machine import PATIENCE, PATIENT
 from pydantic import TypeAdapter
 
 from openpendant.simplemsg.pendant import AccountRole, Activity, OperatingMode
@@ -230,7 +230,6 @@ def blocking(port: int) -> None:
             pendant.programs.load("nothing")
 
 
-@tried_again
 async def test_every_operation_is_answered_as_it_is_published(
     start_cell: Any, tmp_path: Path
 ) -> None:

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from busy_machine import tried_again
 
 from openpendant.tools.packets.rerun import main
 
@@ -25,7 +24,6 @@ async def _swing(cell: Any) -> None:
         await (await pendant.follow_joints([home, aside, home], speed=0.5)).done()
 
 
-@tried_again
 async def test_a_server_that_moved_a_robot_runs_again_exactly(
     start_cell: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -41,7 +39,6 @@ async def test_a_server_that_moved_a_robot_runs_again_exactly(
     assert report["state"]["activity"] == "idle"
 
 
-@tried_again
 async def test_a_full_disk_does_not_hold_up_the_robot(start_cell: Any) -> None:
     """Nor does it need more patience than the settings that nobody chose have."""
     cell = await start_cell(settings="", server=("--journal", "/dev/full"))

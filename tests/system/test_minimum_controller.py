@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 import pytest_asyncio
-from busy_machine import PATIENCE, UNHURRIED, tried_again
+from busy_machine import PATIENCE, UNHURRIED
 from minimum_controller import Controller, compiled
 
 from openpendant.simplemsg.pendant import Activity, LinkState, Motion
@@ -82,7 +82,6 @@ async def cell(program: Path, tmp_path: Path) -> AsyncIterator[Cell]:
         await controller.end()
 
 
-@tried_again
 async def test_joint_moves_poses_and_taught_paths_arrive(cell: Cell) -> None:
     pendant = cell.pendant
     for speed in (0.3, 1.0):

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from busy_machine import PATIENCE, PATIENT, SCALE, tried_again
+from busy_machine import PATIENCE, PATIENT, SCALE
 
 from openpendant.simplemsg import PENDANT, codec_for
 from openpendant.simplemsg.pendant import (
@@ -48,7 +48,6 @@ def lowered(pose: Pose, by: float) -> Pose:
     return Pose((x, y, z - by), pose.orientation)
 
 
-@tried_again
 async def test_joints_poses_and_paths_arrive_without_a_violation(start_cell: Any) -> None:
     cell = await start_cell()
     pendant = await cell.ready_pendant()
@@ -70,7 +69,6 @@ async def test_joints_poses_and_paths_arrive_without_a_violation(start_cell: Any
     assert (await cell.end())["violations"] == 0
 
 
-@tried_again
 async def test_type_11_points_drive_the_robot_too(start_cell: Any, tmp_path: Any) -> None:
     config = tmp_path / "cell.toml"
     config.write_text(f'{PATIENT}controller.points = "simple"\n')
@@ -138,7 +136,6 @@ async def test_a_target_with_too_few_joints_is_refused_and_moves_nothing(start_c
     assert pendant.joints() == before
 
 
-@tried_again
 async def test_an_unreachable_pose_is_refused_and_the_next_request_works(start_cell: Any) -> None:
     cell = await start_cell()
     pendant = await cell.ready_pendant()
@@ -152,7 +149,6 @@ async def test_an_unreachable_pose_is_refused_and_the_next_request_works(start_c
         await (await pendant.move_joints(moved(pendant, 5, 0.1))).done()
 
 
-@tried_again
 async def test_who_is_not_in_control_moves_nothing_but_may_stop(start_cell: Any) -> None:
     cell = await start_cell()
     holder = await cell.ready_pendant(client="holder")
@@ -183,7 +179,6 @@ async def test_who_is_not_in_control_moves_nothing_but_may_stop(start_cell: Any)
     assert (await cell.end())["violations"] == 0
 
 
-@tried_again
 async def test_a_pendant_that_is_killed_in_motion_leaves_a_robot_at_rest(start_cell: Any) -> None:
     cell = await start_cell()
     observer = await cell.ready_pendant()
@@ -236,7 +231,6 @@ async def operate(port: int, action: OperatorAction) -> int:
     return codec_for(PENDANT).decode(reply).reply_code
 
 
-@tried_again
 async def test_an_emergency_stop_at_the_controller_aborts_and_its_reset_moves_nothing(
     start_cell: Any,
 ) -> None:
@@ -309,7 +303,6 @@ async def test_a_server_that_dies_in_motion_leaves_a_robot_at_rest(start_cell: A
     await writer.wait_closed()
 
 
-@tried_again
 async def test_a_dead_planner_refuses_and_comes_back(start_cell: Any) -> None:
     cell = await start_cell()
     pendant = await cell.ready_pendant()
@@ -354,7 +347,6 @@ async def test_the_snapshot_describes_the_cell(start_cell: Any) -> None:
     assert snapshot["obstacle"] == ""
 
 
-@tried_again
 async def test_garbage_on_every_port_disturbs_nobody(start_cell: Any) -> None:
     cell = await start_cell()
     pendant = await cell.ready_pendant()

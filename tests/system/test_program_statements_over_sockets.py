@@ -6,7 +6,6 @@ import asyncio
 from typing import Any
 
 import pytest
-from busy_machine import tried_again
 
 from openpendant.simplemsg import PENDANT, codec_for
 from openpendant.simplemsg.pendant import ProgramState, SetInputs
@@ -84,7 +83,6 @@ async def carried_by(pendant: PendantClient) -> str | None:
     return link
 
 
-@tried_again
 async def test_a_program_carries_waits_branches_and_follows_its_frame(
     start_cell: Any, tmp_path: Any
 ) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from busy_machine import tried_again
 
 from openpendant.simplemsg.pendant import Activity, ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -37,7 +36,6 @@ async def teach(pendant: PendantClient, *offsets: float) -> None:
         )
 
 
-@tried_again
 async def test_three_points_are_taught_run_stepped_paused_resumed_and_stopped(
     start_cell: Any, tmp_path: Any
 ) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from busy_machine import SCALE, tried_again
+from busy_machine import SCALE
 
 from openpendant.simplemsg.pendant import State
 from openpendant.tools.pendants.client import PendantClient
@@ -209,7 +209,6 @@ def final_pose(scenario: str) -> tuple[float, ...]:
     "scenario", [*QUICK, *(pytest.param(n, marks=pytest.mark.soak) for n in sorted(SLOW))]
 )
 @pytest.mark.asyncio
-@tried_again
 async def test_the_robot_ends_where_the_real_client_sent_it(scenario: str, start_cell: Any) -> None:
     cell = await start_cell(start="zero")
     pendant = await cell.ready_pendant()
@@ -227,7 +226,6 @@ async def test_the_robot_ends_where_the_real_client_sent_it(scenario: str, start
 
 @pytest.mark.realtime
 @pytest.mark.asyncio
-@tried_again
 async def test_the_robot_arrives_no_sooner_than_the_durations_allow(start_cell: Any) -> None:
     cell = await start_cell(start="zero")
     pendant = await cell.ready_pendant()
@@ -250,7 +248,6 @@ async def test_the_robot_arrives_no_sooner_than_the_durations_allow(start_cell: 
 @pytest.mark.realtime
 @pytest.mark.parametrize("scenario", ["stream_empty_trajectory_is_stop", "stream_stop_service"])
 @pytest.mark.asyncio
-@tried_again
 async def test_a_stop_while_idle_is_answered_and_moves_nothing(
     scenario: str, start_cell: Any
 ) -> None:
@@ -269,7 +266,6 @@ async def test_a_stop_while_idle_is_answered_and_moves_nothing(
 
 @pytest.mark.realtime
 @pytest.mark.asyncio
-@tried_again
 async def test_a_stop_in_motion_brings_the_robot_to_rest_on_the_way(start_cell: Any) -> None:
     cell = await start_cell(start="zero")
     pendant = await cell.ready_pendant()
@@ -294,7 +290,6 @@ async def test_a_stop_in_motion_brings_the_robot_to_rest_on_the_way(start_cell: 
 
 @pytest.mark.realtime
 @pytest.mark.asyncio
-@tried_again
 async def test_a_trajectory_broken_by_the_clients_stop_is_discarded(start_cell: Any) -> None:
     cell = await start_cell(start="zero")
     pendant = await cell.ready_pendant()
@@ -313,7 +308,6 @@ async def test_a_trajectory_broken_by_the_clients_stop_is_discarded(start_cell: 
 
 @pytest.mark.realtime
 @pytest.mark.asyncio
-@tried_again
 async def test_points_before_a_lost_link_are_forgotten_when_the_client_begins_anew(
     start_cell: Any,
 ) -> None:
@@ -338,7 +332,6 @@ async def test_points_before_a_lost_link_are_forgotten_when_the_client_begins_an
 
 @pytest.mark.realtime
 @pytest.mark.asyncio
-@tried_again
 async def test_the_whole_client_stack_gets_its_goal_and_its_cancel(start_cell: Any) -> None:
     cell = await start_cell(start="zero")
     pendant = await cell.ready_pendant()

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from busy_machine import PATIENT, tried_again
+from busy_machine import PATIENT
 
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -133,7 +133,6 @@ async def jogged(pendant: PendantClient) -> None:
         await jog.release()
 
 
-@tried_again
 async def test_an_app_teaches_edits_and_plays_back_and_its_journal_runs_again_exactly(
     start_cell: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

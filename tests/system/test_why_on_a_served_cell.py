@@ -8,7 +8,7 @@ import signal
 from typing import Any
 
 import pytest
-from busy_machine import SCALE, tried_again
+from busy_machine import SCALE
 
 from openpendant.simplemsg import PENDANT, codec_for
 from openpendant.simplemsg.pendant import Activity, OperatingMode, OperatorAction, OperatorEvent
@@ -53,7 +53,6 @@ async def operate(port: int, action: OperatorAction) -> None:
     await writer.wait_closed()
 
 
-@tried_again
 async def test_each_condition_is_named_as_it_is_broken(
     start_cell: Any, capsys: pytest.CaptureFixture[str], tmp_path: Any
 ) -> None:

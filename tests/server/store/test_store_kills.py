@@ -88,12 +88,10 @@ def kill(times: int, folder: Path, seed: int) -> int:
     return total
 
 
-@pytest.mark.realtime
 def test_sixty_kills_lose_nothing_that_was_acknowledged(tmp_path: Path) -> None:
     assert kill(60, tmp_path, seed=22) > 60
 
 
 @pytest.mark.soak
-@pytest.mark.realtime
 def test_a_thousand_kills_lose_nothing_that_was_acknowledged(tmp_path: Path) -> None:
     assert kill(1_000, tmp_path, seed=int(time.time())) > 1_000
