@@ -8,8 +8,9 @@ and the refusal by numbers. Knows no forward kinematics: whoever asks verifies.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from operator import itemgetter
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from .turns import JointRanges
 
 _BORDERLINE = 1e-3  # m or rad from a singularity
 _FREE_VALUES = 33  # tried over the range of a spare joint
+
+_Terms: TypeAlias = tuple[tuple[int, int, float], ...]
+"""What a linear map adds to a joint position: to which joint, of which other, times what."""
 
 
 class Offer(NamedTuple):
@@ -71,13 +75,8 @@ class BranchChoice:
         robot = kinematics.robot
         self._size = kinematics.size
         self._robot, self._form, self._ranges = robot, form, ranges
-        # What the robot's own map adds to each joint, read off its unit vectors.
-        identity = np.eye(robot.dof)
-        added = np.array([robot.to_controller(row) for row in identity.tolist()]) - identity
-        self._terms = tuple(
-            (int(joint), int(other), float(added[other, joint]))
-            for other, joint in np.argwhere(added)
-        )
+        self._to_controller = _terms(robot.to_controller, robot.dof)
+        self._to_chain = _terms(robot.to_model, robot.dof)
 
     def offers(self, target: Array, wish: Wish) -> Iterator[Offer]:
         """Yield what the closed form offers: once, or for one value after another of a spare joint.
@@ -102,8 +101,9 @@ class BranchChoice:
             any_fits = False
             branches = self._form.branches(target, preferred)
             reached = self._agreeing(branches, wish.configuration).within(wish.gap)
-            for position in self._controller_side(reached):
-                for turned in self._in_every_turn(position, wish):
+            for position in reached:
+                here = _mapped(position, self._to_controller)
+                for turned in self._in_every_turn(here, wish):
                     any_fits = True
                     yield turned
             if any_fits:
@@ -115,7 +115,7 @@ class BranchChoice:
         A spare joint takes values from the middle of its range outwards, so that what is taken
         first is far from its limits.
         """
-        preferred = list(self._robot.to_model(seed) if self._terms else seed)
+        preferred = _mapped(seed, self._to_chain)
         yield preferred
         free = self._form.free_joint
         if free is None:
@@ -135,10 +135,11 @@ class BranchChoice:
 
     def _offer(self, branches: Branches, wish: Wish) -> Offer:
         agreeing = self._agreeing(branches, wish.configuration)
-        reached = agreeing.within(wish.gap)
-        if not reached:
+        if min(agreeing.gaps, default=math.inf) > wish.gap:
             return self._nearest_miss(agreeing if agreeing.gaps else branches)
-        reaching = self._controller_side(reached)
+        reached = agreeing.within(wish.gap)
+        terms = self._to_controller
+        reaching = [_mapped(position, terms) for position in reached] if terms else reached
         ranges, turns, seed = self._ranges, wish.turns, wish.seed
         nearest = ranges.around(seed).of
         fitting: list[list[float]] = []
@@ -164,15 +165,15 @@ class BranchChoice:
         How much that costs is told by angles for the arm's size: forward kinematics of every branch
         would take longer than a refusal may.
         """
-        positions = self._controller_side(branches.positions)
-        least, best = math.inf, Offer([])
-        for gap, position in sorted(zip(branches.gaps, positions, strict=True)):
+        least, best, nearest = math.inf, math.inf, None
+        pairs = zip(branches.gaps, branches.positions, strict=True)
+        for gap, position in sorted(pairs, key=itemgetter(0)):
             if gap / self._size >= least:
                 break
-            outside, inside = self._ranges.drawn_in(position)
+            outside, inside = self._ranges.drawn_in(_mapped(position, self._to_controller))
             if (cost := gap / self._size + outside) < least:
-                least, best = cost, Offer([], miss=inside, gap=gap)
-        return best
+                least, best, nearest = cost, gap, inside
+        return Offer([], miss=nearest, gap=best)
 
     def _agreeing(self, branches: Branches, wanted: Configuration | None) -> Branches:
         """Return the branches that have the flags wanted."""
@@ -189,17 +190,22 @@ class BranchChoice:
         shoulder, _, wrist = self._form.measures(position)
         return abs(shoulder) < _BORDERLINE or abs(math.sin(wrist)) < _BORDERLINE
 
-    def _controller_side(self, positions: list[Position]) -> Sequence[Sequence[float]]:
-        """Return chain-side positions as the controller counts them: q + terms · q."""
-        if not self._terms:
-            return positions
-        rows = []
-        for position in positions:
-            row = list(position)
-            for target, source, gain in self._terms:
-                row[target] += gain * position[source]
-            rows.append(row)
-        return rows
+
+def _terms(linear: Callable[[list[float]], Sequence[float]], dof: int) -> _Terms:
+    """Read off its unit vectors what a linear map adds to each of `dof` joints."""
+    identity = np.eye(dof)
+    added = np.array([linear(row) for row in identity.tolist()]) - identity
+    return tuple(
+        (int(joint), int(other), float(added[other, joint])) for other, joint in np.argwhere(added)
+    )
+
+
+def _mapped(position: Sequence[float], terms: _Terms) -> list[float]:
+    """Return a joint position on the other side of the coupling: q + terms · q."""
+    mapped = list(position)
+    for joint, other, gain in terms:
+        mapped[joint] += gain * position[other]
+    return mapped
 
 
 def _least(blamed: Iterable[tuple[float, OutOfRange]]) -> OutOfRange:

@@ -205,8 +205,8 @@ class Question:
         angles without a logarithm.
         """
         rotation, position = self.kinematics.place(joint_position)
-        rows = zip(rotation.tolist(), self.target.tolist(), strict=False)
-        chord = math.hypot(*[math.dist(found, wanted[:3]) for found, wanted in rows])
+        (a, b, c), (u, v, w, _) = rotation.tolist(), self.target.tolist()
+        chord = math.dist((*a, *b, *c), (*u[:3], *v[:3], *w[:3]))
         angle = 2.0 * math.asin(min(chord / _GREATEST_CHORD, 1.0))
         return Found(joint_position, math.dist(position.tolist(), self.position), angle)
 

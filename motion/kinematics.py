@@ -66,8 +66,8 @@ class Kinematics:
         self.upper = _read_only(np.array(self.limits.upper))
         self.size = _arm_size(robot)
         self._gain, self._offset = model_map(robot)
-        same = np.array_equal(self._gain, np.eye(self.dof)) and not self._offset.any()
-        self.is_direct = bool(same)
+        self._has_offset = bool(self._offset.any())
+        self.is_direct = np.array_equal(self._gain, np.eye(self.dof)) and not self._has_offset
         self.turning = turning_joints(robot, self._gain)
         self._base = _base_in_root(robot)
         # The model's world is the base frame, so that the common case needs no change of frame.
@@ -145,7 +145,8 @@ class Kinematics:
         # The frame placement is not refreshed by the Jacobian calls; a stale one would be read.
         placement = pin.updateFramePlacement(model, data, self._tool)
         full = pin.getFrameJacobian(model, data, self._tool, self._motion_axes)
-        jacobian = full if self.is_direct else full @ self._gain
+        # `dot` takes half as long as `@` where the matrices are this small.
+        jacobian = full if self.is_direct else full.dot(self._gain)
         return placement.rotation, placement.translation, jacobian
 
     def place(self, joint_position: Array) -> tuple[Array, Array]:
@@ -267,8 +268,8 @@ class Kinematics:
     def _expanded(self, joint_position: Array) -> Array:
         if self.is_direct:
             return joint_position
-        vector: Array = self._gain @ joint_position + self._offset
-        return vector
+        vector: Array = self._gain.dot(joint_position)
+        return vector + self._offset if self._has_offset else vector
 
 
 def rotation_vector(rotation: Array) -> Array:

@@ -7,9 +7,8 @@ Owns the Levenberg–Marquardt iteration
 with the (6, n) Jacobian J of tool shift and turn per joint, the linear rows and the sliding joints
 in units of the arm's size, so that e and Δ have no unit. The damping scaled by the error is from
 Sugihara: Solvability-Unconcerned Inverse Kinematics by the Levenberg-Marquardt Method, 2011. It
-also owns how a seed is used: freely, then along the limits, then on another turn. It works at
-singular positions too. Knows no pinocchio and no clock: it asks `Kinematics`, and is told how often
-to try.
+also owns how a seed is used: freely, then along the limits. It works at singular positions too.
+Knows no pinocchio and no clock: it asks `Kinematics`, and is told how often to try.
 """
 
 from __future__ import annotations
@@ -88,7 +87,10 @@ class Search:
         self.size = kinematics.size
         self.middle, self.joint_unit = ranges.middle, ranges.unit
         # Linear rows in units of the arm's size, columns in those of the joints.
-        self.jacobian_unit = ranges.unit * np.array([[1.0 / self.size]] * 3 + [[1.0]] * 3)
+        self.jacobian_unit = np.empty((6, kinematics.dof))
+        self.jacobian_unit[:3] = ranges.unit / self.size
+        self.jacobian_unit[3:] = ranges.unit
+        self.identity = np.eye(kinematics.dof)
         self.redundant = kinematics.dof > 6
         self.centring = False
         self.restarts = 0
@@ -96,7 +98,11 @@ class Search:
         self.best: Found | None = None
 
     def from_seed(self, *, near: bool) -> Found | None:
-        """Search from the seed: freely, then along the limits, then on another turn.
+        """Search freely from the seed, then along the limits.
+
+        Where a free search ends outside the limits, a spare joint may bring it back on the way, and
+        a near target be reached with a joint on its bound. Otherwise it was on the way to a branch
+        that does not fit, so the second one starts in the middle of the ranges.
 
         Args:
             near: whether the target is near, so that a spare joint moves no more than it must.
@@ -104,13 +110,11 @@ class Search:
         start = np.array(self.seed)
         self.centring = self.redundant and not near
         free = self._fitted(self._descend(start, bounded=False))
-        if free is not None and np.abs(free - start).max() <= math.pi:
-            if found := self.accepted(free):
-                return found
-            free = None
-        if found := self.accepted(self._descend(start, bounded=True)):
+        if free is not None and (found := self.accepted(free)):
             return found
-        return None if free is None else self.accepted(free)
+        if not near and not self.redundant:
+            start = self.middle
+        return self.accepted(self._descend(start, bounded=True))
 
     def from_random(self, random: np.random.Generator) -> Found | None:
         """Search from a random position inside the limits."""
@@ -198,7 +202,7 @@ class Search:
         previous, stalled = math.inf, 0
         for iteration in range(self.iterations):
             error, jacobian = self._linearised(position)
-            squared = float(error @ error)
+            squared = float(error.dot(error))
             if squared < _POLISHED:
                 break
             stalled = stalled + 1 if squared > _STALL_RATIO * previous else 0
@@ -222,16 +226,13 @@ class Search:
         bounded: bool,
     ) -> Array:
         """Return where one damped step leads: (JᵀJ + λI) Δ = Jᵀe + λ p (middle - position)."""
-        gradient = jacobian.T @ error
-        if bounded:
-            # A joint on its bound that wants to go farther is held, the others work round it.
-            low = (position <= self.lower) & (gradient < 0.0)
-            held = low | ((position >= self.upper) & (gradient > 0.0))
-            if held.any():
-                jacobian = np.where(held, 0.0, jacobian)
-                gradient[held] = 0.0
-        normal = jacobian.T @ jacobian
-        normal.flat[:: len(position) + 1] += damping
+        gradient = jacobian.T.dot(error)
+        # A joint on its bound that wants to go farther is held, the others work round it.
+        if bounded and (held := self._held(position, gradient)):
+            jacobian = jacobian.copy()
+            jacobian[:, held] = 0.0
+            gradient[held] = 0.0
+        normal = jacobian.T.dot(jacobian) + damping * self.identity
         if pull:
             # As a prior at the middle of the range: what the task leaves free goes there, what it
             # needs does not notice. It fades with the error, so Newton's steps stay exact.
@@ -239,15 +240,25 @@ class Search:
         stepped = position + solve_positive_definite(normal, gradient) * self.joint_unit
         return np.minimum(np.maximum(stepped, self.lower), self.upper) if bounded else stepped
 
+    def _held(self, position: Array, gradient: Array) -> list[int]:
+        """Return the joints on a bound that a step along a (n,) gradient would take beyond it."""
+        limits = self.kinematics.limits
+        slopes = zip(position.tolist(), gradient.tolist(), limits.lower, limits.upper, strict=True)
+        return [
+            joint
+            for joint, (value, slope, lower, upper) in enumerate(slopes)
+            if (value <= lower and slope < 0.0) or (value >= upper and slope > 0.0)
+        ]
+
     def _linearised(self, position: Array) -> tuple[Array, Array]:
         """Return the (6,) error and the (6, n) Jacobian at a (n,) position, both without unit."""
         rotation, translation, jacobian = self.kinematics.linearise(position)
         error = np.empty(6)
         error[:3] = (self.position - translation) / self.size
-        error[3:] = rotation_vector(self.rotation @ rotation.T)
+        error[3:] = rotation_vector(self.rotation.dot(rotation.T))
         return error, jacobian * self.jacobian_unit
 
 
 def rotation_angle(first: Array, second: Array) -> float:
     """Return the angle between two (3, 3) rotations [rad], 0 to π."""
-    return math.hypot(*rotation_vector(first @ second.T).tolist())
+    return math.hypot(*rotation_vector(first.dot(second.T)).tolist())

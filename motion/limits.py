@@ -76,9 +76,8 @@ class JointLimits:
         """
         if len(values) != len(self.names):
             raise WrongJointCount(len(values), len(self.names))
-        for index, value in enumerate(values):
-            if not math.isfinite(value):
-                raise NotFinite(what, index)
+        if not all(map(math.isfinite, values)):
+            raise NotFinite(what, [math.isfinite(value) for value in values].index(False))
 
     def check_position(self, position: Sequence[float]) -> None:
         """Check a joint position exactly; a value on a bound is legal.

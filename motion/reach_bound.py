@@ -36,9 +36,9 @@ class ReachBound:
     def beyond(self, position: Sequence[float] | Array) -> float:
         """Return how far a (3,) place in the base frame is outside [m]; inside, 0 or less."""
         away = np.asarray(position) - self.foot
-        squared = float(self.track @ self.track)
-        along = min(max(float(away @ self.track) / squared, 0.0), 1.0) if squared else 0.0
-        return math.dist(away, along * self.track) - self.radius
+        if squared := float(self.track.dot(self.track)):
+            away -= min(max(float(away.dot(self.track)) / squared, 0.0), 1.0) * self.track
+        return math.hypot(*away.tolist()) - self.radius
 
 
 def reach_bound(kinematics: Kinematics) -> ReachBound:

@@ -25,9 +25,11 @@ class Budget(NamedTuple):
         Raises:
             BadArgument: with the name of the number.
         """
-        for name, least in (("restarts", 0), ("iterations", 1), ("random_seed", 0)):
-            number = getattr(self, name)
-            if number < least:
-                raise BadArgument(name, number, f"{least} or more")
+        if self.restarts < 0:
+            raise BadArgument("restarts", self.restarts, "0 or more")
+        if self.iterations < 1:
+            raise BadArgument("iterations", self.iterations, "1 or more")
+        if self.random_seed < 0:
+            raise BadArgument("random_seed", self.random_seed, "0 or more")
         if self.time_cap is not None and not self.time_cap >= 0.0:
             raise BadArgument("time_cap", self.time_cap, "0 or more, or None")

@@ -109,7 +109,9 @@ class JointRanges:
         """Return a position with each joint that is outside its range on the bound next to it."""
         return [
             value if lower <= value <= upper else min(max(value, lower), upper)
-            for value, (lower, upper, _, _) in zip(position, self._rows, strict=True)
+            for value, lower, upper in zip(
+                position, self._limits.lower, self._limits.upper, strict=True
+            )
         ]
 
     def drawn_in(self, position: Sequence[float]) -> tuple[float, list[float]]:

@@ -33,8 +33,7 @@ class Branches(NamedTuple):
         """Return the positions of the branches that miss the pose by a gap [m] at most."""
         if max(self.gaps, default=0.0) <= gap:
             return self.positions
-        pairs = zip(self.positions, self.gaps, strict=True)
-        return [position for position, miss in pairs if miss <= gap]
+        return [self.positions[index] for index, miss in enumerate(self.gaps) if miss <= gap]
 
 
 class Measures(NamedTuple):

@@ -109,6 +109,8 @@ class ThreeParallel:
         """Place axis 4 by joints 2 and 3, where either answer for the wrist angles leaves it."""
         arm = self.base
         alpha, beta, gamma = wrist
+        upper_arm, forearm = arm.upper_arm, arm.forearm
+        upper_arm_angle, fold, sign2, sign3 = arm.upper_arm_angle, arm.fold, arm.sign2, arm.sign3
         positions: list[Position] = []
         gaps: list[float] = []
         for pitch, q5, q6 in (
@@ -118,12 +120,12 @@ class ThreeParallel:
             direction = self.hand_angle + pitch
             along = s - self.hand * math.sin(direction) - arm.offset
             up = z - self.hand * math.cos(direction)
-            elbow_gap, elbows = two_links(along, up, arm.upper_arm, arm.forearm)
+            elbow_gap, elbows = two_links(along, up, upper_arm, forearm)
             for lift, bend in elbows:
-                q2 = lift - arm.upper_arm_angle
-                q3 = bend - arm.fold
+                q2 = lift - upper_arm_angle
+                q3 = bend - fold
                 q4 = self.sign4 * (pitch - q2 - q3)
-                positions.append((q1, arm.sign2 * q2, arm.sign3 * q3, q4, q5, q6))
+                positions.append((q1, sign2 * q2, sign3 * q3, q4, q5, q6))
                 gaps.append(gap + elbow_gap)
         return positions, gaps
 
