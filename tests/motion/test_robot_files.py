@@ -372,7 +372,7 @@ JUNK: tuple[Any, ...] = (
 )
 
 
-@settings(max_examples=200, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=80, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 @pytest.mark.parametrize("name", ["fanuc_m410ib", "stewart_classroom"])
 def test_a_file_with_anything_anywhere_loads_or_is_a_robot_file_error(

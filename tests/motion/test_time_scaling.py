@@ -85,7 +85,7 @@ COMMANDS = st.lists(
 )
 
 
-@settings(max_examples=100)
+@settings(max_examples=40)
 @given(
     name=st.sampled_from(ROBOTS),
     seed=st.integers(1, 4),

@@ -81,32 +81,31 @@ async def test_type_11_points_drive_the_robot_too(start_cell: Any, tmp_path: Any
         assert pendant.joints() == pytest.approx(target, abs=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("joint", "value", "code"),
-    [
-        (0, 7.0, VerdictCode.OUT_OF_RANGE),
-        (2, float("nan"), VerdictCode.NOT_FINITE),
-        (2, float("inf"), VerdictCode.NOT_FINITE),
-        (8, 0.5, VerdictCode.WRONG_JOINT_COUNT),
-        (0, None, VerdictCode.NO_MOTION),
-    ],
-)
-async def test_a_wrong_target_is_refused_with_its_joint_and_moves_nothing(
-    start_cell: Any, joint: int, value: float | None, code: VerdictCode
-) -> None:
+WRONG_TARGETS = [
+    (0, 7.0, VerdictCode.OUT_OF_RANGE),
+    (2, float("nan"), VerdictCode.NOT_FINITE),
+    (2, float("inf"), VerdictCode.NOT_FINITE),
+    (8, 0.5, VerdictCode.WRONG_JOINT_COUNT),
+    (0, None, VerdictCode.NO_MOTION),
+]
+"""Joint, what it is asked to be (None: what it is), and the refusal."""
+
+
+async def test_a_wrong_target_is_refused_with_its_joint_and_moves_nothing(start_cell: Any) -> None:
     cell = await start_cell()
     pendant = await cell.ready_pendant()
     before = pendant.joints()
-    target = [*before, *([0.0] * max(joint + 1 - len(before), 0))]
-    if value is not None:
-        target[joint] = value
     async with pendant.control():
-        with pytest.raises(Refused) as refused:
-            await pendant.move_joints(target)
-    assert refused.value.code == code
-    if code is VerdictCode.OUT_OF_RANGE:
-        assert (refused.value.joint, refused.value.value) == (0, 7.0)
-        assert refused.value.limit == pytest.approx(6.283185, abs=1e-5)
+        for joint, value, code in WRONG_TARGETS:
+            target = [*before, *([0.0] * max(joint + 1 - len(before), 0))]
+            if value is not None:
+                target[joint] = value
+            with pytest.raises(Refused) as refused:
+                await pendant.move_joints(target)
+            assert refused.value.code == code
+            if code is VerdictCode.OUT_OF_RANGE:
+                assert (refused.value.joint, refused.value.value) == (0, 7.0)
+                assert refused.value.limit == pytest.approx(6.283185, abs=1e-5)
     await pendant.next_state()
     assert pendant.joints() == before
 
