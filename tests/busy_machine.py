@@ -26,6 +26,9 @@ PATIENCE = 45.0 * SCALE
 ATTEMPTS = 3
 """The first and at most two more."""
 
+PROMISE_ATTEMPTS = 2
+"""The same for promises: a bound that needs more is not kept."""
+
 ALL_ATTEMPTS = 360.0 * SCALE
 """Longest time that all attempts of a test may take together [s]."""
 
@@ -78,12 +81,13 @@ class Attempts:
         if self._watch is None:
             self._watch = StallWatch()
         item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-        for attempt in range(1, ATTEMPTS + 1):
+        attempts = PROMISE_ATTEMPTS if "promises" in item.path.parts else ATTEMPTS
+        for attempt in range(1, attempts + 1):
             began = time.monotonic()
             item._initrequest()  # type: ignore[attr-defined]
             reports = runtestprotocol(item, nextitem=nextitem, log=False)
             failed = [report for report in reports if report.failed]
-            if not failed or attempt == ATTEMPTS or not _may_have_come_late(failed, item):
+            if not failed or attempt == attempts or not _may_have_come_late(failed, item):
                 break
             self._tell(item, failed[0], began)
         for report in reports:

@@ -240,7 +240,7 @@ class AnyOrder(RuleBasedStateMachine):
         assert pendant.all(Outcome)[-1].outcome == OutcomeKind.COMPLETED
 
 
-AnyOrder.TestCase.settings = settings(max_examples=120, stateful_step_count=50)
+AnyOrder.TestCase.settings = settings(max_examples=300, stateful_step_count=50)
 TestAnyOrder = pytest.mark.timeout(120)(AnyOrder.TestCase)
 
 
