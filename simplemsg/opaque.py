@@ -35,12 +35,12 @@ class Opaque(Message):
     body: bytes
 
 
-_Undeclared = HeaderOnly | Opaque
+_UNDECLARED = HeaderOnly, Opaque
 
 
 def message_type(message: Message) -> int:
     """Return the message type of any message, declared or not."""
-    if isinstance(message, _Undeclared):
+    if isinstance(message, _UNDECLARED):
         return message.msg_type
     return message.PLACE.msg_type
 

@@ -7,6 +7,7 @@ than the lead ahead of where the robot really is.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from operator import sub
 
@@ -19,6 +20,9 @@ SAME_PLACE = 1e-3
 
 LONGEST_LAG = 0.5
 """A robot so far behind the plan does not follow it [s]."""
+
+_SURELY = 1.0 - 1e-9
+"""What rounding may do to a distance, many times over."""
 
 
 class Following:
@@ -58,12 +62,7 @@ class Following:
         position = feedback.position
         if position is None or not self._sent or feedback.received < self._started:
             return
-        gaps = [max(map(abs, map(sub, row.position, position))) for row in self._sent]
-        near = min(gaps) + SAME_PLACE
-        place = len(gaps) - 1
-        while gaps[place] > near:
-            place -= 1
-        for _ in range(place):
+        for _ in range(self._place_of(position)):
             self._sent.popleft()
         robot_time = self._sent[0].time
         if len(self._sent) == 1:
@@ -72,3 +71,25 @@ class Following:
             self.base = max(self.base, self._started)
             return
         self.base = max(feedback.received - round(robot_time * 1e9), self._started)
+
+    def _place_of(self, position: tuple[float, ...]) -> int:
+        """Return the number of the last sample that is nearly as near to a report as the nearest.
+
+        The gap of a sample is that of the joint which is farthest away.
+        """
+        near = math.inf
+        places: list[tuple[float, int]] = []
+        # Most samples are far: their distance, much sooner found than the gap, tells that the gap,
+        # which is no less than a certain share of it, is too great.
+        share = _SURELY / math.sqrt(len(position))
+        for place, row in enumerate(self._sent):
+            if share * math.dist(row.position, position) > near:
+                continue
+            gap = max(map(abs, map(sub, row.position, position)))
+            if gap <= near:
+                places.append((gap, place))
+                if gap + SAME_PLACE < near:
+                    near = gap + SAME_PLACE
+        while places[-1][0] > near:
+            places.pop()
+        return places[-1][1]

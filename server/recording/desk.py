@@ -87,10 +87,6 @@ class RecordingDesk:
         self._planning: tuple[int, Request, Asker] | None = None
         self._account: PlaybackAccount | None = None
 
-    def reported(self, now: int) -> list[Outgoing]:
-        """Record the controller's last report, if a recording is under way."""
-        return self.recorder.reported(self._cell.feedback, now)
-
     def handle(self, asked: op.RecordingOperation, asker: Asker, now: int) -> list[Outgoing]:
         """Carry out a request; the answer may come later."""
         match asked:

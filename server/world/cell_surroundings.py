@@ -118,7 +118,7 @@ class CellSurroundings:
                 self._traced = now
                 # With the speed, which nobody asks for here: the state message asks for the same.
                 self.trace.add(self._view.tool_motion(position, feedback.velocity)[0])
-        return self.recordings.reported(now)
+        return self.recordings.recorder.reported(feedback, now)
 
     def state_link(self, up: bool, now: int) -> list[Outgoing]:
         """Take note that the controller's state connection came or went."""

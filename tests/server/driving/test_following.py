@@ -1,10 +1,12 @@
 from __future__ import annotations
 
+from random import Random
+
 import pytest
 
 from openpendant.motion.trajectory import Row
 from openpendant.server.driving.feedback import Feedback
-from openpendant.server.driving.following import Following
+from openpendant.server.driving.following import SAME_PLACE, Following
 from openpendant.server.settings import ControllerLink
 from openpendant.simplemsg import JointFeedback, ValidField, joint_array
 
@@ -68,3 +70,29 @@ def test_where_several_samples_fit_the_latest_counts() -> None:
         following.sent(Row(0.01 * index, [0.0], [0.0], [0.0]))
     following.update(report(0.0, 90 * MS))
     assert following.lag == 0
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_place_is_the_last_sample_nearly_as_near_as_the_nearest(seed: int) -> None:
+    """Whatever the way: slow, fast, there and back, with one joint or with all."""
+    chance = Random(seed)
+    speeds = [chance.choice((0.0, 1e-4, 1e-3, 1e-2)) for _ in range(6)]
+    rows, at = [], [0.0] * 6
+    for index in range(20):
+        rows.append(Row(0.01 * (index + 1), at, speeds, speeds))
+        at = [
+            place + chance.choice((-1.0, 1.0, 1.0)) * speed
+            for place, speed in zip(at, speeds, strict=True)
+        ]
+    seen = tuple(place + chance.uniform(-1.0, 1.0) * 1e-3 for place in chance.choice(rows).position)
+    following = Following(0)
+    for each in rows:
+        following.sent(each)
+    feedback = Feedback(6, ControllerLink())
+    feedback.position, feedback.received = seen, 1_000 * MS
+    following.update(feedback)
+    gaps = [max(abs(a - b) for a, b in zip(each.position, seen, strict=True)) for each in rows]
+    place = max(index for index, gap in enumerate(gaps) if gap <= min(gaps) + SAME_PLACE)
+    # At the last sample nobody can see how far behind it is.
+    behind = 0 if place == len(rows) - 1 else 1_000 * MS - round(rows[place].time * 1e9)
+    assert following.base == behind
