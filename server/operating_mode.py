@@ -24,6 +24,9 @@ REDUCED_SPEED = 0.25
 RECOVERY_SPEED = 0.1
 """Largest speed of tool and elbow while a joint is led back inside its limits [m/s]."""
 
+LEAST_OVERRIDE = 0.001
+"""Least speed override above 0: a slower motion looks like none, and would hardly ever end."""
+
 _HELD = EnablingPosition.HELD
 
 _MIRRORED = {
@@ -62,7 +65,8 @@ class OperatingModes:
     """The mode of one cell and what belongs to it.
 
     Attributes:
-        override: fraction of the planned speed at which motions run, 0 to 1.
+        override: fraction of the planned speed at which motions run: 0, at which nothing moves, or
+            `LEAST_OVERRIDE` to 1.
     """
 
     def __init__(self, settings: Modes) -> None:
@@ -124,8 +128,8 @@ class OperatingModes:
         Returns:
             Why a value is refused; then nothing was set.
         """
-        if not 0.0 <= override <= 1.0:
-            text = f"override {override:g}; accepted: 0 to 1"
+        if not (override == 0.0 or LEAST_OVERRIDE <= override <= 1.0):
+            text = f"override {override:g}; accepted: 0, or {LEAST_OVERRIDE:g} to 1"
             return Refusal(VerdictCode.BAD_ARGUMENT, text, value=override, limit=1.0)
         high = self._is_ours and self._mode is OperatingMode.MANUAL_HIGH
         largest = 10.0 if high else REDUCED_SPEED
@@ -141,7 +145,7 @@ class OperatingModes:
         """Return why nothing moves at this override; None above 0."""
         if self.override:
             return None
-        text = "the speed override is 0; accepted: above 0, to 1"
+        text = f"the speed override is 0; accepted: {LEAST_OVERRIDE:g} to 1"
         return Refusal(VerdictCode.OVERRIDE_ZERO, text, value=0.0, limit=1.0)
 
     # Enabling (training).

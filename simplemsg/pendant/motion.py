@@ -128,7 +128,9 @@ class SetSpeed(Message):
     """SET_SPEED: acts at once, also on the running motion, which stays on its path."""
 
     request_id: Annotated[int, Int("chosen by the pendant")]
-    override: Annotated[float, Real("fraction of the planned speed, 0 to 1; 0 pauses what moves")]
+    override: Annotated[
+        float, Real("fraction of the planned speed, 0.001 to 1; 0 pauses what moves")
+    ]
     tool_speed: Annotated[float, Real("cap of tool and elbow, 0 to leave it as it is", "m/s")]
 
 

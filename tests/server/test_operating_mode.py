@@ -243,13 +243,22 @@ def test_automatic_knows_no_cap_of_the_tool() -> None:
     assert cap(modes(AUTOMATIC)) is None
 
 
-@pytest.mark.parametrize("override", [-0.01, 1.01, math.nan, math.inf, -math.inf])
-def test_an_override_outside_0_to_1_is_refused_and_sets_nothing(override: float) -> None:
+@pytest.mark.parametrize("override", [-0.01, 1e-9, 0.0009, 1.01, math.nan, math.inf, -math.inf])
+def test_an_override_between_0_and_the_least_or_above_1_is_refused_and_sets_nothing(
+    override: float,
+) -> None:
     made = modes(T2)
     refusal = made.set_speed(override, 0.1)
     assert refusal is not None
     assert refusal.code is V.BAD_ARGUMENT
     assert (made.override, cap(made)) == (1.0, REDUCED_SPEED)
+
+
+@pytest.mark.parametrize("override", [0.0, 0.001, 1.0])
+def test_an_override_of_0_or_from_the_least_to_1_is_taken(override: float) -> None:
+    made = modes(T2)
+    assert made.set_speed(override, 0.0) is None
+    assert made.override == override
 
 
 @pytest.mark.parametrize("speed", [-0.1, 10.1, math.nan, math.inf])

@@ -187,7 +187,7 @@ class Operating(PendantSession):
         """Set the speed override, which acts on the running motion too, and the tool's cap.
 
         Args:
-            override: fraction of the planned speed, 0 to 1. 0 pauses what moves; raised again,
+            override: fraction of the planned speed, 0.001 to 1. 0 pauses what moves; raised again,
                 it stands until `resume`.
             tool_speed: cap of tool and elbow [m/s]; 0 leaves it as it is.
 
