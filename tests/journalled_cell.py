@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import socket
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
@@ -97,13 +96,21 @@ async def journalled_cell(emulator_file: Path, server_file: Path) -> AsyncIterat
         await asyncio.sleep(0.01)
 
 
-def make_deaf_peers(cell: JournalledCell) -> list[socket.socket]:
+@asynccontextmanager
+async def deaf_peers(cell: JournalledCell) -> AsyncIterator[None]:
     """Connect peers that never read: listeners on the state ports, and clients that ask and ask."""
+    loop = asyncio.get_running_loop()
     peers = [_connected(port) for port in (*cell.state_ports, *cell.motion_ports)]
-    for asking in peers[2:]:
-        with contextlib.suppress(BlockingIOError):
-            asking.send(PINGS)
-    return peers
+    asking = [asyncio.ensure_future(loop.sock_sendall(peer, PINGS)) for peer in peers[2:]]
+    try:
+        yield
+    finally:
+        for each in asking:
+            each.cancel()
+        # They were cut off long ago, as they should.
+        await asyncio.gather(*asking, return_exceptions=True)
+        for peer in peers:
+            peer.close()
 
 
 def _connected(port: int) -> socket.socket:

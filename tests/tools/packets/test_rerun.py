@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from journalled_cell import PINGS, journalled_cell, make_deaf_peers
+from journalled_cell import PINGS, deaf_peers, journalled_cell
 from virtual_clock import VirtualLoop
 
 from openpendant.simplemsg.pendant import OperatorAction
@@ -25,8 +25,7 @@ def journals(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     async def live() -> None:
         async with journalled_cell(files["emulator"], files["server"]) as cell:
             pendant = await cell.pendant()
-            deaf = make_deaf_peers(cell)
-            async with pendant, pendant.control():
+            async with deaf_peers(cell), pendant, pendant.control():
                 home = pendant.joints()
                 aside = [home[0] + 0.5, *home[1:]]
                 path = [aside, [aside[0], home[1] + 0.3, *home[2:]], list(home)]
@@ -48,8 +47,6 @@ def journals(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
                 with pytest.raises(Aborted):
                     await motion.done()
                 await asyncio.sleep(60.0 - _seconds_since_start())
-            for peer in deaf:
-                peer.close()
 
     began = 0.0
 
