@@ -123,7 +123,7 @@ def _tick(listeners: int) -> Iterator[Sides]:
     def sampler(app: App) -> Any:
         clock = 0
 
-        def sample() -> float:
+        async def sample() -> float:
             nonlocal clock
             began = time.perf_counter()
             for _ in range(TICKS):
@@ -131,7 +131,7 @@ def _tick(listeners: int) -> Iterator[Sides]:
                 app.cells[0].tick(clock)
             return (time.perf_counter() - began) / TICKS * 1e6
 
-        return sample
+        return lambda: asyncio.run(sample())
 
     yield Sides(sampler(_app(listeners)), sampler(_app(0)))
 
