@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import shutil
 import socket
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from app_on_loop import app_on_loop, said, until
 from jog_pad import JogPad
+from own_network import printed_in_own_network
 from promise_rig import tell
 from server_rig import MS, TICK, ready
 
@@ -56,20 +54,7 @@ async def test_promise_3_the_kernel_is_told_to_look_for_dead_peers() -> None:
 
 @pytest.mark.realtime
 def test_promise_3_a_pulled_cable_is_noticed_within_three_seconds() -> None:
-    """In a network of its own, whose only cable is its loopback."""
-    unshare = shutil.which("unshare")
-    probe = [unshare or "", "--net", "true"]
-    if unshare is None or subprocess.run(probe, capture_output=True, check=False).returncode:
-        pytest.skip("a network of its own cannot be had here")
-    done = subprocess.run(
-        [unshare, "--net", sys.executable, str(CABLE)],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    talking, listening = map(float, done.stdout.split())
+    talking, listening = map(float, printed_in_own_network(CABLE).split())
     tell(f"promise 3: noticed after {talking:.2f} s with state under way, {listening:.2f} s idle")
     assert talking <= 3.0 + 0.5
     assert listening <= 3.0 + 0.5

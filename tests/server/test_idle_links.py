@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 import socket
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from own_network import printed_in_own_network
 
 from openpendant.controller_emulator import links
 from openpendant.server.client_connection import prepare_socket
@@ -38,15 +36,4 @@ def test_a_link_between_server_and_controller_ends_with_the_second_lost_probe(si
 
 @pytest.mark.realtime
 def test_a_loose_plug_costs_an_idle_pendant_and_not_the_controller() -> None:
-    """In a network of its own, whose only cable is its loopback."""
-    unshare = shutil.which("unshare")
-    if unshare is None or subprocess.run([unshare, "--net", "true"], check=False).returncode:
-        pytest.skip("a network of its own cannot be had here")
-    done = subprocess.run(
-        [unshare, "--net", sys.executable, str(PLUG)],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert (done.stdout, done.stderr) == ("down up", "")
+    assert printed_in_own_network(PLUG) == "down up"
