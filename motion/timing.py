@@ -1,20 +1,14 @@
 """Timing a path: as fast as joint limits and tool speed limits allow, by TOPP-RA.
 
-Owns the use of toppra, which it imports when first asked and which no other module touches: always
-its Interpolation scheme, on a grid that holds every knot, with numbers scaled to the order of one.
-The solver keeps limits at the grid points only, so its answer is evaluated here (a constant path
+Owns what is put to the solver: a grid that holds every knot, with numbers scaled to the order of
+one. It keeps limits at the grid points only, so its answer is evaluated here (a constant path
 acceleration between grid points), measured in between, and slowed down by the worst excess.
 """
 
 from __future__ import annotations
 
-import logging
 import math
-import os
-import warnings
 from collections.abc import Sequence
-from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +18,7 @@ from .limits import JointLimits
 from .path_rates import rate_from_rest, steady_rate, timing_grid
 from .segment_rules import SegmentRule, Stretch, folded
 from .tool_speed import ToolSpeedLimit, speed_ratios
+from .toppra_solver import fastest_rates
 from .trajectory import MAX_DURATION, SAMPLE_PERIOD, Array, Trajectory, check_rates, join
 from .velocity_profile import VelocityProfile, measured_places
 
@@ -149,7 +144,7 @@ class _Problem:
         bend *= length**2
         allowed = self._greatest_rate() * (time / length)
         bound = np.minimum(allowed, rate_from_rest(grid, slope))
-        rate = _fastest(grid, slope, bend, np.minimum(bound, _GREATEST_RATE))
+        rate = fastest_rates(grid, slope, bend, np.minimum(bound, _GREATEST_RATE))
         if rate is None:
             rate = steady_rate(grid, slope, bend, allowed)
         rate = np.concatenate(([0.0], rate[1:-1] * (length / time), [0.0]))
@@ -196,92 +191,3 @@ class _Problem:
 def _slowing(speeds: Array, gains: Array) -> float:
     """Return the factor in time that makes up for the worst excess."""
     return max(float(speeds.max()), math.sqrt(float(gains.max())))
-
-
-def _fastest(grid: Array, slope: Array, bend: Array, greatest_rate: Array) -> Array | None:
-    """Solve max x' along the path under |slope x'' + bend x'²| <= 1 and x' <= greatest_rate.
-
-    Args:
-        grid: (g,) from 0 to 1.
-        slope: (g, n) first derivative of the path, each joint in units of its limit.
-        bend: (g, n) second derivative likewise.
-        greatest_rate: (g,).
-
-    Returns:
-        The (g,) rates from rest to rest, above 0 on the way; None where the solver fails.
-    """
-    algorithm, linear = _toppra()
-    constraint = _Constraint(linear, slope, bend, greatest_rate)
-    solver = algorithm([constraint], _Domain, gridpoints=grid, solver_wrapper="seidel")
-    _, rate, _ = solver.compute_parameterization(0.0, 0.0)
-    # NaN is not above 0 either.
-    if rate is None or not (rate[1:-1] > 0.0).all():
-        return None
-    found: Array = rate
-    return found
-
-
-class _Domain:
-    """What toppra asks of a path whose derivatives it is not to evaluate itself."""
-
-    path_interval = (0.0, 1.0)
-
-
-class _Constraint:
-    """The limits on a grid, as toppra's canonical linear constraint.
-
-    With x the square of the path velocity and u the path acceleration from a grid point to the
-    next, it demands F (a u + b x) <= g, for a and b of the grid point and, x + 2 Δ u being the next
-    point's square, of the next one too: that is the Interpolation scheme.
-    """
-
-    n_extra_vars = 0
-    identical = True
-
-    def __init__(self, linear: Any, slope: Array, bend: Array, greatest_rate: Array) -> None:
-        self._type = linear
-        self._slope, self._bend, self._greatest_rate = slope, bend, greatest_rate
-
-    def get_constraint_type(self) -> Any:
-        return self._type
-
-    def get_no_extra_vars(self) -> int:
-        return self.n_extra_vars
-
-    def compute_constraint_params(self, path: Any, grid: Array) -> tuple[Any, ...]:
-        ahead = self._slope[1:] + 2.0 * np.diff(grid)[:, np.newaxis] * self._bend[1:]
-        a = np.hstack((self._slope, np.vstack((ahead, self._slope[-1]))))
-        b = np.hstack((self._bend, np.vstack((self._bend[1:], self._bend[-1]))))
-        rows = a.shape[1]
-        both_signs = np.vstack((np.eye(rows), -np.eye(rows)))
-        squares = np.column_stack((np.zeros(len(grid)), self._greatest_rate**2))
-        return a, b, np.zeros_like(a), both_signs, np.ones(2 * rows), None, squares
-
-
-@cache
-def _toppra() -> tuple[Any, Any]:
-    """Return toppra's algorithm for motions from rest to rest, and its word for `linear`."""
-    # toppra imports pyplot, for plots that are never made; without this it would look for a screen.
-    os.environ.setdefault("MPLBACKEND", "Agg")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        from toppra.algorithm import TOPPRA
-        from toppra.constraint import ConstraintType
-    # What it warns of comes back as a return code.
-    logging.getLogger("toppra").setLevel(logging.ERROR)
-    return type("RestToRest", (TOPPRA,), {"_one_step": _one_step}), ConstraintType.CanonicalLinear
-
-
-def _one_step(solver: Any, stage: int, following: Array) -> Array:
-    """Return the squares of the path velocity from which the following stage's can be reached.
-
-    toppra solves for both bounds. Nothing pulls on the joints here, so a path at rest may always
-    stay at rest, and the lower bound is 0.
-    """
-    if np.isnan(following).any():
-        return following
-    objective = np.array([1e-9, -1.0])
-    _, greatest = solver.solver_wrapper.solve_stagewise_optim(
-        stage, None, objective, math.nan, math.nan, *following
-    )
-    return np.array([0.0, greatest])

@@ -54,6 +54,14 @@ def test_the_server_starts_without_what_only_its_planning_worker_needs() -> None
     assert loaded_by("openpendant.server.cli").isdisjoint({"toppra", "matplotlib", "scipy"})
 
 
+def test_a_planning_process_is_warm_without_what_it_never_calls() -> None:
+    warm_up = "from openpendant.server.planning.planner import warm_up; warm_up('ur5')"
+    script = f"import json, sys; {warm_up}; print(json.dumps(list(sys.modules)))"
+    loaded = set(json.loads(_python(script)))
+    assert "toppra" in loaded
+    assert loaded.isdisjoint({"matplotlib", "ompl", "ruckig", "scipy"})
+
+
 def test_uvloop_is_loaded_for_nobody_who_does_not_ask() -> None:
     modules = ("openpendant.server.app", "openpendant.server.cli")
     assert "uvloop" not in loaded_by(*modules, "openpendant.controller_emulator.cli")

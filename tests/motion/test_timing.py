@@ -1,6 +1,4 @@
 import math
-import subprocess
-import sys
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
@@ -285,23 +283,6 @@ def test_legs_are_timed_with_a_stop_at_each_joint() -> None:
     assert not whole.sample(float(whole.waypoint_times[1])).velocity.any()
 
 
-def test_toppra_is_loaded_by_the_first_path_and_without_a_warning_or_a_screen() -> None:
-    program = """
-import sys
-from openpendant.motion.joint_curves import JointLine
-from openpendant.motion.timing import time_path
-from openpendant.motion.robot import serial_robot
-assert not {"toppra", "matplotlib", "scipy", "pinocchio"} & set(sys.modules)
-time_path(JointLine([0.0] * 6, [0.1] * 6), serial_robot("ur5").limits)
-import matplotlib
-assert matplotlib.get_backend().lower() == "agg", matplotlib.get_backend()
-"""
-    run = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, check=False
-    )
-    assert (run.returncode, run.stderr) == (0, "")
-
-
 def test_timing_raises_no_warning() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -314,7 +295,7 @@ def test_where_the_solver_fails_a_slower_motion_is_certified(
     path = JointSpline(random_waypoints(WIDE, 3, 6) / 50.0)
     fastest = time_path(path, WIDE)
 
-    monkeypatch.setattr("openpendant.motion.timing._fastest", lambda *_: None)
+    monkeypatch.setattr("openpendant.motion.timing.fastest_rates", lambda *_: None)
     slower = time_path(path, WIDE)
 
     certify(slower, WIDE)
