@@ -19,6 +19,10 @@ REQUIREMENTS := Makefile pyproject.toml constraints.txt hatch_build.py
 STALE := $(shell test -x $(PY) && test -e .dev/openpendant/simplemsg/__init__.py \
 	&& test "$$(cat $(VENV)/demo.stamp 2>/dev/null)" = "$$(pwd -P)" || echo stale)
 
+# Where this is set, each of the hundreds of processes that tests start would compile all that it
+# imports anew, and each worker of pytest all tests.
+unexport PYTHONDONTWRITEBYTECODE
+
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .DELETE_ON_ERROR:

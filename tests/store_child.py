@@ -1,13 +1,18 @@
 """Records and saves until it is killed; run as a script by the tests of the store.
 
-Says on standard output what was acknowledged, one line each, after it was: `p N` for revision N of
-the program, `c N` for chunk N of the recording.
+`store_child.py STORE` says on standard output what was acknowledged, one line each, after it was:
+`p N` for revision N of the program, `c N` for chunk N of the recording.
+
+Without an argument it forks a child for each line `STORE FIFO` on its standard input, so that its
+libraries are loaded once for all of them. Such a child says the same into the FIFO, and first its
+process id: `i N`.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 import threading
 from pathlib import Path
@@ -76,5 +81,19 @@ def main(path: Path) -> None:
         sequence = appended.chunks
 
 
+def fork_for_each_line() -> None:
+    # Nobody waits for the children: the end of what they say is their end.
+    signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    for line in sys.stdin:
+        store, fifo = line.split()
+        if os.fork() == 0:
+            os.dup2(os.open(fifo, os.O_WRONLY), 1)
+            os.write(1, b"i %d\n" % os.getpid())
+            main(Path(store))
+
+
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    if len(sys.argv) > 1:
+        main(Path(sys.argv[1]))
+    else:
+        fork_for_each_line()

@@ -18,6 +18,7 @@ pytestmark = pytest.mark.skipif(shutil.which("make") is None, reason="make is no
 # Stands in for `python3` and, once "installed", for the interpreter of the environment.
 INTERPRETER = """#!/bin/sh
 echo "$@" >> "$LOG"
+[ -z "$PYTHONDONTWRITEBYTECODE" ] || echo "compiles in vain" >> "$LOG"
 case "$*" in
     *version_info*) exit "${TOO_OLD:-0}" ;;
     *ensurepip*) exit "${NO_VENV:-0}" ;;
@@ -131,6 +132,11 @@ def test_a_failed_installation_is_tried_again(project: Project) -> None:
     assert not (project.folder / ".venv" / "demo.stamp").exists()
     assert project.make("demo").returncode == 0
     assert project.installed != []
+
+
+def test_what_python_compiled_is_kept_whatever_the_environment_says(project: Project) -> None:
+    assert project.make("demo", PYTHONDONTWRITEBYTECODE="1").returncode == 0
+    assert "compiles in vain" not in project.calls
 
 
 def test_a_deleted_link_folder_is_made_again(project: Project) -> None:

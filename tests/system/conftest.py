@@ -14,6 +14,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+import pytest
 import pytest_asyncio
 from busy_machine import PATIENCE, PATIENT, SCALE
 
@@ -60,9 +61,13 @@ class RunningCell:
         """Have something closed before the processes are stopped."""
         self._stack.push_async_callback(close)
 
+    async def hang_up(self) -> None:
+        """Close what tests opened; the processes go on."""
+        await self._stack.aclose()
+
     async def stop(self) -> None:
         """Hang up, and stop both processes in order."""
-        await self._stack.aclose()
+        await self.hang_up()
         for process in (self.server, self.emulator):
             await stop_process(process)
 
@@ -149,3 +154,23 @@ async def start_cell(tmp_path: Path) -> AsyncIterator[StartCell]:
     cells = StartCell(tmp_path)
     yield cells
     await cells.end()
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def cell_of_the_file(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> AsyncIterator[RunningCell]:
+    """A cell that runs for a whole file, started with the `CELL` that the file may have."""
+    cells = StartCell(tmp_path_factory.mktemp("cell"))
+    yield await cells(**getattr(request.module, "CELL", {}))
+    await cells.end()
+
+
+@pytest_asyncio.fixture(loop_scope="module")
+async def shared_cell(cell_of_the_file: RunningCell) -> AsyncIterator[RunningCell]:
+    """The cell of the file for a test that leaves it as it found it, but for where the robot is.
+
+    What the test connected is hung up after it. Such tests run on the loop of their file.
+    """
+    yield cell_of_the_file
+    await cell_of_the_file.hang_up()

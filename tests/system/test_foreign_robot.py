@@ -12,6 +12,7 @@ from foreign_robots import FEW_AXES, FOREIGN, Foreign
 from jog_referee import Referee
 
 from openpendant.motion.certificate import certify
+from openpendant.motion.cli import main as robots
 from openpendant.motion.jog import JogCaps, Jogger, JogReason, JointJog, ToolJog, jog_model
 from openpendant.motion.mechanism import Mechanism, mechanism
 from openpendant.motion.orientation import rotation_of_vector
@@ -67,9 +68,10 @@ def test_a_urdf_alone_makes_a_robot_that_all_commands_take(name: str, tmp_path: 
 @pytest.fixture(scope="module", params=EVERY)
 def arm(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Arm:
     foreign, folder = EVERY[request.param], tmp_path_factory.mktemp("foreign")
-    (folder / "arm.urdf").write_text(foreign.urdf, "utf-8")
-    command(folder, "robots", "import", "arm.urdf", "--yes", "-o", "arm.yaml")
-    return mechanism(serial_robot(folder / "arm.yaml")), foreign
+    urdf, file = folder / "arm.urdf", folder / "arm.yaml"
+    urdf.write_text(foreign.urdf, "utf-8")
+    assert robots(["import", str(urdf), "--yes", "-o", str(file)]) == 0
+    return mechanism(serial_robot(file)), foreign
 
 
 def test_it_moves_from_point_to_point_in_lines_and_in_small_steps(arm: Arm) -> None:

@@ -7,7 +7,7 @@ import contextlib
 import json
 import signal
 import sys
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -45,17 +45,23 @@ class Cell:
         return target
 
 
-StartCell = Callable[[], Awaitable[Cell]]
-
-
 @pytest.fixture(scope="module")
 def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return compiled(tmp_path_factory.mktemp("plain"))
 
 
-@pytest_asyncio.fixture
-async def cell(program: Path, tmp_path: Path) -> AsyncIterator[Cell]:
-    config = tmp_path / "cell.toml"
+@dataclass
+class Served:
+    """The processes of a cell."""
+
+    controller: Controller
+    server: asyncio.subprocess.Process
+    port: int
+
+
+@contextlib.asynccontextmanager
+async def serving(program: Path, folder: Path) -> AsyncIterator[Served]:
+    config = folder / "cell.toml"
     config.write_text(f'robot = "ur5"\ncontroller.points = "simple"\n{UNHURRIED}')
     controller = await Controller.start(program)
     server = await asyncio.create_subprocess_exec(
@@ -68,12 +74,7 @@ async def cell(program: Path, tmp_path: Path) -> AsyncIterator[Cell]:
     assert server.stdout is not None
     try:
         ports = json.loads(await asyncio.wait_for(server.stdout.readline(), PATIENCE))
-        pendant = await PendantClient.connect("127.0.0.1", ports["pendant"], state_rate=100)
-        async with pendant:
-            running = Cell(controller, server, pendant)
-            await running.is_ready()
-            await pendant.take_control()
-            yield running
+        yield Served(controller, server, ports["pendant"])
     finally:
         if server.returncode is None:
             with contextlib.suppress(ProcessLookupError):
@@ -82,8 +83,43 @@ async def cell(program: Path, tmp_path: Path) -> AsyncIterator[Cell]:
         await controller.end()
 
 
-async def test_joint_moves_poses_and_taught_paths_arrive(cell: Cell) -> None:
-    pendant = cell.pendant
+@contextlib.asynccontextmanager
+async def in_control(served: Served) -> AsyncIterator[Cell]:
+    pendant = await PendantClient.connect("127.0.0.1", served.port, state_rate=100)
+    async with pendant:
+        cell = Cell(served.controller, served.server, pendant)
+        await pendant.next_state()
+        await cell.is_ready()
+        await pendant.take_control()
+        yield cell
+
+
+@pytest_asyncio.fixture
+async def cell(program: Path, tmp_path: Path) -> AsyncIterator[Cell]:
+    """A cell for a test that breaks it."""
+    async with serving(program, tmp_path) as served, in_control(served) as cell:
+        yield cell
+
+
+@pytest_asyncio.fixture(scope="module", loop_scope="module")
+async def served(program: Path, tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Served]:
+    async with serving(program, tmp_path_factory.mktemp("shared")) as served:
+        yield served
+
+
+@pytest_asyncio.fixture(loop_scope="module")
+async def shared_cell(served: Served) -> AsyncIterator[Cell]:
+    """The cell for all tests that leave it ready, wherever the robot stands then."""
+    async with in_control(served) as cell:
+        yield cell
+
+
+on_the_shared_loop = pytest.mark.asyncio(loop_scope="module")
+
+
+@on_the_shared_loop
+async def test_joint_moves_poses_and_taught_paths_arrive(shared_cell: Cell) -> None:
+    cell, pendant = shared_cell, shared_cell.pendant
     for speed in (0.3, 1.0):
         target = cell.moved(0, 0.3)
         await (await pendant.move_joints(target, speed=speed)).done()
@@ -126,13 +162,15 @@ async def aborted(move: Any) -> VerdictCode:
     return VerdictCode(error.value.code)
 
 
-async def test_a_software_stop_stops_it_and_latches(cell: Cell) -> None:
-    pendant = cell.pendant
+@on_the_shared_loop
+async def test_a_software_stop_stops_it_and_latches(shared_cell: Cell) -> None:
+    cell, pendant = shared_cell, shared_cell.pendant
+    before = pendant.joints()[0]
     move = await begin(cell)
     await pendant.stop("seen something")
     assert await aborted(move) is VerdictCode.STOPPED
     at_rest = await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
-    assert at_rest.positions[0] < FAR / 2
+    assert at_rest.positions[0] - before < FAR / 2
     with pytest.raises(Refused) as refused:
         await pendant.move_joints(cell.moved(0, 0.1))
     assert refused.value.code == VerdictCode.STOP_LATCHED
@@ -140,8 +178,9 @@ async def test_a_software_stop_stops_it_and_latches(cell: Cell) -> None:
     await (await pendant.move_joints(cell.moved(0, -0.05), speed=0.5)).done()
 
 
-async def test_its_emergency_stop_aborts_and_the_reset_moves_nothing(cell: Cell) -> None:
-    pendant = cell.pendant
+@on_the_shared_loop
+async def test_its_emergency_stop_aborts_and_the_reset_moves_nothing(shared_cell: Cell) -> None:
+    cell, pendant = shared_cell, shared_cell.pendant
     move = await begin(cell)
     cell.controller.press(signal.SIGUSR1)
     assert await aborted(move) is VerdictCode.CONTROLLER_STOPPED

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import os
 import random
+import signal
 import subprocess
 import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Self
 
 import pytest
 import store_child
+from busy_machine import PATIENCE
 
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.errors import NotFound
@@ -36,19 +40,49 @@ class Acknowledged:
                     self.chunks = max(self.chunks, int(number) + 1)
 
 
-def killed_run(path: Path, delay: float, *, wait_for_the_first: bool) -> bytes:
+def killed_early(path: Path, delay: float) -> bytes:
+    """Start a recording process and kill it anywhere from the start of the interpreter on."""
     child = subprocess.Popen(
         [sys.executable, store_child.__file__, str(path)], stdout=subprocess.PIPE
     )
     assert child.stdout is not None
     with child.stdout as output:
-        told = output.readline() if wait_for_the_first else b""
         time.sleep(delay)
         assert child.poll() is None
         child.kill()
-        told += output.read()
+        told = output.read()
     child.wait()
     return told
+
+
+class Forks:
+    """Recording processes that need not load their libraries first, each killed while it saves."""
+
+    def __init__(self, folder: Path) -> None:
+        self._fifo = folder / "told"
+        os.mkfifo(self._fifo)
+
+    def __enter__(self) -> Self:
+        self._parent = subprocess.Popen(
+            [sys.executable, store_child.__file__], stdin=subprocess.PIPE, text=True, bufsize=1
+        )
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._parent.communicate(timeout=PATIENCE)
+        assert self._parent.returncode == 0
+
+    def killed_late(self, path: Path, delay: float) -> bytes:
+        """Fork a process and kill it some time after its first acknowledgement."""
+        assert self._parent.stdin is not None
+        self._parent.stdin.write(f"{path} {self._fifo}\n")
+        with self._fifo.open("rb") as output:
+            word, pid = output.readline().split()
+            assert word == b"i"
+            told = output.readline()
+            time.sleep(delay)
+            os.kill(int(pid), signal.SIGKILL)
+            return told + output.read()
 
 
 def check_everything(path: Path, acknowledged: Acknowledged) -> None:
@@ -72,16 +106,22 @@ def check_everything(path: Path, acknowledged: Acknowledged) -> None:
 
 def kill(times: int, folder: Path, seed: int) -> int:
     """Kill a recording process so many times; return how many acknowledgements there were."""
-    rng = random.Random(seed)
+    with Forks(folder) as forks:
+        return _kill(times, folder, random.Random(seed), forks)
+
+
+def _kill(times: int, folder: Path, rng: random.Random, forks: Forks) -> int:
     total = 0
     for number in range(times):
         if number % KILLS_OF_ONE_FILE == 0:
             path = folder / f"{number}.db"
             acknowledged = Acknowledged()
         # One kill in five hits anywhere from the start of the interpreter to the first saves.
-        early = rng.random() < 0.2
-        delay = rng.uniform(0.05, 0.2) if early else rng.uniform(0.0, 0.02)
-        acknowledged.read(killed_run(path, delay, wait_for_the_first=not early))
+        if rng.random() < 0.2:
+            told = killed_early(path, rng.uniform(0.05, 0.2))
+        else:
+            told = forks.killed_late(path, rng.uniform(0.0, 0.02))
+        acknowledged.read(told)
         if path.exists():
             check_everything(path, acknowledged)
         total += acknowledged.revision + acknowledged.chunks

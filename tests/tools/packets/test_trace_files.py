@@ -197,7 +197,7 @@ FLOODS = _flood()
 
 @pytest.mark.parametrize("case", FLOODS)
 def test_an_endless_stream_needs_bounded_memory(case: str) -> None:
-    stream = io.BufferedReader(Endless(*FLOODS[case], size=8_000_000))
+    stream = io.BufferedReader(Endless(*FLOODS[case], size=5_000_000))
     tracemalloc.start()
     try:
         for _ in read_trace(stream):
