@@ -44,6 +44,22 @@ class LinkPoint(NamedTuple):
     offset: tuple[float, float, float] | None
 
 
+class ToolFrame(NamedTuple):
+    """A frame that is fixed to the tool link; `Kinematics.tool_frame` makes it.
+
+    Attributes:
+        origin: its origin, as a point of the link.
+        placement: in the link's frame, as the model has it; None for the link's frame itself.
+    """
+
+    origin: LinkPoint
+    placement: Any
+
+
+ToolPlace: TypeAlias = tuple[tuple[float, float, float], tuple[float, float, float, float]]
+"""(3,) position [m] and (4,) quaternion x, y, z, w of norm 1, w not negative."""
+
+
 class Kinematics:
     """The kinematics of one robot, for one thread: calls share scratch memory.
 
@@ -203,19 +219,34 @@ class Kinematics:
             speeds.append(math.sqrt(u * u + v * v + w * w))
         return speeds
 
-    def place_and_speed(
-        self, joint_position: Array, joint_velocity: Array, point: LinkPoint
-    ) -> tuple[Array, Array, float]:
-        """Compute `place` and the speed of a point [m/s] in one pass, without checks.
+    def tool_frame(self, tcp: Pose) -> ToolFrame:
+        """Return a frame of the tool link by its pose there, for `tool_motion`."""
+        origin = self.link_point(offset=tcp.position.tolist())
+        if origin.offset is None and not any(tcp.quaternion.tolist()[:3]):
+            return ToolFrame(origin, None)
+        return ToolFrame(origin, pin.SE3(tcp.rotation, tcp.position))
+
+    def tool_motion(
+        self, joint_position: Array, joint_velocity: Array, tool: ToolFrame
+    ) -> tuple[ToolPlace, float]:
+        """Compute place and speed [m/s] of a frame of the tool in one pass, without checks.
+
+        In plain floats and without a `Pose`: each state message of a cell asks for it.
 
         Args:
             joint_position: (n,) controller-side [rad or m], finite float64.
             joint_velocity: (n,) of it [rad/s or m/s].
-            point: whose speed is wanted.
+            tool: whose place and speed are wanted.
         """
-        (speed,) = self.point_speeds(joint_position, joint_velocity, (point,))
+        (speed,) = self.point_speeds(joint_position, joint_velocity, (tool.origin,))
         placement = pin.updateFramePlacement(self._model, self._data, self._tool)
-        return placement.rotation, placement.translation, speed
+        if tool.placement is not None:
+            placement = placement * tool.placement
+        x, y, z, a, b, c, w = pin.SE3ToXYZQUATtuple(placement)
+        # q and -q are one rotation; adding zero turns -0.0 into 0.0.
+        sign = 1.0 if (w or a or b or c) > 0.0 else -1.0
+        turn = sign * a + 0.0, sign * b + 0.0, sign * c + 0.0, sign * w + 0.0
+        return ((x, y, z), turn), speed
 
     def places(self, joint_positions: Array, link: str | None = None) -> Places:
         """Compute where a link is at many joint positions, in the base frame, without checks.

@@ -208,16 +208,11 @@ def _rotation_rows(quaternion: Array) -> tuple[tuple[float, float, float], ...]:
 
 
 def matrix_to_quaternion(rotation: Array) -> Array:
-    """Return the (4,) unit quaternion x, y, z, w of a (3, 3) rotation matrix, w not negative."""
-    return np.array(quaternion_of(np.asarray(rotation, dtype=np.float64)))
-
-
-def quaternion_of(rotation: Array) -> tuple[float, float, float, float]:
-    """Return what `matrix_to_quaternion` does in plain floats, for each state message of a cell.
+    """Return the (4,) unit quaternion x, y, z, w of a (3, 3) rotation matrix, w not negative.
 
     Source: S. W. Shepperd, *Quaternion from Rotation Matrix*, J. Guidance and Control 1, 1978.
     """
-    (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
+    (a, b, c), (d, e, f), (g, h, i) = np.asarray(rotation, dtype=np.float64).tolist()
     # The element with the greatest square is divided by, so nothing is lost near a half turn.
     squares = (1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i)
     match squares.index(max(squares)):
@@ -231,7 +226,7 @@ def quaternion_of(rotation: Array) -> tuple[float, float, float, float]:
             raw = (h - f, c - g, d - b, squares[3])
     x, y, z, w = raw
     norm = math.copysign(math.sqrt(x * x + y * y + z * z + w * w), _leading(raw))
-    return x / norm + 0.0, y / norm + 0.0, z / norm + 0.0, w / norm + 0.0
+    return np.array((x / norm + 0.0, y / norm + 0.0, z / norm + 0.0, w / norm + 0.0))
 
 
 def _leading(quaternion: Sequence[float]) -> float:

@@ -132,15 +132,18 @@ def straight_move(
     """
     check_rates(speed, sample_period)
     start = settle_start(start, limits)
-    goal = [float(value) for value in goal]
+    goal = list(map(float, goal))
     limits.check_position(goal)
     delta = [b - a for a, b in zip(start, goal, strict=True)]
     if max(map(abs, delta)) < COINCIDENT:
         raise NoMotion
 
     # Path parameter from 0 to 1: the joint that needs longest rules both rates.
-    rate = min(speed * v / abs(d) for v, d in zip(limits.velocity, delta, strict=True) if d)
-    gain = min(a / abs(d) for a, d in zip(limits.acceleration, delta, strict=True) if d)
+    rate = gain = math.inf
+    for fastest, sharpest, way in zip(limits.velocity, limits.acceleration, delta, strict=True):
+        if way:
+            rate = min(rate, speed * fastest / abs(way))
+            gain = min(gain, sharpest / abs(way))
     steps, ramp = _phases(rate * sample_period, gain * sample_period**2)
     if steps * sample_period > MAX_DURATION:
         raise NotTimeable(math.hypot(*delta), f"it would last more than {MAX_DURATION:g} s")

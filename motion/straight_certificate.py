@@ -83,36 +83,32 @@ def certify_straight_move(
     if not (1 <= ramp and 2 * ramp <= steps and 0.0 < period < math.inf):
         raise CertificateRefused("time", "the clock", float(ramp), steps / 2, 0.0, "samples")
     top_rate = 1.0 / ((steps - ramp) * period)
-    gain = top_rate / (ramp * period)
-    worst_velocity, worst_acceleration = (0.0, 0), (0.0, 0)
+    top_gain = top_rate / (ramp * period)
+    fastest, sharpest = (0.0, 0), (0.0, 0)
     margin, nearest, distance = math.inf, 0, 0.0
-    for joint in range(limits.dof):
-        here, there = move.start[joint], move.goal[joint]
-        lower, upper = limits.lower[joint], limits.upper[joint]
-        for value, time in ((here, 0.0), (there, move.duration)):
-            # Written so that a value that is not a number fails.
-            if not lower <= value <= upper:
-                bound = lower if value < lower else upper
-                _refuse("position", limits, joint, value, bound, time)
+    bounds = zip(limits.lower, limits.upper, limits.velocity, limits.acceleration, strict=True)
+    ends = zip(move.start, move.goal, start, strict=True)
+    each = zip(ends, bounds, strict=True)
+    # Each comparison is written so that a value that is not a number fails.
+    for joint, ((here, there, stands), (lower, upper, speed, gain)) in enumerate(each):
+        if not (lower <= here <= upper and lower <= there <= upper):
+            value, time = (there, move.duration) if lower <= here <= upper else (here, 0.0)
+            _refuse("position", limits, joint, value, lower if value < lower else upper, time)
         span = abs(there - here)
-        velocity, acceleration = span * top_rate, span * gain
-        if not velocity <= limits.velocity[joint] * (1.0 + VELOCITY_TOLERANCE):
-            at = ramp * period
-            _refuse("velocity", limits, joint, velocity, limits.velocity[joint], at, "/s")
-        if not acceleration <= limits.acceleration[joint] * (1.0 + ACCELERATION_TOLERANCE):
-            bound = limits.acceleration[joint]
-            _refuse("acceleration", limits, joint, acceleration, bound, 0.0, "/s²")
-        gap = abs(here - start[joint])
+        if not span * top_rate <= speed * (1.0 + VELOCITY_TOLERANCE):
+            _refuse("velocity", limits, joint, span * top_rate, speed, ramp * period, "/s")
+        if not span * top_gain <= gain * (1.0 + ACCELERATION_TOLERANCE):
+            _refuse("acceleration", limits, joint, span * top_gain, gain, 0.0, "/s²")
+        gap = abs(here - stands)
         if not gap <= START_TOLERANCE:
             _refuse("start", limits, joint, gap, START_TOLERANCE, 0.0)
-        worst_velocity = max(worst_velocity, (velocity / limits.velocity[joint], joint))
-        worst_acceleration = max(
-            worst_acceleration, (acceleration / limits.acceleration[joint], joint)
-        )
+        fastest = max(fastest, (span * top_rate / speed, joint))
+        sharpest = max(sharpest, (span * top_gain / gain, joint))
         spare = min(here - lower, there - lower, upper - here, upper - there)
         if spare < margin:
             margin, nearest = spare, joint
-        distance = max(distance, gap)
+        if gap > distance:
+            distance = gap
     names = limits.names
     return StraightCertificate(
         steps + 1,
@@ -120,8 +116,8 @@ def certify_straight_move(
         steps * period,
         margin,
         names[nearest],
-        Extreme(worst_velocity[0], names[worst_velocity[1]], ramp * period),
-        Extreme(worst_acceleration[0], names[worst_acceleration[1]], 0.0),
+        Extreme(fastest[0], names[fastest[1]], ramp * period),
+        Extreme(sharpest[0], names[sharpest[1]], 0.0),
         distance,
     )
 

@@ -4,9 +4,9 @@ Owns which plan is waited for, at what share of its planned speed a motion runs,
 and program stop. Whether a motion may start is `readiness`' chain, asked through the cell; how a
 motion is driven is `driving`'s.
 
-A motion's life: `ask` (the conditions hold, the authority is there) → planned here, or by the
-planning process and back through `planned` → certified, started → set-points through the cell's
-`answered` and `tick` → `Ended`.
+A motion's life: `ask` or `move_joints` (the conditions hold, the authority is there) → planned
+here, or by the planning process and back through `planned` → certified, started → set-points
+through the cell's `answered` and `tick` → `Ended`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 
 from openpendant.motion.errors import MotionError
 from openpendant.motion.limits import JointLimits
-from openpendant.motion.ptp import straight_move
+from openpendant.motion.ptp import StraightMove, straight_move
 from openpendant.motion.scene import Scene
 from openpendant.motion.straight_certificate import certify_straight_move
 from openpendant.simplemsg.pendant import JogEnd
@@ -36,7 +36,7 @@ from .jog.press import Press
 from .news import Begun, Ended, Refused, Request
 from .operating_mode import MotionKind, OperatingModes
 from .outgoing import Outgoing, Plan
-from .planning.jobs import MotionJob, Planned
+from .planning.jobs import JointPathJob, MotionJob, Planned
 from .readiness import permission
 from .refusal import Refusal, refusal_of
 
@@ -46,12 +46,21 @@ if TYPE_CHECKING:
 Recheck = Callable[[int, MotionKind, int], Refusal | None]
 """Returns why a session may not begin, at a time [ns], what was planned for it; None if it may."""
 
+FreeWay = Callable[[Sequence[float], Sequence[float]], bool]
+"""Tells, within a millisecond, whether a straight joint move between two positions, (n,) each,
+surely touches nothing. A no says only that it must be looked at."""
+
+_MOST_SAMPLES = 6000
+"""Longest move that is planned on the event loop: a minute. To pause one takes all its samples."""
+
 
 class CellMotions:
     """What a cell has planned and what it moves, for whoever holds the authority.
 
     Attributes:
         scene: what motions must not touch, the robot itself included; None to check nothing.
+        is_surely_free: tells of a straight move that it touches nothing in that scene; where there
+            is a scene and nobody to tell, nothing is sure.
     """
 
     def __init__(
@@ -76,6 +85,7 @@ class CellMotions:
             tell: told all news; returns what is to be written because of them.
         """
         self.scene: Scene | None = None
+        self.is_surely_free: FreeWay | None = None
         self._limits = limits
         self._authority = authority
         self._feedback = feedback
@@ -124,30 +134,37 @@ class CellMotions:
         self._driving.work = Work(request, kind, job.job_id, planned_cap=cap)
         return [Plan(job)]
 
-    def move_joints(
-        self,
-        request: Request,
-        goal: Sequence[float],
-        speed: float,
-        now: int,
-    ) -> list[Outgoing]:
-        """Plan, certify and start a joint move that `check` permitted, on this call stack.
+    def move_joints(self, request: Request, job: JointPathJob, now: int) -> list[Outgoing]:
+        """Make a straight joint move that `check` permitted, at once where that can be proved.
 
-        Only where no cap of the tool speed rules (`tool_speed_cap`) and nothing can be touched
-        (`scene`); else it is to be planned.
+        It is timed and certified in closed form and begins on this call stack, where no cap of the
+        tool speed rules and its way is free beyond doubt: a bound tells that from a few distances.
+        Any other goes to the planning process, which looks along the way.
 
-        A straight joint move is timed in closed form, so it needs no planning process.
+        Args:
+            request: whose it is.
+            job: the move, from where the robot stands to a single goal.
+            now: monotonic time, ns.
         """
-        start = self._feedback.position
-        assert start is not None
+        if job.tool_speed is not None:
+            return self.ask(request, job)
+        (goal,) = job.waypoints
         try:
-            move = straight_move(start, goal, self._limits, speed=speed)
-            certificate = certify_straight_move(move, self._limits, start=start)
+            move = straight_move(job.start, goal, self._limits, speed=job.speed)
+            certificate = certify_straight_move(move, self._limits, start=job.start)
         except MotionError as error:
             return self._tell(Refused(request, refusal_of(error)), now)
-        work = Work(request, MotionKind.MOVE, self.new_job_id())
+        if len(move) > _MOST_SAMPLES or not self._is_free(move):
+            return self.ask(request, job)
+        work = Work(request, MotionKind.MOVE, job.job_id)
         certified = Certified(move, certificate)
         return self._driving.play(work, certified, self._share(work), now)
+
+    def _is_free(self, move: StraightMove) -> bool:
+        """Return whether it is proved that a move touches nothing, or nothing is to be checked."""
+        if self.scene is None:
+            return True
+        return self.is_surely_free is not None and self.is_surely_free(move.start, move.goal)
 
     def jog(self, request: Request, rows: JogRows, lead: float, now: int) -> list[Outgoing]:
         """Start a jog that `check` permitted; its set-points are made as it goes."""

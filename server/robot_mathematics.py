@@ -11,6 +11,7 @@ from openpendant.motion.collision import CollisionModel, Proximity
 from openpendant.motion.configuration import Configuration, configuration_of
 from openpendant.motion.errors import BadArgument
 from openpendant.motion.frames import BASE, TOOL, FrameTree
+from openpendant.motion.free_way import FreeWay
 from openpendant.motion.jog import (
     JogCaps,
     Jogger,
@@ -24,7 +25,7 @@ from openpendant.motion.jog import (
 )
 from openpendant.motion.jog.increments import shifted, turned
 from openpendant.motion.kinematics import Kinematics
-from openpendant.motion.pose import Array, Pose, quaternion_of
+from openpendant.motion.pose import Pose
 from openpendant.motion.robot import SerialRobot
 from openpendant.motion.robot_report import robot_data
 from openpendant.motion.scene import Scene
@@ -54,10 +55,12 @@ class RobotMathematics:
         """Build the models of a robot; takes a while."""
         self._robot = robot
         self._kinematics = Kinematics(robot)
+        self._rest = np.zeros(self._kinematics.dof)
         self.frames = FrameTree.of_robot(self._kinematics.to_base(Pose.identity(), "root"))
         self.scene = Scene()
         self._mount(Pose.identity())
         self._collision = CollisionModel(self._kinematics)
+        self._free_way = FreeWay(self._collision)
         self._jogs = JogModel(self._kinematics, collision=self._collision)
 
     def surround(self, frames: FrameTree, scene: Scene) -> None:
@@ -70,16 +73,14 @@ class RobotMathematics:
         tcp = frames[TOOL].pose or Pose.identity()
         self._jogs = JogModel(self._kinematics, tcp, collision)
         self.frames, self.scene = frames, scene
-        self._collision = collision
+        self._collision, self._free_way = collision, FreeWay(collision)
         self._mount(tcp)
 
     def _mount(self, tcp: Pose) -> None:
         """Let a tool rule whose centre point is there in the flange."""
         self._tcp = tcp
-        self._tool_point = self._kinematics.link_point(offset=tcp.position.tolist())
+        self._tool = self._kinematics.tool_frame(tcp)
         self._last_motion: tuple[_JointMotion, _ToolMotion] | None = None
-        is_flange = not any((*tcp.position.tolist(), *tcp.quaternion.tolist()[:3]))
-        self._tool_turn = None if is_flange else tcp.rotation
 
     @property
     def specification(self) -> dict[str, Any]:
@@ -107,9 +108,17 @@ class RobotMathematics:
         """Return the nearest two bodies at (n,) joints; None where there is nothing to check."""
         return self._collision.distance(position)
 
+    def is_surely_free(self, start: Sequence[float], goal: Sequence[float]) -> bool:
+        """Tell whether a straight move between (n,) joints surely touches nothing in the scene.
+
+        Takes less than a millisecond; a no says only that more must be looked at.
+        """
+        return self._free_way.is_sure(start, goal)
+
     def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return x, y, z [m] and quaternion x, y, z, w of the tool in the base frame."""
-        return self._tool_place(*self._kinematics.place(np.array(position, dtype=np.float64)))
+        place, _ = self._kinematics.tool_motion(np.array(position), self._rest, self._tool)
+        return place
 
     def tool_motion(self, position: Sequence[float], velocity: Sequence[float]) -> _ToolMotion:
         """Return place [m], quaternion and speed [m/s] of the tool in the base frame."""
@@ -117,23 +126,15 @@ class RobotMathematics:
         asked = tuple(position), tuple(velocity)
         last = self._last_motion
         if last is None or last[0] != asked:
-            joints = np.array(position, dtype=np.float64)
-            rates = np.array(velocity, dtype=np.float64)
-            turn, place, speed = self._kinematics.place_and_speed(joints, rates, self._tool_point)
-            last = self._last_motion = asked, (*self._tool_place(turn, place), speed)
+            joints, rates = np.array(position), np.array(velocity)
+            (place, turn), speed = self._kinematics.tool_motion(joints, rates, self._tool)
+            last = self._last_motion = asked, (place, turn, speed)
         return last[1]
-
-    def _tool_place(self, turn: Array, place: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        # Without a `Pose`, whose checks take longer than this: each state message asks for it.
-        if self._tool_turn is not None:
-            place = place + turn @ self._tcp.position
-            turn = turn @ self._tool_turn
-        return tuple(place.tolist()), quaternion_of(turn)
 
     @property
     def tool_in_flange(self) -> PoseGoal | None:
         """The centre point of the selected tool in the flange; None for the flange itself."""
-        if self._tool_turn is None:
+        if self._tool.placement is None:
             return None
         position, quaternion = self._tcp.position.tolist(), self._tcp.quaternion.tolist()
         return PoseGoal(tuple(position), tuple(quaternion))

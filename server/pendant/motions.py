@@ -49,7 +49,7 @@ class PendantMotions:
                 return self._home(session, message, now)
 
     def joint_move(self, session: int, message: JointMove, now: int) -> Refusal | list[Outgoing]:
-        """Examine a joint move, and start it where it needs no planning process."""
+        """Examine a joint move, and start it at once where it needs no planning process."""
         refusal = (
             self._cell.check(session, now)
             or speed_fault(message.speed)
@@ -64,10 +64,6 @@ class PendantMotions:
         self, session: int, request_id: int, goal: JointVector, speed: float, now: int
     ) -> list[Outgoing]:
         cell = self._cell
-        request = Request(session, request_id)
-        if self._tool_speed is None and cell.motions.scene is None:
-            cell.authority.beat(session, now)
-            return cell.motions.move_joints(request, goal, speed, now)
         job = JointPathJob(
             cell.motions.new_job_id(),
             cell.standing_at,
@@ -76,7 +72,8 @@ class PendantMotions:
             self._tool_speed,
             self._robot.tool_in_flange,
         )
-        return self._plan(request, job, now)
+        cell.authority.beat(session, now)
+        return cell.motions.move_joints(Request(session, request_id), job, now)
 
     @property
     def _tool_speed(self) -> float | None:

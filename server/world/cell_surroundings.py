@@ -75,6 +75,7 @@ class CellSurroundings:
         self._reported = -1  # when the last report came that was taken
         self._is_loaded = False
         cell.motions.scene = view.scene
+        cell.motions.is_surely_free = view.is_surely_free
 
     @property
     def capabilities(self) -> Capability:

@@ -238,3 +238,26 @@ def test_the_limits_of_the_kinematics_are_those_of_the_robot() -> None:
     assert tuple(kinematics.lower) == robot.limits.lower
     with pytest.raises(ValueError, match="read-only"):
         kinematics.lower[0] = 0.0
+
+
+@pytest.mark.parametrize("name", SERIAL)
+def test_a_tools_motion_is_that_of_its_poses(name: str) -> None:
+    kinematics = Kinematics(serial_robot(name))
+    tcp = Pose.from_rpy((0.02, -0.05, 0.15), (2.9, 0.1, -1.4))
+    for pose in (Pose.identity(), Pose.from_rpy((0.0, 0.0, 0.1), (0.0, 0.0, 0.0)), tcp):
+        tool = kinematics.tool_frame(pose)
+        assert (tool.placement is None) == (
+            pose.rotation_distance(Pose.identity()) == 0.0 and not pose.position.any()
+        )
+        for position in positions(kinematics.robot):
+            velocity = 0.1 + 0.2 * np.abs(np.sin(position))
+            (place, turn), speed = kinematics.tool_motion(position, velocity, tool)
+            expected = kinematics.forward(position).compose(pose)
+            assert np.abs(expected.position - place).max() < 1e-12
+            assert np.abs(expected.quaternion - turn).max() < 1e-7
+            assert np.linalg.norm(turn) == pytest.approx(1.0, abs=1e-14)
+            ahead, behind = (
+                kinematics.forward(position + step * velocity).compose(pose).position
+                for step in (1e-6, -1e-6)
+            )
+            assert speed == pytest.approx(np.linalg.norm(ahead - behind) / 2e-6, abs=1e-7)

@@ -1,4 +1,4 @@
-"""Planning: joint paths through many poses to certified samples, and a way around a pillar.
+"""Planning: a joint move on the event loop, joint paths to certified samples, a way round a pillar.
 
 CPU time of this process, as in the planning process once it is warm.
 """
@@ -10,15 +10,19 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
 from openpendant.motion.collision import CollisionModel
+from openpendant.motion.free_way import FreeWay
 from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.ompl_planner import ompl_is_installed
 from openpendant.motion.planner import BUILT_IN, DEFAULT_PLANNER, plan_free_path
+from openpendant.motion.ptp import straight_move
 from openpendant.motion.robot import serial_robot
 from openpendant.motion.scene import Box, Scene, SceneObject
+from openpendant.motion.straight_certificate import certify_straight_move
 from openpendant.server.planning.jobs import JointPathJob
 from openpendant.server.planning.planner import answer
 from openpendant.server.refusal import Refusal
@@ -27,14 +31,22 @@ from .table import Benchmark, Bound, Judged, Missing, Sides
 
 ROBOT = "ur5"
 PATHS = 5
+MOVES = 50
 PILLAR_SEEDS = 9
 PILLAR_SWING = 1.8  # rad of joint 1
 AROUND_THE_PILLAR = Bound(60.0, aim=40.0, judged=Judged.VALUE)
 
 
 def benchmarks() -> list[Benchmark]:
-    """Return the paths of 5, 50 and 500 poses, and the way around the pillar."""
-    found = []
+    """Return the joint move, the paths of 5, 50 and 500 poses, and the way around the pillar."""
+    found = [
+        Benchmark(
+            "planning a joint move on the loop",
+            "us CPU",
+            _on_the_loop,
+            Bound(450.0, aim=150.0, judged=Judged.VALUE),
+        )
+    ]
     for poses, bound in (
         (5, None),
         (50, Bound(50.0, aim=15.0, judged=Judged.VALUE)),
@@ -66,6 +78,29 @@ def benchmarks() -> list[Benchmark]:
         ),
     ]
     return found
+
+
+@contextmanager
+def _on_the_loop() -> Iterator[Sides]:
+    """Time, certify and prove free a walk of moves of up to 0.3 rad, over a table."""
+    limits = serial_robot(ROBOT).limits
+    table = SceneObject("table", Box((2.0, 2.0, 0.1)), (0.0, 0.0, -0.1))
+    proof = FreeWay(CollisionModel(Kinematics(serial_robot(ROBOT)), Scene((table,))))
+    home = np.array(serial_robot(ROBOT).home_position)
+    rng = np.random.default_rng(2)
+    places = [tuple(place) for place in (home + rng.uniform(-0.15, 0.15, (MOVES, 6))).tolist()]
+
+    def subject() -> float:
+        taken = []
+        for start, goal in pairwise(places):
+            began = time.process_time()
+            move = straight_move(start, goal, limits)
+            certify_straight_move(move, limits, start=start)
+            proof.is_sure(move.start, move.goal)
+            taken.append(time.process_time() - began)
+        return statistics.median(taken) * 1e6
+
+    yield Sides(subject)
 
 
 @contextmanager
