@@ -87,8 +87,17 @@ class JogArm(Protocol):
         An arm without an elbow has it at rest.
         """
 
-    def elbow_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
-        """Return the speed of the elbow alone [m/s]; its limit is the tool's."""
+    def elbow_speed(
+        self, position: Sequence[float], velocity: Sequence[float], enough: float = 0.0
+    ) -> float:
+        """Return the speed of the elbow alone [m/s]; its limit is the tool's.
+
+        Args:
+            position: (n,) where it is.
+            velocity: (n,) of it.
+            enough: a speed that is slow [m/s]. Where the elbow surely has no more, what it is at
+                most may be returned instead of its speed.
+        """
 
     def posture(self, position: Sequence[float]) -> Posture | None:
         """Return the limit beside those of the joints that is used most; None if there is none."""

@@ -11,14 +11,15 @@ farther apart than 100 mm at the last look at all, that leaves each beyond 40 mm
     Σ over the joints of |Δ| · max over these pairs of sweep / (d - 40 mm)  <  1
 
 since for each of the pairs the sum is at least its own sweep · |Δ| / (d - 40 mm). Until then only
-the distances of the others are computed, a microsecond each; then all are looked at anew.
+the distances of the others are computed, a microsecond each; then all are looked at anew. By the
+same bound `clear_way` says how far along a straight line nothing need be asked.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -53,6 +54,18 @@ _STEP = 1e-3  # rad or m, of differences
 _TOUCH = 1e-3  # m: nearer pairs count alike
 
 
+class Closing(NamedTuple):
+    """How fast bodies come nearer along a direction, at most.
+
+    Attributes:
+        rates: of each moving joint of the model, without sign [rad/s or m/s].
+        pairs: of each pair [m/s].
+    """
+
+    rates: list[float]
+    pairs: list[float]
+
+
 class CollisionGuard:
     """Watches one robot in one scene."""
 
@@ -62,6 +75,8 @@ class CollisionGuard:
         self._watched: list[int] = []
         self._seen_at: list[float] | None = None
         self._use: list[float] = []
+        self._used = 0.0
+        self._last: Distances = {}
 
     def look(self, position: Sequence[float]) -> Distances | None:
         """Return the distances of all pairs that may be near; None where none is."""
@@ -72,8 +87,32 @@ class CollisionGuard:
             if not self._watched:
                 return None
             found = self._collision.clearances_of(self._watched, place)
-            return dict(zip(self._watched, found, strict=True)) if min(found) <= NEAR else None
-        return self._look_at_all(place)
+            self._last = dict(zip(self._watched, found, strict=True))
+        else:
+            self._look_at_all(place)
+        return self._last if min(self._last.values(), default=math.inf) <= NEAR else None
+
+    def closing(self, rates: Sequence[float]) -> Closing:
+        """Return how fast bodies come nearer at (n,) joint rates, at most [rad/s or m/s]."""
+        moving = np.abs(self._collision.model_rates(np.array(rates)))
+        return Closing(moving.tolist(), (self._collision.sweep @ moving).tolist())
+
+    def clear_way(self, closing: Closing) -> float:
+        """Return how far from the place last looked at all pairs stay beyond `SLOW`.
+
+        By the parameter of the way of which `closing` has the rates, forwards and backwards. A
+        pair that is d apart there is at least d - s · closing apart after s; of those that are not
+        watched the sum of the module's text is below 1 until they come to `NEAR`.
+        """
+        if not self._pairs:
+            return math.inf
+        used = sum([use * rate for use, rate in zip(self._use, closing.rates, strict=True)])
+        way = (1.0 - self._used) / used if used > 0.0 else math.inf
+        for pair, distance in self._last.items():
+            rate = closing.pairs[pair]
+            if rate > 0.0:
+                way = min(way, (distance - SLOW) / rate)
+        return way
 
     def _far_are_far(self, place: Array) -> bool:
         """Return whether every pair that is not watched is surely beyond `NEAR`."""
@@ -84,9 +123,10 @@ class CollisionGuard:
         joints = self._collision.model_positions(place).tolist()
         for joint, seen, use in zip(joints, seen_at, self._use, strict=True):
             used += (joint - seen if joint > seen else seen - joint) * use
+        self._used = used
         return used < 1.0
 
-    def _look_at_all(self, place: Array) -> Distances | None:
+    def _look_at_all(self, place: Array) -> None:
         distances = self._collision.clearances(place)
         far = distances > _WATCHED
         self._watched = np.flatnonzero(~far).tolist()
@@ -94,8 +134,8 @@ class CollisionGuard:
         left = distances[far] - NEAR
         uses = self._collision.sweep[far] / left[:, np.newaxis]
         self._use = uses.max(axis=0, initial=0.0).tolist()
-        found = {pair: float(distances[pair]) for pair in self._watched}
-        return found if min(found.values(), default=math.inf) <= NEAR else None
+        self._used = 0.0
+        self._last = {pair: float(distances[pair]) for pair in self._watched}
 
     def nearing(
         self,

@@ -2,6 +2,9 @@
 
 Owns how the joints change their velocities together, and what slows them in which order; the rule
 of the ends of their ranges is `range_ends`', that of the speed of tool and elbow `point_speeds`'.
+Mostly the joints of an arm go along a straight line, of which `joint_line` knows for many ticks
+ahead what else is looked at at every tick: while a press begins off it, bends or nears the end of a
+range, and with a platform.
 
 A release scales the velocity to zero in the least time that all joints can; a joint that would run
 out of its range so brakes by itself.
@@ -13,13 +16,12 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ..errors import NoAssembly
-from .collision_guard import SLOW
+from .joint_line import JointLine, line_from
 from .model import JogModel
-from .nearness import SLOW_POSTURE
 from .point_speeds import StopAhead, point_excess, stop_time
 from .range_ends import ROUNDING, Bound, RangeEnds
 from .reasons import JogCause, JogReason
+from .stop_surroundings import StopSurroundings
 from .targets import LONGEST_STEP, JogCaps
 
 _SCALINGS = 4
@@ -73,9 +75,10 @@ class JointMotion:
         self.scale = 1.0
         self.cause: JogCause | None = None
         self._share = 1.0  # of the asked velocity, that points left at the last tick
-        self._clear = False  # whether all bodies were, where a stop at the last tick would end
+        self._surroundings = StopSurroundings(model)
         self._press: _Press | None = None
         self._stop_ends: RangeEnds | None = None
+        self._line: JointLine | None = None  # that this press goes along now
 
     @property
     def at_rest(self) -> bool:
@@ -84,7 +87,7 @@ class JointMotion:
 
     def release(self, dt: float) -> None:
         """Move on by one tick of the stop."""
-        self.scale, self.cause = 1.0, None
+        self.scale, self.cause, self._line = 1.0, None, None
         self._move(self._released(dt), dt)
 
     def step(self, dt: float, rates: tuple[float, ...], caps: JogCaps) -> None:
@@ -98,10 +101,16 @@ class JointMotion:
         press = self._press
         # By identity: neither is changed in place, and a new press brings new ones.
         if press is None or press.rates is not rates or press.caps is not caps:
-            press = self._press = self._pressed(rates, caps)
+            press, self._line = self._pressed(rates, caps), None
+            self._press = press
         self.scale, self.cause = 1.0, None
+        if self._line is not None and self._line.goes_on(dt):
+            self._advance_along(self._line, dt, press)
+            return
         self._advance(dt, press)
         self._judge(press)
+        state = self.position, self.velocity
+        self._line = line_from(self._model, press.ends, state, press.asked, caps.point_speed)
 
     def _pressed(self, rates: tuple[float, ...], caps: JogCaps) -> _Press:
         gain = caps.override * caps.joint_fraction
@@ -110,16 +119,60 @@ class JointMotion:
         square = sum([each * each for each in asked]) or 1.0
         return _Press(rates, caps, speeds, asked, square, RangeEnds(self._model, speeds))
 
-    def _advance(self, dt: float, press: _Press) -> None:
-        """Move on to the next velocity, scaled until the tool and what is near allow it."""
-        # What the last tick left is tried first, with a little more, so one trial mostly does.
+    def _recovered(self) -> float:
+        """Return the share of the asked velocity to try first.
+
+        What the last tick left, with a little more, so one trial mostly does.
+        """
         share = min(1.0, self._share * _RECOVERY + _LEAST_RECOVERY)
         self._share = 1.0
+        return share
+
+    def _advance_along(self, line: JointLine, dt: float, press: _Press) -> None:
+        """Move on as `_advance` does, by shares of the asked velocity and what a line tells."""
+        target = self._recovered()
+        gain = line.rise * dt
+        least, most = line.share - gain, line.share + gain
+        fastest = min(1.0, most)
+        if not line.is_clear(fastest, dt):
+            stop = self._stop_after([fastest * each for each in press.asked], dt)
+            blocked = self._surroundings.left(dt, self.position, press.asked, stop)
+            if blocked is not None:
+                left, self.cause, _ = blocked
+                if left <= 0.0:
+                    self.scale = 0.0
+                    self._go_along(line, line.released(dt), dt, press)
+                    return
+                self.scale = target = left * fastest
+            elif self._surroundings.stay_clear:
+                line.note_clear(fastest, dt)
+        for _ in range(_SCALINGS):
+            share = least if target < least else most if target > most else target
+            cause = line.too_fast(share, dt)
+            if cause is None:
+                self._go_along(line, share, dt, press)
+                return
+            target = self._share = _BELOW * share * line.allowed / cause.value
+            if target < self.scale:
+                self.scale, self.cause = target, cause
+        self._go_along(line, line.released(dt), dt, press)
+
+    def _go_along(self, line: JointLine, share: float, dt: float, press: _Press) -> None:
+        """Move on by a tick to a share of the asked velocity."""
+        way, asked = line.advance(share, dt), press.asked
+        self.position = [at + way * each for at, each in zip(self.position, asked, strict=True)]
+        self.velocity = asked if share == 1.0 else [share * each for each in asked]
+
+    def _advance(self, dt: float, press: _Press) -> None:
+        """Move on to the next velocity, scaled until the tool and what is near allow it."""
+        share = self._recovered()
         asked, limit = press.asked, press.caps.point_speed
         bounds = press.ends.bounds(dt, self.position, self.velocity)
         stop = self._stop_after(self._next(asked, bounds), dt)
         target = asked if share == 1.0 else [share * each for each in asked]
-        blocked = self._blocked(dt, asked, stop) if any(asked) else None
+        blocked = None
+        if any(asked):
+            blocked = self._surroundings.left(dt, self.position, asked, stop)
         if blocked is not None:
             left, self.cause, wanted = blocked
             if left <= 0.0:
@@ -222,59 +275,3 @@ class JointMotion:
         here = self._place_after(velocity, dt)
         there = [place + stop * each for place, each in zip(here, velocity, strict=True)]
         return StopAhead(velocity, here, there, time)
-
-    def _blocked(
-        self, dt: float, asked: list[float], stop: StopAhead
-    ) -> tuple[float, JogCause, list[float]] | None:
-        """Return what the neighbourhood of the place where a stop would end leaves of a velocity.
-
-        Args:
-            dt: length of the tick [s].
-            asked: (n,) velocity, which sets the direction.
-            stop: after the tick towards it.
-
-        Returns:
-            The share, why, and the velocity that it is of; None if it leaves all.
-        """
-        model, guard = self._model, self._model.guard
-        wanted = stop.velocity
-        found: list[tuple[float, JogCause, list[float]]] = []
-        after = None if guard is None else guard.look(stop.there)
-        was_clear, self._clear = self._clear, after is None or min(after.values()) >= SLOW
-        # What can rest beyond `SLOW` after this tick and could after the last is not near here.
-        if guard is not None and after is not None and not (was_clear and self._clear):
-            before = guard.look(self.position)
-            way = self.position, asked
-            time = 0.5 * max(LONGEST_STEP, stop.time) + dt
-            near = guard.nearing(before, after, way, time)
-            if guard.in_contact(before):
-                self._clear = False
-            if near is None and guard.in_contact(before):
-                # What parts in the end might first come nearer, or part more and come back.
-                meanwhile = guard.look(stop.here)
-                near = guard.nearing(before, meanwhile, way, dt)
-                near = near or guard.nearing(meanwhile, after, way, time)
-            if near is not None:
-                found.append((*near, wanted))
-        if model.watches_posture:
-            use = _posture_left(model, self.position, stop.there)
-            if use is not None:
-                found.append((*use, asked))
-        if not found:
-            return None
-        return min(found, key=lambda each: each[0] * max(map(abs, each[2])))
-
-
-def _posture_left(
-    model: JogModel, here: Sequence[float], there: Sequence[float]
-) -> tuple[float, JogCause] | None:
-    before = model.arm.posture(here)
-    try:
-        after = model.arm.posture(there)
-    except NoAssembly:
-        return None if before is None else (0.0, before.cause)
-    if after is None or after.use <= SLOW_POSTURE:
-        return None
-    if before is not None and after.use <= before.use:
-        return None
-    return math.sqrt(max(0.0, (1.0 - after.use) / (1.0 - SLOW_POSTURE))), after.cause

@@ -16,6 +16,7 @@ from .collision_guard import SLOW
 from .model import JogModel
 from .nearness import HALT_CONDITION, SLOW_CONDITION, scales, stop
 from .reasons import JogCause, JogReason
+from .tick_bounds import SPEED_RESERVE
 from .tool_path import ToolPath
 from .way_node import WayNode, slowed, sped_up
 
@@ -64,6 +65,7 @@ class LookAhead:
         self._point_speed = point_speed * _POINT_RESERVE
         self._speeds = [_JOINT_RESERVE * v for v in model.limits.velocity]
         self._accelerations = [a * _DYNAMIC_RESERVE for a in model.limits.acceleration]
+        self._steady_speeds = [SPEED_RESERVE * v for v in model.limits.velocity]
         self._step = math.inf
         twist = path.twist()
         start = list(position)
@@ -120,6 +122,7 @@ class LookAhead:
                 if ending is None and self._is_true(last, guess, footing):
                     self._path, self._step = path, step
                     self._least_condition = min(self._least_condition, node.condition)
+                    last.bound_steady(self._steady_speeds, self.model.limits.acceleration)
                     self._slow(last, node)
                     self.nodes.append(node)
                     return
@@ -228,13 +231,14 @@ class LookAhead:
         if slowest >= 0:
             limit = model.limits.velocity[slowest]
             cause = JogCause(JogReason.JOINT_SPEED, abs(rate[slowest]), limit, slowest)
-        for reason, speed in (
-            (JogReason.TOOL_SPEED, tool_speed),
-            (JogReason.ELBOW_SPEED, model.arm.elbow_speed(position, rate)),
-        ):
-            if speed * top > self._point_speed:
-                top = self._point_speed / speed
-                cause = JogCause(reason, speed, self._point_speed / _POINT_RESERVE)
+        limit = self._point_speed
+        if tool_speed * top > limit:
+            top = limit / tool_speed
+            cause = JogCause(JogReason.TOOL_SPEED, tool_speed, limit / _POINT_RESERVE)
+        elbow_speed = model.arm.elbow_speed(position, rate, limit / top)
+        if elbow_speed * top > limit:
+            top = limit / elbow_speed
+            cause = JogCause(JogReason.ELBOW_SPEED, elbow_speed, limit / _POINT_RESERVE)
         for scale, near in margins:
             if scale < top:
                 top, cause = max(scale, _LEAST_SCALE), near

@@ -14,6 +14,7 @@ from ..pose import Pose
 from ..stewart import StewartKinematics
 from .arm import JogArm
 from .collision_guard import CollisionGuard
+from .line_speeds import LinePoints
 from .platform_tool import PlatformTool
 from .serial_tool import SerialTool
 
@@ -41,6 +42,7 @@ class JogModel:
         upper: (n,) likewise.
         unit: (n,) what a joint's travel is measured in: 1 rad, or the arm's length [m].
         guard: what watches for collisions; None without a collision model.
+        line_points: tool and elbow along straight lines of the joints; None of a platform.
         watches_posture: whether there are limits beside those of the joints.
     """
 
@@ -58,8 +60,10 @@ class JogModel:
             collision: the robot in its scene, of the same kinematics; None to check nothing.
         """
         self.arm: JogArm
+        self.line_points: LinePoints | None = None
         if isinstance(kinematics, Kinematics):
             self.arm = SerialTool(kinematics, tcp)
+            self.line_points = LinePoints(kinematics, tcp)
         else:
             self.arm = PlatformTool(kinematics, tcp)
         limits = self.limits = kinematics.limits

@@ -77,7 +77,9 @@ class PlatformTool:
         arm = pose.rotation @ self._tcp.position
         return math.hypot(*(twist[:3] + np.cross(twist[3:], arm)).tolist()), 0.0
 
-    def elbow_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
+    def elbow_speed(
+        self, position: Sequence[float], velocity: Sequence[float], enough: float = 0.0
+    ) -> float:
         """Return 0: a platform has no elbow."""
         return 0.0
 

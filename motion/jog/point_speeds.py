@@ -12,6 +12,8 @@ way, and is the parabola through these three elsewhere; of random stops of all r
 joint by more than `_LONG` none got faster than that says with what `_MISSED` adds. On a longer one
 S may rise and fall more than once, and is worked out every `_CLOSE` of it. Likewise without the
 joints whose range ends first, which may have taken from the speed. Knows no tick and no target.
+
+For any stop of any robot; of an arm on a straight line `line_speeds` proves the same from less.
 """
 
 from __future__ import annotations
@@ -27,7 +29,9 @@ from ..pose import Array
 from .model import JogModel
 from .reasons import JogCause, JogReason
 
-_RESERVE = 0.998  # of the limit, for what a speed changes within a tick
+RESERVE = 0.998
+"""Of the limit of a point, for what its speed changes within a tick."""
+
 _REASONS = (JogReason.TOOL_SPEED, JogReason.ELBOW_SPEED)
 _BETWEEN = (0.25, 0.65)  # of the way of a stop
 _LOOKED_AT = (0.08, 0.16, 0.25, 0.35, 0.5, 0.65, 0.8)
@@ -76,7 +80,7 @@ def point_excess(model: JogModel, stop: StopAhead, limit: float) -> tuple[float,
     """
     worst = 0.0
     found: JogCause | None = None
-    allowed = _RESERVE * limit
+    allowed = RESERVE * limit
     greatest = _greatest_in_stop(model, stop, allowed)
     for others in _without_ending(model, stop):
         tool, elbow = model.arm.point_speeds(stop.here, others)

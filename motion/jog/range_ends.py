@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 from .model import JogModel
+from .point_speeds import stop_time
 from .targets import LONGEST_STEP
 
 Bound: TypeAlias = tuple[float, float, float]
@@ -40,9 +41,9 @@ class RangeEnds:
         self._model = model
         self._speeds = speeds
         joints = zip(speeds, model.limits.acceleration, model.margin, strict=True)
-        clear = [_clear(speed, _EVEN * limit, margin) for speed, limit, margin in joints]
-        self._low = [end + way for end, way in zip(model.lower, clear, strict=True)]
-        self._high = [end - way for end, way in zip(model.upper, clear, strict=True)]
+        self._clear = [_clear(speed, _EVEN * limit, margin) for speed, limit, margin in joints]
+        self._low = [end + way for end, way in zip(model.lower, self._clear, strict=True)]
+        self._high = [end - way for end, way in zip(model.upper, self._clear, strict=True)]
         self._dt = 0.0
         self._free: list[Bound] = []
 
@@ -70,6 +71,32 @@ class RangeEnds:
             bounds[joint] = self._bound(joint, place, now)
         return bounds
 
+    def free_way(self, position: Sequence[float], velocity: Sequence[float]) -> float:
+        """Return for how long joints can go on at a velocity and none be bound by an end.
+
+        Nor be within the margin of the end that it goes to, nor get there in a stop: whatever share
+        of the velocity they have, as long as they have gone no farther than that. 0 where one is
+        beyond a limit.
+
+        Args:
+            position: (n,) where they are [rad or m].
+            velocity: (n,) within the speeds asked for [rad/s or m/s].
+        """
+        model, way = self._model, math.inf
+        stop = stop_time(model, velocity)
+        for joint, (place, each) in enumerate(zip(position, velocity, strict=True)):
+            if not model.limits.lower[joint] <= place <= model.limits.upper[joint]:
+                return 0.0
+            if each == 0.0:
+                continue
+            speed = abs(each)
+            even = self._even(joint)
+            bound = speed * (0.5 * speed / even + 1.5 * LONGEST_STEP)
+            needed = max(min(self._clear[joint], bound), model.margin[joint] + speed * stop)
+            left = model.upper[joint] - place if each > 0.0 else place - model.lower[joint]
+            way = min(way, (left - needed) / speed)
+        return way
+
     def _bound(self, joint: int, place: float, now: float) -> Bound:
         """Return the bound of one joint that is near an end, or faster than is asked."""
         model, speed = self._model, self._speeds[joint]
@@ -78,7 +105,7 @@ class RangeEnds:
         clear = _clear(max(speed, now, -now), even, margin)
         least, most, gain = self._free[joint]
         if up <= clear or down <= clear:
-            even = min(even, speed * speed / (2.0 * margin))
+            even = self._even(joint)
             still = _STILL * speed
             if up <= clear:
                 most = _stoppable(up, now, even, self._dt)
@@ -87,6 +114,12 @@ class RangeEnds:
                 least = -_stoppable(down, -now, even, self._dt)
                 least = 0.0 if least > -still else least
         return least, most, gain
+
+    def _even(self, joint: int) -> float:
+        """Return the deceleration at which a joint slows before the end of its range."""
+        model, speed = self._model, self._speeds[joint]
+        spread = speed * speed / (2.0 * model.margin[joint])
+        return min(_EVEN * model.limits.acceleration[joint], spread)
 
 
 def _clear(speed: float, even: float, margin: float) -> float:

@@ -30,6 +30,7 @@ from ..reduced_task import kept_direction
 from ..singularity import SingularityKind, dexterity
 from ..tool_speed import elbow_link
 from .arm import Footing, Posture
+from .levers import levers
 from .reasons import JogCause, JogReason, Retreat
 
 _ITERATIONS = 8
@@ -65,6 +66,8 @@ class SerialTool:
         self.length = kinematics.size / 2.0
         link = elbow_link(kinematics)
         self._elbow = [] if link is None else [kinematics.link_point(link)]
+        by_joint = [] if link is None else levers(kinematics, link)
+        self._elbow_levers = [(joint, lever) for joint, lever in enumerate(by_joint) if lever]
         self.rigid = kinematics.is_direct
         self._offset = None if tcp is None or not tcp.position.any() else tcp.position
         self._turn = None if tcp is None else tcp.rotation
@@ -148,10 +151,13 @@ class SerialTool:
         speeds = self._kinematics.point_speeds(joints, rates, self._points)
         return speeds[0], speeds[1] if self._elbow else 0.0
 
-    def elbow_speed(self, position: Sequence[float], velocity: Sequence[float]) -> float:
-        """Return the speed of the elbow; 0 of an arm that has none."""
-        if not self._elbow:
-            return 0.0
+    def elbow_speed(
+        self, position: Sequence[float], velocity: Sequence[float], enough: float = 0.0
+    ) -> float:
+        """Return the speed of the elbow, or what it is at most; 0 of an arm that has none."""
+        most = sum([lever * abs(velocity[joint]) for joint, lever in self._elbow_levers])
+        if most <= enough or not self._elbow:
+            return most
         joints, rates = np.array(position), np.array(velocity)
         return self._kinematics.point_speeds(joints, rates, self._elbow)[0]
 

@@ -16,7 +16,9 @@ from ..limits import JointLimits
 State: TypeAlias = tuple[Sequence[float], Sequence[float]]
 """(n,) position and (n,) velocity of a set-point."""
 
-_SPEED_RESERVE = 0.9995  # a joint may be faster within a tick than at both ends
+SPEED_RESERVE = 0.9995
+"""Of a joint's speed at a set-point: within a tick it may be faster than at both ends."""
+
 _STANDS = 1e-12  # by σ: a joint that does not move along the way
 _SLACK = 1.0 - 1e-7
 
@@ -35,7 +37,7 @@ def speed_bounds(
     least, most = 0.0, math.inf
     joints = zip(rate, before, limits.acceleration, limits.velocity, strict=True)
     for each, velocity, acceleration, top in joints:
-        gain, fastest = acceleration * dt, _SPEED_RESERVE * top
+        gain, fastest = acceleration * dt, SPEED_RESERVE * top
         lower, upper = velocity - gain, velocity + gain
         if lower < -fastest:
             lower = -fastest

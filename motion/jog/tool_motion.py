@@ -12,6 +12,7 @@ import math
 from ..pose import Array
 from .look_ahead import LookAhead
 from .model import JogModel
+from .reach import Here, steady_until, within_reach
 from .reasons import JogCause
 from .targets import LONGEST_STEP
 from .tick_bounds import is_even, speed_bounds
@@ -67,6 +68,7 @@ class ToolMotion:
         self.lost = False
         self._sigma = 0.0
         self._index = 0
+        self._steady = 0.0, 0.0  # a speed, and up to which σ it is known to be kept to
 
     @classmethod
     def begin(
@@ -126,6 +128,8 @@ class ToolMotion:
             self.velocity = [0.0] * self._model.dof
             self.scale, self.cause = 0.0, self._ahead.end
             return
+        if self.speed == asked and self._goes_on(dt):
+            return
         speed = self._allowed(dt, asked)
         limits, nodes = self._model.limits, self._ahead.nodes
         before, started = self.velocity, self.speed
@@ -142,7 +146,8 @@ class ToolMotion:
                 velocity = [each * speed for each in rate]
                 if is_even(limits, (self.position, before), (position, velocity), dt):
                     allowed = _ELBOW_RESERVE * self.point_speed
-                    too_fast = self._model.arm.elbow_speed(position, velocity) / allowed
+                    elbow_speed = self._model.arm.elbow_speed(position, velocity, allowed)
+                    too_fast = elbow_speed / allowed
                     if too_fast <= 1.0 or speed <= least + 2.0 * inside:
                         self._sigma, self._index, self.speed = sigma, index, speed
                         self.position, self.velocity = position, velocity
@@ -162,6 +167,31 @@ class ToolMotion:
             speed = wanted if slowest < wanted < fastest else 0.5 * (slowest + fastest)
         self.lost = True
 
+    def _goes_on(self, dt: float) -> bool:
+        """Go on by a tick at the speed that one has, where the way is known to leave it.
+
+        What `step` finds out anew for a tick holds for all up to there at once, see `steady_until`;
+        it would come to the very same set-point. The elbow's speed alone is asked for.
+        """
+        speed, nodes = self.speed, self._ahead.nodes
+        sigma = self._sigma + speed * dt
+        needed = sigma + 0.5 * LONGEST_STEP * speed
+        if self._steady[0] != speed or self._steady[1] < needed:
+            self._steady = speed, steady_until(nodes, self._index, speed)
+            if self._steady[1] < needed:
+                return False
+        index = self._cell(sigma)
+        node = nodes[index]
+        position, rate = node.state(sigma - node.sigma)
+        velocity = [each * speed for each in rate]
+        allowed = _ELBOW_RESERVE * self.point_speed
+        if self._model.arm.elbow_speed(position, velocity, allowed) > allowed:
+            return False
+        self._sigma, self._index = sigma, index
+        self.position, self.velocity = position, velocity
+        self.scale, self.cause = 1.0, None
+        return True
+
     def can_begin(self) -> bool:
         """Return whether there is a way ahead at all, looking for it if need be."""
         if len(self._ahead.nodes) == 1:
@@ -173,12 +203,13 @@ class ToolMotion:
         self.scale, self.cause = 1.0, None
         if asked <= 0.0:
             return 0.0
-        speed, node, unknown = self._reached(dt, asked)
+        nodes = self._ahead.nodes
+        speed, node, unknown = within_reach(nodes, self._here, dt, asked)
         for _ in range(_MOST_CHUNKS):
             if speed >= asked or not unknown:
                 break
             self._look_further()
-            speed, node, unknown = self._reached(dt, asked)
+            speed, node, unknown = within_reach(nodes, self._here, dt, asked)
         if speed >= asked * _AS_ASKED or unknown:
             return speed
         self.scale, self.cause = speed / asked, node.reach_cause
@@ -188,78 +219,22 @@ class ToolMotion:
             return 0.0
         return speed
 
+    @property
+    def _here(self) -> Here:
+        return Here(self._sigma, self.speed, self._index)
+
     def _creeps(self, node: WayNode, speed: float) -> bool:
         """Return whether no joint can be seen to move at a speed."""
         joints = zip(node.rate, self._model.limits.velocity, strict=True)
         return all(abs(rate) * speed <= _STILL * limit for rate, limit in joints)
 
     def _look_further(self) -> None:
+        self._steady = 0.0, 0.0
         behind = self._index
         if behind > _FORGET:
             self._ahead.forget(behind)
             self._index = 0
         self._ahead.extend(_CHUNK, self._index)
-
-    def _reached(self, dt: float, asked: float) -> tuple[float, WayNode, bool]:
-        """Return the greatest speed whose square is within reach where the tick ends.
-
-        And half a tick of that speed farther, too: a tick in which the tool comes to rest takes
-        s dt/2, more than s² over twice the deceleration, the way of a stop that ends within it.
-
-        Returns:
-            The speed, its cell, and whether only the end of what is known so far sets it.
-        """
-        half = 0.5 * dt
-        here = self._within_reach(half, half, asked)
-        farther = self._within_reach(half, half + 0.5 * LONGEST_STEP, asked)
-        found = farther if farther[0] < here[0] else here
-        passing = self._passing(dt, found[0])
-        return found if passing is None else passing
-
-    def _passing(self, dt: float, speed: float) -> tuple[float, WayNode, bool] | None:
-        """Return the speed that passes places within the tick no faster than allowed there.
-
-        Asked about a speed at its end; None if that does. The square of the speed grows evenly
-        with σ within a tick.
-        """
-        nodes, end = self._ahead.nodes, self._sigma + 0.5 * (self.speed + speed) * dt
-        square = self.speed * self.speed
-        found = None
-        for index in range(self._index + 1, len(nodes)):
-            node = nodes[index]
-            if node.sigma >= end:
-                break
-            if node.sigma <= self._sigma:
-                continue
-            gain = (node.reach - square) / (2.0 * (node.sigma - self._sigma))
-            if self.speed + gain * dt < speed:
-                speed = max(0.0, self.speed + gain * dt)
-                found = speed, node, node.open
-        return found
-
-    def _within_reach(self, half: float, gain: float, asked: float) -> tuple[float, WayNode, bool]:
-        """Return the greatest speed s with s² within reach at σ₀ + s₀ dt/2 + s gain.
-
-        In a cell the reach is a line k + g σ, so s is the positive root of a quadratic.
-        """
-        nodes = self._ahead.nodes
-        start = self._sigma + self.speed * half
-        best, node = 0.0, nodes[self._index]
-        for index in range(self._index + 1, len(nodes)):
-            after = nodes[index]
-            slope = (after.reach - node.reach) / node.length
-            linear = 0.5 * slope * gain
-            root = linear * linear + node.reach + slope * (start - node.sigma)
-            speed = linear + math.sqrt(root) if root > 0.0 else 0.0
-            speed = 0.0 if speed < 0.0 else asked if speed > asked else speed
-            end = start + speed * gain
-            if end <= after.sigma:
-                unknown = node.open or after.open
-                return (speed if end >= node.sigma else best), node, unknown
-            # It can be in the next cell: at the border at least.
-            best = min(max(0.0, (after.sigma - start) / gain), asked)
-            node = after
-        return best, nodes[-2], nodes[-1].open
 
     def _cell(self, sigma: float) -> int:
         """Return the index of the cell that σ lies in; the last one beyond the known way."""

@@ -12,6 +12,7 @@ interpolation scheme); `slowed` is one step of its backward pass.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias
@@ -28,6 +29,7 @@ Cubic: TypeAlias = tuple[float, float, float, float]
 """Coefficients of a joint's cubic, the constant first [rad or m], by σ from the place on."""
 
 _HALVINGS = 12
+_SLACK = 1.0 - 1e-6
 
 
 @dataclass(slots=True)
@@ -50,6 +52,7 @@ class WayNode:
         length: of the cell by σ; 0 while there is none.
         cubics: (n,) of the joints in the cell.
         rows: inequalities of the cell.
+        steady: greatest square of a constant dσ/dt that the joints allow in the whole cell.
     """
 
     sigma: float
@@ -67,6 +70,7 @@ class WayNode:
     length: float = 0.0
     cubics: list[Cubic] = field(default_factory=list)
     rows: list[Inequality] = field(default_factory=list)
+    steady: float = 0.0
 
     def lead_to(self, after: WayNode, accelerations: Sequence[float]) -> None:
         """Make the cell to the next place, under (n,) greatest accelerations."""
@@ -85,13 +89,36 @@ class WayNode:
             bend = 2.0 * square + 6.0 * cube * h
             self.rows.append((-rate_after * half, rate_after * half + bend, limit))
 
+    def bound_steady(self, velocities: Sequence[float], accelerations: Sequence[float]) -> None:
+        """Work out `steady` of a cell from (n,) greatest velocities and accelerations.
+
+        At a constant dσ/dt = s a joint has the acceleration c s², and c is linear in σ, so greatest
+        at an end. Its velocity r s is a quadratic, which lies within the hull of its control values
+        r₀, r₀ + c₀ h/2 and r₁ (Bézier). Joints that keep to both at every moment keep to the bounds
+        of `tick_bounds` in ticks of any length, across cells too: rates are the same on either side
+        of a place.
+        """
+        h, steady = self.length, math.inf
+        joints = zip(self.cubics, velocities, accelerations, strict=True)
+        for (_, rate, square, cube), velocity, acceleration in joints:
+            bend = 3.0 * cube * h
+            sharpest = 2.0 * max(abs(square), abs(square + bend))
+            middle = rate + square * h
+            fastest = max(abs(rate), abs(middle), abs(middle + (square + bend) * h))
+            if sharpest * steady > acceleration:
+                steady = acceleration / sharpest
+            if fastest * fastest * steady > velocity * velocity:
+                steady = velocity * velocity / (fastest * fastest)
+        self.steady = steady * _SLACK
+
     def state(self, ahead: float) -> tuple[list[float], list[float]]:
         """Return (n,) position and rate in the cell, at σ = sigma + ahead."""
         twice, thrice = 2.0 * ahead, 3.0 * ahead * ahead
-        return (
-            [p + ahead * (r + ahead * (s + ahead * c)) for p, r, s, c in self.cubics],
-            [r + twice * s + thrice * c for _, r, s, c in self.cubics],
-        )
+        position, rate = [], []
+        for p, r, s, c in self.cubics:
+            position.append(p + ahead * (r + ahead * (s + ahead * c)))
+            rate.append(r + twice * s + thrice * c)
+        return position, rate
 
     def furthest(self, joint: int) -> float | None:
         """Return where a joint turns round inside the cell; None if it does not."""

@@ -1,0 +1,140 @@
+"""A tool jog that goes on at one speed: what is proven once for many ticks, and its bounds."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from jogged_robots import FAST, REDUCED, UR5_BENT, model, random_place, random_press, robot
+
+from openpendant.motion.jog import JogCaps, Jogger, JogReason, JogTarget, ToolJog
+from openpendant.motion.jog.levers import levers
+from openpendant.motion.jog.tick_bounds import SPEED_RESERVE, is_even, speed_bounds
+from openpendant.motion.jog.tool_motion import ToolMotion
+from openpendant.motion.jog.way_node import WayNode
+from openpendant.motion.limits import JointLimits
+from openpendant.motion.mechanism import SerialMechanism
+from openpendant.motion.robot import robot_names
+from openpendant.motion.tool_speed import elbow_link
+
+SERIAL = [name for name in robot_names() if isinstance(robot(name), SerialMechanism)]
+
+
+def way_of(
+    name: str, start: list[float], caps: JogCaps, presses: list[JogTarget]
+) -> list[tuple[list[float], list[float], float, JogReason | None]]:
+    """Return all that is told of a chain of presses, in ticks of two lengths."""
+    jogger = Jogger(model(name), start, caps)
+    told = []
+    for press in presses:
+        jogger.aim(press)
+        for tick in range(60):
+            step = jogger.step(0.01 if tick % 7 else 0.02)
+            told.append((step.position, step.velocity, step.scale, step.reason))
+    return told
+
+
+@pytest.mark.parametrize("name", ["ur5", "kuka_kr5_arc", "kuka_iiwa14"])
+def test_no_set_point_is_another_for_going_on_without_a_look(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    random = np.random.default_rng(11)
+    went_on = 0
+    goes_on = ToolMotion._goes_on
+
+    def counted(motion: ToolMotion, dt: float) -> bool:
+        nonlocal went_on
+        done = goes_on(motion, dt)
+        went_on += done
+        return done
+
+    for trial in range(6):
+        start = random_place(name, random)
+        caps = REDUCED if trial % 2 else FAST
+        rates = 0.3 * np.eye(6)[trial]
+        line = ToolJog(tuple(rates[:3]), tuple(rates[3:]))
+        presses = [line, random_press(len(start), random), ToolJog((0.1, 0.0, 0.2))]
+        with monkeypatch.context() as patch:
+            patch.setattr(ToolMotion, "_goes_on", counted)
+            proven = way_of(name, start, caps, presses)
+            patch.setattr(ToolMotion, "_goes_on", lambda motion, dt: False)
+            assert proven == way_of(name, start, caps, presses)
+    assert went_on > 100
+
+
+def test_most_ticks_of_a_line_go_on_without_a_look(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked = 0
+    allowed = ToolMotion._allowed
+
+    def counted(motion: ToolMotion, dt: float, asked: float) -> float:
+        nonlocal looked
+        looked += 1
+        return allowed(motion, dt, asked)
+
+    monkeypatch.setattr(ToolMotion, "_allowed", counted)
+    jogger = Jogger(model("ur5"), UR5_BENT, REDUCED)
+    jogger.aim(ToolJog((0.0, 0.3, 0.0)))
+    for _ in range(100):
+        jogger.step(0.01)
+    assert looked < 50
+
+
+def test_at_a_steady_speed_a_cell_keeps_to_the_bounds_of_every_tick() -> None:
+    random = np.random.default_rng(2)
+    speeds, accelerations = (1.0, 2.0), (3.0, 1.5)
+    limits = JointLimits(
+        ("a", "b"), (-9.0, -9.0), (9.0, 9.0), speeds, accelerations, (False, False)
+    )
+    tight = 0
+    for _ in range(300):
+        first, last = (
+            WayNode(
+                sigma,
+                (random.normal(size=2) * 0.05).tolist(),
+                random.normal(size=2).tolist(),
+                np.zeros(6),
+                1.0,
+            )
+            for sigma in (0.0, 0.1)
+        )
+        first.lead_to(last, accelerations)
+        first.bound_steady([SPEED_RESERVE * each for each in speeds], accelerations)
+        speed = math.sqrt(first.steady)
+        for begin, end in (random.uniform(0.0, 0.1, 2) for _ in range(5)):
+            dt = abs(end - begin) / speed
+            before, after = (first.state(place) for place in sorted((begin, end)))
+            states = [(place, [each * speed for each in rate]) for place, rate in (before, after)]
+            least, most = speed_bounds(limits, after[1], states[0][1], dt)
+            assert least * (1.0 - 1e-7) <= speed <= most * (1.0 + 1e-7)
+            assert is_even(limits, states[0], states[1], dt)
+            tight += speed > 0.9 * most
+    assert tight > 20
+
+
+@pytest.mark.parametrize("name", SERIAL)
+def test_no_elbow_is_faster_than_its_levers_say(name: str) -> None:
+    found = robot(name)
+    assert isinstance(found, SerialMechanism)
+    random = np.random.default_rng(4)
+    for link in (elbow_link(found.kinematics), found.kinematics.robot.tool_link):
+        if link is None:
+            continue
+        bound = np.array(levers(found.kinematics, link))
+        point = found.kinematics.link_point(link)
+        for trial in range(200):
+            place = np.array(random_place(name, random))
+            velocity = random.uniform(-1.0, 1.0, len(place))
+            if trial % 2:
+                velocity *= np.eye(len(place))[trial % len(place)]
+            (speed,) = found.kinematics.point_speeds(place, velocity, [point])
+            assert speed <= float(bound @ np.abs(velocity)) + 1e-9
+
+
+def test_an_elbow_that_may_be_fast_is_looked_at() -> None:
+    arm = model("ur5").arm
+    velocity = [0.1, -0.2, 0.3, 0.0, 0.0, 0.0]
+    speed = arm.elbow_speed(UR5_BENT, velocity)
+    bound = arm.elbow_speed(UR5_BENT, velocity, 1.0)
+    assert speed < bound < 1.0
+    assert arm.elbow_speed(UR5_BENT, velocity, 0.999 * bound) == speed
