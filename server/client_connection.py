@@ -63,17 +63,13 @@ class ClientConnection(asyncio.Protocol):
         self._clients = clients
         self._transport: asyncio.Transport | None = None
         self._frame_begun: int | None = None
+        self._is_behind = False
         self._clogged_since: int | None = None
         self._is_ending = False
         self._unsent: Exception | None = None
         self._has_secrets = port is Port.PENDANT
         self._heard_mask = SecretMask()
         self._said_mask = SecretMask()
-
-    @property
-    def _is_masked(self) -> bool:
-        """Whether secrets have to be kept out of a journal."""
-        return self._has_secrets and self._clients.journal.is_kept
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Set the socket up and introduce the connection to the core."""
@@ -92,8 +88,10 @@ class ClientConnection(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Decode what came and hand each message to the core; a fault of ours ends this, not us."""
-        noted = self._heard_mask.feed(data) if self._is_masked else data
-        now = self._clients.journal.begin("in", self.session, noted)
+        journal, noted = self._clients.journal, data
+        if journal.is_kept and self._has_secrets:
+            noted = self._heard_mask.feed(data)
+        now = journal.begin("in", self.session, noted)
         try:
             self._take(data, now)
         except Exception as error:
@@ -168,10 +166,14 @@ class ClientConnection(asyncio.Protocol):
         if transport is None or self.is_closing:
             return
         journal = self._clients.journal
-        journal.out(self.session, self._said_mask.feed(frame) if self._is_masked else frame)
+        if journal.is_kept:
+            journal.out(self.session, self._said_mask.feed(frame) if self._has_secrets else frame)
         transport.write(frame)
-        is_flooded = transport.get_write_buffer_size() > REPLY_BACKLOG
-        if journal.answer("flooded", self.session, is_flooded):
+        unread = transport.get_write_buffer_size()
+        self._is_behind = journal.answer("clogged", self.session, unread > STATE_BACKLOG)
+        if not self._is_behind:
+            return
+        if journal.answer("flooded", self.session, unread > REPLY_BACKLOG):
             self.abort("does not read its replies")
 
     def is_clogged(self) -> bool:
@@ -179,8 +181,14 @@ class ClientConnection(asyncio.Protocol):
         transport = self._transport
         if transport is None:
             return True
-        is_clogged = transport.get_write_buffer_size() > STATE_BACKLOG
-        return self._clients.journal.answer("clogged", self.session, is_clogged)
+        # Only what is written here makes the backlog longer, so that it is looked at again only
+        # where it was too long then.
+        if self._is_behind:
+            unread = transport.get_write_buffer_size()
+            self._is_behind = self._clients.journal.answer(
+                "clogged", self.session, unread > STATE_BACKLOG
+            )
+        return self._is_behind
 
     def check_deadlines(self, now: int) -> None:
         """Cut off a client whose frame never ends or who never reads; called once a tick.

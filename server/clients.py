@@ -102,7 +102,9 @@ class Clients:
 
     def receive(self, session: int, received: Received, now: int) -> None:
         """Hand a client's message to its cell."""
-        self._perform(self._router.receive(session, received, now))
+        routed = self._router.receive(session, received, now)
+        if routed.outgoing:
+            self._perform(routed)
 
     def failed(self, client: ClientConnection, error: Exception, now: int) -> None:
         """End a connection that we failed on, and stop its robot; everybody else goes on.

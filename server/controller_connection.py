@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("openpendant.server")
 
+_REPLY = CommType.REPLY
 _CONNECT_TIMEOUT = 2.0
 _FAREWELL = 0.25
 UNANSWERED = 2_500
@@ -69,7 +70,10 @@ class ControllerConnection(asyncio.Protocol):
         if transport is None or self._is_closing:
             return False
         # The loop closes a transport by itself when the kernel reports an error.
-        return not self._cell.journal.answer("gone", self.link, transport.is_closing())
+        is_gone, journal = transport.is_closing(), self._cell.journal
+        if journal.is_kept:
+            is_gone = journal.answer("gone", self.link, is_gone)
+        return not is_gone
 
     async def keep_up(self) -> None:
         """Connect, wait for the end, connect again; runs until cancelled."""
@@ -161,7 +165,8 @@ class ControllerConnection(asyncio.Protocol):
         except LocalProtocolError:
             log.exception("controller %s link: not sent", self.link)
             return False
-        self._cell.journal.out(self.link, frame)
+        if self._cell.journal.is_kept:
+            self._cell.journal.out(self.link, frame)
         self._transport.write(frame)
         return True
 
@@ -187,4 +192,4 @@ class ControllerConnection(asyncio.Protocol):
 
 def _is_answer(received: Received) -> bool:
     """Tell whether a message answers a request of ours, readable or not."""
-    return not isinstance(received, Unasked) and received.comm_type == CommType.REPLY
+    return not isinstance(received, Unasked) and received.comm_type == _REPLY

@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from .codes import ByteOrder, CommType, MsgType, ReplyCode
@@ -264,10 +264,15 @@ def _undeclared(frame: bytes, msg_type: int, comm: int, code: int) -> Message:
 
 
 def _header_only_decoder(msg_type: int, code: ReplyCode) -> Decode:
+    new, comm = partial(object.__new__, HeaderOnly), CommType.REPLY
+
     def decode(frame: Bytes) -> Message:
         if len(frame) != HEADER_SIZE:
             raise Misfit("a bare reply has no body")
-        return HeaderOnly(msg_type, reply_code=code)
+        # As in `fixed`: to call the class takes three times as long, and every point is answered.
+        reply = new()
+        reply.msg_type, reply.comm_type, reply.reply_code = msg_type, comm, code
+        return reply
 
     return decode
 

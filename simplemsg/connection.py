@@ -35,6 +35,11 @@ FRAMES_PER_CALL = 64
 
 _LEAST_LENGTH = HEADER_SIZE - PREFIX_SIZE
 
+_HEADER = slice(0, HEADER_SIZE)
+
+_Known = tuple[int, Decode]
+"""Size of a frame, and what decodes it."""
+
 # Asked for with every frame, and an enumeration takes three times as long to find a member.
 _TOPIC, _REQUEST, _REPLY = CommType.TOPIC, CommType.REQUEST, CommType.REPLY
 
@@ -86,6 +91,7 @@ class Connection:
         fault: set for good once the position in the stream is lost; then close the link.
         unanswered: requests of the peer, malformed ones too, that may still be answered.
         awaited: requests of ours that the peer still owes a reply.
+        more: the last call of `receive` stopped at its limit: call `receive(b"")` a turn later.
     """
 
     def __init__(
@@ -123,7 +129,8 @@ class Connection:
         self._max_length = max_frame - PREFIX_SIZE
         self._pending = bytearray()
         self._needed = PREFIX_SIZE
-        self._more = False
+        self.more = False
+        self._usual: dict[bytes, _Known] = {}
         if byte_order is not None:
             self.settle_byte_order(byte_order)
 
@@ -137,12 +144,7 @@ class Connection:
     @property
     def partial(self) -> bool:
         """True while the buffer holds the beginning of a frame but not its end."""
-        return bool(self._pending) and not self._more
-
-    @property
-    def more(self) -> bool:
-        """True when the last call stopped at its limit: call `receive(b"")` a turn later."""
-        return self._more
+        return bool(self._pending) and not self.more
 
     def receive(self, data: Bytes) -> list[Received]:
         """Take bytes and return what they complete, at most 64 frames.
@@ -162,75 +164,72 @@ class Connection:
         if not isinstance(data, bytes):
             data = bytes(memoryview(data))
         pending = self._pending
-        if not pending:
-            received, used = self._split(data)
-            if used < len(data) and self.fault is None:
-                pending += data[used:]
-            return received
-        pending += data
-        if len(pending) < self._needed:
-            return []
-        received, used = self._split(bytes(pending))
-        del pending[:used]
-        return received
+        if pending:
+            pending += data
+            if len(pending) < self._needed:
+                return []
+            data = bytes(pending)
+            pending.clear()
+            self.more = False
+        # Nearly all that controllers and pendants say comes so: one frame, whole and alone.
+        known = self._usual.get(data[_HEADER])
+        if known is not None and known[0] == len(data):
+            return [self._take(data, known[1])]
+        return self._split(data, known)
 
-    def _split(self, buffer: bytes) -> tuple[list[Received], int]:
-        """Take the whole frames at the front of a buffer; return them and the bytes used up."""
+    def _split(self, buffer: bytes, known: _Known | None) -> list[Received]:
+        """Take the whole frames at the front, the first of which may be known; keep the rest."""
         received: list[Received] = []
-        start, size = 0, len(buffer)
-        self._more = False
-        self._needed = PREFIX_SIZE
-        if size < PREFIX_SIZE:
-            return received, 0
-        if self.byte_order is None and not self._learn_byte_order(buffer):
-            return received, size
+        start, size, needed = 0, len(buffer), PREFIX_SIZE
         # A stream of points is taken apart here at almost half the pace of bare `struct`: one
         # look-up of a header settles length, layout and accounts, and all names are local.
-        usual, take = self._usual, received.append
-        topic, request = _TOPIC, _REQUEST
+        usual, take = self._usual, self._take
         last_prefix = size - PREFIX_SIZE
-        for _ in range(FRAMES_PER_CALL):
-            if start > last_prefix:
+        while start <= last_prefix:
+            if known is None:
+                known = self._measure(buffer, start)
+                if known is None:
+                    return received
+            frame_size, decode = known
+            end = start + frame_size
+            if end > size:
+                needed = frame_size
+                break
+            received.append(take(buffer[start:end], decode))
+            start = end
+            if len(received) == FRAMES_PER_CALL:
+                self.more = start <= last_prefix
                 break
             known = usual.get(buffer[start : start + HEADER_SIZE])
-            if known is not None:
-                frame_size, decode = known
-                end = start + frame_size
-            else:
-                decode = self._codec.decode
-                end = self._end_of_frame(buffer, start)
-                if self.fault is not None:
-                    return received, size
-            if end > size:
-                self._needed = end - start
-                break
-            frame = buffer[start:end]
-            start = end
-            try:
-                message = decode(frame)
-            except UnicodeDecodeError:
-                take(self._judge(frame))
-                continue
-            except MessageFault as error:
-                take(self._malformed(error, frame))
-                continue
-            comm_type = message.comm_type
-            if comm_type is request:
-                self.unanswered += 1
-            elif comm_type is not topic and not self._settle_accounts(comm_type):
-                take(Unasked(message))
-                continue
-            take(message)
-        else:
-            self._more = start <= last_prefix
-        return received, start
+        if start < size:
+            self._pending += buffer[start:]
+            self._needed = needed
+        return received
 
-    def _end_of_frame(self, buffer: bytes, start: int) -> int:
-        """Return where the frame at `start` ends by its length; set `fault` for a wild one."""
+    def _measure(self, buffer: bytes, start: int) -> _Known | None:
+        """Return size and decoder of a frame with an unusual header; None where it is a fault."""
+        if self.byte_order is None and not self._learn_byte_order(buffer):
+            return None
         (length,) = self._prefix.unpack_from(buffer, start)
         if not _LEAST_LENGTH <= length <= self._max_length:
             self.fault = LengthOutOfBounds(length, _LEAST_LENGTH, self._max_length)
-        return start + PREFIX_SIZE + int(length)
+            return None
+        return PREFIX_SIZE + int(length), self._codec.decode
+
+    def _take(self, frame: bytes, decode: Decode) -> Received:
+        """Decode a whole frame, and note what it owes or pays."""
+        try:
+            message = decode(frame)
+        except UnicodeDecodeError:
+            return self._judge(frame)
+        except MessageFault as error:
+            return self._malformed(error, frame)
+        comm_type = message.comm_type
+        if comm_type is _REQUEST:
+            self.unanswered += 1
+        elif comm_type is not _TOPIC and not self._settle_accounts(comm_type):
+            return Unasked(message)
+        return message
 
     def _judge(self, frame: bytes) -> Received:
         """Decode a frame with a usual header whose text is none: of a reply that is no fault."""
@@ -296,7 +295,7 @@ class Connection:
 
 
 @cache
-def _frames_up_to(max_frame: int, codec: Codec) -> dict[bytes, tuple[int, Decode]]:
+def _frames_up_to(max_frame: int, codec: Codec) -> dict[bytes, _Known]:
     return {header: known for header, known in codec.usual.items() if known[0] <= max_frame}
 
 

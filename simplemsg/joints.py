@@ -18,4 +18,4 @@ def joint_array(values: Sequence[float]) -> tuple[float, ...]:
     """
     if len(values) > JOINT_SLOTS:
         raise ValueError(f"{len(values)} joints do not fit the {JOINT_SLOTS} slots of a message")
-    return (*values, *_PADDING[len(values)])
+    return tuple(values) + _PADDING[len(values)]

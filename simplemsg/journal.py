@@ -38,6 +38,8 @@ class Journal:
 
     Attributes:
         now: time of the event that is being handled, monotonic [ns]; 0 before the first.
+        is_kept: whether anything is written, so that what is costly to note need not be made, and
+            what the world outside answers need not be told, in vain.
     """
 
     def __init__(self, clock: Callable[[], int]) -> None:
@@ -51,11 +53,7 @@ class Journal:
         self._on_failure: Callable[[OSError], None] = _raise
         self._began = 0
         self.now = 0
-
-    @property
-    def is_kept(self) -> bool:
-        """Whether anything is written, so that what is costly to note need not be made in vain."""
-        return self._stream is not None
+        self.is_kept = False
 
     def keep(
         self,
@@ -75,7 +73,7 @@ class Journal:
             started: wall-clock time, ISO 8601 with its offset from UTC.
             about: what is needed to build the same process again, as plain JSON data.
         """
-        self._stream, self._on_failure = stream, on_failure
+        self._stream, self._on_failure, self.is_kept = stream, on_failure, True
         self._began = self.now = self._clock()
         header = {"format": JOURNAL_FORMAT, "of": kind, "started": started, "now": self.now}
         self._write(json.dumps(header | about) + "\n")
@@ -83,7 +81,7 @@ class Journal:
     def end(self) -> None:
         """Say that nothing is missing, and write no more; the stream may be closed now."""
         self._write('{"end": true}\n')
-        self._stream = None
+        self._stream, self.is_kept = None, False
 
     def _write(self, *parts: Part) -> None:
         if self._stream is None:
@@ -91,7 +89,7 @@ class Journal:
         try:
             self._stream.write(*parts)
         except OSError as error:
-            self._stream = None
+            self._stream, self.is_kept = None, False
             self._on_failure(error)
 
     def begin(self, event: str, link: str | int = "", data: bytes = b"", **more: Any) -> int:

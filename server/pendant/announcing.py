@@ -65,16 +65,18 @@ class Announcing:
         return [Send(news.request.session, jog_ended(account, math.dist(began, ended)))]
 
     def state(self, due: list[Listener], now: int) -> list[Outgoing]:
-        """Send the state once for all; a pendant that was too slow gets its own drop counter."""
+        """Send the state once for all whose drop counters are alike; each is told its own."""
         if not due:
             return []
         self._sequence += 1
         self._recent.sent(self._sequence, now)
         state = state_message(self._cell, self._robot, self._sequence, now)
-        prompt = tuple([listener.session for listener in due if not listener.dropped])
-        out: list[Outgoing] = [Spread(prompt, state)] if prompt else []
+        sessions: dict[int, list[int]] = {}
         for listener in due:
-            if listener.dropped:
-                late = dataclasses.replace(state, dropped=listener.dropped)
-                out.append(Spread((listener.session,), late))
+            sessions.setdefault(listener.dropped, []).append(listener.session)
+        out: list[Outgoing] = []
+        for dropped, alike in sessions.items():
+            told = dataclasses.replace(state, dropped=dropped) if out else state
+            told.dropped = dropped
+            out.append(Spread(tuple(alike), told))
         return out

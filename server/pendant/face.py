@@ -168,7 +168,7 @@ class PendantFace:
             SetAccount: self.access.set_account,
         }
 
-    def _topic_table(self) -> Mapping[type[Message], _Topic]:
+    def _topic_table(self) -> Mapping[type[Message | Malformed], _Topic]:
         """Return who takes which message of a welcomed pendant that has no answer."""
         jogs, cell = self._jogs, self._cell
         return {
@@ -231,21 +231,20 @@ class PendantFace:
         if listener.leaving:
             return []
         listener.heard = now
-        match received:
-            case Unasked():
-                return []
-            case Malformed():
-                return self._malformed(listener, received, now)
-            case SoftwareStop() if listener.welcomed:
-                # Obeyed as a topic too: better a stop without an answer than none.
-                return self._control.software_stop(session, received, now)
-        if received.comm_type == CommType.REQUEST:
-            return self._request(listener, received, now)
-        if received.comm_type == CommType.TOPIC and listener.welcomed:
-            take = self._topics.get(type(received))
-            if take is not None:
+        if isinstance(received, Unasked):
+            return []
+        take = self._topics.get(type(received))
+        if take is not None and received.comm_type == CommType.TOPIC:
+            if listener.welcomed:
                 take(session, received, now)
-        return []
+            return []
+        if isinstance(received, Malformed):
+            return self._malformed(listener, received, now)
+        if isinstance(received, SoftwareStop) and listener.welcomed:
+            # Obeyed as a topic too: better a stop without an answer than none.
+            return self._control.software_stop(session, received, now)
+        is_request = received.comm_type == CommType.REQUEST
+        return self._request(listener, received, now) if is_request else []
 
     @staticmethod
     def _malformed(listener: Listener, received: Malformed, now: int) -> list[Outgoing]:

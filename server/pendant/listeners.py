@@ -124,16 +124,15 @@ class Listeners:
         ends: list[Outgoing] = []
         due: list[Listener] = []
         for listener in self._by_session.values():
-            problem = self._overdue_for(listener, now)
-            if problem:
-                ends.append(Close(listener.session, problem))
-            elif listener.period_ns and listener.looks_on and now >= listener.due:
-                listener.due = max(listener.due + listener.period_ns, now)
+            if listener.welcomed:
+                is_overdue = now - listener.heard > self._idle_timeout_ns
+            else:
+                is_overdue = now - listener.opened > self._hello_deadline_ns
+            if is_overdue:
+                missed = "silent for too long" if listener.welcomed else "no hello in time"
+                ends.append(Close(listener.session, missed))
+            elif listener.period_ns and now >= listener.due and listener.looks_on:
+                following = listener.due + listener.period_ns
+                listener.due = following if following > now else now
                 due.append(listener)
         return ends, due
-
-    def _overdue_for(self, listener: Listener, now: int) -> str:
-        """Return what a connection failed to send in time; empty where it did not."""
-        if not listener.welcomed:
-            return "no hello in time" if now - listener.opened > self._hello_deadline_ns else ""
-        return "silent for too long" if now - listener.heard > self._idle_timeout_ns else ""

@@ -169,6 +169,16 @@ def test_exactly_64_frames_leave_no_more() -> None:
     assert not connection.more
 
 
+def test_a_single_frame_left_over_is_the_last_of_more() -> None:
+    connection = _server()
+    counts, more = [], []
+    for data in (PING * 65, b""):
+        counts.append(len(connection.receive(data)))
+        more.append(connection.more)
+    assert (counts, more) == ([64, 1], [True, False])
+    assert not connection.partial
+
+
 def test_bytes_that_come_while_there_are_more_are_kept_in_order() -> None:
     connection = _server()
     frames = [codec_for().encode(JointPosition(i, joint_array([]))) for i in range(200)]

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import cast
+
 import pytest
 from server_rig import ServerRig, ready
 
+from openpendant.motion.jog import reasons as motion_jog
+from openpendant.motion.jog.reasons import JogCause
+from openpendant.server.jog.jogging import JogRows
 from openpendant.server.outgoing import Spread
-from openpendant.simplemsg.pendant import Activity, LinkState, State, Subscribe
+from openpendant.server.pendant import state_report
+from openpendant.simplemsg.pendant import Activity, JogReason, LinkState, State, Subscribe
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -75,3 +82,25 @@ def test_state_is_encoded_once_for_all_and_who_was_too_slow_is_told_how_often() 
     rig.wait(10)
     assert [pendant.all(State)[-1].dropped for pendant in pendants] == [0, 2, 0]
     assert len({pendant.all(State)[-1].sequence for pendant in pendants}) == 1
+
+
+def test_those_who_missed_equally_many_are_told_so_in_one_encoding() -> None:
+    rig = ready()
+    pendants = [rig.pendant(state_rate=100.0) for _ in range(3)]
+    rig.wait(10)
+    for pendant in (pendants[0], pendants[2]):
+        rig.core.skipped(pendant.session)
+    out = rig.wait(10)
+    first, second, third = (pendant.session for pendant in pendants)
+    spread = [item.sessions for item in out if isinstance(item, Spread)]
+    assert spread == [(first, third), (second,)]
+    assert [pendant.all(State)[-1].dropped for pendant in pendants] == [1, 0, 1]
+
+
+@pytest.mark.parametrize("reason", list(motion_jog.JogReason))
+def test_every_reason_of_a_jogger_has_its_number_on_the_wire(reason: motion_jog.JogReason) -> None:
+    state = State.__new__(State)
+    rows = SimpleNamespace(step=SimpleNamespace(scale=0.5, cause=JogCause(reason, 1.0, 0.5, 2)))
+    state_report._tell_jog(state, cast(JogRows, rows))
+    assert state.jog_reason is JogReason[reason.name]
+    assert (state.jog_scale, state.jog_joint) == (0.5, 2)

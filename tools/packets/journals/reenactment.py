@@ -65,17 +65,13 @@ class Prompter(Journal):
     def __init__(self, header: Header) -> None:
         """Make a prompter for one journal."""
         super().__init__(clock=lambda: self._time)
+        self.is_kept = True  # what was noted then must be compared now
         self._start = self._time = self.now = header.now
         self._happening: Happening | None = None
         self._awaits_event = False
         self._effects: deque[Effect] = deque()
         self.frames = 0
         self.bytes_out = 0
-
-    @property
-    def is_kept(self) -> bool:
-        """True: what was noted then must be compared now."""
-        return True
 
     @contextmanager
     def prompting(self, happening: Happening) -> Iterator[None]:
