@@ -15,6 +15,7 @@ from .world.cell_surroundings import CellSurroundings
 
 # Each report of each robot comes by here, and members of an enumeration are slow to look up.
 _REPLY, _REQUEST = CommType.REPLY, CommType.REQUEST
+_NO_MESSAGE = (Unasked, Malformed)
 _MOTION, _STATE = ControllerPath.MOTION, ControllerPath.STATE
 
 
@@ -36,20 +37,16 @@ def heard(
         pending: replies that the connection still owes us.
         now: monotonic time, ns.
     """
+    if isinstance(received, _NO_MESSAGE):
+        return _misheard(cell, path, received, now)
     is_motion = path is _MOTION
-    match received:
-        case Unasked():
-            problem = "the controller answered although nothing was asked"
-            return cell.misanswered(problem, now) if is_motion else []
-        case Malformed():
-            is_answer = is_motion and received.comm_type == _REPLY
-            return cell.misanswered(str(received.error), now) if is_answer else []
-    if received.comm_type == _REPLY:
+    kind = received.comm_type
+    if kind == _REPLY:
         if is_motion:
             return cell.answered(received, pending, now)
         asked = around if path is _STATE else None
         return [] if asked is None else asked.answered(received, now)
-    if received.comm_type == _REQUEST:
+    if kind == _REQUEST:
         # But for a ping a controller has nothing to ask of us; an answer is still owed.
         is_ping = isinstance(received, Ping)
         return [Answer(path, accepted(received) if is_ping else refused(received))]
@@ -57,3 +54,14 @@ def heard(
         return []
     out = cell.reported(received, now)
     return out if around is None else out + around.reported(now)
+
+
+def _misheard(
+    cell: RobotCell, path: ControllerPath, received: Unasked | Malformed, now: int
+) -> list[Outgoing]:
+    """Take what is no message: an answer that nobody asked for, or one that cannot be read."""
+    if path is not _MOTION:
+        return []
+    if isinstance(received, Unasked):
+        return cell.misanswered("the controller answered although nothing was asked", now)
+    return cell.misanswered(str(received.error), now) if received.comm_type == _REPLY else []

@@ -201,8 +201,10 @@ class ServerCore:
         """
         if self.fault is not None:
             return []
+        if now < self._ticks.late_from:
+            return heard(self.cell, self.surroundings, path, received, pending, now)
         # First of all: its answer must not call forth the set-points of the time that was lost.
-        out = [] if now < self._ticks.late_from else self._after_a_freeze(now)
+        out = self._after_a_freeze(now)
         return out + heard(self.cell, self.surroundings, path, received, pending, now)
 
     def controller_fault(self, path: ControllerPath, problem: str, now: int) -> list[Outgoing]:
@@ -220,7 +222,10 @@ class ServerCore:
         self._trail.watch(now)
         if self.surroundings is not None:
             out += self.surroundings.tick(now)
-        return out + self.cell.tick(now) + self.ros.tick(now) + self.pendants.tick(now)
+        out += self.cell.tick(now)
+        out += self.ros.tick(now)
+        out += self.pendants.tick(now)
+        return out
 
     def _after_a_freeze(self, now: int) -> list[Outgoing]:
         """Latch a stop where the event loop stood still during a motion; the watchdog sent one."""

@@ -8,6 +8,7 @@ are those of ISO 10218-1 because pendants have taught them to their users.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -27,7 +28,18 @@ RECOVERY_SPEED = 0.1
 LEAST_OVERRIDE = 0.001
 """Least speed override above 0: a slower motion looks like none, and would hardly ever end."""
 
-_HELD = EnablingPosition.HELD
+_GREATEST_CAPS: dict[OperatingMode, float | None] = {
+    OperatingMode.MANUAL_REDUCED: REDUCED_SPEED,
+    OperatingMode.MANUAL_HIGH: math.inf,
+    OperatingMode.RECOVERY: RECOVERY_SPEED,
+    OperatingMode.AUTOMATIC: None,
+}
+"""What a cap of the tool speed is held to [m/s]; None where the mode sets none."""
+
+# Asked for each tick of each robot, and members of an enumeration are slow to look up.
+_HELD, _RELEASED = EnablingPosition.HELD, EnablingPosition.RELEASED
+_PANIC = EnablingPosition.PANIC
+_POSITIONS = {position.value: position for position in EnablingPosition}
 
 _MIRRORED = {
     ControllerMode.MANUAL: OperatingMode.MANUAL_REDUCED,
@@ -91,14 +103,8 @@ class OperatingModes:
 
     def tool_speed_cap(self, controller: ControllerMode) -> float | None:
         """Return the largest speed of tool and elbow [m/s]; None where the mode sets none."""
-        match self.mode(controller):
-            case OperatingMode.MANUAL_REDUCED:
-                return min(self._cap, REDUCED_SPEED)
-            case OperatingMode.MANUAL_HIGH:
-                return self._cap
-            case OperatingMode.RECOVERY:
-                return min(self._cap, RECOVERY_SPEED)
-        return None
+        greatest = _GREATEST_CAPS[self.mode(controller)]
+        return None if greatest is None else min(self._cap, greatest)
 
     def set_mode(self, mode: int) -> Refusal | OperatingMode:
         """Turn the selector; whoever enabled must let go and press again.
@@ -152,21 +158,20 @@ class OperatingModes:
 
     def enable(self, session: int, position: int, now: int) -> None:
         """Take note of the position of a connection's enabling device."""
-        device = self._devices.setdefault(session, _Device())
-        match position:
-            case EnablingPosition.RELEASED:
-                device.armed = True
-            case EnablingPosition.HELD:
-                # Silence while it was pressed was a release that nobody saw; a beat after it is
-                # no new press.
-                was_pressed = device.position is not EnablingPosition.RELEASED
-                if was_pressed and self._is_silent(device, now):
-                    device.armed = False
-            case _:
-                # Pressed through; a position that nobody knows enables nothing either.
-                device.armed = False
-                position = EnablingPosition.PANIC
-        device.position = EnablingPosition(position)
+        device = self._devices.get(session)
+        if device is None:
+            device = self._devices[session] = _Device()
+        # A position that nobody knows enables nothing either.
+        told = _POSITIONS.get(position, _PANIC)
+        if told is _RELEASED:
+            device.armed = True
+        elif told is _PANIC:
+            device.armed = False
+        elif device.position is not _RELEASED and self._is_silent(device, now):
+            # Silence while it was pressed was a release that nobody saw; a beat after it is no new
+            # press.
+            device.armed = False
+        device.position = told
         device.heard = now
 
     def disarm(self) -> None:
@@ -184,9 +189,7 @@ class OperatingModes:
     def enabling(self, session: int, now: int) -> EnablingPosition:
         """Return the position that a connection's device counts as; silence is a release."""
         device = self._devices.get(session)
-        if device is None or self._is_silent(device, now):
-            return EnablingPosition.RELEASED
-        return device.position
+        return _RELEASED if device is None or self._is_silent(device, now) else device.position
 
     def is_enabled(self, session: int, now: int) -> bool:
         """Tell whether a connection holds its device half pressed, pressed anew since a stop."""

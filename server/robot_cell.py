@@ -27,6 +27,8 @@ from .readiness import examine, examine_cell, held_by, permission
 from .refusal import Refusal
 from .settings import CellSettings
 
+_IDLE, _LINK_UP = Activity.IDLE, LinkState.UP  # asked for each tick, and slow to look up
+
 SERVER = Holder(0, "the server")
 """Who did it, where the server did it by itself."""
 
@@ -82,7 +84,7 @@ class RobotCell:
     def activity(self) -> Activity:
         """What the cell is doing; a program that is paused between its motions pauses the cell."""
         activity = self._driving.activity
-        if activity is Activity.IDLE and self.program is not None and self.program.is_paused:
+        if activity is _IDLE and self.program is not None and self.program.is_paused:
             return Activity.PAUSED
         return activity
 
@@ -100,7 +102,7 @@ class RobotCell:
         """Return the state of the controller connection."""
         if not self._driving.is_linked:
             return LinkState.DOWN
-        return LinkState.UP if self.feedback.is_fresh(now) else LinkState.STALE
+        return _LINK_UP if self.feedback.is_fresh(now) else LinkState.STALE
 
     def obstacle(self, now: int) -> Refusal | None:
         """Return the first condition that keeps any motion from starting, whoever asks."""
@@ -260,13 +262,12 @@ class RobotCell:
 
     def tick(self, now: int) -> list[Outgoing]:
         """Advance by one control tick: deadlines, due set-points, arrival."""
-        expired = self.authority.expire(now)
-        out = [] if expired is None else self.authority_gone(expired, now)
+        out = self.authority_gone(self.authority.expire(now), now)
         out += self._driving.settle(now)
         work = self._driving.work
         if work is not None and self._has_lost_enabling(work, now):
             return out + self.end(Refusal(VerdictCode.ENABLING_LOST), now)
-        return out + self._driving.advance(now)
+        return out if work is None else out + self._driving.advance(now)
 
     def _has_lost_enabling(self, work: Work, now: int) -> bool:
         if self.modes.is_enabled(work.request.session, now):

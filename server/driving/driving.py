@@ -30,10 +30,11 @@ from .work import Work
 
 _STOPPING_NS = 5_000_000_000
 _STOP_REPEAT_NS = 100_000_000
-
 _MOST_AT_ONCE = 2  # points on one event, where several may: what is late is caught up in steps
 _LONGEST_SHIVER = 1.0
 """A pause whose set-points have stood so long is at rest whatever the reports say [s]."""
+
+_IDLE, _JOGGING, _ARRIVED = Activity.IDLE, Activity.JOGGING, Phase.ARRIVED  # slow to look up
 
 Listener = Callable[[News, int], list[Outgoing]]
 OnFault = Callable[[Refusal, int], list[Outgoing]]
@@ -86,11 +87,11 @@ class Driving:
             return Activity.STOPPING
         work = self.work
         if work is None:
-            return Activity.IDLE
+            return _IDLE
         if work.execution is None:
             return Activity.PLANNING
         if work.jog is not None:
-            return Activity.JOGGING
+            return _JOGGING
         if work.stored is None or not work.stored.is_paused:
             return Activity.MOVING
         return Activity.PAUSED if self._has_paused(work.stored) else Activity.PAUSING
@@ -184,13 +185,12 @@ class Driving:
 
     def _send_next(self, execution: Execution, now: int) -> list[Outgoing]:
         out: list[Outgoing] = []
-        for _ in range(_MOST_AT_ONCE):
-            point = execution.next_point(now)
-            if point is None:
-                break
+        while (point := execution.next_point(now)) is not None:
             if isinstance(point, Refusal):
                 return out + self._abort(point, now)
             out.append(Forward(point))
+            if self._uplink.is_full or len(out) == _MOST_AT_ONCE:
+                break
         return out
 
     def misanswered(self, problem: str, now: int) -> list[Outgoing]:
@@ -273,7 +273,7 @@ class Driving:
         refusal = execution.advance(self._feedback, now)
         if refusal is not None:
             return self._abort(refusal, now)
-        if execution.phase is Phase.ARRIVED:
+        if execution.phase is _ARRIVED:
             self.work = None
             return self._tell(self._ended(work, None, now), now)
         return self._send_next(execution, now)
@@ -281,6 +281,8 @@ class Driving:
     def settle(self, now: int) -> list[Outgoing]:
         """Leave STOPPING once the robot is seen at rest; repeat the stop until then."""
         since = self._stopping_since
+        if since is None and self._uplink.stop_deadline is None:
+            return []
         out: list[Outgoing] = []
         if self._uplink.stop_overdue(now):
             out.append(DropLink("a STOP was not answered"))

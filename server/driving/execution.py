@@ -12,13 +12,13 @@ from dataclasses import replace
 from enum import Enum
 
 from openpendant.motion.limits import JointLimits
-from openpendant.motion.trajectory import Trajectory
+from openpendant.motion.trajectory import Row, Trajectory
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from ..settings import ControllerLink
-from ..uplinks.generic import GenericUplink, SetPoint
+from ..uplinks.generic import GenericUplink
 from .controller_errors import error_text
 from .departure import DepartureCheck
 from .feedback import Feedback
@@ -33,6 +33,14 @@ START_TOLERANCE = 0.01
 
 _SETTLING_NS = 2_000_000_000
 
+_HALF_TICK_NS = 5_000_000
+"""A second point leaves in a tick only where it is due by so much.
+
+Where the robot is, is known no better than its reports are regular. Without this, points that are
+due about when a tick comes would leave in pairs in every other tick, and what begins with the next
+point, such as the ramp of a key that nobody holds any more, would begin a tick late.
+"""
+
 
 class Phase(Enum):
     """How far a motion has come."""
@@ -40,6 +48,10 @@ class Phase(Enum):
     SENDING = "points are being sent"
     SETTLING = "all points are sent, the robot has not come to rest at the goal yet"
     ARRIVED = "the robot stands at the goal"
+
+
+# Each tick of each robot asks for them, and members of an enumeration are slow to look up.
+_SENDING, _SETTLING, _ARRIVED = Phase
 
 
 class Execution:
@@ -76,7 +88,7 @@ class Execution:
             start: (n,) where a jog begins, which may be beyond a limit; None for all else.
         """
         self.rows = rows
-        self.phase = Phase.SENDING
+        self.phase = _SENDING
         self.started = now
         self._uplink = uplink
         self._lead = round((link.lead if lead is None else lead) * 1e9)
@@ -84,8 +96,8 @@ class Execution:
         self._following = Following(now)
         self._known_error = known_error
         self._sent = 0
-        # Until when the points before the last one keep the robot moving as planned [s].
-        self._stock = math.inf
+        self._is_turn = True  # no point has left since the last tick
+        self._before: Row | None = None  # the point before the last one
 
     def next_point(self, now: int) -> Message | Refusal | None:
         """Return the next set-point where one is due and the link has room for it.
@@ -93,23 +105,26 @@ class Execution:
         Returns:
             The message; None where none is due; a refusal where it failed the last look.
         """
-        due = None if self._uplink.is_full else self.rows.next_time
+        rows, following = self.rows, self._following
+        due = None if self._uplink.is_full else rows.next_time
         if due is None:
             return None
-        if self.phase is Phase.SETTLING:
+        if self.phase is _SETTLING:
             # A new press after all had left: the pause between must not be caught up with.
-            self.phase = Phase.SENDING
-            self._following.go_on(due, now)
-        if round(due * 1e9) > now - self._following.base + self._lead:
+            self.phase = _SENDING
+            following.go_on(due, now)
+        lead = self._lead if self._is_turn else self._lead - _HALF_TICK_NS
+        if round(due * 1e9) > now - following.base + lead:
             return None
-        last = self.rows.last
-        self._stock = last.time if any(last.velocity) else math.inf
-        row = self.rows.take()
+        self._is_turn = False
+        last = rows.last
+        row = rows.take()
         refusal = self._departure.check(row)
         if refusal is not None:
             return refusal
-        point = self._uplink.point(SetPoint(self._sent, row, row.time - last.time), now)
-        self._following.sent(row)
+        point = self._uplink.point(self._sent, row, row.time - last.time, now)
+        following.sent(row)
+        self._before = last
         self._sent += 1
         return point
 
@@ -119,6 +134,7 @@ class Execution:
         Returns:
             Why the motion must end, None while all is well; `phase` tells whether it arrived.
         """
+        self._is_turn = True
         overdue = self._uplink.overdue(now)
         if overdue is not None:
             return overdue
@@ -134,11 +150,10 @@ class Execution:
         if self.rows.next_time is None and not self._uplink.awaiting:
             return self._settle(feedback, now)
         self._following.update(feedback)
-        if self._following.lag > LONGEST_LAG:
-            text = f"the robot is {self._following.lag:.2f} s behind the points that it was sent"
-            return Refusal(
-                VerdictCode.NOT_FOLLOWING, text, value=self._following.lag, limit=LONGEST_LAG
-            )
+        lag = self._following.lag
+        if lag > LONGEST_LAG:
+            text = f"the robot is {lag:.2f} s behind the points that it was sent"
+            return Refusal(VerdictCode.NOT_FOLLOWING, text, value=lag, limit=LONGEST_LAG)
         return None
 
     def _new_error(self, feedback: Feedback) -> str:
@@ -165,8 +180,14 @@ class Execution:
             return refusal
         return replace(refusal, text=refusal.text + known)
 
+    @property
+    def _stock(self) -> float:
+        """Until when the points before the last one keep the robot moving as planned [s]."""
+        before = self._before
+        return math.inf if before is None or not any(before.velocity) else before.time
+
     def _settle(self, feedback: Feedback, now: int) -> Refusal | None:
-        self.phase = Phase.SETTLING
+        self.phase = _SETTLING
         end = self._following.base + round(self.rows.last.time * 1e9)
         final = self.rows.last.position
         # A report from before the end of the motion says nothing about its end.
@@ -174,7 +195,7 @@ class Execution:
             return None
         gaps = [abs(at - goal) for at, goal in zip(feedback.position, final, strict=True)]
         if max(gaps) <= ARRIVAL_TOLERANCE and feedback.is_standing:
-            self.phase = Phase.ARRIVED
+            self.phase = _ARRIVED
             return None
         if now < end + _SETTLING_NS:
             return None

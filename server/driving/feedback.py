@@ -92,11 +92,11 @@ class Feedback:
         self, positions: tuple[float, ...], velocities: tuple[float, ...] | None, now: int
     ) -> None:
         position = positions[: self._dof]
-        if not _sound(position):
+        if not _are_within(position, LARGEST_VALUE):
             self.broken = True
             return
         velocity = None if velocities is None else velocities[: self._dof]
-        if velocity is not None and _sound(velocity):
+        if velocity is not None and _are_within(velocity, LARGEST_VALUE):
             self.velocity = velocity
             self.velocity_known = True
         elif self.position is not None and now > self.received:
@@ -108,7 +108,7 @@ class Feedback:
         self.broken = False
         self.position = position
         self.received = now
-        if not self._still_at or _way(position, self._still_at) > _STILL_WAY:
+        if not self._still_at or _is_beyond(_STILL_WAY, position, self._still_at):
             self._still_at, self._still_since = position, now
 
     def forget(self) -> None:
@@ -160,12 +160,12 @@ class Feedback:
 
     @property
     def _has_resting_speeds(self) -> bool:
-        return self.velocity_known and all(abs(speed) <= STANDING_SPEED for speed in self.velocity)
+        return self.velocity_known and _are_within(self.velocity, STANDING_SPEED)
 
     def _has_kept_still(self, since: int) -> bool:
         if self.received - max(self._still_since, since) < _STILL_NS or not self.velocity_known:
             return False
-        return all(abs(speed) <= _NOISE_SPEED for speed in self.velocity)
+        return _are_within(self.velocity, _NOISE_SPEED)
 
     @property
     def complaint(self) -> str:
@@ -205,15 +205,20 @@ class Feedback:
         return ""
 
 
-def _sound(values: tuple[float, ...]) -> bool:
-    """Tell whether all values are such as a joint can have; what is not a number is not."""
-    if math.hypot(*values) <= LARGEST_VALUE:
+def _are_within(values: tuple[float, ...], most: float) -> bool:
+    """Tell whether no value is beyond ± that; what is not a number is."""
+    if math.hypot(*values) <= most:
         # Their length is no less than the greatest, so that this tells nearly always, and quickly.
         return True
     # `max` may pass over what is not a number; a sum does not.
-    return max(map(abs, values)) <= LARGEST_VALUE and not math.isnan(sum(values))
+    return max(map(abs, values)) <= most and not math.isnan(sum(values))
 
 
-def _way(one: tuple[float, ...], other: tuple[float, ...]) -> float:
-    way: float = max(map(abs, map(sub, one, other)))
-    return way
+def _is_beyond(way: float, one: tuple[float, ...], other: tuple[float, ...]) -> bool:
+    """Tell whether any joint is farther than a way from where it was."""
+    apart = math.dist(one, other)
+    # Between them lies the greatest of the joints' ways, so that one of both tells nearly always.
+    if apart <= way or apart > way * math.sqrt(len(one)):
+        return apart > way
+    farthest: float = max(map(abs, map(sub, one, other)))
+    return farthest > way

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from itertools import repeat
 from operator import sub
 
 from openpendant.motion.trajectory import Row
@@ -36,11 +37,14 @@ class Following:
         """Assume that the robot starts at once, until its reports say otherwise."""
         self.base = started
         self._started = started
-        self._sent: deque[Row] = deque()
+        # Of the samples that left, from the one that was nearest to the last report on.
+        self._times: deque[int] = deque()  # ns
+        self._places: deque[tuple[float, ...]] = deque()
 
     def sent(self, row: Row) -> None:
         """Note a sample that left."""
-        self._sent.append(row)
+        self._times.append(round(row.time * 1e9))
+        self._places.append(tuple(row.position))
 
     @property
     def lag(self) -> float:
@@ -60,36 +64,46 @@ class Following:
         must not look like a robot that stands still.
         """
         position = feedback.position
-        if position is None or not self._sent or feedback.received < self._started:
+        times, places = self._times, self._places
+        if position is None or not times or feedback.received < self._started:
             return
         for _ in range(self._place_of(position)):
-            self._sent.popleft()
-        robot_time = self._sent[0].time
-        if len(self._sent) == 1:
+            times.popleft()
+            places.popleft()
+        base = feedback.received - times[0]
+        if len(times) == 1 and base > self.base:
             # It has reached all that was sent; how far beyond that it would be, nobody can see.
-            self.base = min(self.base, feedback.received - round(robot_time * 1e9))
-            self.base = max(self.base, self._started)
-            return
-        self.base = max(feedback.received - round(robot_time * 1e9), self._started)
+            base = self.base
+        self.base = max(base, self._started)
 
     def _place_of(self, position: tuple[float, ...]) -> int:
         """Return the number of the last sample that is nearly as near to a report as the nearest.
 
         The gap of a sample is that of the joint which is farthest away.
         """
-        near = math.inf
-        places: list[tuple[float, int]] = []
-        # Most samples are far: their distance, much sooner found than the gap, tells that the gap,
-        # which is no less than a certain share of it, is too great.
+        # Distances are sooner found than gaps, and tell most often: a gap is no greater than its
+        # distance, and no less than a certain share of it. So is the least gap of the least.
+        places = self._places
+        distances = list(map(math.dist, places, repeat(position)))
         share = _SURELY / math.sqrt(len(position))
-        for place, row in enumerate(self._sent):
-            if share * math.dist(row.position, position) > near:
+        least = min(distances)
+        surely_near, surely_far = share * least + SAME_PLACE, least + SAME_PLACE
+        for place in range(len(distances) - 1, -1, -1):
+            distance = distances[place]
+            if share * distance > surely_far:
                 continue
-            gap = max(map(abs, map(sub, row.position, position)))
-            if gap <= near:
-                places.append((gap, place))
-                if gap + SAME_PLACE < near:
-                    near = gap + SAME_PLACE
-        while places[-1][0] > near:
-            places.pop()
-        return places[-1][1]
+            if distance <= surely_near:
+                return place
+            gap = _gap(places[place], position)
+            if gap <= surely_near:
+                return place
+            if gap <= surely_far:
+                break
+        gaps = [_gap(sample, position) for sample in places]
+        near = min(gaps) + SAME_PLACE
+        return max(place for place, gap in enumerate(gaps) if gap <= near)
+
+
+def _gap(one: tuple[float, ...], other: tuple[float, ...]) -> float:
+    gap: float = max(map(abs, map(sub, one, other)))
+    return gap

@@ -63,7 +63,7 @@ class JogRows:
             return self.last
         step = self._jogger.step(JOG_PERIOD)
         self.step = step
-        self.last = Row(time, list(step.position), list(step.velocity), list(step.acceleration))
+        self.last = Row(time, step.position, step.velocity, step.acceleration)
         return self.last
 
     def way_back(self) -> tuple[tuple[float, ...], ...]:

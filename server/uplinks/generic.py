@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from openpendant.motion.trajectory import Row
 from openpendant.simplemsg import (
@@ -37,26 +36,18 @@ DEFAULT_SPEED_RATIO = 0.1
 _NO_JOINTS = joint_array(())
 
 
-class SetPoint(NamedTuple):
-    """One certified sample of a trajectory.
-
-    Attributes:
-        number: its number in the trajectory, from 0.
-        row: its time from the start of the trajectory and its values.
-        step: time since the sample before it [s]; 0 for the first.
-    """
-
-    number: int
-    row: Row
-    step: float
-
+_ALL_FIELDS, _SUCCESS = ValidField.ALL, ReplyCode.SUCCESS
 
 _STOP_DEADLINE_NS = 2_000_000_000
 """A STOP may be answered as late as the robot stands; after this nobody is there."""
 
 
 class GenericUplink:
-    """Writes set-points and reads answers of a generic controller."""
+    """Writes set-points and reads answers of a generic controller.
+
+    Attributes:
+        stop_deadline: until when a STOP is to be answered [ns]; None where none is.
+    """
 
     def __init__(self, link: ControllerLink, velocity_limits: Sequence[float]) -> None:
         """Make an uplink with nothing under way.
@@ -68,6 +59,7 @@ class GenericUplink:
         self._full = link.points == "full"
         self._deadline_ns = round(link.reply_deadline * 1e9)
         self._velocity_limits = tuple(velocity_limits)
+        self._padding = _NO_JOINTS[len(self._velocity_limits) :]
         self._reply_types = (
             {MsgType.JOINT_TRAJ_PT_FULL}
             if self._full
@@ -75,7 +67,7 @@ class GenericUplink:
         )
         self._most_unanswered = link.points_in_flight
         self._deadlines: deque[int] = deque()  # of the answers to points, the oldest first
-        self._stop_deadline: int | None = None
+        self.stop_deadline: int | None = None
 
     @property
     def awaiting(self) -> bool:
@@ -87,19 +79,27 @@ class GenericUplink:
         """Whether the next point has to wait for an answer."""
         return len(self._deadlines) >= self._most_unanswered
 
-    def point(self, set_point: SetPoint, now: int) -> Message:
-        """Return the message for a set-point, and expect its answer."""
+    def point(self, number: int, row: Row, step: float, now: int) -> Message:
+        """Return the message for a set-point, and expect its answer.
+
+        Args:
+            number: its number in the trajectory, from 0.
+            row: its time from the start of the trajectory and its values.
+            step: time since the set-point before it [s]; 0 for the first.
+            now: monotonic time, ns.
+        """
         self._deadlines.append(now + self._deadline_ns)
-        number, row, step = set_point
         if self._full:
+            padding = self._padding
+            # By their order, which is that of the frame: by names they take twice as long.
             return JointTrajPtFull(
-                robot_id=0,
-                sequence=number,
-                valid_fields=ValidField.ALL,
-                time=row.time,
-                positions=joint_array(row.position),
-                velocities=joint_array(row.velocity),
-                accelerations=joint_array(row.acceleration),
+                0,
+                number,
+                _ALL_FIELDS,
+                row.time,
+                (*row.position, *padding),
+                (*row.velocity, *padding),
+                (*row.acceleration, *padding),
             )
         ratio = max(
             abs(speed) / limit
@@ -120,8 +120,8 @@ class GenericUplink:
             is_sent: the motion link is up, so that an answer is to be expected there.
         """
         self._deadlines.clear()
-        if is_sent and self._stop_deadline is None:
-            self._stop_deadline = now + _STOP_DEADLINE_NS
+        if is_sent and self.stop_deadline is None:
+            self.stop_deadline = now + _STOP_DEADLINE_NS
         return JointTrajPt(
             sequence=SpecialSequence.STOP, joints=_NO_JOINTS, velocity=0.0, duration=0.0
         )
@@ -139,7 +139,7 @@ class GenericUplink:
         outstanding = len(self._deadlines)
         if pending <= outstanding:
             # Nothing that was sent before the points that count is owed any more.
-            self._stop_deadline = None
+            self.stop_deadline = None
         if pending >= outstanding:
             # Answers come in order: while that many more are owed, this one belongs to what was
             # sent before the points that count.
@@ -151,7 +151,7 @@ class GenericUplink:
                 VerdictCode.CONTROLLER_MISMATCH,
                 f"the controller answered a point with a message of type {number}",
             )
-        if reply.reply_code != ReplyCode.SUCCESS:
+        if reply.reply_code != _SUCCESS:
             return Refusal(
                 VerdictCode.CONTROLLER_REFUSED,
                 f"the controller answered a point with reply code {int(reply.reply_code)}",
@@ -170,12 +170,12 @@ class GenericUplink:
 
     def stop_overdue(self, now: int) -> bool:
         """Tell, once, whether a STOP was not answered: then the link is dead, or the peer is."""
-        if self._stop_deadline is None or now < self._stop_deadline:
+        if self.stop_deadline is None or now < self.stop_deadline:
             return False
-        self._stop_deadline = None
+        self.stop_deadline = None
         return True
 
     def lost(self) -> None:
         """Forget what was under way, because the motion link is gone."""
         self._deadlines.clear()
-        self._stop_deadline = None
+        self.stop_deadline = None

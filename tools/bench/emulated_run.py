@@ -13,7 +13,7 @@ from openpendant.controller_emulator.controller import Controller
 from openpendant.controller_emulator.settings import EmulatorSettings
 from openpendant.motion.trajectory import Array, Trajectory
 from openpendant.server.settings import ControllerLink
-from openpendant.server.uplinks.generic import GenericUplink, SetPoint
+from openpendant.server.uplinks.generic import GenericUplink
 from openpendant.simplemsg import Message, ReplyCode, codec_for
 
 SAMPLE = 1_000_000
@@ -54,10 +54,11 @@ def emulated_run(robot: str, trajectory: Trajectory, phase: int = 0) -> Array:
 
 def _points(trajectory: Trajectory) -> list[Message]:
     """Return the set-points as they arrive."""
-    uplink, codec = GenericUplink(ControllerLink(), ()), codec_for()
+    uplink = GenericUplink(ControllerLink(), np.abs(trajectory.velocity).max(axis=0).tolist())
+    codec = codec_for()
     points = []
     for index in range(len(trajectory)):
-        point = uplink.point(SetPoint(index, trajectory.row(index), 0.0), 0)
+        point = uplink.point(index, trajectory.row(index), 0.0, 0)
         points.append(codec.decode(codec.encode(point)))
     return points
 

@@ -64,9 +64,13 @@ class Player:
     def phase(self) -> Phase:
         return self.execution.phase
 
-    def send_all(self) -> None:
-        while self.next(END) is not None:
+    def send_all(self, now: int = END) -> int:
+        """Send what is due, each point answered at once; return how many points left."""
+        count = 0
+        while self.next(now) is not None:
             self.answer()
+            count += 1
+        return count
 
 
 @pytest.fixture
@@ -89,12 +93,19 @@ def test_each_sample_leaves_once_and_in_order_and_never_ahead_of_the_lead(player
     )
 
 
-def test_a_sample_is_due_exactly_when_the_lead_reaches_it(player: Player) -> None:
-    for _ in range(10):
-        assert player.next(0) is not None
+def test_the_sample_of_a_tick_is_due_exactly_when_the_lead_reaches_it(player: Player) -> None:
+    player.send_all(0)
+    for at, is_due in ((0, True), (10 * MS - 1, False), (10 * MS, True)):
+        assert player.advance(at) is None
+        assert (player.next(at) is not None) is is_due
         player.answer()
-    assert player.next(10 * MS - 1) is None
-    assert player.next(10 * MS) is not None
+
+
+def test_a_second_sample_in_a_tick_must_be_due_by_half_a_tick(player: Player) -> None:
+    player.send_all(0)
+    for at, count in ((15 * MS - 1, 1), (35 * MS - 1, 2), (45 * MS, 2)):
+        assert player.advance(at) is None
+        assert player.send_all(at) == count
 
 
 def test_one_request_is_under_way_at_a_time(player: Player) -> None:

@@ -72,11 +72,13 @@ def test_where_several_samples_fit_the_latest_counts() -> None:
     assert following.lag == 0
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", range(80))
 def test_the_place_is_the_last_sample_nearly_as_near_as_the_nearest(seed: int) -> None:
     """Whatever the way: slow, fast, there and back, with one joint or with all."""
     chance = Random(seed)
     speeds = [chance.choice((0.0, 1e-4, 1e-3, 1e-2)) for _ in range(6)]
+    if seed % 4 == 0:
+        speeds = [speeds[0]] * 6
     rows, at = [], [0.0] * 6
     for index in range(20):
         rows.append(Row(0.01 * (index + 1), at, speeds, speeds))

@@ -38,3 +38,18 @@ def test_memory_is_bounded_and_the_latest_way_stays_whole() -> None:
         trace.add((0.01 * step, 0.01 * (step % 2), 0.0))
     assert len(trace.points) <= 100
     assert trace.points[-1] == (0.01 * 9_999, 0.01, 0.0)
+
+
+def test_no_place_is_farther_from_what_is_kept_than_the_tolerance() -> None:
+    # Slowly to the side, so that what is told of all dropped places at once adds up and is redone.
+    trace = ToolTrace(tolerance=1e-3)
+    places = [(0.004 * n, 0.02 * math.sin(0.03 * n), 1e-4 * (n % 3)) for n in range(400)]
+    for place in places:
+        trace.add(place)
+    assert 2 < len(trace.points) < 60
+    pieces = list(zip(trace.points, trace.points[1:], strict=False))
+    for x, y, z in places:
+        begin, end = next(piece for piece in pieces if x <= piece[1][0])
+        share = (x - begin[0]) / (end[0] - begin[0])
+        beside = [a + share * (b - a) for a, b in zip(begin, end, strict=True)]
+        assert math.dist((x, y, z), beside) <= 1.01e-3
