@@ -2,7 +2,7 @@
 
 Owns the collision model: the shapes of the robot file and of a scene on the pinocchio model, the
 pairs that are checked, and how far each pair can approach per unit of joint travel. Beside
-`kinematics` the only module that imports pinocchio. Joint vectors are controller-side driven joints
+`kinematics` the only module that asks pinocchio. Joint vectors are controller-side driven joints
 in file order; distances and points are in m, in the base frame.
 
 Checked are all pairs of bodies but these: links of one joint or of consecutive ones, the first and

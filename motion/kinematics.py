@@ -1,8 +1,8 @@
 """Forward kinematics and Jacobians of a serial robot.
 
-Owns the pinocchio model. Joint vectors come in as the controller has them; what the model's own are
-is told by `model_map`. Only `collision` imports pinocchio besides; no pinocchio type goes to any
-other module.
+Owns the use of the pinocchio model, which `serial_model` builds. Joint vectors come in as the
+controller has them; what the model's own are is told by `model_map`. Only `collision` uses
+pinocchio besides; no pinocchio type goes to any other module.
 
 Frames: `base` is the controller's own base frame of the robot file, `root` the chain's root link.
 """
@@ -22,7 +22,7 @@ from .limits import JointLimits
 from .model_map import model_map, turning_joints
 from .pose import Pose
 from .robot import SerialRobot
-from .robot_schema import Joint, Placement
+from .serial_model import base_in_root, serial_model
 from .tool_curves import Places
 
 Array: TypeAlias = NDArray[np.float64]
@@ -85,9 +85,9 @@ class Kinematics:
         self._has_offset = bool(self._offset.any())
         self.is_direct = np.array_equal(self._gain, np.eye(self.dof)) and not self._has_offset
         self.turning = turning_joints(robot, self._gain)
-        self._base = _base_in_root(robot)
+        self._base = base_in_root(robot)
         # The model's world is the base frame, so that the common case needs no change of frame.
-        self._model = _model(robot, self._base.inverse())
+        self._model = serial_model(robot, self._base.inverse())
         self._data = self._model.createData()
         self._tool: int = self._model.getFrameId(robot.tool_link)
         self._motion_axes = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
@@ -317,38 +317,3 @@ def _arm_size(robot: SerialRobot) -> float:
 def _read_only(array: Array) -> Array:
     array.flags.writeable = False
     return array
-
-
-def _placement(placement: Placement) -> Any:
-    rotation = pin.rpy.rpyToMatrix(*placement.rpy)
-    return pin.SE3(rotation, np.array(placement.xyz))
-
-
-def _base_in_root(robot: SerialRobot) -> Any:
-    placement = pin.SE3.Identity()
-    for joint in robot.joints:
-        if robot.base_frame.parent == joint.parent:
-            break
-        placement = placement * _placement(joint.origin)
-    return placement * _placement(robot.base_frame)
-
-
-def _model(robot: SerialRobot, root: Any) -> Any:
-    model = pin.Model()
-    joint_id, placement = 0, root
-    model.addFrame(pin.Frame(robot.root_link, 0, 0, placement, pin.FrameType.BODY))
-    for joint in robot.joints:
-        placement = placement * _placement(joint.origin)
-        if isinstance(joint, Joint):
-            joint_id = model.addJoint(joint_id, _joint_model(joint), placement, joint.name)
-            placement = pin.SE3.Identity()
-        model.addFrame(pin.Frame(joint.child, joint_id, 0, placement, pin.FrameType.BODY))
-    return model
-
-
-def _joint_model(joint: Joint) -> Any:
-    axis = np.array(joint.axis)
-    axis /= np.linalg.norm(axis)
-    if joint.prismatic:
-        return pin.JointModelPrismaticUnaligned(axis)
-    return pin.JointModelRevoluteUnaligned(axis)

@@ -41,7 +41,7 @@ PLAIN_DATA = {
 
 # Heavy libraries: the only files that may import them.
 HOMES = {
-    "pinocchio": {"motion/collision.py", "motion/kinematics.py"},
+    "pinocchio": {"motion/collision.py", "motion/kinematics.py", "motion/serial_model.py"},
     "coal": {"motion/collision_shapes.py"},
     "eigenpy": {"motion/cholesky.py"},
     "toppra": {"motion/toppra_solver.py"},
