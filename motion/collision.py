@@ -27,7 +27,7 @@ import pinocchio as pin
 from .collision_shapes import link_geometry, object_geometry
 from .errors import DuplicateObject, FrameUnknown, UnknownObject
 from .kinematics import Array, Kinematics
-from .model_map import model_map
+from .model_map import greatest_travel, model_map
 from .scene import Scene, SceneObject
 
 TOUCHING = 1e-6
@@ -106,6 +106,7 @@ class CollisionModel:
         for first, second in checked:
             self._geometry.addCollisionPair(pin.CollisionPair(first.geometry, second.geometry))
         self.pairs = tuple((first.name, second.name) for first, second in checked)
+        self._travel = greatest_travel(kinematics.robot)
         self.sweep: Array = np.array([self._sweep(*pair) for pair in checked])
         self.sweep = self.sweep.reshape(len(checked), self._model.njoints - 1)
         self._exact = pin.GeometryData(self._geometry)
@@ -286,7 +287,7 @@ class CollisionModel:
             row[joint - 1] = 1.0 if moving.prismatic else lever
             lever += float(np.linalg.norm(self._model.jointPlacements[joint].translation))
             if moving.prismatic:
-                lever += max(abs(moving.lower), abs(moving.upper))
+                lever += self._travel[joint - 1]
         return row
 
 

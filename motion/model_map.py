@@ -34,6 +34,19 @@ def model_map(robot: SerialRobot) -> tuple[Array, Array]:
     return gain, offset
 
 
+def greatest_travel(robot: SerialRobot) -> list[float]:
+    """Return the greatest distance of each moving joint from its zero, (m,) [rad or m].
+
+    While the driven joints are in their ranges: a dependent one goes where they take it, whatever
+    its own range in the robot file.
+    """
+    gain, offset = model_map(robot)
+    ends = np.stack((gain * robot.limits.lower, gain * robot.limits.upper))
+    least, most = (offset + side.sum(axis=1) for side in (ends.min(axis=0), ends.max(axis=0)))
+    travel: list[float] = np.maximum(np.abs(least), np.abs(most)).tolist()
+    return travel
+
+
 def turning_joints(robot: SerialRobot, gain: Array) -> NDArray[np.bool_]:
     """Return (n,) whether a full turn of the joint leaves the tool where it was, read-only.
 

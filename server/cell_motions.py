@@ -47,7 +47,7 @@ Recheck = Callable[[int, MotionKind, int], Refusal | None]
 """Returns why a session may not begin, at a time [ns], what was planned for it; None if it may."""
 
 FreeWay = Callable[[Sequence[float], Sequence[float]], bool]
-"""Tells, within a millisecond, whether a straight joint move between two positions, (n,) each,
+"""Tells, in about a millisecond, whether a straight joint move between two positions, (n,) each,
 surely touches nothing. A no says only that it must be looked at."""
 
 _MOST_SAMPLES = 6000

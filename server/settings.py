@@ -173,7 +173,7 @@ class Jog(Table):
     """Full jog speed of the tool, m/s."""
     rotation_speed: Annotated[float, Field(gt=0, le=6)] = 0.8
     """Full jog speed about an axis of a frame, rad/s."""
-    lead: Annotated[float, Field(ge=0.01, le=0.1)] = 0.05
+    lead: Annotated[float, Field(ge=0.02, le=0.1)] = 0.05
     """How far set-points of a jog are sent ahead of the robot, s."""
 
 

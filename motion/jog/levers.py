@@ -1,4 +1,4 @@
-"""How fast each joint can move a point of the arm, wherever the joints are.
+"""How fast each joint can move a point of the arm, wherever in their ranges the joints are.
 
 Owns that bound. Links being rigid, a turning joint moves the origin of a link beyond it by at most
 the lengths of what is between them, per radian; a slide by its own travel. So a look at a point's
@@ -12,12 +12,14 @@ import math
 import numpy as np
 
 from ..kinematics import Kinematics
-from ..model_map import model_map
+from ..model_map import greatest_travel, model_map
 from ..robot_schema import Joint
 
 
 def levers(kinematics: Kinematics, link: str) -> list[float]:
     """Return the greatest speed of a link's origin by the speed of each joint, (n,) [m/rad or 1].
+
+    Wherever the driven joints are in their ranges.
 
     Args:
         kinematics: the arm.
@@ -25,6 +27,7 @@ def levers(kinematics: Kinematics, link: str) -> list[float]:
     """
     robot = kinematics.robot
     gain, _ = model_map(robot)
+    travel = greatest_travel(robot)
     rows = np.zeros(len(gain))
     chain = robot.joints[: robot.links.index(link)]
     index = sum(isinstance(joint, Joint) for joint in chain)
@@ -34,7 +37,7 @@ def levers(kinematics: Kinematics, link: str) -> list[float]:
             index -= 1
             rows[index] = 1.0 if joint.prismatic else reach
             if joint.prismatic:
-                reach += max(abs(joint.lower), abs(joint.upper))
+                reach += travel[index]
         reach += math.hypot(*joint.origin.xyz)
     found: list[float] = (rows @ np.abs(gain)).tolist()
     return found

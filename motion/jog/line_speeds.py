@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..kinematics import Kinematics
-from ..model_map import model_map
+from ..model_map import greatest_travel, model_map
 from ..pose import Pose
 from ..robot_schema import Joint
 from ..tool_speed import elbow_link
@@ -54,6 +54,7 @@ class LinePoints:
             links.append((elbow, 0.0))
         self._links = links
         self._gain, _ = model_map(kinematics.robot)
+        self._travel = greatest_travel(kinematics.robot)
 
     def speeds(self, position: Sequence[float], rates: Sequence[float]) -> list[float]:
         """Return the speed of each point [m/s]."""
@@ -61,7 +62,10 @@ class LinePoints:
         return self._kinematics.point_speeds(*places, self._points)
 
     def bends(self, rates: Sequence[float]) -> list[float]:
-        """Return the greatest |w''| of each point, at any place [m/s³].
+        """Return what |w''| of each point is at most where its speed changes [m/s³].
+
+        Wherever the driven joints are in their ranges; 0 for a point whose speed is the same
+        everywhere.
 
         Where a joint is, r = l + R u is the point from its parent, u from itself and l its own
         place. With the angle growing evenly, |dᵏR/dσᵏ| ≤ |a|ᵏ, so
@@ -89,7 +93,7 @@ class LinePoints:
                 left -= 1
                 rate = rates[left]
                 if joint.prismatic:
-                    reach += max(abs(joint.lower), abs(joint.upper))
+                    reach += self._travel[left]
                     first += rate
                 else:
                     third += rate * (3.0 * second + rate * (3.0 * first + rate * reach))

@@ -74,9 +74,9 @@ class RangeEnds:
     def free_way(self, position: Sequence[float], velocity: Sequence[float]) -> float:
         """Return for how long joints can go on at a velocity and none be bound by an end.
 
-        Nor be within the margin of the end that it goes to, nor get there in a stop: whatever share
-        of the velocity they have, as long as they have gone no farther than that. 0 where one is
-        beyond a limit.
+        Nor be within the margin of the end that it goes to, nor get there in a stop, but for what a
+        joint moves in two ticks: whatever share of the velocity they have, as long as they have
+        gone no farther than that. 0 where one is beyond a limit, or too slow to tell.
 
         Args:
             position: (n,) where they are [rad or m].
@@ -91,6 +91,8 @@ class RangeEnds:
                 continue
             speed = abs(each)
             even = self._even(joint)
+            if not even:
+                return 0.0
             bound = speed * (0.5 * speed / even + 1.5 * LONGEST_STEP)
             needed = max(min(self._clear[joint], bound), model.margin[joint] + speed * stop)
             left = model.upper[joint] - place if each > 0.0 else place - model.lower[joint]

@@ -31,7 +31,7 @@ class PendantMotions:
     def ask(
         self, session: int, message: PoseMove | PosePath | JointPath | Home, now: int
     ) -> Refusal | list[Outgoing]:
-        """Examine a request and have it planned.
+        """Examine a request and have it planned; what needs no planning begins at once.
 
         Returns:
             Why it is refused, or what follows; the verdict comes as news.

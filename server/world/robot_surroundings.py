@@ -29,7 +29,7 @@ class RobotSurroundings(WorldView, Protocol):
     def is_surely_free(self, start: Sequence[float], goal: Sequence[float]) -> bool:
         """Tell whether a straight move between (n,) joints surely touches nothing in the scene.
 
-        Takes less than a millisecond; a no says only that more must be looked at.
+        Takes a millisecond or so at most; a no says only that more must be looked at.
         """
 
     def tool_motion(

@@ -63,7 +63,7 @@ class SceneGuard:
         """Make a guard that has nothing to look at."""
         self._cell = cell
         self._look: _Look | None = None
-        self._planned_before: Scene | None = None
+        self._is_planned_before = False  # what begins may have been planned for another scene
         self._jobs: set[int] = set()
         self._job_id = 0
 
@@ -75,18 +75,24 @@ class SceneGuard:
             jog.release(JogEnd.STOPPED, now)
             return []
         if cell.activity is Activity.PLANNING:
-            self._planned_before = scene
+            self._is_planned_before = True
             return []
         rows = cell.motions.playing
         return [] if rows is None else self._look_along(rows, scene, now)
 
     def began(self, now: int) -> list[Outgoing]:
-        """Take note that what was being planned began, or was refused."""
-        scene, self._planned_before = self._planned_before, None
-        rows = self._cell.motions.playing
-        if scene is None or rows is None:
+        """Look along what moves after an answer of the planning process, where that may be due.
+
+        An answer may be one that nobody waits for any more: as long as nothing moves, what is
+        planned for the scene of before may still begin. The look is in the scene in force, so that
+        it may take the place of any other.
+        """
+        motions = self._cell.motions
+        rows = motions.playing
+        if not self._is_planned_before or rows is None or motions.scene is None:
             return []
-        return self._look_along(rows, scene, now)
+        self._is_planned_before = False
+        return self._look_along(rows, motions.scene, now)
 
     def _look_along(self, rows: StoredRows, scene: Scene, now: int) -> list[Outgoing]:
         before = self._look

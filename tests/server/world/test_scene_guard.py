@@ -16,19 +16,20 @@ from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 BOX = Scene((SceneObject("box", Box((0.1, 0.1, 0.1))),))
+EMPTY = Scene()
 HIT = Refusal(V.PATH_IN_COLLISION, "box and elbow touch at 40.0% of the path")
 
 
 class GuardedRig:
-    """A robot on its way, and the guard beside it."""
+    """A robot on its way, or its motion being planned, and the guard beside it."""
 
-    def __init__(self) -> None:
-        self.rig: ServerRig = ready()
+    def __init__(self, *, plans_at_once: bool = True) -> None:
+        self.rig: ServerRig = ready(plans_at_once=plans_at_once)
         self.pendant: Pendant = self.rig.holder()
         self.pendant.path((0.9, 0.9), (1.8, 1.8))
         self.rig.wait(300)
         self.guard = SceneGuard(self.rig.core.cell)
-        assert self.rig.activity() is Activity.MOVING
+        assert self.rig.activity() is (Activity.MOVING if plans_at_once else Activity.PLANNING)
 
     def job(self, outgoing: list[Outgoing] | None) -> WayCheckJob:
         assert outgoing is not None
@@ -37,8 +38,13 @@ class GuardedRig:
         assert isinstance(plan.job, WayCheckJob)
         return plan.job
 
+    def change_scene(self, scene: Scene) -> list[Outgoing]:
+        """Let another scene be in force, and tell the guard of it."""
+        self.rig.core.cell.motions.scene = scene
+        return self.guard.changed(scene, self.rig.now)
+
     def change(self) -> WayCheckJob:
-        return self.job(self.guard.changed(BOX, self.rig.now))
+        return self.job(self.change_scene(BOX))
 
     def answer(self, job: WayCheckJob, result: WayFree | Refusal) -> list[Outgoing]:
         out = self.guard.planned(Planned(job.job_id, result, 0.01), self.rig.now)
@@ -120,12 +126,32 @@ def test_nothing_is_asked_while_the_robot_stands() -> None:
     assert SceneGuard(rig.core.cell).changed(BOX, rig.now) == []
 
 
+def planning() -> GuardedRig:
+    """Return a robot whose motion is being planned for the scene of before."""
+    rig = GuardedRig(plans_at_once=False)
+    assert rig.change_scene(EMPTY) == []
+    return rig
+
+
 def test_a_motion_planned_for_the_scene_of_before_is_looked_at_when_it_begins() -> None:
-    rig = ready(plans_at_once=False)
-    guard = SceneGuard(rig.core.cell)
-    rig.holder().path((0.9, 0.9), (1.8, 1.8))
-    assert guard.changed(BOX, rig.now) == []
-    rig.plan()
-    (plan,) = guard.began(rig.now + MS)
-    assert isinstance(plan, Plan)
-    assert isinstance(plan.job, WayCheckJob)
+    rig = planning()
+    rig.rig.plan()
+    assert rig.job(rig.guard.began(rig.rig.now + MS)).scene is EMPTY
+
+
+def test_an_answer_that_nobody_waits_for_does_not_spare_the_next_motion_its_look() -> None:
+    rig = planning()
+    assert rig.guard.began(rig.rig.now) == []
+    rig.rig.plan()
+    assert rig.job(rig.guard.began(rig.rig.now)).scene is EMPTY
+
+
+def test_a_look_is_in_the_scene_in_force_whatever_was_planned_before_it() -> None:
+    rig = planning()
+    rig.rig.plan()
+    assert rig.job(rig.change_scene(BOX)).scene is BOX
+    assert rig.job(rig.guard.began(rig.rig.now)).scene is BOX
+
+
+def test_a_motion_that_began_in_the_scene_in_force_needs_no_look(moving: GuardedRig) -> None:
+    assert moving.guard.began(moving.rig.now) == []
