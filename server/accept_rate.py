@@ -6,6 +6,10 @@ business; what a connection may do once it has a place is the core's.
 
 from __future__ import annotations
 
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from .refusal import Refusal
+
 PER_SECOND = 50
 """Connections taken in one second, all ports together."""
 
@@ -17,6 +21,12 @@ MOST_STRANGERS = 64
 
 STOP_PLACES = 8
 """Places that only pendants get: whoever wants to stop a robot finds one free of ROS-I clients."""
+
+_AGAIN_WHEN_FULL = 5
+"""Advice to whom all places are taken [s]: some may have left by then."""
+
+_AGAIN_WHEN_STRANGE = 2
+"""Advice to whom strangers take the places [s]: by then these have said hello, or are gone."""
 
 _INTERVAL_NS = 1_000_000_000 // PER_SECOND
 
@@ -48,10 +58,12 @@ class AcceptRate:
         return 0
 
 
-def place_fault(
+def place_refusal(
     connections: int, strangers: int, max_connections: int, *, is_pendant: bool
-) -> str | None:
+) -> Refusal | None:
     """Return why there is no place for one more connection; None where there is.
+
+    Its value is how long to wait before coming again [s].
 
     Args:
         connections: how many there are.
@@ -60,10 +72,16 @@ def place_fault(
         is_pendant: whether the new one came to the pendant port.
     """
     if connections >= max_connections:
-        return f"more than {max_connections} connections"
+        return _no_place(f"more than {max_connections} connections", _AGAIN_WHEN_FULL)
     places = max(max_connections - STOP_PLACES, 1)
     if not is_pendant and connections >= places:
-        return f"more than {places} connections; the last {STOP_PLACES} are for pendants"
+        text = f"more than {places} connections; the last {STOP_PLACES} are for pendants"
+        return _no_place(text, _AGAIN_WHEN_FULL)
     if is_pendant and strangers >= MOST_STRANGERS:
-        return f"more than {MOST_STRANGERS} pendants that did not say hello yet"
+        text = f"more than {MOST_STRANGERS} pendants that did not say hello yet"
+        return _no_place(text, _AGAIN_WHEN_STRANGE)
     return None
+
+
+def _no_place(why: str, again: int) -> Refusal:
+    return Refusal(VerdictCode.NO_PLACE, f"{why}; come again in {again} s", value=again)

@@ -13,14 +13,16 @@ from typing import Any
 from openpendant.simplemsg import ByteOrder, Received
 from openpendant.simplemsg.journal import Journal
 
-from .accept_rate import place_fault
+from .accept_rate import place_refusal
 from .access.admission import Login
 from .access.exposure import clear_text_fault
 from .access.opening import exposure_of
 from .cells import Cells, Routed
 from .client_connection import ClientConnection
 from .core import Port
+from .refusal import Refusal
 from .settings import CellSettings
+from .turned_away import TurnedAway
 
 
 class Clients:
@@ -58,6 +60,7 @@ class Clients:
         self._perform = perform
         self._misheard = misheard
         self._orders: dict[tuple[int | None, str], ByteOrder] = {}
+        self._turned_away = TurnedAway()
         self._next_session = 1
 
     def admit(self, client: ClientConnection) -> None:
@@ -74,19 +77,23 @@ class Clients:
             self.failed(client, error, now)
 
     def _let_in(self, client: ClientConnection, now: int) -> None:
-        fault = self._place_fault(client.port) or self._clear_text_fault(client)
+        fault = self._clear_text_fault(client)
         if fault is not None:
             client.abort(fault)
+            return
+        refusal = self._place_refusal(client.port)
+        if refusal is not None:
+            self._turned_away.turn_away(client, refusal, now)
             return
         self.by_session[client.session] = client
         self._perform(
             self._router.opened(client.session, client.port, client.address, now, client.cell)
         )
 
-    def _place_fault(self, port: Port) -> str | None:
+    def _place_refusal(self, port: Port) -> Refusal | None:
         """Return why there is no place for one more connection; None where there is."""
         pendants = sum(client.port is Port.PENDANT for client in self.by_session.values())
-        return place_fault(
+        return place_refusal(
             len(self.by_session),
             pendants - len(self._login.visitors),
             self._settings[0].listen.max_connections,
@@ -102,6 +109,9 @@ class Clients:
 
     def receive(self, session: int, received: Received, now: int) -> None:
         """Hand a client's message to its cell."""
+        if session not in self.by_session:
+            self._turned_away.receive(session, received)
+            return
         routed = self._router.receive(session, received, now)
         if routed.outgoing:
             self._perform(routed)
@@ -121,6 +131,7 @@ class Clients:
 
     def dismiss(self, client: ClientConnection) -> None:
         """Tell its cell that a connection ended."""
+        self._turned_away.forget(client.session)
         if self.by_session.pop(client.session, None) is not None:
             now = self.journal.begin("closed", client.session)
             home = self._router.home_of(client.session) or 0
@@ -131,6 +142,7 @@ class Clients:
 
     def check_deadlines(self, now: int) -> None:
         """Close the connections that read or write too slowly."""
+        self._turned_away.check_deadlines(now)
         for client in list(self.by_session.values()):
             try:
                 client.check_deadlines(now)
@@ -139,6 +151,7 @@ class Clients:
 
     def hang_up(self, reason: str) -> None:
         """Close every connection."""
+        self._turned_away.hang_up()
         for client in list(self.by_session.values()):
             client.close(reason)
 

@@ -10,6 +10,7 @@ import resource
 
 from .configuration_file import ConfigurationError
 from .server_settings import ServerSettings
+from .turned_away import MOST_TURNED_AWAY
 
 _PER_CELL = 8
 """Three connections to the controller, two listening sockets, and what it plans and keeps."""
@@ -21,7 +22,7 @@ _FOR_ALL = 64
 def files_needed(settings: ServerSettings) -> int:
     """Return how many descriptors may be open at once, every place taken."""
     connections = settings.cells[0].listen.max_connections
-    return connections + _PER_CELL * len(settings.cells) + _FOR_ALL
+    return connections + MOST_TURNED_AWAY + _PER_CELL * len(settings.cells) + _FOR_ALL
 
 
 def provide_files(settings: ServerSettings, source: str) -> None:

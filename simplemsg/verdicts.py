@@ -24,6 +24,7 @@ class VerdictCode(IntEnum):
     ADDRESS_NOT_ALLOWED = 6
     NOT_AUTOMATIC = 7
     AUTHORITY_LOST = 8
+    NO_PLACE = 9
     STOP_LATCHED = 20
     PLANNING = 21
     MOVING = 22
@@ -185,6 +186,10 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     VerdictCode.AUTHORITY_LOST: _entry(
         "The motion authority ended while the robot moved; it was stopped.",
         "Request the authority again; nothing resumes by itself.",
+    ),
+    VerdictCode.NO_PLACE: _entry(
+        "The server has as many connections as it may have, or too many that did not say hello.",
+        "Wait as many seconds as the value says, then connect again.",
     ),
     VerdictCode.STOP_LATCHED: _entry(
         "The software stop is latched.",

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import resource
+import socket
 
 import pytest
 from app_on_loop import app_on_loop, said, until
+from server_clients import hello
 
 from openpendant.server.accept_rate import (
     BURST,
     MOST_STRANGERS,
     PER_SECOND,
     STOP_PLACES,
-    place_fault,
+    place_refusal,
 )
 from openpendant.server.cli import main
 from openpendant.server.configuration_file import ConfigurationError
@@ -21,6 +23,10 @@ from openpendant.server.listening import BACKLOG
 from openpendant.server.open_files import files_needed, provide_files
 from openpendant.server.server_settings import ServerSettings, make_server_settings
 from openpendant.server.settings import make_settings
+from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Received, Role
+from openpendant.simplemsg.pendant import Verdict
+from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.tools.pendants.client import PendantClient, Refused
 
 PLACES = 16
 
@@ -40,9 +46,9 @@ PLACES = 16
 def test_promise_21_there_is_a_place_or_a_reason(
     connections: int, strangers: int, is_pendant: bool, named: str | None
 ) -> None:
-    fault = place_fault(connections, strangers, 256, is_pendant=is_pendant)
-    assert (fault is None) == (named is None)
-    assert named is None or (fault is not None and named in fault)
+    refusal = place_refusal(connections, strangers, 256, is_pendant=is_pendant)
+    assert (refusal is None) == (named is None)
+    assert named is None or (refusal is not None and named in refusal.sentence)
 
 
 def test_promise_21_no_file_may_ask_for_more_than_1024_connections() -> None:
@@ -63,6 +69,55 @@ async def test_promise_21_who_has_no_place_is_closed_at_once_and_the_others_stay
         assert await loop.sock_recv(late, 1) == b""
         assert loop.time() - came <= 0.05
         assert served.connections == PLACES
+
+
+async def answers(sock: socket.socket, wire: Connection, within: float) -> list[Received]:
+    """Return all that a connection is told until it is closed."""
+    loop, heard = asyncio.get_running_loop(), list[Received]()
+    async with asyncio.timeout(within):
+        while data := await loop.sock_recv(sock, 4_096):
+            heard += wire.receive(data)
+    return heard
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+@pytest.mark.parametrize("order", list(ByteOrder))
+@pytest.mark.parametrize("piece", [1, 1_000])
+async def test_promise_20_who_has_no_place_is_told_when_to_come_again(
+    order: ByteOrder, piece: int
+) -> None:
+    async with app_on_loop(max_connections=PLACES) as served:
+        for _ in range(PLACES):
+            await served.visitor(begin=said())
+        await until(lambda: served.connections == PLACES, 1.0)
+        late = await served.visitor()
+        wire = Connection(Role.CLIENT, PENDANT, order)
+        greeting = wire.send(hello("late"))
+        for begin in range(0, len(greeting), piece):
+            await asyncio.get_running_loop().sock_sendall(late, greeting[begin : begin + piece])
+        (told,) = await answers(late, wire, 0.05)
+        assert isinstance(told, Verdict)
+        assert (told.code, told.value) == (VerdictCode.NO_PLACE, 5.0)
+        assert told.text == "more than 16 connections; come again in 5 s"
+        assert served.connections == PLACES
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_promise_20_who_does_as_told_finds_a_place_that_strangers_took() -> None:
+    async with app_on_loop() as served:
+        for crowd in (BURST, BACKLOG, MOST_STRANGERS - BURST - BACKLOG):
+            for _ in range(crowd):
+                await served.visitor()
+            await asyncio.sleep(crowd / PER_SECOND)
+        assert served.connections == MOST_STRANGERS
+        with pytest.raises(Refused, match="64 pendants") as refused:
+            await PendantClient.connect("127.0.0.1", served.pendant)
+        assert refused.value.code == VerdictCode.NO_PLACE
+        await asyncio.sleep(refused.value.value)
+        async with await PendantClient.connect("127.0.0.1", served.pendant):
+            assert served.connections == 1
 
 
 @pytest.mark.asyncio

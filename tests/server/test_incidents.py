@@ -95,7 +95,7 @@ def fail_to_let_in(app: App, patch: pytest.MonkeyPatch) -> None:
 
 
 def fail_to_count(app: App, patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(app.clients, "_place_fault", broken)
+    patch.setattr(app.clients, "_place_refusal", broken)
 
 
 def fail_to_decode(app: App, patch: pytest.MonkeyPatch) -> None:

@@ -18,6 +18,7 @@ from openpendant.simplemsg.pendant import (
     State,
     StopChanged,
 )
+from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..client import PendantClient, PendantError, Refused, WrongArgument
 from .commands import Command
@@ -27,7 +28,10 @@ from .refusals import is_hopeless
 from .screen_units import in_screen_units
 
 RETRY = 2.0
-"""Wait so long before the next attempt [s]."""
+"""Wait so long before the next attempt, unless the server says how long [s]."""
+
+LONGEST_PAUSE = 60.0
+"""Wait no longer, whatever a server says [s]."""
 
 Connect = Callable[[], Awaitable[PendantClient]]
 
@@ -59,6 +63,7 @@ class Connection:
             WrongArgument: what was to be said cannot be.
         """
         while True:
+            pause = RETRY
             try:
                 await self._once()
             except WrongArgument:
@@ -66,13 +71,15 @@ class Connection:
             except Refused as refused:
                 if is_hopeless(refused):
                     raise
-                self._panel.lost(f"{refused}; trying again each {RETRY:g} s")
+                if refused.code == VerdictCode.NO_PLACE:
+                    pause = min(max(refused.value, RETRY), LONGEST_PAUSE)
+                self._panel.lost(f"{refused}; trying again in {pause:g} s")
             except (OSError, PendantError, TimeoutError) as error:
                 reason = str(error) or type(error).__name__
-                self._panel.lost(f"{reason}; trying again each {RETRY:g} s")
+                self._panel.lost(f"{reason}; trying again in {pause:g} s")
             except KeyError as error:
                 self._panel.lost(f"the server's snapshot has no {error}; is it another version?")
-            await asyncio.sleep(RETRY)
+            await asyncio.sleep(pause)
 
     async def _once(self) -> None:
         async with await self._connect() as client:
