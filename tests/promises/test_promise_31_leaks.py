@@ -71,6 +71,23 @@ def test_promise_31_a_core_forgets_ten_thousand_who_left() -> None:
     assert growth(5_000) < 5_000
 
 
+@pytest.mark.soak
+@pytest.mark.timeout(7_200)
+def test_promise_31_a_core_keeps_its_size_over_a_million_who_came_and_went() -> None:
+    rig = ready(modes={"initial": "manual_high"})
+    witness, sizes = rig.pendant("witness"), list[float]()
+    for number in range(1, 1_000_001):
+        come_and_go(rig, number)
+        if number % 1_000 == 0:
+            witness.got.clear()
+        if number % 50_000 == 0:
+            gc.collect()
+            sizes.append(_resident("self"))
+    told = ", ".join(f"{mebibytes:.2f}" for mebibytes in sizes)
+    tell(f"promise 31, MiB each 50,000 who came, jogged and left: {told}")
+    assert sizes[-1] - sizes[0] < 5.0
+
+
 @pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_promise_31_sockets_and_tasks_are_back_to_where_they_were() -> None:
@@ -90,7 +107,7 @@ def _open_files(pid: int | str = "self") -> int:
     return len(os.listdir(f"/proc/{pid}/fd"))
 
 
-def _resident(pid: int) -> float:
+def _resident(pid: int | str) -> float:
     """Return the memory that a process has [MiB]."""
     pages = int(Path(f"/proc/{pid}/statm").read_text("ascii").split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / 2**20
