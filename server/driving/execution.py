@@ -194,7 +194,7 @@ class Execution:
         if feedback.received < end or feedback.position is None:
             return None
         gaps = [abs(at - goal) for at, goal in zip(feedback.position, final, strict=True)]
-        if max(gaps) <= ARRIVAL_TOLERANCE and feedback.is_standing:
+        if max(gaps) <= ARRIVAL_TOLERANCE and feedback.stands_after(end, now):
             self.phase = _ARRIVED
             return None
         if now < end + _SETTLING_NS:

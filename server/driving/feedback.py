@@ -65,6 +65,7 @@ class Feedback:
         self.mode = ControllerMode.UNKNOWN
         self.received = 0
         self.broken = False
+        self._status_received = 0
         self._dof = dof
         self._fresh_age = link.fresh_age_ns
         self._abort_age = link.abort_age_ns
@@ -86,6 +87,7 @@ class Feedback:
                     self._take_joints(joints, None, now)
             case Status():
                 self.status = message
+                self._status_received = now
                 self.mode = _MODES.get(message.mode, ControllerMode.UNKNOWN)
 
     def _take_joints(
@@ -138,6 +140,24 @@ class Feedback:
     def is_standing(self) -> bool:
         """Whether the robot stands, as far as the controller and the joints tell."""
         return not self._calls_itself_moving and self.joints_rest
+
+    def stands_after(self, end: int, now: int) -> bool:
+        """Tell whether the robot stands by what was reported from a time on.
+
+        The status comes in a message of its own, behind the joints. One from before tells nothing
+        of a short motion, unless none has come for as long as a report is fresh: some controllers
+        send it only when it changes.
+
+        Args:
+            end: when the motion was to end [ns].
+            now: monotonic time, ns.
+        """
+        if self.received < end or not self.is_standing:
+            return False
+        status = self.status
+        if status is None or status.in_motion != _FALSE or self._status_received >= end:
+            return True
+        return now - end >= self._fresh_age
 
     def has_come_to_rest(self, since: int) -> bool:
         """Tell whether the robot stands by what was reported after a time [ns], a stop's say."""

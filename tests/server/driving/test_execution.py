@@ -39,7 +39,7 @@ class Player:
         self.execution = Execution(StoredRows(TRAJECTORY, LIMITS), LIMITS, self.uplink, LINK, 0)
         self.feedback = Feedback(2, LINK)
         self.report((0.0, 0.0), 0)
-        self.feedback.take(Status(1, 0, 0, 0, 0, 2, 1), 0)
+        self.tell_status(0)
 
     def report(
         self, position: tuple[float, ...], now: int, velocity: tuple[float, ...] = (0.0, 0.0)
@@ -49,6 +49,9 @@ class Player:
         self.feedback.take(
             JointFeedback(0, fields, 0.0, joint_array(position), joint_array(velocity), none), now
         )
+
+    def tell_status(self, now: int, moving: int = 0) -> None:
+        self.feedback.take(Status(1, 0, 0, 0, moving, 2, 1), now)
 
     def next(self, now: int) -> JointTrajPtFull | None:
         point = self.execution.next_point(now)
@@ -121,8 +124,32 @@ def test_it_has_arrived_when_a_report_from_after_the_end_shows_the_goal(player: 
     assert player.advance(END + MS) is None
     assert player.phase() is Phase.SETTLING
     player.report(GOAL, END)
+    player.tell_status(END)
     assert player.advance(END + MS) is None
     assert player.phase() is Phase.ARRIVED
+
+
+def test_a_status_from_before_the_end_ends_no_motion(player: Player) -> None:
+    player.send_all()
+    player.report(GOAL, END)
+    assert player.advance(END) is None
+    assert player.phase() is Phase.SETTLING
+    player.tell_status(END, moving=1)
+    assert player.advance(END) is None
+    assert player.phase() is Phase.SETTLING
+    player.tell_status(END + MS)
+    assert player.advance(END + MS) is None
+    assert player.phase() is Phase.ARRIVED
+
+
+def test_a_status_that_comes_only_when_it_changes_counts_100_ms_after_the_end(
+    player: Player,
+) -> None:
+    player.send_all()
+    for after, phase in ((99, Phase.SETTLING), (100, Phase.ARRIVED)):
+        player.report(GOAL, END + after * MS)
+        assert player.advance(END + after * MS) is None
+        assert player.phase() is phase
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,27 @@ def test_a_report_is_fresh_up_to_100_ms_and_lost_after_250(
     assert feedback.is_lost(250 * MS + 1)
 
 
+@pytest.mark.parametrize(
+    ("told", "at", "asked", "stands"),
+    [
+        (None, 0, 10, True),
+        (status(moving=0), 9, 10, False),
+        (status(moving=0), 9, 109, False),
+        (status(moving=0), 9, 110, True),
+        (status(moving=0), 10, 10, True),
+        (status(moving=1), 10, 500, False),
+        (status(moving=-1), 9, 10, True),
+    ],
+)
+def test_it_stands_after_10_ms_by_what_was_told_since(
+    feedback: Feedback, told: Status | None, at: int, asked: int, stands: bool
+) -> None:
+    if told is not None:
+        feedback.take(told, at * MS)
+    feedback.take(full((0.0, 0.0), (0.0, 0.0)), asked * MS)
+    assert feedback.stands_after(10 * MS, asked * MS) is stands
+
+
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1001.0, 3e38])
 def test_a_position_that_no_joint_has_is_not_taken(feedback: Feedback, bad: float) -> None:
     feedback.take(full((0.1, 0.2), (0.0, 0.0)), 0)
