@@ -8,7 +8,7 @@ Start a robot and its server first (see docs/pendant-apps.md), then:
 import asyncio
 import sys
 
-from openpendant.tools.pendants.client import OperatingMode, PendantClient
+from openpendant.tools.pendants.client import OperatingMode, PendantClient, PendantError
 
 PORT = int(sys.argv[1]) if len(sys.argv) > 1 else 11010
 
@@ -27,4 +27,7 @@ async def main() -> None:
         print(f"joint 1 at {account.positions[0]:.4f} rad")
 
 
-asyncio.run(main())
+try:
+    asyncio.run(main())
+except PendantError as error:
+    sys.exit(error.explained)

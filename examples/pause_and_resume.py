@@ -7,7 +7,7 @@ import asyncio
 import sys
 
 from openpendant.simplemsg.pendant import Activity
-from openpendant.tools.pendants.client import OperatingMode, PendantClient
+from openpendant.tools.pendants.client import OperatingMode, PendantClient, PendantError
 
 PORT = int(sys.argv[1]) if len(sys.argv) > 1 else 11010
 
@@ -35,4 +35,7 @@ async def main() -> None:
         print(f"arrived at {pendant.joints()[0]:.4f} rad")
 
 
-asyncio.run(main())
+try:
+    asyncio.run(main())
+except PendantError as error:
+    sys.exit(error.explained)

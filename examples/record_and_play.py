@@ -6,7 +6,7 @@ python examples/record_and_play.py [PORT]
 import asyncio
 import sys
 
-from openpendant.tools.pendants.client import OperatingMode, PendantClient
+from openpendant.tools.pendants.client import OperatingMode, PendantClient, PendantError
 
 PORT = int(sys.argv[1]) if len(sys.argv) > 1 else 11010
 NAME = "there and back"
@@ -39,4 +39,7 @@ async def main() -> None:
         print(f"played back in {account['possible']:.2f} s: {account['factor']:.2f} times as fast")
 
 
-asyncio.run(main())
+try:
+    asyncio.run(main())
+except PendantError as error:
+    sys.exit(error.explained)

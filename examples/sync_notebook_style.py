@@ -3,18 +3,21 @@
 python examples/sync_notebook_style.py [PORT]
 """
 
-# %% Connect.
+# %% Connect and take control.
 import sys
 
-from openpendant.tools.pendants.client import OperatingMode
+from openpendant.tools.pendants.client import OperatingMode, PendantError
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 
 PORT = int(sys.argv[1]) if len(sys.argv) > 1 else 11010
-pendant = SyncPendantClient.connect("127.0.0.1", PORT, client="notebook")
+try:
+    pendant = SyncPendantClient.connect("127.0.0.1", PORT, client="notebook")
+    pendant.take_control()
+except PendantError as error:
+    sys.exit(error.explained)
 print(pendant.hello.robot, "in mode", OperatingMode(pendant.next_state().operating_mode).name)
 
 # %% Move.
-pendant.take_control()
 pendant.set_mode(OperatingMode.AUTOMATIC)
 pendant.next_state()
 first, *others = pendant.joints()

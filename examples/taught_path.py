@@ -6,7 +6,7 @@ python examples/taught_path.py [PORT]
 import asyncio
 import sys
 
-from openpendant.tools.pendants.client import OperatingMode, PendantClient, Refused
+from openpendant.tools.pendants.client import OperatingMode, PendantClient, PendantError, Refused
 
 PORT = int(sys.argv[1]) if len(sys.argv) > 1 else 11010
 
@@ -27,7 +27,7 @@ async def main() -> None:
                 try:
                     await pendant.step({0: 100.0})
                 except Refused as refusal:
-                    print(f"as expected: {refusal}. {refusal.remedy}")
+                    print(f"as expected: {refusal.explained}")
                 await (await pendant.move_joints(start, speed=0.3)).done()
                 run = await pendant.follow_joints(taught, speed=0.3)
                 result = await run.done()
@@ -35,4 +35,7 @@ async def main() -> None:
         print(f"planned in {1000 * result.plan_time:.0f} ms")
 
 
-asyncio.run(main())
+try:
+    asyncio.run(main())
+except PendantError as error:
+    sys.exit(error.explained)

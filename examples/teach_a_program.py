@@ -6,7 +6,7 @@ python examples/teach_a_program.py [PORT]
 import asyncio
 import sys
 
-from openpendant.tools.pendants.client import OperatingMode, PendantClient
+from openpendant.tools.pendants.client import OperatingMode, PendantClient, PendantError
 
 PORT = int(sys.argv[1]) if len(sys.argv) > 1 else 11010
 NAME = "five points"
@@ -45,9 +45,12 @@ async def main() -> None:
             print(f"{reachable} of {len(trial['points'])} points can be reached,", end=" ")
             print(f"the program would take {trial['duration']:.2f} s")
             await pendant.set_mode(OperatingMode.AUTOMATIC)
-            run = await programs.run(NAME)
+            run = await programs.run(NAME, revision=trial["revision"])
             await run.done()
-        print(f"ran revision {saved['revision']} of {saved['name']!r}")
+        print(f"ran revision {trial['revision']} of {trial['program']!r}")
 
 
-asyncio.run(main())
+try:
+    asyncio.run(main())
+except PendantError as error:
+    sys.exit(error.explained)

@@ -6,7 +6,7 @@ python examples/two_keys.py [PORT]
 import asyncio
 import sys
 
-from openpendant.tools.pendants.client import OperatingMode, PendantClient
+from openpendant.tools.pendants.client import OperatingMode, PendantClient, PendantError
 
 PORT = int(sys.argv[1]) if len(sys.argv) > 1 else 11010
 
@@ -31,4 +31,7 @@ async def main() -> None:
         print("and back to", [round(value, 3) for value in here])
 
 
-asyncio.run(main())
+try:
+    asyncio.run(main())
+except PendantError as error:
+    sys.exit(error.explained)

@@ -8,7 +8,7 @@ import math
 import sys
 
 from openpendant.simplemsg.pendant import Activity, OperatingMode
-from openpendant.tools.pendants.client import PendantClient
+from openpendant.tools.pendants.client import PendantClient, PendantError
 
 PORT = int(sys.argv[1]) if len(sys.argv) > 1 else 11010
 STATES = 10
@@ -33,4 +33,7 @@ async def main() -> None:
                 break
 
 
-asyncio.run(main())
+try:
+    asyncio.run(main())
+except PendantError as error:
+    sys.exit(error.explained)

@@ -33,6 +33,7 @@ from .driving.stop_account import StopAccount
 from .driving.work import Work
 from .jog.jogging import JogRows
 from .jog.press import Press
+from .jog.way_back import WayBack, Waypoints
 from .news import Begun, Ended, Refused, Request
 from .operating_mode import MotionKind, OperatingModes
 from .outgoing import Outgoing, Plan
@@ -98,9 +99,13 @@ class CellMotions:
     # What there is.
 
     @property
-    def started(self) -> int:
-        """How many motions and jogs have begun so far."""
-        return self._driving.started
+    def way_back(self) -> Waypoints:
+        """Waypoints back to where the jog began that moved last; empty after any other motion.
+
+        After an undo that was ended on its way they are the rest of it.
+        """
+        last = self._driving.undoable
+        return () if last is None else last.way_back
 
     @property
     def driven_jog(self) -> JogRows | None:
@@ -125,13 +130,24 @@ class CellMotions:
         return self._last_job
 
     def ask(
-        self, request: Request, job: MotionJob, kind: MotionKind = MotionKind.MOVE
+        self,
+        request: Request,
+        job: MotionJob,
+        kind: MotionKind = MotionKind.MOVE,
+        back: WayBack | None = None,
     ) -> list[Outgoing]:
-        """Have a motion planned that `check` permitted; its fate comes as news."""
+        """Have a motion planned that `check` permitted; its fate comes as news.
+
+        Args:
+            request: whose it is.
+            job: what is to be planned.
+            kind: what it is for.
+            back: how it is taken back once it has begun; None where it cannot be.
+        """
         if self.scene is not None:
             job = replace(job, scene=self.scene)
         cap = self._modes.tool_speed_cap(self._feedback.mode)
-        self._driving.work = Work(request, kind, job.job_id, planned_cap=cap)
+        self._driving.work = Work(request, kind, job.job_id, planned_cap=cap, back=back)
         return [Plan(job)]
 
     def move_joints(self, request: Request, job: JointPathJob, now: int) -> list[Outgoing]:
@@ -168,7 +184,8 @@ class CellMotions:
 
     def jog(self, request: Request, rows: JogRows, lead: float, now: int) -> list[Outgoing]:
         """Start a jog that `check` permitted; its set-points are made as it goes."""
-        work = Work(request, MotionKind.JOG, self.new_job_id())
+        back = WayBack(rows.way_back)
+        work = Work(request, MotionKind.JOG, self.new_job_id(), back=back)
         return self._driving.drive(work, rows, lead, now)
 
     def take_over_jog(

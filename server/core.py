@@ -98,6 +98,7 @@ class ServerCore:
         self.ros = RosFace(self.cell, settings)
         self._ports: dict[int, Port] = {}
         self._ticks = TickWatch(round(settings.watchdog.deadline * 1e9))
+        self._was_told = False  # the watchdog: that the robot may move before the next tick
         # A second one, so that a stop can be made whatever became of the cell's own.
         self._last_resort = GenericUplink(settings.controller, limits.velocity)
 
@@ -225,12 +226,16 @@ class ServerCore:
         out += self.cell.tick(now)
         out += self.ros.tick(now)
         out += self.pendants.tick(now)
+        self._was_told = self.may_move
         return out
 
     def _after_a_freeze(self, now: int) -> list[Outgoing]:
-        """Latch a stop where the event loop stood still during a motion; the watchdog sent one."""
+        """Latch a stop after the event loop stood still, where the watchdog has sent one meanwhile.
+
+        What began after the watchdog was told last counts too.
+        """
         late = self._ticks.lateness(now)
-        if not self.cell.is_busy:
+        if not (self._was_told or self.may_move):
             return []
         return self.cell.protective_stop(late_refusal(late), now)
 
@@ -243,7 +248,7 @@ class ServerCore:
 
     @property
     def may_move(self) -> bool:
-        """Whether the robot may move before the next tick; what the watchdog is told."""
+        """Whether the robot may move before the next tick: by this a freeze stops it, or not."""
         return self.fault is None and (
             self.cell.authority.holder is not None or self.cell.is_moving
         )

@@ -194,20 +194,30 @@ def program_text(name: str, body: str) -> str:
 
 
 def program_of_points(
-    name: str, points: Sequence[Mapping[str, Any]], kept: str | None, robot: str | None
+    name: str,
+    points: Sequence[Mapping[str, Any]],
+    kept: str | None,
+    robot: str | None,
+    *,
+    replacing: bool,
 ) -> Entry:
     """Return the document of a program with other points, or of a new one with nothing else.
 
     Args:
         name: of the program.
         points: as its JSON has them.
-        kept: the body whose points are replaced; None for a new program.
+        kept: the body of the program that has this name; None for a new one.
         robot: of a new program, name or file; of a kept one left out.
+        replacing: put the points in the place of those that are kept.
 
     Raises:
-        BadDocument: there is no robot for a new program, or the points are none of it.
+        BadDocument: there is no robot for a new program, the name is taken and nothing is to be
+            replaced, or the points are none of it.
     """
     what = f"program {name!r}"
+    if kept is not None and not replacing:
+        problem = "is there already; accepted: --replace, to give it these points, or another name"
+        raise BadDocument(what, problem)
     if kept is not None:
         if robot is not None:
             raise BadDocument(what, "names its robot itself; accepted: without --robot")

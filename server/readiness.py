@@ -1,9 +1,11 @@
-"""What must hold before a robot moves: the conditions, in the order in which they are examined.
+"""What must hold before a robot moves: the conditions, in the order in which they are mended.
 
-Owns the chain and its order. `RobotCell` asks for the first condition that is broken; the question
-"why is it not moving?" is answered with all of them. Two of them are found elsewhere and handed in
-for that answer: a role is asked for before a request gets here, and a motion is held to the scene
-by its planner. Decides nothing else and changes nothing.
+Owns the chain and its order: to mend one breaks none before it. A reset and a change of mode demand
+that enabling devices are pressed anew, and a joint outside its limits comes back in a mode of its
+own; so limits, mode, stop and enabling come in that order. `RobotCell` asks for the first condition
+that is broken; the question "why is it not moving?" is answered with all of them. Two of them are
+found elsewhere and handed in for that answer: a role is asked for before a request gets here, and a
+motion is held to the scene by its planner. Decides nothing else and changes nothing.
 """
 
 from __future__ import annotations
@@ -36,11 +38,11 @@ class Condition(Enum):
     FEEDBACK = "the controller reports positions, freshly"
     ROLE = "whoever wants to move it is logged in where that is asked for, with a role that may"
     AUTHORITY = "whoever wants to move it has the motion authority"
-    MODE = "the mode of operation allows it"
-    ENABLING = "the enabling device (training) is held where the mode asks for it"
-    STOP = "no stop is latched"
-    CONTROLLER = "the controller can move"
     LIMITS = "every joint is inside its limits"
+    MODE = "the mode of operation allows it"
+    STOP = "no stop is latched"
+    ENABLING = "the enabling device (training) is held where the mode asks for it"
+    CONTROLLER = "the controller can move"
     OVERRIDE = "the speed override is above 0"
     SCENE = "the robot touches nothing of itself or of its scene"
     PROGRAM = "no program is under way"
@@ -122,11 +124,11 @@ def examine(
     if asked is not None:
         yield Finding(Condition.ROLE, asked.role(session))
     yield Finding(Condition.AUTHORITY, permission(cell.authority, session, now))
-    yield Finding(Condition.MODE, modes.forbids(kind, controller))
-    yield Finding(Condition.ENABLING, modes.not_enabled(session, controller, now))
-    yield _stop(cell)
-    yield _controller(cell)
     yield Finding(Condition.LIMITS, None if _recovers(cell, kind) else outside_limits(cell))
+    yield Finding(Condition.MODE, modes.forbids(kind, controller))
+    yield _stop(cell)
+    yield Finding(Condition.ENABLING, modes.not_enabled(session, controller, now))
+    yield _controller(cell)
     held = planned and _is_paused(cell.program)
     yield Finding(Condition.OVERRIDE, None if held else modes.override_fault())
     if asked is not None:

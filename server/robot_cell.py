@@ -236,7 +236,7 @@ class RobotCell:
                 return held_by(current)
             if self.modes.mode(self.mode) is not OperatingMode.AUTOMATIC:
                 text = f"{current.name} may be at the robot: no take-over in manual"
-                return Refusal(VerdictCode.MODE_FORBIDS, text)
+                return Refusal(VerdictCode.NO_TAKE_OVER, text)
             if self.is_moving:
                 text = f"{current.name} moves the robot; stop it, and take over once it stands"
                 return Refusal(VerdictCode.MOVING, text)

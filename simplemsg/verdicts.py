@@ -25,6 +25,7 @@ class VerdictCode(IntEnum):
     NOT_AUTOMATIC = 7
     AUTHORITY_LOST = 8
     NO_PLACE = 9
+    NO_TAKE_OVER = 10
     STOP_LATCHED = 20
     PLANNING = 21
     MOVING = 22
@@ -190,6 +191,10 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     VerdictCode.NO_PLACE: _entry(
         "The server has as many connections as it may have, or too many that did not say hello.",
         "Wait as many seconds as the value says, then connect again.",
+    ),
+    VerdictCode.NO_TAKE_OVER: _entry(
+        "In a manual mode nobody is taken over from, because the holder may be at the robot.",
+        "Ask the holder to release it; anybody may stop the robot meanwhile.",
     ),
     VerdictCode.STOP_LATCHED: _entry(
         "The software stop is latched.",
@@ -398,8 +403,8 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "The zone at a corner does not fit its legs.", "Use the largest zone that the text names."
     ),
     VerdictCode.REVISION_CONFLICT: _entry(
-        "Somebody else changed the document since it was read; nothing was saved or lost.",
-        "Load the kept revision, make the change there, and save again.",
+        "Somebody else changed the document since it was read; nothing was saved, lost or moved.",
+        "Load the revision that the text names; make the change there, or check and run that one.",
     ),
     VerdictCode.NOT_FOUND: _entry(
         "The store has no such document, or no longer that revision of it.",
@@ -500,7 +505,7 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     ),
     VerdictCode.NO_JOG_TO_UNDO: _entry(
         "There is no jog whose way could be taken back.",
-        "An undo works once after each jog, before any other motion.",
+        "An undo works once after each jog, before any other motion; ended half-way, it goes on.",
     ),
     VerdictCode.OUTSIDE_LIMITS: _entry(
         "A joint stands outside its limits, so only motion back inside is allowed.",

@@ -87,7 +87,7 @@ _ALL: tuple[Message, ...] = (
     p.JogRelease(17, 5),
     p.JogStep(18, 0.5, 1, "", 6, _B),
     p.JogUndo(19, 0.25),
-    p.ProgramRun(20, 1, 12, 3, 0.5, "Kleine Kiste"),
+    p.ProgramRun(20, 1, 12, 3, 5, 0.5, "Kleine Kiste"),
     p.Home(21, 0.125, "home"),
     p.State(
         sequence=1,
@@ -128,7 +128,7 @@ _ALL: tuple[Message, ...] = (
     p.AuthorityWanted(8, "Große Taste"),
     p.ModeChanged(2, 7, "Kleine Taste"),
     p.JogEnded(5, 2, 0.125, 0.0625, 0.03125, _C),
-    p.ProgramReport(2, 17, 1, "Kleine Kiste", "paused on the way to P3"),
+    p.ProgramReport(2, 17, 1, 5, "Kleine Kiste", "paused on the way to P3"),
     p.OperatorEvent(2),
     p.ReadSignals(16),
     p.ReadSignalsReply(16, 0xA5, 0x8001, 24, 32),

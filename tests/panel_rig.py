@@ -29,6 +29,7 @@ PROGRAM = TaughtProgram(
 
 DRY_RUN: dict[str, Any] = {
     "program": "pick",
+    "revision": 3,
     "duration": 4.25,
     "endless": False,
     "complete": True,
@@ -38,6 +39,8 @@ DRY_RUN: dict[str, Any] = {
         {"program": "pick", "line": 11, "point": "P1", "zone_used": False, "reachable": True},
     ],
     "scene": [],
+    "statements": [],
+    "unchecked": [],
     "points": [{"point": "home", "reachable": True}, {"point": "P1", "reachable": True}],
     "not_walked": [],
     "path": [],

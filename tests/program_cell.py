@@ -74,10 +74,11 @@ class ProgramCell(EmulatedCell):
         line: int = 0,
         loops: int = 1,
         speed: float = 1.0,
+        revision: int = 0,
         by: Pendant | None = None,
     ) -> VerdictCode | None:
         pendant = by or self.user
-        request = ProgramRun(pendant._next(), kind, line, loops, speed, program)
+        request = ProgramRun(pendant._next(), kind, line, loops, revision, speed, program)
         return pendant.code(request)
 
     def control(self, action: MotionControlAction) -> VerdictCode | None:

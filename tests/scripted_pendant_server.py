@@ -90,8 +90,8 @@ def state(sequence: int, *, mode: OperatingMode = OperatingMode.MANUAL_REDUCED) 
     )
 
 
-class ScriptedPendantServer(asyncio.Protocol):
-    """One connection's other end.
+class ScriptedPendantServer:
+    """The other end of connections; what it says unasked goes to the newest.
 
     Attributes:
         got: what came, with the loop's time [s].
@@ -114,36 +114,24 @@ class ScriptedPendantServer(asyncio.Protocol):
         self.sequence = 0
         self.port = 0
         self._jogs: dict[int, int] = {}
-        self._wire = Connection(Role.SERVER, PENDANT, max_frame=65_532)
-        self._transport: asyncio.Transport | None = None
-        self._telling: asyncio.Task[None] | None = None
+        self.lines: list[_Line] = []
+        self._answered: _Line | None = None
 
-    # The connection.
+    # The connections.
 
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        assert isinstance(transport, asyncio.Transport)
-        self._transport = transport
-        self._wire = Connection(Role.SERVER, PENDANT, max_frame=65_532)
-
-    def data_received(self, data: bytes) -> None:
-        now = asyncio.get_running_loop().time()
-        for received in self._wire.receive(data):
-            assert not isinstance(received, Malformed | Unasked), received
-            self.got.append((now, received))
-            if not self.mutes and received.comm_type == CommType.REQUEST:
-                self._answer(received)
+    def take(self, line: _Line, message: Message) -> None:
+        self.got.append((asyncio.get_running_loop().time(), message))
+        if not self.mutes and message.comm_type == CommType.REQUEST:
+            self._answered = line
+            self._answer(message)
+            self._answered = None
 
     def send(self, message: Message) -> None:
-        assert self._transport is not None
-        self._transport.write(self._wire.send(message))
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        if self._telling is not None:
-            self._telling.cancel()
+        (self._answered or self.lines[-1]).send(message)
 
     def hang_up(self) -> None:
-        if self._transport is not None:
-            self._transport.close()
+        for line in [self._answered] if self._answered else list(self.lines):
+            line.hang_up()
 
     def tell_state(self) -> None:
         self.sequence += 1
@@ -161,7 +149,8 @@ class ScriptedPendantServer(asyncio.Protocol):
             case Hello():
                 self.send(self._welcome(message))
                 self.tell_state()
-                self._telling = asyncio.get_running_loop().create_task(self._tell_states())
+                assert self._answered is not None
+                self._answered.telling = asyncio.create_task(self._tell_states(self._answered))
             case Ping():
                 self.send(Ping(comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS))
             case Management():
@@ -169,11 +158,12 @@ class ScriptedPendantServer(asyncio.Protocol):
             case _:
                 self._judge(message, getattr(message, "request_id", 0))
 
-    async def _tell_states(self) -> None:
+    async def _tell_states(self, line: _Line) -> None:
         while True:
             await asyncio.sleep(STATE_PERIOD)
             if not self.mutes:
-                self.tell_state()
+                self.sequence += 1
+                line.send(state(self.sequence, mode=self.mode))
 
     @staticmethod
     def _welcome(hello: Hello) -> HelloReply:
@@ -261,6 +251,39 @@ class ScriptedPendantServer(asyncio.Protocol):
         return found
 
 
+class _Line(asyncio.Protocol):
+    """One connection, with its states."""
+
+    def __init__(self, server: ScriptedPendantServer) -> None:
+        self.telling: asyncio.Task[None] | None = None
+        self._server = server
+        self._wire = Connection(Role.SERVER, PENDANT, max_frame=65_532)
+        self._transport: asyncio.Transport | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self._transport = transport
+        self._server.lines.append(self)
+
+    def data_received(self, data: bytes) -> None:
+        for received in self._wire.receive(data):
+            assert not isinstance(received, Malformed | Unasked), received
+            self._server.take(self, received)
+
+    def send(self, message: Message) -> None:
+        assert self._transport is not None
+        self._transport.write(self._wire.send(message))
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._server.lines.remove(self)
+        if self.telling is not None:
+            self.telling.cancel()
+
+    def hang_up(self) -> None:
+        assert self._transport is not None
+        self._transport.close()
+
+
 def _verdict(request_id: int, code: VerdictCode, text: str) -> Verdict:
     return Verdict(
         request_id=request_id,
@@ -281,7 +304,7 @@ async def scripted_server(
     """Listen on a free port of loopback."""
     server = ScriptedPendantServer()
     listener = await asyncio.get_running_loop().create_server(
-        lambda: server, "127.0.0.1", 0, ssl=tls
+        lambda: _Line(server), "127.0.0.1", 0, ssl=tls
     )
     server.port = listener.sockets[0].getsockname()[1]
     try:

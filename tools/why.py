@@ -23,6 +23,7 @@ from .pendants.signing_in import PASSWORD_VARIABLE, password_of, trusted
 _READY, _NOT_READY, _USAGE, _UNAVAILABLE, _INTERRUPTED = 0, 1, 2, 69, 130
 _TIMEOUT = 5.0
 _KINDS = ("move", "jog", "program")
+_IS_IT = f"is it a pendant port (default {DEFAULT_PORT})?"
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -45,14 +46,15 @@ def main(argv: list[str] | None = None) -> int:
     try:
         answer = asyncio.run(_ask(arguments, tls, password))
     except TimeoutError:
-        return _complain(f"{host}:{port} did not answer within {_TIMEOUT:g} s")
-    except OSError as error:
-        return _complain(f"nobody answers at {host}:{port}: {error.strerror or error}")
+        return _complain(f"{host}:{port} did not answer within {_TIMEOUT:g} s; {_IS_IT}")
+    except WrongArgument as error:
+        return _complain(str(error), _USAGE)
     except Refused as refused:
-        which = "; say which by --cell NAME" if refused.code == VerdictCode.UNKNOWN_CELL else ""
-        return _complain(f"{host}:{port}: {refused}{which}")
+        if refused.code == VerdictCode.UNKNOWN_CELL:
+            return _complain(f"{host}:{port}: {refused}; say which by --cell NAME")
+        return _complain(f"{host}:{port}: {refused.explained}")
     except PendantError as error:
-        return _complain(f"{host}:{port}: {error}")
+        return _complain(str(error))
     print(json.dumps(answer, indent=2, ensure_ascii=False) if arguments.json else table(answer))
     return _READY if answer["ready"] else _NOT_READY
 
@@ -61,7 +63,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="openpendant why",
         description="Ask a server why its robot does not move.",
-        epilog="Exit code: 0 where it could move, 1 where a condition is broken.",
+        epilog="Exit codes: 0 it could move, 1 a condition is broken, 2 wrong usage, 69 no server"
+        " answered or it does not want us, 130 interrupted.",
     )
     parser.add_argument(
         "server",

@@ -45,7 +45,7 @@ class Driving:
 
     Attributes:
         work: the motion between its request and its end; None for none.
-        started: how many motions and jogs have begun so far.
+        undoable: the last motion that began, where it can be taken back; else None.
         is_linked: the connections to the controller that a motion needs are there.
     """
 
@@ -66,7 +66,7 @@ class Driving:
             tell: told all news; returns what is to be written because of them.
             on_fault: told where a set-point failed its last look; returns the protective stop.
         """
-        self.started = 0
+        self.undoable: Work | None = None
         self.work: Work | None = None
         self.is_linked = False
         self._up = dict.fromkeys(ControllerPath, False)
@@ -163,7 +163,7 @@ class Driving:
             return self._tell(Refused(work.request, first), now)
         work.begin(execution)
         self.work = work
-        self.started += 1
+        self.undoable = None if work.back is None else work
         out: list[Outgoing] = [] if first is None else [Forward(first)]
         return out + self._tell(Begun(work.request), now)
 
@@ -274,7 +274,7 @@ class Driving:
         if refusal is not None:
             return self._abort(refusal, now)
         if execution.phase is _ARRIVED:
-            self.work = None
+            self.work, work.has_arrived = None, True
             return self._tell(self._ended(work, None, now), now)
         return self._send_next(execution, now)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from ..jog.jogging import JogRows
+from ..jog.way_back import WayBack, Waypoints
 from ..news import Request
 from ..operating_mode import MotionKind
 from .execution import Execution
@@ -25,6 +26,8 @@ class Work:
         planned_cap: cap of the tool speed that it was planned with [m/s]; None for none.
         plan_time: how long it was planned [s].
         duration: of the certified trajectory [s]; 0 of a jog.
+        back: how it is taken back; None where it is no jog, no increment and no undo of one.
+        has_arrived: the robot stood at its end.
         execution: sends its set-points; None while it is planned.
         stored: the certified trajectory that is played; None while planning and in a jog.
         jog: the jog that is driven; None for all else.
@@ -36,6 +39,8 @@ class Work:
     planned_cap: float | None = None
     plan_time: float = 0.0
     duration: float = 0.0
+    back: WayBack | None = None
+    has_arrived: bool = field(default=False, init=False)
     execution: Execution | None = field(default=None, init=False)
     stored: StoredRows | None = field(default=None, init=False)
     jog: JogRows | None = field(default=None, init=False)
@@ -46,3 +51,11 @@ class Work:
         self.execution = execution
         self.stored = rows if isinstance(rows, StoredRows) else None
         self.jog = rows if isinstance(rows, JogRows) else None
+
+    @property
+    def way_back(self) -> Waypoints:
+        """The waypoints along which it is taken back; empty where that cannot be."""
+        if self.back is None:
+            return ()
+        passed = 0 if self.stored is None else self.stored.waypoints_passed
+        return self.back.left(passed, has_arrived=self.has_arrived)

@@ -8,7 +8,6 @@ press dies is `press`' rule, whether a jog may start is the cell's, and the math
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from openpendant.motion.errors import MotionError
@@ -19,21 +18,21 @@ from ..news import Request
 from ..operating_mode import MotionKind
 from ..outgoing import Outgoing
 from ..pendant.arguments import speed_fault
-from ..planning.jobs import JointPathJob, JointVector, MotionJob, PoseJob
+from ..planning.jobs import JointPathJob, MotionJob, PoseJob
 from ..refusal import Refusal, refusal_of
 from ..robot_cell import RobotCell
 from ..robot_view import RobotView
 from ..settings import Jog
+from .arguments import count_fault, increment_fault, shares_fault
 from .jogging import JogRows
 from .press import PressCounter
+from .way_back import WayBack, Waypoints
 
 if TYPE_CHECKING:
     from openpendant.motion.jog import JogCaps, JogTarget
 
 RECENT_NS = 500_000_000
 """A press must quote a state message that is no older than this."""
-
-_TOOL_VALUES = 6
 
 
 class RecentStates:
@@ -74,8 +73,6 @@ class JogDesk:
         self._settings = settings
         self._model = model
         self._presses = PressCounter()
-        self._way_back: Callable[[], tuple[JointVector, ...]] | None = None
-        self._last_undone = 0  # the latest motion, by its count, that an undo takes back
 
     # Presses.
 
@@ -100,16 +97,17 @@ class JogDesk:
         refusal = self._cell.check(session, now, MotionKind.JOG, steered=running is not None)
         if refusal is not None:
             return refusal
-        self.pressed = message
         request = Request(session, message.request_id)
         if running is not None:
+            self.pressed = message
             return self._cell.motions.take_over_jog(request, running, target, press, now)
         self._cell.authority.beat(session, now)
         start = self._cell.standing_at
         rows = JogRows(self._model.begin(start, self._caps()), start, target, press)
-        self._way_back = rows.way_back
-        self._last_undone = self._cell.motions.started + 1
-        return self._cell.motions.jog(request, rows, self._settings.lead, now)
+        out = self._cell.motions.jog(request, rows, self._settings.lead, now)
+        if self._cell.motions.driven_jog is rows:
+            self.pressed = message
+        return out
 
     def _caps(self) -> JogCaps:
         modes = self._cell.modes
@@ -117,26 +115,18 @@ class JogDesk:
         return self._model.caps(modes.override, self._settings, cap)
 
     def _target(self, message: JogStart) -> JogTarget | Refusal:
-        refusal = self._count_fault(message.space, message.value_count)
+        values = message.values[: message.value_count]
+        refusal = count_fault(self._cell.slots, message.space, message.value_count) or shares_fault(
+            message.space, values
+        )
         if refusal is not None:
             return refusal
-        values = message.values[: message.value_count]
         try:
             if message.space == JogSpace.JOINTS:
                 return self._model.joints(values)
             return self._model.tool(values, message.frame)
         except MotionError as error:
             return refusal_of(error)
-
-    def _count_fault(self, space: int, count: int) -> Refusal | None:
-        if space == JogSpace.JOINTS:
-            return self._cell.slots.count_fault(count)
-        if space != JogSpace.TOOL:
-            return Refusal(VerdictCode.BAD_ARGUMENT, f"space {space}; accepted: 1 joints, 2 tool")
-        if count != _TOOL_VALUES:
-            text = f"{count} values for the tool; accepted: 6, x, y, z and about x, y, z"
-            return Refusal(VerdictCode.BAD_ARGUMENT, text, value=count, limit=_TOOL_VALUES)
-        return None
 
     def beat(self, session: int, press: int, beat: int, now: int) -> None:
         """Take a beat; it keeps the authority as well."""
@@ -179,15 +169,16 @@ class JogDesk:
         Returns:
             Why it is refused, or what follows; the verdict comes as news.
         """
+        values = message.values[: message.value_count]
         refusal = (
             self._cell.check(session, now, MotionKind.JOG)
             or speed_fault(message.speed)
-            or self._count_fault(message.space, message.value_count)
+            or count_fault(self._cell.slots, message.space, message.value_count)
+            or increment_fault(message.space, values)
         )
         if refusal is not None:
             return refusal
         start = self._cell.standing_at
-        values = message.values[: message.value_count]
         if message.space == JogSpace.TOOL:
             try:
                 goal = self._model.stepped_pose(start, values, message.frame)
@@ -209,12 +200,14 @@ class JogDesk:
                 return target
             job = self._joint_job((target,), message.speed)
         self._cell.authority.beat(session, now)
-        self._way_back = lambda: (start,)
-        self._last_undone = self._cell.motions.started + 1
-        return self._cell.motions.ask(Request(session, message.request_id), job, MotionKind.JOG)
+        request = Request(session, message.request_id)
+        back = WayBack(lambda: (start,))
+        return self._cell.motions.ask(request, job, MotionKind.JOG, back)
 
     def undo(self, session: int, message: JogUndo, now: int) -> Refusal | list[Outgoing]:
-        """Move back along the way of the last jog; a second undo has nothing to take back.
+        """Move back along the way of the jog that moved last; a second undo has nothing to do.
+
+        An undo that was ended on its way is gone on with where it is asked for again.
 
         Returns:
             Why it is refused, or what follows; the verdict comes as news.
@@ -222,15 +215,17 @@ class JogDesk:
         refusal = self._cell.check(session, now, MotionKind.JOG) or speed_fault(message.speed)
         if refusal is not None:
             return refusal
-        # After any other motion the robot is no longer where that way ended.
-        if self._way_back is None or self._cell.motions.started > self._last_undone:
+        way = self._cell.motions.way_back
+        if not way:
             return Refusal(VerdictCode.NO_JOG_TO_UNDO)
-        waypoints, self._way_back = self._way_back(), None
         self._cell.authority.beat(session, now)
-        job = self._joint_job(waypoints, message.speed)
-        return self._cell.motions.ask(Request(session, message.request_id), job, MotionKind.JOG)
+        request = Request(session, message.request_id)
+        back = WayBack(lambda: way, is_undo=True)
+        return self._cell.motions.ask(
+            request, self._joint_job(way, message.speed), MotionKind.JOG, back
+        )
 
-    def _joint_job(self, waypoints: tuple[JointVector, ...], speed: float) -> JointPathJob:
+    def _joint_job(self, waypoints: Waypoints, speed: float) -> JointPathJob:
         return JointPathJob(
             self._cell.motions.new_job_id(),
             self._cell.standing_at,

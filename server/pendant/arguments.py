@@ -72,4 +72,7 @@ def run_fault(message: ProgramRun) -> Refusal | None:
     if not 0 <= message.loops <= MOST_PASSES:
         text = f"{message.loops} loops; accepted: 0 for until it is stopped, 1 to {MOST_PASSES}"
         return Refusal(VerdictCode.BAD_ARGUMENT, text)
+    if message.revision < 0:
+        text = f"revision {message.revision}; accepted: 0 for the newest, or from 1"
+        return Refusal(VerdictCode.BAD_ARGUMENT, text)
     return speed_fault(message.speed)

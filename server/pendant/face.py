@@ -205,9 +205,9 @@ class PendantFace:
 
     def regranted(self, session: int, now: int) -> list[Outgoing]:
         """Follow a change of what a pendant may do; somebody else does not keep the authority."""
-        if session not in self._listeners or not self._listeners[session].welcomed:
+        listener = self._listeners[session] if session in self._listeners else None
+        if listener is None or not listener.welcomed:
             return []
-        listener = self._listeners[session]
         listener.client = self.access.name_of(session, listener.hello_name)
         listener.looks_on = self.access.may(session, Permission.OBSERVE)
         holder = self._cell.authority.holder
@@ -215,7 +215,10 @@ class PendantFace:
             return []
         if holder.client == listener.client and self.access.may(session, Permission.MOVE):
             return []
-        change = self._cell.authority.release(session, AuthorityReason.LOGGED_OUT)
+        # Whoever is still logged in by that name has lost the role alone.
+        is_in = "" != self.access.name_of(session, "") == holder.client
+        reason = AuthorityReason.ROLE_LOST if is_in else AuthorityReason.LOGGED_OUT
+        change = self._cell.authority.release(session, reason)
         return self._cell.authority_gone(change, now)
 
     def skipped(self, session: int) -> None:

@@ -78,6 +78,8 @@ class ProgramDescription(Body):
     name: str
     state: str
     line: int
+    revision: int
+    """The one that runs, of the program named here; another may be kept by now."""
 
 
 class Snapshot(Body):
@@ -130,7 +132,10 @@ def snapshot(
         program=None
         if program is None
         else ProgramDescription(
-            name=program.name, state=program.state.name.lower(), line=program.line
+            name=program.name,
+            state=program.state.name.lower(),
+            line=program.line,
+            revision=program.revision,
         ),
         owner=None
         if holder is None

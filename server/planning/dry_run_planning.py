@@ -21,11 +21,13 @@ from openpendant.motion.trajectory import Trajectory
 
 from ..programs.dry_run import dry_run, reachability
 from ..programs.dry_run_results import BlockPlan, BlockRefused, ToolSample
+from ..programs.dry_statements import AbsentSignal
 from ..programs.motion_blocks import MotionBlock
 from ..programs.points import TeachPoint
 from ..programs.statements import Attach, Detach
 from ..refusal import Refusal, refusal_of
 from ..world.carrying import left, taken
+from ..world.offered_signals import Offer
 from .block_planning import BlockFault, Places, placed_refusal, plan_block
 from .jobs import DryRunFound, DryRunJob, DryRunSlice, JointVector
 from .way_check import collision_on
@@ -79,13 +81,21 @@ class DryRuns:
             return _rearranged(kinematics, scene, statement, at)
 
         try:
-            found = dry_run(job.linked, job.start, plan, job.scene, rearrange)
+            found = dry_run(job.linked, job.start, plan, job.scene, rearrange, _absent(job.signals))
         except _SliceOver:
             return DryRunSlice(len(known))
         del self._known[job.run_id]
         places = Places(kinematics, job.frames)
         main = job.linked.programs[job.linked.main]
         return DryRunFound(found, reachability(main, lambda point: _unreachable(places, point)))
+
+
+def _absent(signals: Offer) -> AbsentSignal | None:
+    """Return what tells why there is no such signal; None where nobody knows."""
+    if isinstance(signals, Refusal):
+        none: Refusal = signals
+        return lambda kind, signal: none
+    return None if signals is None else signals.absent
 
 
 def _unreachable(places: Places, point: TeachPoint) -> Refusal | None:

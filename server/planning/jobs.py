@@ -15,6 +15,7 @@ from ..programs.linking import Linked
 from ..programs.motion_blocks import MotionBlock
 from ..programs.work import Done, ProgramRefused, Task
 from ..refusal import Refusal
+from ..world.offered_signals import Offer
 from .pose_goal import PoseGoal
 from .recording_job import PlaybackAccount, RecordingJob
 from .way_check_job import WayCheckJob, WayFree
@@ -145,6 +146,7 @@ class DryRunJob:
         frames: the named frames and tools.
         tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
         scene: what the ways must not touch, as it is now; None to check nothing.
+        signals: which the controller has.
     """
 
     job_id: int
@@ -154,6 +156,7 @@ class DryRunJob:
     frames: FrameTree
     tool_speed: float | None = None
     scene: Scene | None = None
+    signals: Offer = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,9 +194,10 @@ class DryRunFound:
     """A dry run that is done.
 
     Attributes:
-        run: what was found about each move.
+        run: what was found about each statement.
         points: whether each point of the main program can be reached.
-        refused: how many moves and points cannot, those included that `dry_run_answer` cut off.
+        refused: how many statements and points cannot, those included that `dry_run_answer` cut
+            off.
     """
 
     run: DryRun

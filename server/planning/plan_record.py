@@ -8,6 +8,7 @@ The certificate is not noted: reading an answer makes it anew, by the same indep
 from __future__ import annotations
 
 import base64
+import json
 from collections.abc import Sequence
 from typing import Any
 
@@ -104,7 +105,8 @@ def plan_from_json(
         if read.kind is not None:
             if read.kind not in _FOUND:
                 raise PlanRecordError(f"no answer of a planner is called {read.kind!r}")
-            found = _FOUND[read.kind].validate_python(read.found)
+            # As text, because statements are strict: an object is a statement in JSON alone.
+            found = _FOUND[read.kind].validate_json(json.dumps(read.found))
             return Planned(job_id, found, read.plan_time)
         if read.samples is None:
             raise PlanRecordError("neither a trajectory nor a refusal")

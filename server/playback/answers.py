@@ -6,6 +6,9 @@ Owns the fields of these answers. A change is acknowledged from the store's own 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
+
+from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..outgoing import Outgoing
 from ..refusal import Refusal
@@ -24,6 +27,29 @@ def conflict(name: str, expected: int, found: Heading) -> Refusal | None:
         return None
     kind, kept = DocumentKind.PROGRAM, found.revision
     return Conflict(kind, name, expected, kept, found.saved_by, found.saved_at).refusal()
+
+
+def not_the_kept_one(asked: int, kept: Heading) -> Refusal:
+    """Return the refusal to run a revision in the place of which another is kept."""
+    text = (
+        f"revision {asked} was asked for, revision {kept.revision} is kept:"
+        f" program {kept.name!r} was saved by {kept.saved_by!r} at {kept.saved_at}"
+    )
+    return _other_revision(text, kept.revision, asked)
+
+
+def not_the_one_under_way(program: str, asked: int, running: int) -> Refusal:
+    """Return the refusal to go on with another revision than the run began with."""
+    text = (
+        f"revision {asked} was asked for, revision {running} of program {program!r} is under way;"
+        f" accepted: {running}, or {asked} after a program stop"
+    )
+    return _other_revision(text, running, asked)
+
+
+def _other_revision(text: str, found: int, asked: int) -> Refusal:
+    code = VerdictCode.REVISION_CONFLICT
+    return Refusal(code, text, value=float(found), limit=float(asked))
 
 
 def listed(found: Answer, asker: Asker, first: int) -> list[Outgoing]:
@@ -49,18 +75,18 @@ def listed(found: Answer, asker: Asker, first: int) -> list[Outgoing]:
     )
 
 
-def saved(found: Answer, asker: Asker) -> list[Outgoing]:
+def saved(found: Answer, asker: Asker, **about: Any) -> list[Outgoing]:
     """Answer after the store has a change: the point that is acknowledged is on the disk."""
     if isinstance(found, StoreError):
         return asker.refuse(found.refusal())
     assert isinstance(found, Heading)
-    return asker.answer(name=found.name, revision=found.revision)
+    return asker.answer(name=found.name, revision=found.revision, **about)
 
 
-def renamed(copy: Heading, deleted: Answer, asker: Asker) -> list[Outgoing]:
+def renamed(copy: Heading, deleted: Answer, asker: Asker, **about: Any) -> list[Outgoing]:
     """Answer after the old name is gone, or say that it is still there."""
     if isinstance(deleted, StoreError):
         refusal = deleted.refusal()
         text = f"{copy.name!r} was saved, but the old name is still there: {refusal.sentence}"
         return asker.refuse(replace(refusal, text=text))
-    return asker.answer(name=copy.name, revision=copy.revision)
+    return asker.answer(name=copy.name, revision=copy.revision, **about)

@@ -10,13 +10,16 @@ from pydantic import ValidationError
 from ..outgoing import Outgoing
 from ..pendant.management_bodies import body_fault
 from ..planning.jobs import Planned
+from ..programs.program import OwnRobot
 from ..robot_cell import RobotCell
 from ..robot_view import RobotView
 from ..store.questions import AskStore
+from ..world.offered_signals import Offer
 from . import operations as op
 from .breakpoints import Breakpoints
 from .desk import ProgramDesk, ToAll
 from .dry_run_desk import DryRunDesk
+from .kept_breakpoints import KeptBreakpoints
 from .library import ProgramLibrary
 from .operations import OPERATION, Asker
 from .program_work import ProgramWork
@@ -53,10 +56,15 @@ class CellPrograms:
         """
         self._work = ProgramWork(cell.motions.new_job_id)
         shelf = ProgramShelf(ask, self._work, robot_name, cell.limits)
-        self.desk = ProgramDesk(cell, robot, shelf, BareSurroundings(), to_all)
-        self._breakpoints = Breakpoints(shelf, self._work, self.desk.set_breakpoints)
-        self._library = ProgramLibrary(ask, shelf, self._work, cell, robot, robot_name)
-        self._dry_runs = DryRunDesk(cell, robot, shelf, cell_name)
+        kept = KeptBreakpoints(shelf, self._work)
+        self.desk = ProgramDesk(cell, robot, shelf, kept, BareSurroundings(), to_all)
+        own = OwnRobot(robot_name, cell.limits)
+        self._breakpoints = Breakpoints(shelf, self._work, kept, self.desk, own)
+        self._library = ProgramLibrary(ask, shelf, self._work, kept, cell, robot, robot_name)
+        self._dry_runs = DryRunDesk(cell, robot, shelf, self._offered_signals, cell_name)
+
+    def _offered_signals(self) -> Offer:
+        return self.desk.surroundings.offered_signals
 
     def operation(self, body: bytes, asker: Asker, now: int) -> list[Outgoing]:
         """Carry out a management request about programs; the answer may come later."""

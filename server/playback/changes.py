@@ -15,7 +15,9 @@ from ..outgoing import Outgoing
 from ..programs.document import program_from_json
 from ..programs.edits import DescribeProgram, Edit
 from ..programs.errors import ProgramError
-from ..programs.history import History
+from ..programs.history import History, Step
+from ..programs.program import OwnRobot
+from ..programs.renumbering import Renumbering
 from ..programs.splice import Splice
 from ..programs.work import BodyEdited, Done, EditBody, HeadTaken, TakeHead
 from ..refusal import Refusal
@@ -24,6 +26,7 @@ from ..store.questions import AskStore
 from ..store.requests import Answer, Delete, Save
 from . import operations as op
 from .answers import conflict, renamed, saved
+from .kept_breakpoints import KeptBreakpoints
 from .operations import Asker
 from .program_work import ProgramWork
 from .shelf import ProgramShelf
@@ -43,7 +46,13 @@ class ProgramChanges:
     """The changes of one cell's programs."""
 
     def __init__(
-        self, ask: AskStore, shelf: ProgramShelf, work: ProgramWork, teacher: Teacher
+        self,
+        ask: AskStore,
+        shelf: ProgramShelf,
+        work: ProgramWork,
+        breakpoints: KeptBreakpoints,
+        teacher: Teacher,
+        own: OwnRobot,
     ) -> None:
         """Begin with nothing to undo.
 
@@ -51,23 +60,50 @@ class ProgramChanges:
             ask: asks the store.
             shelf: loads programs.
             work: edits them.
+            breakpoints: follow the changes.
             teacher: teaches points.
+            own: the robot that programs must be of to be edited.
         """
         self._ask = ask
         self._shelf = shelf
         self._work = work
+        self._breakpoints = breakpoints
         self._teacher = teacher
+        self._own = own
         self._histories: OrderedDict[str, tuple[int, History]] = OrderedDict()
 
     def save(
-        self, name: str, body: str, history: History, expected: int, asker: Asker
+        self,
+        name: str,
+        body: str,
+        history: History,
+        expected: int,
+        asker: Asker,
+        renumbering: Renumbering | None = None,
     ) -> list[Outgoing]:
-        """Save what a history leads to; the history is kept once the store has the program."""
+        """Save what a history leads to; the history is kept once the store has the program.
+
+        Args:
+            name: of the program.
+            body: its JSON.
+            history: what led to it.
+            expected: the revision that the change was made from.
+            asker: gets the answer, with the breakpoints as they are then.
+            renumbering: where the change leaves the statements; None to find them by comparing.
+        """
 
         def kept(found: Answer, now: int) -> list[Outgoing]:
-            if isinstance(found, Heading):
-                self._remember(name, found.revision, history)
-            return saved(found, asker)
+            if not isinstance(found, Heading):
+                return saved(found, asker)
+            heading, revision = found, found.revision
+            self._remember(name, revision, history)
+            if renumbering is not None:
+                self._breakpoints.move(name, expected, revision, renumbering)
+
+            def followed(_: object, now: int) -> list[Outgoing]:
+                return saved(heading, asker, **self._breakpoints.fields(name, revision))
+
+            return self._breakpoints.follow(name, revision, body, followed, now)
 
         return self._ask(Save(_KIND, name, body, expected, asker.name), kept)
 
@@ -94,7 +130,7 @@ class ProgramChanges:
             )
             if isinstance(found, Refusal) or refusal is not None:
                 return asker.refuse(refusal or Refusal(VerdictCode.NOT_FOUND))
-            history = self._history(name, expected).edited(Splice(0, found.body, body))
+            history = self._history(name, expected).edited(Step(Splice(0, found.body, body)))
             return self.save(name, body, history, expected, asker)
 
         return self._shelf.load(name, loaded)
@@ -109,10 +145,15 @@ class ProgramChanges:
             )
             if isinstance(found, Refusal) or refusal is not None:
                 return asker.refuse(refusal or Refusal(VerdictCode.NOT_FOUND))
-            try:
-                return self._changed(asked, found.body, asker, now)
-            except ProgramError as error:
-                return asker.refuse_program(error)
+            body = found.body
+
+            def followed(_: object, now: int) -> list[Outgoing]:
+                try:
+                    return self._changed(asked, body, asker, now)
+                except ProgramError as error:
+                    return asker.refuse_program(error)
+
+            return self._breakpoints.follow(name, expected, body, followed, now)
 
         return self._shelf.load(name, loaded)
 
@@ -133,13 +174,14 @@ class ProgramChanges:
         self,
         asked: op.UndoEdit | op.RedoEdit,
         body: str,
-        way: Callable[[History], tuple[History, Splice]],
+        way: Callable[[History], tuple[History, Step]],
         asker: Asker,
     ) -> list[Outgoing]:
         """Go one edit back or forth; that is done on the JSON and needs no reading."""
         name, expected = asked.name, asked.expected_revision
-        history, splice = way(self._history(name, expected))
-        return self.save(name, splice.applied(body), history, expected, asker)
+        history, step = way(self._history(name, expected))
+        after = step.splice.applied(body)
+        return self.save(name, after, history, expected, asker, step.renumbering)
 
     def _edit(
         self,
@@ -153,10 +195,11 @@ class ProgramChanges:
 
         def edited(done: Done, now: int) -> list[Outgoing]:
             assert isinstance(done, BodyEdited)
-            history = self._history(name, expected).edited(done.splice)
-            return self.save(name, done.splice.applied(body), history, expected, asker)
+            history = self._history(name, expected).edited(Step(done.splice, done.renumbering))
+            after = done.splice.applied(body)
+            return self.save(name, after, history, expected, asker, done.renumbering)
 
-        return self._work.have(EditBody(body, name, edit), edited, asker, now)
+        return self._work.have(EditBody(body, name, edit, self._own), edited, asker, now)
 
     def _teach(
         self, asked: op.RecordPoint | op.TouchUpPoint, body: str, asker: Asker, now: int
@@ -188,8 +231,14 @@ class ProgramChanges:
         def copied(found: Answer, now: int) -> list[Outgoing]:
             if not isinstance(found, Heading):
                 return saved(found, asker)
-            request = Delete(_KIND, old, expected, asker.name)
-            return self._ask(request, lambda gone, _: renamed(found, gone, asker))
+            copy = found
+
+            def deleted(gone: Answer, now: int) -> list[Outgoing]:
+                if isinstance(gone, Heading):
+                    self._breakpoints.rename(old, new, copy.revision)
+                return renamed(copy, gone, asker, **self._breakpoints.fields(new, copy.revision))
+
+            return self._ask(Delete(_KIND, old, expected, asker.name), deleted)
 
         task = EditBody(body, old, DescribeProgram(name=new))
         return self._work.have(task, edited, asker, now)

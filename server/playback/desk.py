@@ -34,9 +34,11 @@ from ..readiness import permission, stop_refusal
 from ..refusal import Refusal
 from ..robot_cell import RobotCell
 from ..robot_view import RobotView
+from .going_on import going_on_fault
+from .kept_breakpoints import KeptBreakpoints, Places, RunPlaces
 from .motion import ProgramMotion
 from .playing import Playing
-from .reports import program_report, running_program, start_index
+from .reports import noted, program_report, running_program, start_index
 from .shelf import ProgramShelf
 from .surroundings import Surroundings
 
@@ -48,7 +50,6 @@ class ProgramDesk:
     """The program run of one cell.
 
     Attributes:
-        breakpoints: of each program, the numbers of the statements to pause before, from 0.
         surroundings: signals and objects.
     """
 
@@ -57,6 +58,7 @@ class ProgramDesk:
         cell: RobotCell,
         robot: RobotView,
         shelf: ProgramShelf,
+        breakpoints: KeptBreakpoints,
         surroundings: Surroundings,
         to_all: ToAll,
     ) -> None:
@@ -66,14 +68,15 @@ class ProgramDesk:
             cell: the cell.
             robot: the mathematics of the robot.
             shelf: the programs.
+            breakpoints: those of the programs.
             surroundings: signals and objects.
             to_all: sends reports.
         """
-        self.breakpoints: dict[str, frozenset[int]] = {}
         self.surroundings = surroundings
         self._cell = cell
         self._robot = robot
         self._shelf = shelf
+        self._breakpoints = breakpoints
         self._to_all = to_all
         self._playing: Playing | None = None
         self._loading: tuple[Holder, ProgramRun] | None = None
@@ -116,16 +119,22 @@ class ProgramDesk:
             return refusal
         self._loading = loading = (by, message)
 
-        def loaded(linked: Linked | Refusal, at: int) -> list[Outgoing]:
+        def loaded(linked: Linked | Refusal, places: RunPlaces, at: int) -> list[Outgoing]:
             if self._loading is not loading:
                 return [_verdict(by, message.request_id, Refusal(VerdictCode.PROGRAM_STOPPED))]
             self._loading = None
-            return self._loaded(by, message, linked, at)
+            return self._loaded(by, message, linked, places, at)
 
-        return self._shelf.fetch_linked(message.program, loaded)
+        then = partial(self._breakpoints.of_run, then=loaded)
+        return self._shelf.fetch_linked(message.program, then, message.revision)
 
     def _loaded(
-        self, by: Holder, message: ProgramRun, linked: Linked | Refusal, now: int
+        self,
+        by: Holder,
+        message: ProgramRun,
+        linked: Linked | Refusal,
+        places: RunPlaces,
+        now: int,
     ) -> list[Outgoing]:
         """Start a program that was loaded, where nothing has come in between."""
         start = linked if isinstance(linked, Refusal) else start_index(linked, message.line)
@@ -134,20 +143,27 @@ class ProgramDesk:
             found = start if isinstance(start, Refusal) else refusal
             return [_verdict(by, message.request_id, found)]
         motion = ProgramMotion(self._cell, self._robot, by, message.request_id, message.speed)
-        report = partial(self._report, linked.main)
-        self._playing = current = Playing(linked, by, motion, self.surroundings, report)
+        report = partial(self._report, linked)
+        self._playing = current = Playing(
+            linked, by, motion, self.surroundings, report, message.loops
+        )
         current.note_request(message)
-        current.runner.handle(run.SetBreakpoints(self._places(linked)), now)
+        current.pause_before(places, now)
         step = message.run == RunKind.STEP_FORWARD
         first = run.Start(start, message.loops or None, step)
-        return [_verdict(by, message.request_id), *current.handle(first, now)]
+        out = [_verdict(by, message.request_id), *current.handle(first, now)]
+        dropped = self._breakpoints.take_dropped(linked.programs)
+        if dropped and not current.is_over:
+            out += self._to_all(noted(program_report(linked, current.runner.status, None), dropped))
+        return out
 
     def _go_on(self, current: Playing, message: ProgramRun, now: int) -> Refusal | list[Outgoing]:
         """Go on with the program that is paused, or take a step of it."""
-        if message.program != current.linked.main or message.line:
-            text = f"program {current.linked.main!r} is under way; accepted: line 0 of it"
-            return Refusal(VerdictCode.PROGRAM_RUNNING, text)
-        if current.runner.status.state is not run.RunState.PAUSED:
+        status = current.runner.status
+        refusal = going_on_fault(message, current.linked, current.loops, status)
+        if refusal is not None:
+            return refusal
+        if status.state is not run.RunState.PAUSED:
             return Refusal(VerdictCode.PROGRAM_RUNNING)
         refusal = current.motion.resume_fault(now)
         if refusal is not None:
@@ -201,17 +217,23 @@ class ProgramDesk:
                 return action.refusal
         return current.perform(actions, now)
 
-    def set_breakpoints(self, program: str, places: frozenset[int], now: int) -> None:
-        """Pause before these statements of a program from now on, also in the present run."""
-        self.breakpoints[program] = places
-        if not places:
-            del self.breakpoints[program]
-        if self._run is not None:
-            self._run.runner.handle(run.SetBreakpoints(self._places(self._run.linked)), now)
+    def under_way(self, program: str) -> tuple[int, str] | None:
+        """Return revision and JSON of a program of the present run; None where it is in none."""
+        if self._run is None or program not in self._run.linked.programs:
+            return None
+        return self._run.linked.revisions[program], self._run.linked.sources[program]
 
-    def _places(self, linked: Linked) -> frozenset[tuple[str, int]]:
-        named = (name for name in linked.programs if name in self.breakpoints)
-        return frozenset((name, index) for name in named for index in self.breakpoints[name])
+    def breakpoint_fault(self, program: str, session: int, now: int) -> Refusal | None:
+        """Return why a connection may not set breakpoints: of what is under way, as to pause it."""
+        is_loading = self._loading is not None and self._loading[1].program == program
+        if not is_loading and self.under_way(program) is None:
+            return None
+        return permission(self._cell.authority, session, now)
+
+    def set_breakpoints(self, program: str, places: Places, now: int) -> None:
+        """Pause before these statements of a program from now on, in the present run."""
+        if self._run is not None:
+            self._run.pause_before({program: places}, now)
 
     # What happens.
 
@@ -255,9 +277,11 @@ class ProgramDesk:
         self._loading = None
         return self.abandon(Refusal(VerdictCode.SHUTTING_DOWN), now)
 
-    def _report(self, main: str, status: run.RunStatus, ended: Refusal | None) -> list[Outgoing]:
-        self._cell.program = running_program(main, status)
-        return self._to_all(program_report(main, status, ended))
+    def _report(
+        self, linked: Linked, status: run.RunStatus, ended: Refusal | None
+    ) -> list[Outgoing]:
+        self._cell.program = running_program(linked, status)
+        return self._to_all(program_report(linked, status, ended))
 
 
 _EVENTS: dict[RunKind, run.Event] = {

@@ -6,6 +6,7 @@ planned in between; `planning.dry_run_answer` cuts its findings to what fits an 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import count
 
@@ -17,10 +18,9 @@ from ..programs.linking import Linked
 from ..refusal import Refusal
 from ..robot_cell import RobotCell
 from ..robot_view import RobotView
+from ..world.offered_signals import Offer
 from .operations import Asker
 from .shelf import ProgramShelf
-
-_LONGEST_TEXT = 120
 
 
 @dataclass(slots=True)
@@ -36,18 +36,27 @@ class _DryRun:
 class DryRunDesk:
     """The dry runs of one cell."""
 
-    def __init__(self, cell: RobotCell, robot: RobotView, shelf: ProgramShelf, name: str) -> None:
+    def __init__(
+        self,
+        cell: RobotCell,
+        robot: RobotView,
+        shelf: ProgramShelf,
+        signals: Callable[[], Offer],
+        name: str,
+    ) -> None:
         """Make a desk.
 
         Args:
             cell: knows where the robot stands.
             robot: knows the frames.
             shelf: the programs.
+            signals: tells which signals the controller has.
             name: of the cell.
         """
         self._cell = cell
         self._robot = robot
         self._shelf = shelf
+        self._signals = signals
         self._name = name
         self._numbers = count(1)
         self._current: _DryRun | None = None
@@ -72,7 +81,9 @@ class DryRunDesk:
         cap = self._cell.modes.tool_speed_cap(self._cell.mode)
         current.linked = linked
         frames, scene = self._robot.frames, self._cell.motions.scene
-        current.job = DryRunJob(0, run_id, tuple(position), linked, frames, cap, scene)
+        current.job = DryRunJob(
+            0, run_id, tuple(position), linked, frames, cap, scene, self._signals()
+        )
         return self._next_slice(current, current.job)
 
     def _next_slice(self, current: _DryRun, before: DryRunJob) -> list[Outgoing]:
@@ -98,19 +109,20 @@ class DryRunDesk:
                 return self._next_slice(current, current.job)
             case DryRunFound() as found:
                 self._current = None
-                return current.asker.answer(**_told(current.job.linked, found))
+                return current.asker.answer(**told(current.job.linked, found))
             case Refusal() as refusal:
                 self._current = None
                 return current.asker.refuse(refusal)
         return None
 
 
-def _told(linked: Linked, found: DryRunFound) -> dict[str, object]:
-    """Return the findings as JSON data that fits an answer."""
+def told(linked: Linked, found: DryRunFound) -> dict[str, object]:
+    """Return the findings as JSON data that fits an answer, where they were shortened before."""
     run = found.run
     lines = linked.lines
     return {
         "program": linked.main,
+        "revision": linked.revisions[linked.main],
         "duration": run.duration,
         "endless": run.endless,
         "complete": run.complete,
@@ -135,6 +147,18 @@ def _told(linked: Linked, found: DryRunFound) -> dict[str, object]:
             }
             for each in run.hand_overs
         ],
+        "statements": [
+            {
+                "program": each.program,
+                "line": lines[each.program][each.index],
+                "does": each.statement.statement,
+                **_refused(each.refusal),
+            }
+            for each in run.statements
+        ],
+        "unchecked": [
+            {"program": name, "line": lines[name][index]} for name, index in run.unchecked
+        ],
         "points": [{"point": each.point, **_refused(each.refusal)} for each in found.points],
         "not_walked": [
             {"program": name, "line": lines[name][index]} for name, index in run.not_walked
@@ -146,4 +170,4 @@ def _told(linked: Linked, found: DryRunFound) -> dict[str, object]:
 def _refused(refusal: Refusal | None) -> dict[str, object]:
     if refusal is None:
         return {"reachable": True}
-    return {"reachable": False, "code": int(refusal.code), "text": refusal.sentence[:_LONGEST_TEXT]}
+    return {"reachable": False, "code": int(refusal.code), "text": refusal.sentence}

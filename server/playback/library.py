@@ -8,6 +8,7 @@ what it needs was read or printed elsewhere: in here a program is a string of JS
 from __future__ import annotations
 
 from collections import OrderedDict
+from typing import Any
 
 from openpendant.motion.limits import JointLimits
 
@@ -16,7 +17,7 @@ from ..programs.document import program_from_json, program_to_json
 from ..programs.edits import DescribeProgram
 from ..programs.errors import BadValue, ProgramError
 from ..programs.history import History
-from ..programs.program import Program, check_robot
+from ..programs.program import OwnRobot, Program, check_robot
 from ..programs.work import (
     BodyPrinted,
     Done,
@@ -29,10 +30,11 @@ from ..robot_cell import RobotCell
 from ..robot_view import RobotView
 from ..store.documents import Document, DocumentKind, Heading
 from ..store.questions import AskStore
-from ..store.requests import Delete, ListHeadings, ListHistory
+from ..store.requests import Answer, Delete, ListHeadings, ListHistory
 from . import operations as op
 from .answers import listed, saved
 from .changes import ProgramChanges
+from .kept_breakpoints import KeptBreakpoints
 from .operations import Asker
 from .program_work import ProgramWork
 from .shelf import ProgramShelf
@@ -56,6 +58,7 @@ class ProgramLibrary:
         ask: AskStore,
         shelf: ProgramShelf,
         work: ProgramWork,
+        breakpoints: KeptBreakpoints,
         cell: RobotCell,
         robot: RobotView,
         robot_name: str,
@@ -66,6 +69,7 @@ class ProgramLibrary:
             ask: asks the store.
             shelf: loads programs.
             work: reads, prints and edits them.
+            breakpoints: those of the programs.
             cell: knows where the robot stands.
             robot: its mathematics.
             robot_name: its name.
@@ -73,10 +77,12 @@ class ProgramLibrary:
         self._ask = ask
         self._shelf = shelf
         self._work = work
+        self._breakpoints = breakpoints
         self._cell = cell
         self._robot_name = robot_name
         teacher = Teacher(cell, robot, robot_name)
-        self._changes = ProgramChanges(ask, shelf, work, teacher)
+        own = OwnRobot(robot_name, cell.limits)
+        self._changes = ProgramChanges(ask, shelf, work, breakpoints, teacher, own)
         self._uploads = Uploads()
         self._printed: OrderedDict[tuple[str, int], str] = OrderedDict()
 
@@ -113,8 +119,7 @@ class ProgramLibrary:
             case op.SaveProgram():
                 return self._save_whole(asked, asker, now)
             case op.DeleteProgram(name=name, expected_revision=revision):
-                gone = Delete(_KIND, name, revision, asker.name)
-                return self._ask(gone, lambda found, _: saved(found, asker))
+                return self._delete(name, revision, asker)
             case op.EditProgram(edit=DescribeProgram(name=str())):
                 raise BadValue("the edit", "names the program; accepted: programs.rename for that")
             case (
@@ -134,21 +139,40 @@ class ProgramLibrary:
         def loaded(found: Document | Refusal, now: int) -> list[Outgoing]:
             if isinstance(found, Refusal):
                 return asker.refuse(found)
-            heading = found.heading
-            if asked.format == "json":
-                return _part_of(found.body, heading, asked, asker)
-            text = self._printed.get((heading.name, heading.revision))
-            if text is not None:
-                return _part_of(text, heading, asked, asker)
-
-            def printed(done: Done, now: int) -> list[Outgoing]:
-                assert isinstance(done, BodyPrinted)
-                self._keep_printed(heading, done.text)
-                return _part_of(done.text, heading, asked, asker)
-
-            return self._work.have(PrintBody(found.body, asked.name), printed, asker, now)
+            document = found
+            if asked.revision is not None:
+                return self._show(document, asked, asker, now)
+            return self._breakpoints.follow(
+                asked.name,
+                document.heading.revision,
+                document.body,
+                lambda _, at: self._show(document, asked, asker, at),
+                now,
+            )
 
         return self._shelf.load(asked.name, loaded, asked.revision)
+
+    def _show(
+        self, document: Document, asked: op.LoadProgram, asker: Asker, now: int
+    ) -> list[Outgoing]:
+        """Answer with a part of a program as it was asked for, with its breakpoints."""
+        heading = document.heading
+
+        def show(text: str) -> list[Outgoing]:
+            about = self._breakpoints.fields(asked.name, heading.revision)
+            return _part_of(text, heading, asked, asker, about)
+
+        def printed(done: Done, now: int) -> list[Outgoing]:
+            assert isinstance(done, BodyPrinted)
+            self._keep_printed(heading, done.text)
+            return show(done.text)
+
+        if asked.format == "json":
+            return show(document.body)
+        text = self._printed.get((heading.name, heading.revision))
+        if text is not None:
+            return show(text)
+        return self._work.have(PrintBody(document.body, asked.name), printed, asker, now)
 
     def _keep_printed(self, heading: Heading, text: str) -> None:
         self._printed[heading.name, heading.revision] = text
@@ -178,6 +202,14 @@ class ProgramLibrary:
         check_robot(program, self._robot_name, self._limits)
         return program
 
+    def _delete(self, name: str, revision: int, asker: Asker) -> list[Outgoing]:
+        def deleted(found: Answer, now: int) -> list[Outgoing]:
+            if isinstance(found, Heading):
+                self._breakpoints.forget(name)
+            return saved(found, asker)
+
+        return self._ask(Delete(_KIND, name, revision, asker.name), deleted)
+
     # Saving.
 
     def _save_whole(self, asked: op.SaveProgram, asker: Asker, now: int) -> list[Outgoing]:
@@ -196,7 +228,9 @@ class ProgramLibrary:
         return self._work.have(ReadSource(body, asked.format, asked.name), read, asker, now)
 
 
-def _part_of(text: str, heading: Heading, asked: op.LoadProgram, asker: Asker) -> list[Outgoing]:
+def _part_of(
+    text: str, heading: Heading, asked: op.LoadProgram, asker: Asker, about: dict[str, Any]
+) -> list[Outgoing]:
     """Answer with a part of a program's text or JSON."""
     end = asked.offset + CHUNK
     return asker.answer(
@@ -207,4 +241,5 @@ def _part_of(text: str, heading: Heading, asked: op.LoadProgram, asker: Asker) -
         format=asked.format,
         body=text[asked.offset : end],
         next=end if end < len(text) else None,
+        **about,
     )

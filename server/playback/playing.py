@@ -6,7 +6,7 @@ run from outside, is the desk's business; what comes next in the program is the 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 from openpendant.simplemsg.pendant import ProgramRun, RunKind
@@ -36,6 +36,7 @@ class Playing:
         motion: its motions.
         surroundings: signals and objects.
         report: tells of it.
+        loops: how often it was asked to run; 0 for until it is stopped.
         runner: what comes next.
         is_over: whether it ended; nothing comes of it any more.
     """
@@ -45,8 +46,10 @@ class Playing:
     motion: ProgramMotion
     surroundings: Surroundings
     report: Report
+    loops: int
     is_over: bool = False
     runner: Runner = field(init=False)
+    _places: dict[str, frozenset[int]] = field(default_factory=dict)
     _whole: list[int] = field(default_factory=list)
     _steps: list[int] = field(default_factory=list)
     # Handed over in the next tick, so that a program that only asks does not hold up the server.
@@ -59,6 +62,13 @@ class Playing:
     def is_stepping(self) -> bool:
         """Whether somebody waits for the end of a step."""
         return bool(self._steps)
+
+    def pause_before(self, places: Mapping[str, frozenset[int]], now: int) -> None:
+        """Pause before these statements of these programs, in the place of those before."""
+        self._places.update(places)
+        named = self._places.items()
+        wanted = frozenset((name, index) for name, indexes in named for index in indexes)
+        self.runner.handle(run.SetBreakpoints(wanted), now)
 
     def note_request(self, message: ProgramRun) -> None:
         """Take note of a request that ends with the run, or with the step."""

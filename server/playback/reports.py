@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from openpendant.simplemsg.pendant import ProgramReport, ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -30,37 +32,49 @@ def program_state(status: RunStatus) -> ProgramState:
     return ProgramState.NONE
 
 
-def running_program(main: str, status: RunStatus) -> RunningProgram | None:
+def running_program(linked: Linked, status: RunStatus) -> RunningProgram | None:
     """Return what everybody may see of a program; None where it is not under way.
 
     Args:
-        main: name of the program that was asked for.
+        linked: the program that was asked for, with those that it calls.
         status: of its run.
     """
     state = program_state(status)
     if state is ProgramState.NONE:
         return None
-    if not status.stack:
-        return RunningProgram(main, state, 0)
-    return RunningProgram(status.stack[-1].program, state, status.stack[-1].line)
+    name, line = _place(linked, status)
+    return RunningProgram(name, state, line, linked.revisions[name])
 
 
-def program_report(main: str, status: RunStatus, ended: Refusal | None) -> ProgramReport:
+def program_report(linked: Linked, status: RunStatus, ended: Refusal | None) -> ProgramReport:
     """Return the message that tells where a program is.
 
     Args:
-        main: name of the program that was asked for.
+        linked: the program that was asked for, with those that it calls.
         status: of its run.
         ended: what ended it from outside; None for nothing.
     """
-    place = status.stack[-1] if status.stack else None
+    name, line = _place(linked, status)
     return ProgramReport(
         state=program_state(status),
-        line=0 if place is None else place.line,
+        line=line,
         loop=status.passes,
-        program=cut(main if place is None else place.program, _NAME_BYTES),
+        revision=linked.revisions[name],
+        program=cut(name, _NAME_BYTES),
         text=cut(_text(status, ended), _TEXT_BYTES),
     )
+
+
+def noted(report: ProgramReport, text: str) -> ProgramReport:
+    """Return the report with another sentence."""
+    return replace(report, text=cut(text, _TEXT_BYTES))
+
+
+def _place(linked: Linked, status: RunStatus) -> tuple[str, int]:
+    """Return which of the programs the run is in, and on which line, 0 before and after it."""
+    if not status.stack:
+        return linked.main, 0
+    return status.stack[-1].program, status.stack[-1].line
 
 
 def _text(status: RunStatus, ended: Refusal | None) -> str:

@@ -15,11 +15,13 @@ class RunningProgram:
         name: of the program, or of the one that it calls right now.
         state: what it is doing.
         line: its line in the program's text, from 1; 0 before the first statement.
+        revision: the one of that program that the run began with.
     """
 
     name: str
     state: ProgramState
     line: int
+    revision: int
 
     @property
     def is_paused(self) -> bool:

@@ -25,6 +25,7 @@ from ..store.documents import Document, DocumentKind
 from ..store.errors import NotFound, StoreError
 from ..store.questions import AskStore
 from ..store.requests import Answer, Load
+from .answers import not_the_kept_one
 from .program_work import ProgramWork
 
 ThenDocument: TypeAlias = Callable[[Document | Refusal, int], list[Outgoing]]
@@ -38,17 +39,21 @@ class _Gathering:
     Attributes:
         main: its name.
         then: gets the programs.
+        revision: the only one of the main program that is accepted; 0 for the newest.
         wanted: names that are not here yet, the one under way first.
         programs: those that are here.
         sources: the JSON of each.
+        revisions: the one of each.
         parts: points and statements of all of them.
     """
 
     main: str
     then: ThenLinked
+    revision: int
     wanted: deque[str]
     programs: dict[str, Program] = field(default_factory=dict)
     sources: dict[str, str] = field(default_factory=dict)
+    revisions: dict[str, int] = field(default_factory=dict)
     parts: int = 0
 
 
@@ -81,9 +86,16 @@ class ProgramShelf:
 
         return self._ask(Load(DocumentKind.PROGRAM, name, revision), loaded)
 
-    def fetch_linked(self, name: str, then: ThenLinked) -> list[Outgoing]:
-        """Load a program with all that it calls; `then` gets them, or why they cannot run here."""
-        return self._fetch_next(_Gathering(name, then, deque([name])))
+    def fetch_linked(self, name: str, then: ThenLinked, revision: int = 0) -> list[Outgoing]:
+        """Load a program with all that it calls; `then` gets them, or why they cannot run here.
+
+        Args:
+            name: of the program.
+            then: gets the programs.
+            revision: the only one of that program that is accepted; 0 for the newest. What it calls
+                is always the newest.
+        """
+        return self._fetch_next(_Gathering(name, then, revision, deque([name])))
 
     def tick(self, now: int) -> list[Outgoing]:
         """Read on in a program that is to run."""
@@ -99,7 +111,9 @@ class ProgramShelf:
             if name == gathering.main or found.code is not NotFound.code:
                 return gathering.then(found, now)
             return self._go_on(gathering, now)
-        gathering.sources[name] = found.body
+        if name == gathering.main and gathering.revision not in (0, found.heading.revision):
+            return gathering.then(not_the_kept_one(gathering.revision, found.heading), now)
+        gathering.sources[name], gathering.revisions[name] = found.body, found.heading.revision
         task = UnpackBody(found.body, name)
         return self._work.ask(task, partial(self._unpacked, gathering), now)
 
@@ -136,8 +150,10 @@ class ProgramShelf:
 
     def _linked(self, gathering: _Gathering) -> Linked | Refusal:
         program = gathering.programs[gathering.main]
+        # A program that is kept under another name than its own runs under its own.
+        revisions = gathering.revisions | {program.name: gathering.revisions[gathering.main]}
         try:
             check_robot(program, self._robot, self._limits)
-            return link(program, gathering.programs.get, gathering.sources)
+            return link(program, gathering.programs.get, gathering.sources, revisions)
         except ProgramError as error:
             return error.refusal

@@ -22,10 +22,15 @@ from ..programs.run_messages import (
     WriteOutput,
 )
 from ..refusal import Refusal
+from ..world.offered_signals import Offer, OfferedSignals
 
 
 class Surroundings(Protocol):
     """Signals and objects of one cell; each call returns a refusal where it cannot be."""
+
+    @property
+    def offered_signals(self) -> Offer:
+        """Which signals there are."""
 
     def input(self, signal: int, now: int) -> bool | Refusal:
         """Return the value of an input."""
@@ -42,6 +47,11 @@ class Surroundings(Protocol):
 
 class BareSurroundings:
     """A cell without signals and without a scene."""
+
+    @property
+    def offered_signals(self) -> Offer:
+        """None of either kind."""
+        return OfferedSignals(inputs=0, outputs=0)
 
     def input(self, signal: int, now: int) -> bool | Refusal:
         """Refuse: there is no such input."""

@@ -1,14 +1,16 @@
 """Reading the words of one line in turn: names, keywords and numbers with units.
 
-Owns the wording of what was found and what would be accepted. Knows no statement.
+Owns the wording of what was found and what would be accepted, and which word says which value: what
+is wrong with a value is found out when all of them are known. Knows no statement.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
 
-from .errors import ProgramSyntaxError, excerpt
+from .errors import BadValue, ProgramSyntaxError, excerpt
 from .quantities import (
     LONGEST_NUMBER,
     UNITS,
@@ -24,10 +26,32 @@ from .tokens import Line, Word
 _SHAPE_OF_A_NUMBER = "a number with a decimal dot"
 
 
+class Place(NamedTuple):
+    """Where a word begins: its line and its character in it, both from 1."""
+
+    line: int
+    column: int
+
+
+Places: TypeAlias = dict[str, list[Place]]
+"""Where the values of each part stand, by what an error calls the part."""
+
+
+def place_of(error: BadValue, places: Places, whole: Place) -> Place:
+    """Return where a value stands; `whole` where it stands nowhere, as what was left out."""
+    marked = places.get(error.part, [])
+    return marked[error.place] if error.place < len(marked) else whole
+
+
 class Clauses:
-    """The words of a line, taken from the front."""
+    """The words of a line, taken from the front.
+
+    Attributes:
+        places: what was marked so far.
+    """
 
     def __init__(self, line: Line, file: str) -> None:
+        self.places: Places = {}
         self._line = line
         self._words = line.words
         self._file = file
@@ -37,6 +61,13 @@ class Clauses:
     def next(self) -> Word | None:
         """The next word; None at the end of the line."""
         return self._words[self._place] if self._place < len(self._words) else None
+
+    def at(self, part: str) -> Clauses:
+        """Mark the place of the next word, or of the end, for a part; return the same clauses."""
+        word = self.next
+        column = self._line.end if word is None else word.column
+        self.places.setdefault(part, []).append(Place(self._line.number, column))
+        return self
 
     def at_keyword(self, *keywords: str) -> bool:
         """Tell whether the next word is one of some keywords."""
@@ -73,9 +104,9 @@ class Clauses:
             raise self.refuse(", ".join([*keywords, *([also] if also else [])]))
         return self.take("").text
 
-    def name(self, what: str) -> str:
-        """Take a name, quoted or bare."""
-        return self.take(what).text
+    def name(self, accepted: str, owner: str) -> str:
+        """Take a name, quoted or bare; it is marked as one of its owner, such as `the point`."""
+        return self.at(f"the name of {owner}").take(accepted).text
 
     def number(self) -> float:
         """Take a number without a unit."""
@@ -97,13 +128,18 @@ class Clauses:
         unit = self._unit(dimensions, units_of(*dimensions))
         return self._finite(to_si(number.text, unit), number), UNITS[unit].dimension
 
-    def quantities(self, *dimensions: Dimension) -> list[tuple[float, Dimension]]:
-        """Take numbers with a unit behind them, or groups of such; return them in SI."""
+    def quantities(self, part: str, *dimensions: Dimension) -> list[tuple[float, Dimension]]:
+        """Take numbers with a unit behind them, or groups of such; return them in SI.
+
+        Args:
+            part: what each number is marked for.
+            dimensions: what they may measure.
+        """
         found: list[tuple[float, Dimension]] = []
         while self.at_number() or not found:
-            numbers = [self._number()]
+            numbers = [self.at(part)._number()]
             while self.at_number():
-                numbers.append(self.take(""))
+                numbers.append(self.at(part).take(""))
             unit = self._unit(dimensions, f"{_SHAPE_OF_A_NUMBER}, or {units_of(*dimensions)}")
             found += [
                 (self._finite(to_si(each.text, unit), each), UNITS[unit].dimension)

@@ -28,6 +28,7 @@ from .dry_run import reachability
 from .errors import ProgramError, ProgramSyntaxError, ProgramUnknown
 from .linking import link
 from .parser import Source
+from .places import in_words
 from .points import TeachPoint
 from .printer import print_program
 from .program import Program, check_robot
@@ -176,7 +177,10 @@ def _check_calls(checked: _Checked, source: Source, library: dict[str, Program])
     except ProgramUnknown as error:
         # What another program calls in vain is said where that program is checked.
         if error.caller == program.name:
-            checked.add(error.refusal, source.statement_lines[error.index])
+            # The file's own line goes before it; that of the canonical text may be another.
+            words = in_words(program.statements[error.index])
+            refusal = Refusal(error.code, f"{words}: {error.problem}")
+            checked.add(refusal, source.statement_lines[error.index])
     except ProgramError as error:
         checked.add(error.refusal)
 

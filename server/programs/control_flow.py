@@ -65,8 +65,9 @@ class ControlFlow:
         program = self.linked.programs[self.linked.main]
         count = len(program.statements)
         if not 0 <= index < max(count, 1):
-            accepted = f"1 to {count}" if count else "none, the program is empty"
-            raise BadValue("the statement to start from", f"is {index + 1}; accepted: {accepted}")
+            accepted = f"0 to {count - 1}" if count else "none, the program is empty"
+            text = f"is {index}, counted from 0; accepted: {accepted}"
+            raise BadValue("the statement to start from", text)
         passes = tuple(
             (block.opened, 1)
             for block in program.blocks.around(index)

@@ -6,11 +6,14 @@ type is named in the error. Knows no store.
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
-from .errors import JsonRefused, ProgramError, ProgramTooLarge
+from ..store.errors import BadDocument
+from ..store.strict_json import parse as parse_strictly
+from .errors import BadBlocks, JsonRefused, PointUnknown, ProgramError, ProgramTooLarge
 from .parser import FORMAT
 from .points import TeachPoint
 from .program import MOST_POINTS, MOST_STATEMENTS, Program
@@ -82,7 +85,27 @@ def program_from_json(body: str | bytes, file: str = "program") -> Program:
     except ValidationError as error:
         raise _error(error, file) from None
     fields = {name: getattr(document, name) for name in Program.__dataclass_fields__}
-    return Program(**fields)
+    try:
+        return Program(**fields)
+    except (BadBlocks, PointUnknown) as error:
+        raise JsonRefused(file, f"statements[{error.index}]", str(error), error.code) from None
+
+
+def program_from_source(source: str | bytes, file: str = "program") -> Program:
+    """As `program_from_json`, of JSON that anybody may have written.
+
+    A byte order mark in front is passed over, as in front of text. A key that stands twice in one
+    object is refused: which of both is meant nobody can know.
+    """
+    # Bytes that are no UTF-8 are refused by their place with the JSON that they are in.
+    raw = source if isinstance(source, bytes) else source.encode("utf-8", "surrogatepass")
+    body = raw.removeprefix(BOM_UTF8)
+    program = program_from_json(body, file)
+    try:
+        parse_strictly(body.decode(), file)
+    except BadDocument as error:
+        raise JsonRefused(file, error.place, error.problem) from None
+    return program
 
 
 def _error(error: ValidationError, file: str) -> ProgramError:

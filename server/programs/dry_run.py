@@ -14,6 +14,7 @@ from openpendant.motion.scene import Scene
 
 from ..refusal import Refusal
 from .dry_run_results import ENDLESS_PASSES, DryRun, PlanBlock, PointVerdict, Rearrange
+from .dry_statements import AbsentSignal, Key, StatementFindings
 from .dry_walk import Walker
 from .linking import Linked
 from .points import JointVector, TeachPoint
@@ -34,6 +35,7 @@ def dry_run(
     plan: PlanBlock,
     scene: Scene | None = None,
     rearrange: Rearrange = _as_it_is,
+    absent: AbsentSignal | None = None,
 ) -> DryRun:
     """Walk through a program.
 
@@ -43,15 +45,20 @@ def dry_run(
         plan: the planner; asked once for each block, start and scene.
         scene: what stands around at the start; None to check nothing.
         rearrange: tells what comes of a statement that changes the scene.
+        absent: knows the signals; None where nobody does.
     """
     bounded, endless = _bounded(linked)
-    walker = Walker(bounded, plan, scene, rearrange)
+    found = StatementFindings(bounded, endless, absent)
+    walker = Walker(bounded, plan, scene, rearrange, found)
     first = walker.walk(start)
-    ended = first.ended
+    ended, by_flags = first.ended, True
     for _ in range(MOST_WALKS - 1):
         if not walker.untaken:
             break
-        ended = walker.walk(start).ended and ended
+        before = len(walker.untaken)
+        ended = walker.walk(start, by_flags=by_flags).ended and ended
+        # Walks that no run could take, as their flags contradict themselves, come last.
+        by_flags = by_flags and len(walker.untaken) < before
     moves = {
         (name, index)
         for name, program in linked.programs.items()
@@ -60,12 +67,14 @@ def dry_run(
     }
     return DryRun(
         duration=first.time,
-        endless=endless,
+        endless=bool(endless),
         complete=ended and not walker.untaken,
         path=tuple(first.path),
         moves=tuple(walker.verdicts[key] for key in sorted(walker.verdicts)),
         not_walked=tuple(sorted(moves - walker.verdicts.keys())),
         hand_overs=tuple(walker.hand_overs[key] for key in sorted(walker.hand_overs)),
+        statements=tuple(found.verdicts[key] for key in sorted(found.verdicts)),
+        unchecked=tuple(sorted(found.unchecked)),
     )
 
 
@@ -81,17 +90,21 @@ def reachability(
     return tuple(PointVerdict(point.name, check(point)) for point in program.points)
 
 
-def _bounded(linked: Linked) -> tuple[Linked, bool]:
-    """Return the programs with few passes for every endless loop, and whether there was one."""
-    endless = False
+def _bounded(linked: Linked) -> tuple[Linked, frozenset[Key]]:
+    """Return the programs with few passes for every endless loop, and where these are."""
+    endless = frozenset(
+        (name, index)
+        for name, program in linked.programs.items()
+        for index, statement in enumerate(program.statements)
+        if isinstance(statement, Loop) and statement.passes is None
+    )
     programs: dict[str, Program] = {}
     for name, program in linked.programs.items():
         statements = tuple(
             replace(statement, passes=ENDLESS_PASSES)
-            if isinstance(statement, Loop) and statement.passes is None
+            if isinstance(statement, Loop) and (name, index) in endless
             else statement
-            for statement in program.statements
+            for index, statement in enumerate(program.statements)
         )
-        endless = endless or statements != program.statements
         programs[name] = replace(program, statements=statements)
     return Linked(linked.main, programs), endless

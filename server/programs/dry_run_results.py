@@ -11,7 +11,7 @@ from openpendant.motion.scene import Scene
 from ..refusal import Refusal
 from .motion_blocks import MotionBlock
 from .points import JointVector
-from .statements import Attach, Detach
+from .statements import Attach, Detach, Statement
 
 ENDLESS_PASSES = 2
 """Passes of an endless loop: into it, and from its end to its beginning."""
@@ -92,6 +92,23 @@ class HandOver:
 
 
 @dataclass(frozen=True, slots=True)
+class StatementVerdict:
+    """What was found about one statement that neither moves nor changes the scene.
+
+    Attributes:
+        program: name of its program.
+        index: its number, from 0.
+        statement: the statement.
+        refusal: why a run ends there; None where it goes on.
+    """
+
+    program: str
+    index: int
+    statement: Statement
+    refusal: Refusal | None
+
+
+@dataclass(frozen=True, slots=True)
 class DryRun:
     """What a walk through a program found.
 
@@ -105,6 +122,9 @@ class DryRun:
         not_walked: the moves that no walk came to, as program and number.
         hand_overs: the statements that were walked and change the scene, in order of program and
             number.
+        statements: likewise those with signals or flags, and loops.
+        unchecked: of those with signals the ones that nobody knows enough for, as program and
+            number.
     """
 
     duration: float
@@ -114,11 +134,14 @@ class DryRun:
     moves: tuple[MoveVerdict, ...]
     not_walked: tuple[tuple[str, int], ...]
     hand_overs: tuple[HandOver, ...] = ()
+    statements: tuple[StatementVerdict, ...] = ()
+    unchecked: tuple[tuple[str, int], ...] = ()
 
     @property
-    def refusals(self) -> tuple[MoveVerdict | HandOver, ...]:
+    def refusals(self) -> tuple[MoveVerdict | HandOver | StatementVerdict, ...]:
         """The statements that cannot be run."""
-        found: tuple[MoveVerdict | HandOver, ...] = (*self.moves, *self.hand_overs)
+        found: list[MoveVerdict | HandOver | StatementVerdict] = [*self.moves, *self.hand_overs]
+        found += self.statements
         return tuple(verdict for verdict in found if verdict.refusal is not None)
 
 

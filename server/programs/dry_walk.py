@@ -23,6 +23,7 @@ from .dry_run_results import (
     Rearrange,
     ToolSample,
 )
+from .dry_statements import Course, StatementFindings
 from .linking import Linked
 from .motion_blocks import BlockMove, Gatherer, MotionBlock
 from .points import JointVector
@@ -49,10 +50,14 @@ class Walk:
         moved: whether the robot is at a point of the program.
         scene: what stands around now; None to check nothing.
         hand_overs: how often an object changed hands.
+        by_flags: whether a condition on a flag is answered as the one before on the same flag.
+        course: the statements that it passed.
     """
 
-    def __init__(self, start: JointVector, scene: Scene | None) -> None:
+    def __init__(self, start: JointVector, scene: Scene | None, *, by_flags: bool) -> None:
         self.joints = start
+        self.by_flags = by_flags
+        self.course = Course()
         self.scene = scene
         self.hand_overs = 0
         self.time = 0.0
@@ -71,8 +76,14 @@ class Walker:
     """
 
     def __init__(
-        self, linked: Linked, plan: PlanBlock, scene: Scene | None, rearrange: Rearrange
+        self,
+        linked: Linked,
+        plan: PlanBlock,
+        scene: Scene | None,
+        rearrange: Rearrange,
+        statements: StatementFindings,
     ) -> None:
+        self._statements = statements
         self._flow = ControlFlow(linked)
         self._gatherer = Gatherer(self._flow)
         self._ask = plan
@@ -92,9 +103,15 @@ class Walker:
             for holds in (True, False)
         }
 
-    def walk(self, start: JointVector) -> Walk:
-        """Walk from the start of the program to its end, or to the bound."""
-        walk = Walk(start, self._scene)
+    def walk(self, start: JointVector, *, by_flags: bool = True) -> Walk:
+        """Walk from the start of the program to its end, or to the bound.
+
+        Args:
+            start: (n,) where the robot stands [rad or m].
+            by_flags: whether conditions on one flag agree, as in a run they must; where they do
+                not, branches are walked that no other walk comes to.
+        """
+        walk = Walk(start, self._scene, by_flags=by_flags)
         position = self._flow.start()
         for _ in range(MOST_STATEMENTS_WALKED):
             if not position:
@@ -107,11 +124,18 @@ class Walker:
 
     def _pass(self, position: Position, walk: Walk) -> Position:
         statement = self._flow.statement(position)
+        self._statements.come_to(position, statement, walk.course)
+        if self._flow.is_instant(statement):
+            self._statements.pass_instant(position, walk.course)
+        else:
+            walk.course.take_time()
         match statement:
             case Move():
                 return self._pass_moves(position, walk)
-            case IfInput() | IfFlag():
+            case IfInput():
                 return self._flow.branch(position, self._choice(position))
+            case IfFlag():
+                return self._flow.branch(position, self._flag_choice(position, statement, walk))
             case Wait(duration):
                 walk.time += duration
             case Attach() | Detach():
@@ -121,12 +145,20 @@ class Walker:
             raise AssertionError("conditions on flags are branched above")
         return behind
 
-    def _choice(self, position: Position) -> bool:
+    def _flag_choice(self, position: Position, condition: IfFlag, walk: Walk) -> bool:
+        """Return the branch of a condition on a flag, and remember what that makes of the flag."""
+        known = walk.course.value(condition.flag) if walk.by_flags else None
+        forced = None if known is None else known is condition.value
+        choice = self._choice(position, forced)
+        walk.course.decide(condition.flag, condition.value is choice)
+        return choice
+
+    def _choice(self, position: Position, forced: bool | None = None) -> bool:
         """Return the branch that was taken less often; the one that holds where both were even."""
         level = position[-1]
         holds = self._taken[level.program, level.index, True]
         fails = self._taken[level.program, level.index, False]
-        choice = holds <= fails
+        choice = holds <= fails if forced is None else forced
         self._taken[level.program, level.index, choice] += 1
         self.untaken.discard((level.program, level.index, choice))
         return choice

@@ -26,7 +26,15 @@ from .edits import (
     StatementEdit,
     TouchUp,
 )
-from .errors import BadValue, PointExists, PointInUse
+from .errors import (
+    BadBlocks,
+    BadValue,
+    PointExists,
+    PointInUse,
+    PointUnknown,
+    StatementRefused,
+)
+from .places import first_line, in_words, last_of, places_of
 from .points import TeachPoint
 from .program import Program
 from .statements import Move
@@ -54,33 +62,53 @@ def apply(program: Program, edit: Edit) -> Program:
         case DeletePoint(name):
             uses = program.uses_of(program.point(name).name)
             if uses:
-                raise PointInUse(name, uses)
+                raise PointInUse(name, uses, places_of(program, uses))
             return replace(program, points=tuple(p for p in program.points if p.name != name))
         case ReorderPoint(name, to):
-            first = program.points.index(program.point(name))
-            return replace(program, points=_moved(program.points, first, 1, to, "points"))
+            first, last = program.points.index(program.point(name)), len(program.points) - 1
+            if not 0 <= to <= last:
+                text = f"is {to}, counted from 0; accepted: 0 to {last}"
+                raise BadValue("the place among the points", text)
+            return replace(program, points=_moved(program.points, first, 1, to))
         case DescribeProgram():
             return _described(program, edit)
-    return replace(program, statements=tuple(_edited_statements(program, edit)))
+    return _with_statements(program, _edited_statements(program, edit))
+
+
+def _with_statements(program: Program, statements: tuple[AnyStatement, ...]) -> Program:
+    """Return a program with other statements.
+
+    Raises:
+        StatementRefused: they do not fit each other or the points.
+    """
+    try:
+        return replace(program, statements=statements)
+    except (BadBlocks, PointUnknown) as error:
+        index = error.index or 0
+        line, words = first_line(program) + index, in_words(statements[index])
+        raise StatementRefused(f"line {line} of the edited text, {words}", index, error) from None
 
 
 def _edited_statements(program: Program, edit: StatementEdit) -> tuple[AnyStatement, ...]:
     old = program.statements
     match edit:
         case InsertStatements(statements, at):
-            place = _place(len(old) if at is None else at, len(old) + 1)
+            place = len(old) if at is None else at
+            _check_statement(program, place, len(old))
             return (*old[:place], *statements, *old[place:])
         case DeleteStatements(first, count):
-            _check_range(first, count, len(old), "statements")
+            _check_statements(program, first, count)
             return (*old[:first], *old[first + count :])
         case ReorderStatements(first, count, to):
-            return _moved(old, first, count, to, "statements")
+            _check_statements(program, first, count)
+            _check_statement(program, to, len(old) - count)
+            return _moved(old, first, count, to)
         case ReplaceStatement(at, statement):
-            place = _place(at, len(old))
-            return (*old[:place], statement, *old[place + 1 :])
+            _check_statement(program, at, len(old) - 1)
+            return (*old[:at], statement, *old[at + 1 :])
         case CommentStatement(at, comment):
-            place = _place(at, len(old))
-            return (*old[:place], replace(old[place], comment=comment), *old[place + 1 :])
+            _check_statement(program, at, len(old) - 1)
+            return (*old[:at], replace(old[at], comment=comment), *old[at + 1 :])
 
 
 def _record(program: Program, edit: RecordPoint) -> Program:
@@ -93,7 +121,7 @@ def _record(program: Program, edit: RecordPoint) -> Program:
         names = ", ".join(edit.move.points)
         raise BadValue("the move", f"goes to {names}; accepted: a move to {edit.point.name}")
     statements = _edited_statements(program, InsertStatements((edit.move,), edit.at))
-    return replace(program, points=points, statements=statements)
+    return _with_statements(replace(program, points=points), statements)
 
 
 def _with_point(program: Program, name: str, point: TeachPoint) -> Program:
@@ -133,20 +161,24 @@ def _described(program: Program, edit: DescribeProgram) -> Program:
     )
 
 
-def _moved(old: tuple[_T, ...], first: int, count: int, to: int, what: str) -> tuple[_T, ...]:
-    _check_range(first, count, len(old), what)
+def _moved(old: tuple[_T, ...], first: int, count: int, to: int) -> tuple[_T, ...]:
     taken, rest = old[first : first + count], (*old[:first], *old[first + count :])
-    place = _place(to, len(rest) + 1)
-    return (*rest[:place], *taken, *rest[place:])
+    return (*rest[:to], *taken, *rest[to:])
 
 
-def _place(index: int, count: int) -> int:
-    if not 0 <= index < count:
-        accepted = f"0 to {count - 1}" if count else "none, there are no statements"
-        raise BadValue("the place", f"is {index}; accepted: {accepted}")
-    return index
+def _check_statement(program: Program, index: int, last: int) -> None:
+    """Refuse the number of a statement that is not from 0 to the last that is accepted."""
+    if not 0 <= index <= last:
+        accepted = "none" if last < 0 else "0" if last == 0 else f"0 to {last}"
+        text = f"is {index}, counted from 0; accepted: {accepted}; {last_of(program)}"
+        raise BadValue("the place", text)
 
 
-def _check_range(first: int, count: int, there: int, what: str) -> None:
-    if not (0 <= first and count >= 1 and first + count <= there):
-        raise BadValue(what, f"{first} to {first + count - 1} are asked for; there are {there}")
+def _check_statements(program: Program, first: int, count: int) -> None:
+    """Refuse statements in a row of which one at least is not there, and none at all."""
+    there = len(program.statements)
+    if count < 1:
+        raise BadValue("the count", f"is {count}; accepted: 1 statement or more")
+    if first < 0 or first + count > there:
+        asked = f"{first} to {first + count - 1}, counted from 0, are asked for"
+        raise BadValue("statements", f"{asked}; there are {there}; {last_of(program)}")

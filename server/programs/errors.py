@@ -37,7 +37,7 @@ class ProgramSyntaxError(ProgramError):
     Attributes:
         file: name of the text.
         line: line of the place, from 1.
-        column: character of the place in its line, from 1.
+        column: character of the place in its line, from 1, counted in Unicode code points.
         problem: what is wrong there, or what was found.
         accepted: what would be taken there; empty where `problem` says it.
         code: PROGRAM_SYNTAX, or the code of the rule that the place breaks.
@@ -127,11 +127,15 @@ class BadValue(ProgramError):
     Attributes:
         what: name of the value.
         problem: what it is, and what would be accepted.
+        part: the part of its owner that has the value, as whoever reads a text marks it.
+        place: which of several values of that part, from 0.
     """
 
-    def __init__(self, what: str, problem: str) -> None:
+    def __init__(self, what: str, problem: str, *, part: str = "", place: int = 0) -> None:
+        """Say what is wrong; `part` is `what` where it is left out."""
         super().__init__(f"{what} {problem}")
         self.what, self.problem = what, problem
+        self.part, self.place = part or what, place
 
 
 class ProgramNameRefused(BadValue):
@@ -140,8 +144,26 @@ class ProgramNameRefused(BadValue):
     code = VerdictCode.BAD_NAME
 
 
+class StatementRefused(ProgramError):
+    """A statement that does not fit the others, with its place in words.
+
+    Attributes:
+        index: the statement at fault, from 0.
+    """
+
+    def __init__(self, place: str, index: int, fault: ProgramError) -> None:
+        super().__init__(f"{place}: {fault}")
+        self.index = index
+        self._code = fault.code
+
+    @property
+    def refusal(self) -> Refusal:
+        """The refusal that says the same."""
+        return Refusal(self._code, str(self))
+
+
 class BadBlocks(ProgramError):
-    """Loops and conditions that do not close, or nest too deep.
+    """Loops and conditions that do not close, or nest too deep; the text has no place.
 
     Attributes:
         index: the statement at fault, from 0.
@@ -149,24 +171,26 @@ class BadBlocks(ProgramError):
     """
 
     def __init__(self, index: int, problem: str) -> None:
-        super().__init__(f"statement {index + 1}: {problem}")
+        super().__init__(problem)
         self.index, self.problem = index, problem
 
 
 class PointUnknown(ProgramError):
-    """A name that no point of the program has.
+    """A name that no point of the program has; the text has no place.
 
     Attributes:
         name: the name.
         index: the statement that uses it, from 0; None for none.
+        place: which of the names in that statement it is, from 0.
     """
 
     code = VerdictCode.POINT_UNKNOWN
 
-    def __init__(self, name: str, known: tuple[str, ...], index: int | None = None) -> None:
-        where = "" if index is None else f"statement {index + 1}: "
-        super().__init__(f"{where}no point is named {excerpt(name)}; {_listed(known, 'points')}")
-        self.name, self.index = name, index
+    def __init__(
+        self, name: str, known: tuple[str, ...], index: int | None = None, place: int = 0
+    ) -> None:
+        super().__init__(f"no point is named {excerpt(name)}; {_listed(known, 'points')}")
+        self.name, self.index, self.place = name, index, place
 
 
 class PointExists(ProgramError):
@@ -185,15 +209,13 @@ class PointInUse(ProgramError):
     Attributes:
         name: the point.
         indexes: the statements that use it, from 0.
+        places: the same in words.
     """
 
     code = VerdictCode.POINT_IN_USE
 
-    def __init__(self, name: str, indexes: tuple[int, ...]) -> None:
-        shown = ", ".join(str(index + 1) for index in indexes[:20])
-        more = f" and {len(indexes) - 20} more" if len(indexes) > 20 else ""
-        noun = "statement" if len(indexes) == 1 else "statements"
-        super().__init__(f"point {excerpt(name)} is used by {noun} {shown}{more}")
+    def __init__(self, name: str, indexes: tuple[int, ...], places: str) -> None:
+        super().__init__(f"point {excerpt(name)} is used in {places}")
         self.name, self.indexes = name, indexes
 
 
@@ -229,16 +251,15 @@ class ProgramUnknown(ProgramError):
         name: the program that is called.
         caller: the program that calls it.
         index: the statement of the call, from 0.
+        problem: what is wrong, without the place.
     """
 
     code = VerdictCode.PROGRAM_UNKNOWN
 
-    def __init__(self, name: str, caller: str, index: int) -> None:
-        super().__init__(
-            f"program {excerpt(caller)}, statement {index + 1}: there is no program"
-            f" {excerpt(name)} to call"
-        )
-        self.name, self.caller, self.index = name, caller, index
+    def __init__(self, name: str, caller: str, index: int, place: str) -> None:
+        problem = f"there is no program {excerpt(name)} to call"
+        super().__init__(f"program {excerpt(caller)}, {place}: {problem}")
+        self.name, self.caller, self.index, self.problem = name, caller, index, problem
 
 
 class CallTooDeep(ProgramError):

@@ -1,7 +1,8 @@
 """The moves that a run has executed, as far as it may step back along them.
 
 Owns when a step back is possible: along a move whose beginning is known, and over nothing that had
-an effect, because an output or an object does not go back with the robot.
+an effect, because an output or an object does not go back with the robot. A move that began behind
+an effect leads away from it, so the way back along that move crosses nothing.
 """
 
 from __future__ import annotations
@@ -21,43 +22,48 @@ MOST_STEPS_BACK = 1_000
 
 @dataclass(frozen=True, slots=True)
 class _Executed:
-    """A move that was executed; `effects`: what happened between the one before it and this."""
+    """A move that was executed.
+
+    Attributes:
+        move: the move.
+        position: before it.
+        effect: the last effect since the move before; empty for none.
+    """
 
     move: BlockMove
     position: Position
-    effects: str
+    effect: str
 
 
 class ExecutedMoves:
-    """The last moves of a run, in order."""
+    """The last moves of a run, in order, and the effects since the last of them."""
 
     def __init__(self) -> None:
         self._moves: deque[_Executed] = deque(maxlen=MOST_STEPS_BACK)
-        self._effects = ""
+        self._effect = ""
 
     def note_effect(self, text: str) -> None:
         """Remember that a statement had an effect that no motion undoes."""
-        self._effects = text
+        self._effect = text
 
     def note(self, gathered: Gathered) -> None:
         """Remember the moves of a block that was executed."""
         for move, position in zip(gathered.block.moves, gathered.positions, strict=True):
-            self._moves.append(_Executed(move, position, self._effects))
-            self._effects = ""
+            self._moves.append(_Executed(move, position, self._effect))
+            self._effect = ""
 
     def way_back(self) -> Gathered | Refusal:
         """Return the way back along the last move, or why there is none."""
         code = VerdictCode.STEP_BACK_REFUSED
-        if self._effects:
-            return Refusal(code, f"{self._effects!r} was executed since and is not undone")
+        if self._effect:
+            text = f"{self._effect!r} was executed where the robot stands, and is not undone"
+            return Refusal(code, text)
         if len(self._moves) < 2:
             return Refusal(code, "no executed move is known whose beginning is a point")
         last, before = self._moves[-1], self._moves[-2]
-        if last.effects:
-            return Refusal(code, f"{last.effects!r} was executed before the move and is not undone")
         block = reverse_of(last.move, before.move.target)
         return Gathered(block, (last.position,), last.position)
 
     def forget_last(self) -> None:
-        """The robot went back along the last move."""
-        self._moves.pop()
+        """The robot went back along the last move, to where the effect before it happened."""
+        self._effect = self._moves.pop().effect

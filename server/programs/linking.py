@@ -7,13 +7,14 @@ these errors half-way; and an edit during the run changes nothing under it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from .document import program_from_json
 from .errors import CallTooDeep, ProgramTooLarge, ProgramUnknown, WrongRobot
+from .places import place_of
 from .printer import statement_lines
 from .program import Program
 
@@ -25,6 +26,8 @@ MOST_PROGRAMS = 100
 
 MOST_PARTS = 10_000
 """Points and statements of all programs of one run together."""
+
+_Known = TypeVar("_Known")
 
 ResolveCall: TypeAlias = Callable[[str], Program | None]
 """Gives the program of a name; None where there is none."""
@@ -38,12 +41,15 @@ class Linked:
         main: name of the program that is run.
         programs: it and all that it calls, by name.
         sources: the JSON of each; empty where they were not read from one.
+        revisions: the one of each that this is; empty where they do not come from the store, and in
+            another process.
         lines: line of each statement of each in its canonical text, from 1.
     """
 
     main: str
     programs: Mapping[str, Program]
     sources: Mapping[str, str] = field(default_factory=dict, compare=False, repr=False)
+    revisions: Mapping[str, int] = field(default_factory=dict, compare=False)
     lines: Mapping[str, tuple[int, ...]] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -65,7 +71,10 @@ def _relinked(main: str, sources: tuple[tuple[str, str], ...]) -> Linked:
 
 
 def link(
-    program: Program, resolve: ResolveCall, sources: Mapping[str, str] | None = None
+    program: Program,
+    resolve: ResolveCall,
+    sources: Mapping[str, str] | None = None,
+    revisions: Mapping[str, int] | None = None,
 ) -> Linked:
     """Return a program with all that it calls.
 
@@ -73,6 +82,7 @@ def link(
         program: the one to run.
         resolve: gives the others; asked once for each.
         sources: the JSON of each program, where it is known.
+        revisions: the one of each program, where it has any.
 
     Raises:
         ProgramUnknown: a program that is called is not there.
@@ -89,7 +99,7 @@ def link(
                 continue
             called = resolve(name)
             if called is None:
-                raise ProgramUnknown(name, caller.name, index)
+                raise ProgramUnknown(name, caller.name, index, place_of(caller, index))
             if (called.robot, called.linear_axes) != (program.robot, program.linear_axes):
                 raise WrongRobot(
                     f"program {name!r} was taught on {called.robot!r}; accepted in a call of"
@@ -100,8 +110,12 @@ def link(
             programs[name] = called
             waiting.append(called)
     _check_depth(program.name, programs)
-    known = sources or {}
-    return Linked(program.name, programs, {name: known[name] for name in programs if name in known})
+    return Linked(program.name, programs, _of(programs, sources), _of(programs, revisions))
+
+
+def _of(names: Iterable[str], known: Mapping[str, _Known] | None) -> dict[str, _Known]:
+    """Return what is known of these programs, and of no others."""
+    return {} if known is None else {name: known[name] for name in names if name in known}
 
 
 def _check_depth(main: str, programs: Mapping[str, Program]) -> None:

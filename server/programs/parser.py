@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Final, NoReturn
+from typing import Final, NamedTuple, NoReturn
 
-from .clauses import Clauses
+from .clauses import Clauses, Place, Places, place_of
 from .errors import (
     BadBlocks,
     BadValue,
@@ -29,6 +29,7 @@ from .program import MOST_POINTS, MOST_STATEMENTS, Program
 from .statement_clauses import STATEMENTS, read_statement
 from .statements import Comment, Statement
 from .tokens import Line, decoded, lines_of
+from .words import COMMENT
 
 FORMAT: Final = "openpendant-program/1"
 """First word of a program's text, and `format` of its JSON."""
@@ -77,9 +78,18 @@ def parse_source(text: str, file: str = "program") -> Source:
         ProgramTooLarge: it has more points or statements than are taken.
     """
     parser = _Parser(file)
+    # Some editors put a byte order mark in front; it is no character of the first line.
+    text = text.removeprefix("\ufeff")
     for line in lines_of(text, file):
         parser.read(line)
     return parser.finish(text.count("\n") + 1)
+
+
+class _Comment(NamedTuple):
+    """A comment that waits for what it belongs to."""
+
+    place: Place
+    text: str
 
 
 class _Parser:
@@ -92,9 +102,10 @@ class _Parser:
         self._names: set[str] = set()
         self._point_lines: list[int] = []
         self._statements: list[Statement] = []
-        self._statement_lines: list[int] = []
+        self._statement_begins: list[Place] = []
+        self._statement_places: list[Places] = []
         self._point: PointClauses | None = None
-        self._comments: list[tuple[int, str]] = []
+        self._comments: list[_Comment] = []
         self._read: Callable[[Line, Clauses], None] = self._read_format
 
     def read(self, line: Line) -> None:
@@ -102,7 +113,7 @@ class _Parser:
         if line.words:
             self._read(line, Clauses(line, self._file))
         elif line.comment is not None:
-            self._comments.append((line.number, line.comment))
+            self._keep_comment(line)
 
     def finish(self, last_line: int) -> Source:
         """Return what was read; `last_line` is where a text ends that is incomplete."""
@@ -111,18 +122,17 @@ class _Parser:
             raise ProgramSyntaxError(self._file, last_line, 1, "the text ends here", missing)
         self._close_point()
         self._comments_as_statements()
-        return Source(
-            self._whole(self._header), tuple(self._point_lines), tuple(self._statement_lines)
-        )
+        lines = tuple(begin.line for begin in self._statement_begins)
+        return Source(self._whole(self._header), tuple(self._point_lines), lines)
 
     def _whole(self, header: Program) -> Program:
         try:
             return replace(header, points=tuple(self._points), statements=tuple(self._statements))
-        except (BadBlocks, PointUnknown) as error:
-            index = error.index or 0
-            raise ProgramSyntaxError(
-                self._file, self._statement_lines[index], 1, str(error), code=error.code
-            ) from None
+        except BadBlocks as error:
+            self._raise_placed(error, self._statement_begins[error.index])
+        except PointUnknown as error:
+            names = self._statement_places[error.index or 0]["the name of the point"]
+            self._raise_placed(error, names[error.place])
 
     def _read_format(self, line: Line, clauses: Clauses) -> None:
         if not clauses.skip(FORMAT):
@@ -133,29 +143,30 @@ class _Parser:
 
     def _read_header(self, line: Line, clauses: Clauses) -> None:
         clauses.keyword(["program"])
-        given: dict[str, str] = {"name": clauses.name("the program's name")}
+        given: dict[str, str] = {"name": clauses.name("the program's name", "the program")}
         axes: list[int] = []
         while clauses.next is not None:
             left = [word for word in _HEADER if word not in given]
             keyword = clauses.keyword(left)
             given[keyword] = ""
             if keyword == "linear":
-                axes.append(clauses.integer("the number of a linear axis"))
+                axes.append(_axis(clauses))
                 while clauses.at_number():
-                    axes.append(clauses.integer("the number of a linear axis"))
+                    axes.append(_axis(clauses))
             else:
-                given[keyword] = clauses.name(f"the {keyword}'s name")
+                given[keyword] = clauses.name(f"the {keyword}'s name", f"the {keyword}")
         if "robot" not in given:
             raise clauses.refuse("robot NAME")
         self._keep_comment(line)
-        with self._placed(line):
+        comment = self._taken_comments(clauses.places)
+        with self._placed(line, clauses):
             self._header = Program(
                 name=given["name"],
                 robot=given["robot"],
                 linear_axes=tuple(axis - 1 for axis in axes),
                 tool=given.get("tool", Program.tool),
                 frame=given.get("frame", Program.frame),
-                comment=self._taken_comment(),
+                comment="\n".join(comment),
             )
         self._read = self._read_body
 
@@ -174,70 +185,79 @@ class _Parser:
 
     def _open_point(self, line: Line, clauses: Clauses) -> None:
         if self._statements:
-            self._fail(line, "a point stands behind a statement", "points before all statements")
+            found = "a point stands behind a statement"
+            self._fail(_begin(line), found, "points before all statements")
         if len(self._points) == MOST_POINTS:
             raise ProgramTooLarge(f"points in {self._file}", MOST_POINTS + 1, MOST_POINTS)
-        name = clauses.name("the point's name")
+        name = clauses.name("the point's name", "the point")
         if name in self._names:
-            place = self._point_lines[[point.name for point in self._points].index(name)]
-            found = f"point {excerpt(name)} stands in line {place} already"
-            self._fail(line, found, "a name of its own")
+            first = self._point_lines[[point.name for point in self._points].index(name)]
+            found = f"point {excerpt(name)} stands in line {first} already"
+            self._fail(clauses.places["the name of the point"][0], found, "a name of its own")
         self._names.add(name)
-        self._point = PointClauses(name, line.number, self._known_header)
+        self._point = PointClauses(name, _begin(line), self._known_header)
         self._read_point(line, clauses, self._point)
 
     def _read_point(self, line: Line, clauses: Clauses, point: PointClauses) -> None:
         self._keep_comment(line)
-        with self._placed(line):
+        with self._placed(line, clauses):
             point.read(clauses)
-        point.comments += [text for _, text in self._comments]
-        self._comments.clear()
+        point.comments += self._taken_comments(point.places)
+        for part, places in clauses.places.items():
+            point.places.setdefault(part, []).extend(places)
 
     def _close_point(self) -> None:
         if self._point is None:
             return
+        read, self._point = self._point, None
         try:
-            self._points.append(self._point.point())
+            point = read.point()
         except BadValue as error:
-            self._raise_placed(error, self._point.line)
-        self._point_lines.append(self._point.line)
-        self._point = None
-        first, last = self._points[0], self._points[-1]
-        if len(last.joints) != len(first.joints):
-            found = f"point {excerpt(last.name)} has {len(last.joints)} joints"
+            self._raise_placed(error, place_of(error, read.places, read.begin))
+        self._points.append(point)
+        self._point_lines.append(read.begin.line)
+        first, count = self._points[0], len(point.joints)
+        if count != len(first.joints):
+            found = f"point {excerpt(point.name)} has {count} joints"
             accepted = f"{len(first.joints)}, as point {excerpt(first.name)}"
-            raise ProgramSyntaxError(self._file, self._point_lines[-1], 1, found, accepted)
+            # The first that is too many, or the last where there are too few.
+            place = read.places["joints"][min(count - 1, len(first.joints))]
+            self._fail(place, found, accepted)
 
     def _read_statement(self, line: Line, clauses: Clauses) -> None:
         if not clauses.at_keyword(*STATEMENTS):
             points = [] if self._statements else ["point"]
             raise clauses.refuse(", ".join([*points, *STATEMENTS]))
-        with self._placed(line):
-            self._add(read_statement(clauses, line.comment or ""), line.number)
+        if line.comment is not None:
+            clauses.places[COMMENT] = [Place(line.number, line.comment_column)]
+        with self._placed(line, clauses):
+            self._add(read_statement(clauses, line.comment or ""), _begin(line), clauses.places)
 
-    def _add(self, statement: Statement, line: int) -> None:
+    def _add(self, statement: Statement, begin: Place, places: Places) -> None:
         if len(self._statements) == MOST_STATEMENTS:
             what = f"statements in {self._file}"
             raise ProgramTooLarge(what, MOST_STATEMENTS + 1, MOST_STATEMENTS)
         self._statements.append(statement)
-        self._statement_lines.append(line)
+        self._statement_begins.append(begin)
+        self._statement_places.append(places)
 
     def _comments_as_statements(self) -> None:
-        for number, text in self._comments:
+        for place, text in self._comments:
             try:
-                self._add(Comment(comment=text), number)
+                self._add(Comment(comment=text), place, {})
             except BadValue as error:
-                self._raise_placed(error, number)
+                self._raise_placed(error, place)
         self._comments.clear()
 
     def _keep_comment(self, line: Line) -> None:
         if line.comment is not None:
-            self._comments.append((line.number, line.comment))
+            self._comments.append(_Comment(Place(line.number, line.comment_column), line.comment))
 
-    def _taken_comment(self) -> str:
-        comment = "\n".join(text for _, text in self._comments)
-        self._comments.clear()
-        return comment
+    def _taken_comments(self, places: Places) -> list[str]:
+        """Take the comments that wait; their places are added to those of their owner."""
+        taken, self._comments = self._comments, []
+        places.setdefault(COMMENT, []).extend(comment.place for comment in taken)
+        return [comment.text for comment in taken]
 
     @property
     def _known_header(self) -> Program:
@@ -246,16 +266,23 @@ class _Parser:
         return self._header
 
     @contextmanager
-    def _placed(self, line: Line) -> Iterator[None]:
-        """Give an error of a value the place of its line."""
+    def _placed(self, line: Line, clauses: Clauses) -> Iterator[None]:
+        """Give an error of a value the place of that value in the line."""
         try:
             yield
         except BadValue as error:
-            self._raise_placed(error, line.number, line.words[0].column)
+            self._raise_placed(error, place_of(error, clauses.places, _begin(line)))
 
-    def _raise_placed(self, error: ProgramError, line: int, column: int = 1) -> NoReturn:
-        raise ProgramSyntaxError(self._file, line, column, str(error), code=error.code) from None
+    def _raise_placed(self, error: ProgramError, place: Place) -> NoReturn:
+        raise ProgramSyntaxError(self._file, *place, str(error), code=error.code) from None
 
-    def _fail(self, line: Line, problem: str, accepted: str) -> NoReturn:
-        column = line.words[0].column
-        raise ProgramSyntaxError(self._file, line.number, column, problem, accepted)
+    def _fail(self, place: Place, problem: str, accepted: str) -> NoReturn:
+        raise ProgramSyntaxError(self._file, *place, problem, accepted)
+
+
+def _begin(line: Line) -> Place:
+    return Place(line.number, line.words[0].column)
+
+
+def _axis(clauses: Clauses) -> int:
+    return clauses.at("the linear axes").integer("the number of a linear axis")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal, cast
 
 from openpendant.motion.pose import Pose
 
-from .clauses import Clauses
+from .clauses import Clauses, Place, Places
 from .errors import BadValue
 from .names_in_text import named
 from .points import MOST_TURNS, ArmConfiguration, PointPose, TeachPoint
@@ -32,15 +32,17 @@ class PointClauses:
 
     Attributes:
         name: the point's name.
-        line: the line that it begins on.
+        begin: where it begins.
         header: the program's names of tool and frame, and its linear axes.
         comments: the comments beside and between its clauses.
+        places: where its values stand.
     """
 
     name: str
-    line: int
+    begin: Place
     header: Program
     comments: list[str] = field(default_factory=list)
+    places: Places = field(default_factory=dict)
     _joints: tuple[float, ...] | None = None
     _pose: PointPose | None = None
     _configuration: ArmConfiguration | None = None
@@ -78,28 +80,35 @@ class PointClauses:
         return [word for word, clause in zip(POINT_CLAUSES, given, strict=True) if clause is None]
 
     def _read_joints(self, clauses: Clauses) -> tuple[float, ...]:
-        found = clauses.quantities(Dimension.ANGLE, Dimension.LENGTH)
+        found = clauses.quantities("joints", Dimension.ANGLE, Dimension.LENGTH)
         for axis, (_, dimension) in enumerate(found):
             expected = _dimension(axis, self.header.linear_axes)
             if dimension is not expected:
                 accepted = f"{expected.value}, as the program's header says which axes are linear"
-                raise BadValue(f"joint {axis + 1}", f"is {dimension.value}; accepted: {accepted}")
+                problem = f"is {dimension.value}; accepted: {accepted}"
+                raise BadValue(f"joint {axis + 1}", problem, part="joints", place=axis)
         return tuple(value for value, _ in found)
 
     def _read_pose(self, clauses: Clauses) -> PointPose:
-        position = [value for value, _ in clauses.quantities(Dimension.LENGTH)]
+        part = "a coordinate"
+        position = [value for value, _ in clauses.quantities(part, Dimension.LENGTH)]
         if len(position) != 3:
-            raise BadValue("the position", f"has {len(position)} numbers; accepted: x, y and z")
+            problem = f"has {len(position)} numbers; accepted: x, y and z"
+            raise BadValue("the position", problem, part=part, place=_off(len(position), 3))
         if clauses.keyword(["quat", "rpy"]) == "quat":
-            quaternion = [clauses.number() for _ in range(4)]
+            element = "an element of the quaternion"
+            quaternion = [clauses.at(element).number() for _ in range(4)]
         else:
-            angles = [value for value, _ in clauses.quantities(Dimension.ANGLE)]
+            angles = [value for value, _ in clauses.quantities("the turns", Dimension.ANGLE)]
             if len(angles) != 3:
                 problem = f"are {len(angles)} angles; accepted: roll, pitch and yaw"
-                raise BadValue("the turns", problem)
+                raise BadValue("the turns", problem, place=_off(len(angles), 3))
             quaternion = Pose.from_rpy(position, angles).quaternion.tolist()
-        frame = clauses.name("the frame's name") if clauses.skip("frame") else self.header.frame
-        tool = clauses.name("the tool's name") if clauses.skip("tool") else self.header.tool
+        frame, tool = self.header.frame, self.header.tool
+        if clauses.skip("frame"):
+            frame = clauses.name("the frame's name", "the frame")
+        if clauses.skip("tool"):
+            tool = clauses.name("the tool's name", "the tool")
         (x, y, z), (qx, qy, qz, qw) = position, quaternion
         return PointPose((x, y, z), (qx, qy, qz, qw), frame, tool)
 
@@ -141,12 +150,18 @@ def _read_configuration(clauses: Clauses) -> ArmConfiguration:
         return found
     turns: list[int] = []
     while clauses.at_number() or not turns:
-        value = clauses.number()
+        value = clauses.at("a number of turns").number()
         if not (value.is_integer() and abs(value) <= MOST_TURNS):
             accepted = f"whole numbers of up to {MOST_TURNS} turns"
-            raise BadValue("a number of turns", f"is {value:g}; accepted: {accepted}")
+            problem = f"is {value:g}; accepted: {accepted}"
+            raise BadValue("a number of turns", problem, place=len(turns))
         turns.append(int(value))
     return ArmConfiguration(found.shoulder, found.elbow, found.wrist, tuple(turns))
+
+
+def _off(given: int, accepted: int) -> int:
+    """Return which number of too many is the first too many; of too few, the last."""
+    return min(given - 1, accepted)
 
 
 def _joints_text(joints: tuple[float, ...], linear_axes: tuple[int, ...]) -> str:

@@ -54,8 +54,8 @@ class ArmConfiguration:
     turns: tuple[int, ...] | None = None
 
     def __post_init__(self) -> None:
-        for turn in self.turns or ():
-            check_number(turn, "a number of turns", -MOST_TURNS, MOST_TURNS)
+        for place, turn in enumerate(self.turns or ()):
+            check_number(turn, "a number of turns", -MOST_TURNS, MOST_TURNS, place=place)
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,14 +77,16 @@ class PointPose:
     tool: str
 
     def __post_init__(self) -> None:
-        for value in self.position:
-            check_number(value, "a coordinate", -_LARGEST_VALUE, _LARGEST_VALUE, "m")
-        for value in self.quaternion:
-            check_number(value, "an element of the quaternion", -1.1, 1.1)
+        for place, value in enumerate(self.position):
+            what = "a coordinate"
+            check_number(value, what, -_LARGEST_VALUE, _LARGEST_VALUE, "m", place=place)
+        for place, value in enumerate(self.quaternion):
+            check_number(value, "an element of the quaternion", -1.1, 1.1, place=place)
         length = math.hypot(*self.quaternion)
         if abs(length - 1.0) > _UNIT_TOLERANCE:
             accepted = f"1 to within {_UNIT_TOLERANCE:g}, in the order x, y, z, w"
-            raise BadValue("the quaternion", f"has length {length:.9g}; accepted: {accepted}")
+            problem = f"has length {length:.9g}; accepted: {accepted}"
+            raise BadValue("the quaternion", problem, part="an element of the quaternion")
         check_name(self.frame, "the frame")
         check_name(self.tool, "the tool")
 
@@ -117,13 +119,18 @@ class TeachPoint:
     def __post_init__(self) -> None:
         check_name(self.name, "the point")
         if not 1 <= len(self.joints) <= MOST_JOINTS:
-            raise BadValue("joints", f"are {len(self.joints)}; accepted: 1 to {MOST_JOINTS}")
+            problem = f"are {len(self.joints)}; accepted: 1 to {MOST_JOINTS}"
+            raise BadValue("joints", problem, place=MOST_JOINTS)
         for number, value in enumerate(self.joints, start=1):
             what = f"joint {number} of point {self.name}"
-            check_number(value, what, -_LARGEST_VALUE, _LARGEST_VALUE)
+            check_number(
+                *(value, what, -_LARGEST_VALUE, _LARGEST_VALUE), part="joints", place=number - 1
+            )
         turns = None if self.configuration is None else self.configuration.turns
         if turns is not None and len(turns) != len(self.joints):
-            raise BadValue("turns", f"are {len(turns)}; accepted: {len(self.joints)}, as joints")
+            problem = f"are {len(turns)}; accepted: {len(self.joints)}, as joints"
+            place = min(len(turns) - 1, len(self.joints))
+            raise BadValue("turns", problem, part="a number of turns", place=place)
         check_comment(self.comment)
 
 

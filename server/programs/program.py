@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 from openpendant.motion.limits import JointLimits
 
@@ -55,14 +56,20 @@ class Program:
         check_name(self.tool, "the tool")
         check_name(self.frame, "the frame")
         check_comment(self.comment)
-        axes = self.linear_axes
-        if list(axes) != sorted(set(axes)) or any(not 0 <= axis < MOST_JOINTS for axis in axes):
-            accepted = f"numbers up to {MOST_JOINTS}, each once, ascending"
-            raise BadValue("the linear axes", f"are {list(axes)!r}; accepted: {accepted}")
+        self._check_axes()
         _check_count(len(self.points), "points", MOST_POINTS)
         _check_count(len(self.statements), "statements", MOST_STATEMENTS)
         self._check_points()
         self._check_statements()
+
+    def _check_axes(self) -> None:
+        axes, before = self.linear_axes, -1
+        for place, axis in enumerate(axes):
+            if not before < axis < MOST_JOINTS:
+                accepted = f"numbers up to {MOST_JOINTS}, each once, ascending"
+                problem = f"are {list(axes)!r}; accepted: {accepted}"
+                raise BadValue("the linear axes", problem, place=place)
+            before = axis
 
     def _check_points(self) -> None:
         if len(self.point_by_name) != len(self.points):
@@ -79,9 +86,9 @@ class Program:
         known = self.point_by_name
         for index, statement in enumerate(self.statements):
             if isinstance(statement, Move) and (statement.via or statement.point not in known):
-                for name in statement.points:
+                for place, name in enumerate(statement.points):
                     if name not in known:
-                        raise PointUnknown(name, tuple(known), index)
+                        raise PointUnknown(name, tuple(known), index, place)
         _ = self.blocks  # raises where one does not close
 
     @cached_property
@@ -121,6 +128,18 @@ class Program:
             for index, statement in enumerate(self.statements)
             if isinstance(statement, Move) and name in statement.points
         )
+
+
+class OwnRobot(NamedTuple):
+    """The robot of a cell, as far as a program can be of it or not.
+
+    Attributes:
+        name: its name.
+        limits: its joints.
+    """
+
+    name: str
+    limits: JointLimits
 
 
 def check_robot(program: Program, robot: str, limits: JointLimits) -> None:

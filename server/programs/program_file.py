@@ -6,7 +6,9 @@ Opens no file.
 
 from __future__ import annotations
 
-from .document import MOST_JSON_BYTES, program_from_json
+from codecs import BOM_UTF8
+
+from .document import MOST_JSON_BYTES, program_from_source
 from .errors import ProgramTooLarge
 from .parser import Source, parse_bytes
 from .tokens import MOST_BYTES
@@ -17,7 +19,7 @@ MOST_READ = MOST_JSON_BYTES + 1
 
 def is_json(raw: bytes) -> bool:
     """Tell whether a file is JSON: its first character is `{`; text begins with its format."""
-    return raw[:4096].lstrip()[:1] == b"{"
+    return raw[:4096].removeprefix(BOM_UTF8).lstrip()[:1] == b"{"
 
 
 def source_of(raw: bytes, file: str) -> Source:
@@ -35,5 +37,5 @@ def source_of(raw: bytes, file: str) -> Source:
         raise ProgramTooLarge(f"bytes in {file}", len(raw), limit, is_counted=False)
     if not is_json(raw):
         return parse_bytes(raw, file)
-    program = program_from_json(raw, file)
+    program = program_from_source(raw, file)
     return Source(program, (0,) * len(program.points), (0,) * len(program.statements))

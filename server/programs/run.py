@@ -12,6 +12,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from .control_flow import ControlFlow, Position
+from .dead_ends import flag_not_read, going_round
 from .executed import ExecutedMoves
 from .motion_blocks import MOST_INSTANT_STATEMENTS, Gathered, Gatherer
 from .run_messages import (
@@ -252,12 +253,10 @@ class Run:
                 return
             behind = self._flow.after(self._position, self.flags)
             if behind is None:
-                text = f"{statement_text(statement)!r} asks for a flag that was not read"
-                self._fail(Refusal(VerdictCode.FLAG_NOT_READ, text))
+                self._fail(flag_not_read(statement))
                 return
             self._position = behind
-        text = f"{MOST_INSTANT_STATEMENTS} statements in a row without motion, wait or input"
-        self._fail(Refusal(VerdictCode.PROGRAM_STUCK, text, limit=MOST_INSTANT_STATEMENTS))
+        self._fail(going_round())
 
     def _begin(self, statement: Statement, now: int) -> None:
         position = self._position

@@ -54,7 +54,7 @@ def read_statement(clauses: Clauses, comment: str) -> Statement:
 
 def _move(clauses: Clauses, comment: str) -> Move:
     way = Way(clauses.keyword([way.value for way in Way]))
-    point = clauses.name("the point's name")
+    point = clauses.name("the point's name", "the point")
     left = [word for word in _MOVE_CLAUSES if not (word == "zone" and way is Way.SPLINE)]
     if way in (Way.PTP, Way.LIN):
         left.remove("via")
@@ -65,16 +65,18 @@ def _move(clauses: Clauses, comment: str) -> Move:
         left.remove(keyword)
         match keyword:
             case "via":
-                via.append(clauses.name("a point's name"))
+                via.append(clauses.at("via").name("a point's name", "the point"))
                 while clauses.next is not None and not clauses.at_keyword(*_MOVE_CLAUSES):
-                    via.append(clauses.name("a point's name"))
+                    via.append(clauses.at("via").name("a point's name", "the point"))
             case "speed":
                 speed = _speed(clauses, way)
             case "zone":
                 size = Dimension.ANGLE if way is Way.PTP else Dimension.LENGTH
-                zone, _ = clauses.quantity(size)
+                zone, _ = clauses.at("the zone").quantity(size)
             case "dwell":
-                dwell, _ = clauses.quantity(Dimension.TIME)
+                dwell, _ = clauses.at("the dwell").quantity(Dimension.TIME)
+    if not via:
+        clauses.at("via")
     return Move(way, point, tuple(via), speed, zone, dwell, comment=comment)
 
 
@@ -82,54 +84,57 @@ def _speed(clauses: Clauses, way: Way) -> Speed:
     accepted = [Dimension.FRACTION]
     if way is not Way.PTP:
         accepted.append(Dimension.VELOCITY)
-    value, dimension = clauses.quantity(*accepted)
+    value, dimension = clauses.at("the speed").quantity(*accepted)
     kind = SpeedKind.FRACTION if dimension is Dimension.FRACTION else SpeedKind.TOOL
     return Speed(kind, value)
 
 
 def _wait(clauses: Clauses, comment: str) -> Wait | WaitInput:
     if clauses.at_number():
-        return Wait(clauses.quantity(Dimension.TIME)[0], comment=comment)
+        return Wait(clauses.at("the wait").quantity(Dimension.TIME)[0], comment=comment)
     clauses.keyword(["input"], "a number of seconds")
-    signal, value = clauses.integer("the input's number"), _on_or_off(clauses)
-    timeout = clauses.quantity(Dimension.TIME)[0] if clauses.skip("timeout") else None
-    if timeout is None:
+    signal, value = _input(clauses), _on_or_off(clauses)
+    timeout = None
+    if clauses.skip("timeout"):
+        timeout, _ = clauses.at("the timeout").quantity(Dimension.TIME)
+    else:
         clauses.done(["timeout"])
     return WaitInput(signal, value, timeout, comment=comment)
 
 
 def _set(clauses: Clauses, comment: str) -> SetOutput:
     clauses.keyword(["output"])
-    signal = clauses.integer("the output's number")
+    signal = clauses.at("the output").integer("the output's number")
     return SetOutput(signal, _on_or_off(clauses), comment=comment)
 
 
 def _read(clauses: Clauses, comment: str) -> ReadInput:
     clauses.keyword(["input"])
-    signal = clauses.integer("the input's number")
+    signal = _input(clauses)
     clauses.keyword(["into"])
-    return ReadInput(signal, clauses.name("the flag's name"), comment=comment)
+    return ReadInput(signal, _flag(clauses), comment=comment)
 
 
 def _attach(clauses: Clauses, comment: str) -> Attach:
-    return Attach(clauses.name("the object's name"), comment=comment)
+    return Attach(clauses.name("the object's name", "the object"), comment=comment)
 
 
 def _detach(clauses: Clauses, comment: str) -> Detach:
-    return Detach(clauses.name("the object's name"), comment=comment)
+    return Detach(clauses.name("the object's name", "the object"), comment=comment)
 
 
 def _loop(clauses: Clauses, comment: str) -> Loop:
     if clauses.next is None:
         return Loop(comment=comment)
-    return Loop(clauses.integer("the number of passes"), comment=comment)
+    passes = clauses.at("the number of passes").integer("the number of passes")
+    return Loop(passes, comment=comment)
 
 
 def _if(clauses: Clauses, comment: str) -> IfInput | IfFlag:
     if clauses.keyword(["input", "flag"]) == "input":
-        signal = clauses.integer("the input's number")
+        signal = _input(clauses)
         return IfInput(signal, _on_or_off(clauses), comment=comment)
-    flag = clauses.name("the flag's name")
+    flag = _flag(clauses)
     return IfFlag(flag, _on_or_off(clauses), comment=comment)
 
 
@@ -142,7 +147,15 @@ def _end(clauses: Clauses, comment: str) -> End:
 
 
 def _call(clauses: Clauses, comment: str) -> Call:
-    return Call(clauses.name("the program's name"), comment=comment)
+    return Call(clauses.name("the program's name", "the program"), comment=comment)
+
+
+def _input(clauses: Clauses) -> int:
+    return clauses.at("the input").integer("the input's number")
+
+
+def _flag(clauses: Clauses) -> str:
+    return clauses.name("the flag's name", "the flag")
 
 
 def _on_or_off(clauses: Clauses) -> bool:

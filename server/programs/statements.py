@@ -115,8 +115,8 @@ class Move(_Statement):
     dwell: float = 0.0
 
     def _check(self) -> None:
-        for name in (self.point, *self.via):
-            check_name(name, "the point")
+        for place, name in enumerate(self.points):
+            check_name(name, "the point", place)
         self._check_via()
         if self.way is Way.PTP and self.speed.kind is SpeedKind.TOOL:
             raise BadValue("the speed", "of PTP is of the joints; accepted: a percentage")
@@ -133,16 +133,18 @@ class Move(_Statement):
         count = len(self.via)
         match self.way:
             case Way.CIRC if count != 1:
-                raise BadValue("via", f"names {count} points; accepted: one for CIRC")
+                problem = f"names {count} points; accepted: one for CIRC"
+                raise BadValue("via", problem, place=min(count, 1))
             case Way.PTP | Way.LIN if count:
                 raise BadValue("via", f"names {count} points; accepted: none for {self.way}")
         if count > MOST_VIAS:
-            raise BadValue("via", f"names {count} points; accepted: up to {MOST_VIAS}")
+            problem = f"names {count} points; accepted: up to {MOST_VIAS}"
+            raise BadValue("via", problem, place=MOST_VIAS)
 
     @property
     def points(self) -> tuple[str, ...]:
-        """All points that it names, in the order in which they are passed."""
-        return (*self.via, self.point)
+        """All points that it names, the one to go to first."""
+        return (self.point, *self.via)
 
 
 @dataclass(frozen=True, slots=True)

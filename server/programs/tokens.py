@@ -29,7 +29,7 @@ class Word(NamedTuple):
 
     Attributes:
         text: what it says, without quotation marks.
-        column: its first character, from 1.
+        column: its first character, from 1: a tab, a letter and a combining accent are one each.
         quoted: whether it stands in quotation marks, so is a name and no keyword.
     """
 
@@ -67,12 +67,11 @@ def decoded(raw: bytes, file: str) -> str:
     if len(raw) > MOST_BYTES:
         raise ProgramTooLarge(f"bytes in {file}", len(raw), MOST_BYTES)
     try:
-        # utf-8-sig: some editors put a byte order mark in front.
-        return raw.decode("utf-8-sig")
+        return raw.decode()
     except UnicodeDecodeError as error:
-        before = raw[: error.start]
-        line = before.count(b"\n") + 1
-        column = error.start - (before.rfind(b"\n") + 1) + 1
+        before = raw[: error.start].decode().removeprefix("\ufeff")
+        line = before.count("\n") + 1
+        column = len(before) - before.rfind("\n")
         problem = f"byte 0x{raw[error.start]:02X} is not UTF-8"
         raise ProgramSyntaxError(file, line, column, problem, "text in UTF-8") from None
 

@@ -11,14 +11,22 @@ from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
 from ..refusal import Refusal
-from .document import MOST_JSON_BYTES, POINTS, STATEMENTS, program_from_json, program_to_json
+from .document import (
+    MOST_JSON_BYTES,
+    POINTS,
+    STATEMENTS,
+    program_from_json,
+    program_from_source,
+    program_to_json,
+)
 from .editing import apply
 from .edits import Edit
 from .errors import ProgramError, ProgramSyntaxError, ProgramTooLarge
 from .parser import parse_source
 from .points import TeachPoint
 from .printer import print_program, statement_lines
-from .program import Program
+from .program import OwnRobot, Program, check_robot
+from .renumbering import Renumbering, between, by_edit
 from .splice import Splice, splice_between
 
 MOST_TEXT_AT_ONCE = 2_048
@@ -109,16 +117,40 @@ class BodyPrinted:
 
 @dataclass(frozen=True, slots=True)
 class EditBody(_OfBody):
-    """Edit a program."""
+    """Edit a program.
+
+    Attributes:
+        edit: what to change.
+        own: the robot that the program must be of; None for any.
+    """
 
     edit: Edit
+    own: OwnRobot | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class BodyEdited:
-    """What the edit changes in the program's JSON."""
+    """What the edit changes.
+
+    Attributes:
+        splice: in the program's JSON.
+        renumbering: in the numbers of its statements.
+    """
 
     splice: Splice
+    renumbering: Renumbering
+
+
+@dataclass(frozen=True, slots=True)
+class CompareBodies(_OfBody):
+    """Find the statements of a program again in the JSON of another revision: a `Renumbering`."""
+
+    other: str = field(repr=False)
+
+    @property
+    def is_small(self) -> bool:
+        """Whether it may be done on an event loop."""
+        return len(self.body) + len(self.other) <= MOST_JSON_AT_ONCE
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,9 +206,17 @@ class ProgramRefused:
     column: int | None = None
 
 
-Task: TypeAlias = ReadSource | PrintBody | EditBody | TakeHead | UnpackBody
-Done: TypeAlias = SourceRead | BodyPrinted | BodyEdited | HeadTaken | BodyUnpacked
-RESULTS = (SourceRead, BodyPrinted, BodyEdited, HeadTaken, BodyUnpacked, ProgramRefused)
+Task: TypeAlias = ReadSource | PrintBody | EditBody | CompareBodies | TakeHead | UnpackBody
+Done: TypeAlias = SourceRead | BodyPrinted | BodyEdited | Renumbering | HeadTaken | BodyUnpacked
+RESULTS = (
+    SourceRead,
+    BodyPrinted,
+    BodyEdited,
+    Renumbering,
+    HeadTaken,
+    BodyUnpacked,
+    ProgramRefused,
+)
 """The types of all results."""
 
 
@@ -197,9 +237,15 @@ def _perform(task: Task) -> Done:
     match task:
         case PrintBody():
             return BodyPrinted(print_program(program))
-        case EditBody(edit=edit):
+        case EditBody(edit=edit, own=own):
+            if own is not None:
+                check_robot(program, own.name, own.limits)
             edited = _json(apply(program, edit), task.file)
-            return BodyEdited(splice_between(task.body, edited))
+            renumbering = by_edit(edit, len(program.statements))
+            return BodyEdited(splice_between(task.body, edited), renumbering)
+        case CompareBodies(other=other):
+            statements = program_from_json(other, task.file).statements
+            return between(program.statements, statements)
         case TakeHead(point=name):
             first = program.points[0] if program.points else None
             return HeadTaken(_head(program, first if name is None else program.point(name)))
@@ -209,7 +255,7 @@ def _perform(task: Task) -> Done:
 
 def _read(task: ReadSource) -> SourceRead:
     if task.form == "json":
-        program = program_from_json(task.body, task.file)
+        program = program_from_source(task.body, task.file)
     else:
         program = parse_source(task.body, task.file).program
     return SourceRead(

@@ -123,11 +123,12 @@ class RecordingDesk:
         return asker.refuse(result) if isinstance(result, Refusal) else result
 
     def _keep(self, name: str, asker: Asker) -> list[Outgoing]:
-        """Refuse to take away what is being recorded; nothing where it is not."""
+        """Refuse to touch what is being recorded; nothing where it is not."""
         status = self.recorder.status
         if status is None or status.name != name:
             return []
-        return asker.refuse(Refusal(VerdictCode.RECORDING_RUNNING, f"{name!r} is being recorded"))
+        text = f"{name!r} is still being recorded; accepted: once its recording was stopped"
+        return asker.refuse(Refusal(VerdictCode.RECORDING_RUNNING, text))
 
     def _listed(
         self, asked: op.ListRecordings, asker: Asker, answer: Answer, now: int
@@ -155,6 +156,8 @@ class RecordingDesk:
         if refusal is not None:
             return asker.refuse(refusal)
         self._cell.authority.beat(asker.session, now)
+        if running := self._keep(asked.name, asker):
+            return running
 
         def loaded(answer: Answer, at: int) -> list[Outgoing]:
             if not isinstance(answer, Document):

@@ -26,6 +26,7 @@ from .cli_parts import (
     Kind,
     Name,
     check_new_file,
+    counted,
     print_headings,
     print_json,
     reading,
@@ -86,7 +87,7 @@ def show(
     """Print a document."""
     with reading(store) as opened:
         if history:
-            print_headings(opened.history(kind, name), as_json)
+            print_headings(opened.history(kind, name), as_json, what="revision")
             return
         document = opened.load(kind, name, revision)
         about = asdict(document.heading)
@@ -151,8 +152,9 @@ def check(store: StoreFile = None, as_json: AsJson = False) -> int:
         verdict = "sound" if report.is_sound else "BAD"
         print(
             printable(
-                f"{path}: {verdict}: {report.documents} documents, {report.revisions} revisions,"
-                f" {report.chunks} chunks of recordings"
+                f"{path}: {verdict}: {counted(report.documents, 'document')},"
+                f" {counted(report.revisions, 'revision')},"
+                f" {counted(report.chunks, 'chunk')} of recordings"
             )
         )
     return 0 if report.is_sound else EXIT_FOUND

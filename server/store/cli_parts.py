@@ -58,8 +58,19 @@ def new_file(path: Path) -> Iterator[Path]:
             beside.unlink(missing_ok=True)
 
 
-def print_headings(headings: Sequence[Heading], as_json: bool) -> None:
-    """Print a line for each revision of a document, or all of them as one of JSON."""
+def counted(count: int, what: str) -> str:
+    """Return a number of things in words, such as 1 document, 2 documents."""
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
+
+
+def print_headings(headings: Sequence[Heading], as_json: bool, what: str = "document") -> None:
+    """Print a line for each revision of a document, or all of them as one of JSON.
+
+    Args:
+        headings: what to print.
+        as_json: as one line of JSON.
+        what: each of them is, for the count at the end.
+    """
     if as_json:
         print_json([asdict(heading) for heading in headings])
         return
@@ -71,7 +82,7 @@ def print_headings(headings: Sequence[Heading], as_json: bool) -> None:
                 f"  {heading.size:>8} bytes  {heading.saved_at}  {heading.saved_by}{deleted}"
             )
         )
-    typer.echo(f"{len(headings)} {'document' if len(headings) == 1 else 'documents'}", err=True)
+    typer.echo(counted(len(headings), what), err=True)
 
 
 def print_json(value: object) -> None:

@@ -19,7 +19,7 @@ from typing import Any, BinaryIO, NoReturn, Protocol
 from .documents import DocumentKind, Heading
 from .errors import BadDocument, TooLarge
 from .recording_rows import append_rows, recording_rows
-from .samples import MOST_COLUMNS, Row, columns_of
+from .samples import MOST_COLUMNS, Row, columns_of, time_fault
 from .store import Store
 from .text_export import MOST_FILE_BYTES
 
@@ -58,15 +58,30 @@ def write_points(name: str, body: str, out: TextOut) -> None:
     if not isinstance(points, list) or not all(isinstance(point, dict) for point in points):
         raise BadDocument(f"document {name!r}", "has no list of points", place=POINTS)
     rows = [dict(_flat(point, "")) for point in points]
-    columns = list(dict.fromkeys(column for row in rows for column in row))
+    # A table without rows keeps its head, so that it can be read again.
+    columns = list(dict.fromkeys(column for row in rows for column in row)) or ["name"]
     for column in columns:
         if not _WHOLE_PLACE.fullmatch(column):
             raise BadDocument(f"document {name!r}", "cannot name a column", place=column[:80])
-    writer = csv.writer(out, lineterminator="\n")
+    writer = csv.writer(_UnixLines(out))
     writer.writerow(columns)
     writer.writerows(
         [_cell(row[column]) if column in row else "" for column in columns] for row in rows
     )
+
+
+class _UnixLines:
+    """Ends each row with a line feed.
+
+    The writer is left to end them with its own two characters, because it puts into quotes only
+    what holds one of those: a text with a carriage return could not be read again.
+    """
+
+    def __init__(self, out: TextOut) -> None:
+        self._out = out
+
+    def write(self, row: str) -> object:
+        return self._out.write(row.removesuffix("\r\n") + "\n")
 
 
 def read_points(stream: BinaryIO, file: str) -> list[dict[str, Any]]:
@@ -121,7 +136,8 @@ def save_recording(
         described: fields of the recording's body beside its columns, which the file names.
 
     Raises:
-        BadDocument: it is no table of numbers; the text names line and column.
+        BadDocument: it is no table of numbers, or its times do not advance; the text names line and
+            column.
         TooLarge: one of its lines.
         StoreError: it cannot be saved.
     """
@@ -131,8 +147,7 @@ def save_recording(
     columns_of(name, body)
     with store.together():
         saved = store.save(DocumentKind.RECORDING, name, body, expected_revision=0, author=author)
-        samples = (_sample(row, columns, file, line) for line, row in rows)
-        append_rows(store, name, samples, len(columns))
+        append_rows(store, name, _samples(rows, columns, file), len(columns))
     return saved
 
 
@@ -187,6 +202,18 @@ def _number(cell: str, file: str, line: int, place: str) -> int | float:
     if not math.isfinite(value):
         raise BadDocument(file, f"{cell[:80]} is too large", line=line, place=place)
     return value
+
+
+def _samples(rows: Iterable[tuple[int, list[str]]], columns: list[str], file: str) -> Iterator[Row]:
+    """Yield the samples in rows, as long as their times advance."""
+    before: float | None = None
+    for line, row in rows:
+        sample = _sample(row, columns, file, line)
+        fault = time_fault(before, sample[0])
+        if fault:
+            raise BadDocument(file, fault, line=line, place=f"column 1 ({columns[0]})")
+        before = sample[0]
+        yield sample
 
 
 def _sample(row: list[str], columns: list[str], file: str, line: int) -> Row:

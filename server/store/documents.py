@@ -147,7 +147,7 @@ def _check_words(name: str) -> None:
         raise BadName(name, problem, size=len(name), limit=LONGEST_NAME)
     for place, character in enumerate(name):
         if not character.isprintable():
-            problem = f"character {place + 1} (U+{ord(character):04X}) is not printable"
+            problem = f"holds U+{ord(character):04X} as character {place + 1}"
             raise BadName(name, f"{problem}; {accepted}")
     if name != name.strip():
         raise BadName(name, "begins or ends with a space; accepted: a name without")

@@ -21,6 +21,18 @@ _REAL_BYTES = 8
 Row = tuple[float, ...]
 
 
+def time_fault(before: float | None, time: float) -> str:
+    """Return what is wrong with the time of a row; empty where it goes on.
+
+    Args:
+        before: the time of the row before [s]; None for the first row.
+        time: the time of the row [s].
+    """
+    if before is None or time > before:
+        return ""
+    return f"is {time} s, after {before} s in the row before; accepted: times that advance"
+
+
 def pack_rows(rows: Iterable[Sequence[float]]) -> bytes:
     """Return the bytes of rows, to the last bit.
 

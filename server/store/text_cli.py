@@ -18,7 +18,15 @@ from openpendant.motion.bounded_file import open_regular
 
 from ..command_line import StoreFile, command_author
 from ..printable import printable
-from .cli_parts import AsJson, Force, check_new_file, new_file, print_headings, reading
+from .cli_parts import (
+    AsJson,
+    Force,
+    check_new_file,
+    counted,
+    new_file,
+    print_headings,
+    reading,
+)
 from .csv_export import read_points, save_recording, write_points, write_recording
 from .documents import DocumentKind, Heading
 from .errors import BadDocument, NotFound, StoreError, StoreFailed
@@ -67,7 +75,7 @@ def export_documents(
         else:
             with new_file(output) as path, path.open("w", encoding="ascii") as out:
                 out.writelines(documents_to_json(opened, chosen))
-    typer.echo(f"wrote {printable(str(output))}: {len(chosen)} documents")
+    typer.echo(f"wrote {printable(str(output))}: {counted(len(chosen), 'document')}")
 
 
 def _export_csv(store: SqliteStore, heading: Heading, output: Path) -> None:
@@ -147,8 +155,9 @@ def _entries(source: Path, name: str | None) -> tuple[Entry, ...]:
     if name is None or (len(entries) == 1 and entries[0].name == name):
         return entries
     if len(entries) != 1 or entries[0].kind is DocumentKind.ACCOUNT:
-        problem = "is for a file with one document that is no account"
-        raise BadDocument(file, f"--name {problem}; this one has {len(entries)} documents")
+        problem = "--name is for a file with one document that is no account"
+        found = counted(len(entries), "document")
+        raise BadDocument(file, f"{problem}; this one has {found}")
     return (named(entries[0], name),)
 
 
@@ -170,7 +179,7 @@ def _points(
             points = read_points(stream, str(source))
     except (OSError, ValueError) as error:
         raise _unreadable(source, error) from None
-    return program_of_points(name, points, _kept(store, kind, name) if replace else None, robot)
+    return program_of_points(name, points, _kept(store, kind, name), robot, replacing=replace)
 
 
 def _import_samples(

@@ -17,7 +17,7 @@ from openpendant.motion.bounded_file import beginning_of
 from .documents import DocumentKind, Heading, check_body, check_name
 from .errors import BadDocument, BadName, NotFound, StoreError, StoreFailed, TooLarge
 from .recording_rows import append_rows
-from .samples import Row, columns_of
+from .samples import Row, columns_of, time_fault
 from .store import Store
 from .strict_json import parse
 from .text_export import FORMAT, MOST_FILE_BYTES
@@ -188,6 +188,9 @@ def _rows(samples: Any, name: str, body: str, file: str, where: str) -> tuple[Ro
             or not all(type(value) in (int, float) for value in sample)
         ):
             _refuse(file, f"{where}.samples[{index}]", f"accepted: a list of {width} numbers")
+        fault = time_fault(samples[index - 1][0] if index else None, sample[0])
+        if fault:
+            _refuse(file, f"{where}.samples[{index}][0]", fault)
     return tuple(tuple(map(float, sample)) for sample in samples)
 
 

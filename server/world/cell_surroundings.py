@@ -28,6 +28,7 @@ from ..robot_cell import RobotCell
 from ..settings import CellSettings
 from ..store.questions import AskStore
 from .desk import WorldDesk
+from .offered_signals import Offer
 from .operations import WORLD_OPERATION
 from .robot_surroundings import RobotSurroundings
 from .scene_guard import SceneGuard
@@ -154,6 +155,11 @@ class CellSurroundings:
         return self.recordings.recorder.flush()
 
     # For programs.
+
+    @property
+    def offered_signals(self) -> Offer:
+        """Which signals the controller has."""
+        return self.signals.offer
 
     def input(self, signal: int, now: int) -> bool | Refusal:
         """Return the value of an input."""

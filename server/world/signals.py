@@ -17,6 +17,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..outgoing import Outgoing, Query
 from ..refusal import Refusal
+from .offered_signals import Offer, OfferedSignals, SignalKind
 
 BANK = 16
 """Signals of one message."""
@@ -139,6 +140,14 @@ class CellSignals:
     # What is asked of it.
 
     @property
+    def offer(self) -> Offer:
+        """Which signals the controller has."""
+        if not self.is_offered:
+            text = 'this controller offers none; accepted: [controller] signals = "openpendant"'
+            return Refusal(VerdictCode.SIGNALS_UNAVAILABLE, text)
+        return None if self._counts is None else OfferedSignals(*self._counts)
+
+    @property
     def inputs(self) -> tuple[bool, ...]:
         """All inputs as last read; none while nothing is known."""
         return self._values(0)
@@ -177,15 +186,15 @@ class CellSignals:
             now: monotonic time, ns.
             told: is told once the controller has done it or not.
         """
-        refusal = self._absent("output", 1, signal)
+        refusal = self._absent("output", signal)
         if refusal is not None:
             return refusal
         bit = 1 << signal % BANK
         message = WriteOutputs(signal // BANK * BANK, bit, bit if value else 0)
         return self._ask(_Asked(message, now, told))
 
-    def _fresh(self, what: str, kind: int, signal: int, now: int) -> bool | Refusal:
-        refusal = self._absent(what, kind, signal)
+    def _fresh(self, what: SignalKind, kind: int, signal: int, now: int) -> bool | Refusal:
+        refusal = self._absent(what, signal)
         if refusal is not None:
             return refusal
         age = now - self._banks.get(signal // BANK * BANK, _Bank()).read
@@ -196,16 +205,9 @@ class CellSignals:
             )
         return self._values(kind)[signal]
 
-    def _absent(self, what: str, kind: int, signal: int) -> Refusal | None:
+    def _absent(self, what: SignalKind, signal: int) -> Refusal | None:
         """Return why there is no such signal to speak of."""
-        if not self.is_offered:
-            text = 'this controller offers none; accepted: [controller] signals = "openpendant"'
-            return Refusal(VerdictCode.SIGNALS_UNAVAILABLE, text)
-        if self._counts is None:
+        offer = self.offer
+        if offer is None:
             return Refusal(VerdictCode.SIGNALS_UNAVAILABLE)
-        count = self._counts[kind]
-        if 0 <= signal < count:
-            return None
-        accepted = f"0 to {count - 1}" if count else "none, there is not one"
-        text = f"{what} {signal}; accepted: {accepted}"
-        return Refusal(VerdictCode.NO_SIGNAL, text, value=signal, limit=count - 1)
+        return offer if isinstance(offer, Refusal) else offer.absent(what, signal)

@@ -24,6 +24,7 @@ class AuthorityReason(IntEnum):
     CONNECTION_LOST = 4
     TAKEN_OVER = 5
     LOGGED_OUT = 6
+    ROLE_LOST = 7
 
 
 @message(to_server(65005, "authority", "Requests, releases or takes over the motion authority."))
@@ -54,7 +55,8 @@ class AuthorityChanged(Topic):
     reason: Annotated[
         int,
         Int(
-            "1 granted, 2 released, 3 expired, 4 connection lost, 5 taken over, 6 logged out",
+            "1 granted, 2 released, 3 expired, 4 connection lost, 5 taken over, 6 logged out,"
+            " 7 role lost",
             values=AuthorityReason,
         ),
     ]

@@ -31,8 +31,9 @@ class ProgramRun(Message):
 
     request_id: Annotated[int, Int("chosen by the pendant")]
     run: Annotated[int, Int("1 all, 2 step forward, 3 step backward", values=RunKind)]
-    line: Annotated[int, Int("line to begin at, 0 for where it stands or the first")]
-    loops: Annotated[int, Int("how often, 0 for until it is stopped")]
+    line: Annotated[int, Int("line to begin at, 0 for the first; 0 on a paused program resumes it")]
+    loops: Annotated[int, Int("how often, 0 for until it is stopped; to resume: as begun")]
+    revision: Annotated[int, Int("revision to run, 0 for the newest or that under way")]
     speed: Annotated[float, Real("fraction of the programmed speeds, above 0, up to 1")]
     program: Annotated[str, Text("name of the program", size=64)]
 
@@ -44,5 +45,6 @@ class ProgramReport(Topic):
     state: Annotated[int, Int("what it is doing", values=ProgramState)]
     line: Annotated[int, Int("its current line, 0 for none")]
     loop: Annotated[int, Int("which run of it this is, from 1")]
+    revision: Annotated[int, Int("revision of that program in this run")]
     program: Annotated[str, Text("name of the program", size=64)]
     text: Annotated[str, Text("one sentence, empty for none", size=160)]

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from busy_machine import PATIENCE, PATIENT, SCALE
 
+from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 
 pytestmark = pytest.mark.realtime
@@ -90,6 +91,40 @@ def test_the_python_example_does_what_it_says(port: int, name: str) -> None:
 @pytest.mark.parametrize("name", ["record_and_play.py", "teach_a_program.py"])
 def test_what_an_example_keeps_is_in_nobody_s_way_when_it_runs_again(port: int, name: str) -> None:
     assert PRINTS[name] in run(sys.executable, name, str(port))
+
+
+def failure_of(name: str, port: int) -> str:
+    """Run a Python example that must fail; return what it says on standard error."""
+    done = subprocess.run(
+        [sys.executable, name, str(port)],
+        capture_output=True,
+        text=True,
+        timeout=80 * SCALE,
+        check=False,
+        cwd=EXAMPLES,
+    )
+    assert done.returncode == 1
+    return done.stderr
+
+
+@pytest.mark.parametrize("name", sorted(PRINTS))
+def test_without_a_server_an_example_says_in_one_line_how_to_start_one(
+    name: str, unused_tcp_port: int
+) -> None:
+    said = failure_of(name, unused_tcp_port)
+    assert said.startswith(f"nobody listens at 127.0.0.1:{unused_tcp_port}; start a server: ")
+    assert said.count("\n") == 1
+
+
+@pytest.mark.parametrize("name", sorted(set(PRINTS) - {"watch_state.py"}))
+def test_an_example_says_in_one_line_that_somebody_else_moves_the_robot(
+    port: int, robot: SyncPendantClient, name: str
+) -> None:
+    robot.take_control()
+    said = failure_of(name, port)
+    assert said.startswith("HELD_BY_OTHER: ")
+    assert CATALOGUE[VerdictCode.HELD_BY_OTHER].remedy in said
+    assert said.count("\n") == 1
 
 
 @pytest.fixture

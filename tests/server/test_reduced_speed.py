@@ -189,7 +189,7 @@ def program(cell: ManualCell) -> None:
         if name == "a":
             line(cell)
             assert cell.until_ended() is V.ACCEPTED
-    run = ProgramRun(cell.request(), RunKind.ALL, 0, 1, 1.0, "main")
+    run = ProgramRun(cell.request(), RunKind.ALL, 0, 1, 0, 1.0, "main")
     assert cell.pendant.code(run) is V.ACCEPTED
 
 

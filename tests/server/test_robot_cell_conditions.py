@@ -112,7 +112,7 @@ def test_no_motion_starts_where_a_condition_is_missing(
 
 @pytest.mark.parametrize(("age_ns", "code"), [(0, V.ACCEPTED), (1, V.FEEDBACK_STALE)])
 def test_a_motion_starts_from_a_report_of_100_ms_and_no_older(age_ns: int, code: V) -> None:
-    rig = ready()
+    rig = ready(watchdog={"deadline": 1.0})
     pendant = rig.holder()
     rig.now += 100 * MS + age_ns
     assert pendant.move(*GOAL) is code

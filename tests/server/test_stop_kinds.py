@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -11,18 +12,19 @@ from server_rig import MS, ServerRig, ready
 from openpendant.server.controller_path import ControllerPath
 from openpendant.server.outgoing import Forward, ForwardStop
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg import JointTrajPtFull, accepted
+from openpendant.simplemsg import JointTrajPtFull, TriState, accepted
 from openpendant.simplemsg.pendant import (
     Activity,
     Authority,
     AuthorityAction,
-    AuthorityBeat,
     AuthorityChanged,
     AuthorityReason,
     AuthorityWanted,
     StopChanged,
     StopKind,
+    Verdict,
 )
+from openpendant.simplemsg.verdicts import CATALOGUE
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -168,7 +170,7 @@ def test_promise_18_in_manual_nobody_takes_over_but_everybody_stops(mode: str) -
     rig = ready(modes={"initial": mode})
     JogPad(rig)
     other = JogPad(rig, "teacher", takes=False)
-    assert force(other) is V.MODE_FORBIDS
+    assert force(other) is V.NO_TAKE_OVER
     assert other.pendant.stop() is V.ACCEPTED
 
 
@@ -177,7 +179,19 @@ def test_no_take_over_where_a_mirrored_controller_hides_its_mode() -> None:
     rig.controller.mode = -1
     rig.wait(20)
     JogPad(rig)
-    assert force(JogPad(rig, "teacher", takes=False)) is V.MODE_FORBIDS
+    assert force(JogPad(rig, "teacher", takes=False)) is V.NO_TAKE_OVER
+
+
+def test_the_remedy_of_a_refused_take_over_is_one_that_the_asker_has() -> None:
+    rig = ready(modes={"initial": "manual_reduced"})
+    holder = JogPad(rig, "ann")
+    other = JogPad(rig, "bob", takes=False)
+    assert force(other) is V.NO_TAKE_OVER
+    assert "ann" in other.pendant.all(Verdict)[-1].text
+    assert "Ask the holder" in CATALOGUE[V.NO_TAKE_OVER].remedy
+    assert [wanted.client for wanted in holder.pendant.all(AuthorityWanted)] == ["bob"]
+    assert holder.pendant.release() is V.ACCEPTED
+    assert other.pendant.take() is V.ACCEPTED
 
 
 def test_promise_18_a_second_one_is_refused_by_name_and_the_holder_is_told() -> None:
@@ -227,13 +241,65 @@ def test_promise_26_no_set_point_leaves_for_the_time_that_was_lost() -> None:
     assert len(rig.points) == before
 
 
-def test_a_server_that_stood_still_while_the_robot_did_too_latches_nothing() -> None:
+def nobody_in_control(rig: ServerRig) -> None:
+    rig.pendant("onlooker")
+    rig.wait(10)
+
+
+def one_in_control_who_rests(rig: ServerRig) -> None:
+    JogPad(rig)
+
+
+def one_who_took_it_after_the_last_tick(rig: ServerRig) -> None:
+    rig.wait(10)
+    rig.holder()
+
+
+def one_who_left_after_the_last_tick(rig: ServerRig) -> None:
+    JogPad(rig).pendant.release()
+
+
+def a_robot_that_others_move(rig: ServerRig) -> None:
+    status = rig.controller.status(rig.now)
+    status.in_motion = TriState.TRUE
+    rig.hear(ControllerPath.STATE, status)
+    rig.tick()
+
+
+@pytest.mark.parametrize(
+    ("situation", "is_stopped"),
+    [
+        (nobody_in_control, False),
+        (one_in_control_who_rests, True),
+        (one_who_took_it_after_the_last_tick, True),
+        (one_who_left_after_the_last_tick, True),
+        (a_robot_that_others_move, True),
+    ],
+)
+def test_promise_26_whom_the_watchdog_stopped_shows_the_stop_of_a_late_server(
+    situation: Callable[[ServerRig], None], is_stopped: bool
+) -> None:
+    rig = ready()
+    situation(rig)
+    # The beat that the application sent after its last tick.
+    told = rig.core.may_move or situation is one_who_left_after_the_last_tick
+    assert told is is_stopped
+    freeze(rig, 500)
+    rig.wait(10)
+    stop = rig.core.cell.stop
+    assert (stop is not None) is is_stopped
+    assert stop is None or (stop.is_protective and "510 ms" in stop.reason)
+
+
+def test_after_a_freeze_at_rest_a_motion_needs_the_reset() -> None:
     rig = ready()
     pad = JogPad(rig)
     freeze(rig, 500)
-    pad.pendant.send(AuthorityBeat())
-    rig.wait(10)
-    assert rig.core.cell.stop is None
+    pad.hold(50)
+    assert pad.pendant.move(1.0, 0.5) is V.PROTECTIVE_STOP
+    assert rig.points == []
+    assert pad.pendant.reset() is V.ACCEPTED
+    assert pad.pendant.move(1.0, 0.5) is V.ACCEPTED
 
 
 def test_the_watchdog_is_told_that_the_robot_may_move_while_somebody_is_in_control() -> None:

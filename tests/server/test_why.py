@@ -151,7 +151,7 @@ def test_an_override_of_0_is_told_of_every_kind_of_motion(kind: str) -> None:
 
 def test_the_conditions_come_in_the_order_in_which_a_user_mends_them() -> None:
     named = [each["condition"] for each in ask(JogPad(ready()))["conditions"]]
-    order = ["link", "authority", "mode", "enabling", "stop", "controller", "limits", "scene"]
+    order = ["link", "authority", "limits", "mode", "stop", "enabling", "controller", "scene"]
     assert [each for each in named if each in order] == order
     assert named.index("program") > named.index("scene")
 

@@ -375,10 +375,10 @@ async def test_programs_recordings_signals_and_tools_by_management(port: int) ->
             told = await pendant.manage({**asked, "expected_revision": revision})
             revision = told["revision"]
         await pendant.manage({"op": "recordings.stop"})
-        run = await pendant.run_program(main, run=RunKind.ALL)
+        run = await pendant.run_program(main, run=RunKind.ALL, revision=revision)
         shot = await pendant.snapshot()
         assert shot["program"] is not None
-        assert shot["program"]["name"] == main
+        assert (shot["program"]["name"], shot["program"]["revision"]) == (main, revision)
         await run.done()
 
         await pendant.manage({"op": "signals.set", "output": 2, "value": True})

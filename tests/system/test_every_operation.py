@@ -97,9 +97,10 @@ async def programs(pendant: Pendant) -> None:
     assert (await calls.breakpoints(name, [1]))["statements"] == [1]
     assert (await calls.breakpoints(name, []))["statements"] == []
     trial = await calls.dry_run(name)
-    assert (trial["refused"], trial["complete"]) == (0, True)
+    assert (trial["revision"], trial["refused"], trial["complete"]) == (at, 0, True)
     assert not (await calls.dry_run_progress())["running"]
-    await (await calls.run(name, speed=0.5)).done()
+    assert await refused(calls.run(name, revision=at - 1)) is VerdictCode.REVISION_CONFLICT
+    await (await calls.run(name, speed=0.5, revision=at)).done()
     text = (await calls.load(name))["body"]
     assert (await calls.check(text))["statements"] == 3
     assert await refused(calls.check("no program")) is VerdictCode.PROGRAM_SYNTAX

@@ -7,6 +7,7 @@ import contextlib
 import math
 import os
 import re
+import socket
 import sys
 import termios
 import time
@@ -100,6 +101,14 @@ async def terminal(port: int) -> AsyncIterator[Terminal]:
         made.hang_up()
 
 
+@asynccontextmanager
+async def nobody() -> AsyncIterator[int]:
+    """Yield a port that is taken, and at which nobody listens."""
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        yield taken.getsockname()[1]
+
+
 async def until(pendant: PendantClient, holds: Callable[[Any], bool]) -> None:
     await pendant.wait_until(holds, within=PATIENCE)
 
@@ -160,6 +169,8 @@ async def test_it_jogs_records_stops_and_is_left(start_cell: Any, tmp_path: Path
         assert others == pytest.approx(before[2:], abs=1e-4)
 
         shown.strike("npick\r")
+        await shown.shows("Create pick?")
+        shown.strike("1")
         await shown.shows("pick, revision 1")
         shown.strike("1")
         await shown.shows("pick, revision 2")
@@ -221,3 +232,13 @@ async def test_a_terminal_that_is_gone_ends_the_pendant_which_gives_its_control_
         assert change.reason in (AuthorityReason.RELEASED, AuthorityReason.CONNECTION_LOST)
         await observer.take_control()
     assert (await cell.end())["violations"] == 0
+
+
+async def test_leaving_with_a_stop_that_nobody_heard_says_what_to_do() -> None:
+    async with nobody() as port, terminal(port) as shown:
+        await shown.shows("nobody listens")
+        shown.strike(" ")
+        await shown.shows("STOP NOT CONFIRMED")
+        shown.strike(CTRL_Q)
+        assert await asyncio.wait_for(shown.process.wait(), PATIENCE) != 0
+        await shown.shows("left before its stop was confirmed: use the robot's own hardware stop")

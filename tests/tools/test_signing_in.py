@@ -1,8 +1,9 @@
-"""`openpendant why` and `openpendant pendant` at a server with TLS and accounts."""
+"""Commands and clients come in at a server with TLS, accounts and a pairing code."""
 
 from __future__ import annotations
 
 import asyncio
+import ssl
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +12,8 @@ from guarded_server import PASSWORDS, GuardedServer, guarded_server
 from tls_certificates import make_certificate
 
 from openpendant.tools import why
+from openpendant.tools.pendants.client import AccountRole, PendantClient, Refused, WrongArgument
+from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
 from openpendant.tools.pendants.terminal import cli as pendant
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
@@ -65,3 +68,79 @@ async def test_a_user_comes_in_with_a_certificate_and_a_password_that_is_no_argu
         answered, said = await run(server, name, certificate, capsys)
         assert answered, said
         assert all(secret not in said for secret in PASSWORDS.values())
+
+
+async def test_a_class_comes_in_by_its_code_without_an_account(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async with guarded_server(tmp_path) as server:
+        address = ("127.0.0.1", server.port)
+        async with await PendantClient.connect(
+            *address, user="ann", password=PASSWORDS["ann"]
+        ) as ann:
+            code = await ann.issue_pairing_code()
+            async with await PendantClient.connect(*address, client="kim", pairing=code) as kim:
+                assert (await kim.access.whoami())["name"] == "kim"
+                # The names of guests tell them apart.
+                with pytest.raises(Refused, match="NAME_TAKEN"):
+                    await PendantClient.connect(*address, client="kim", pairing=code)
+
+            monkeypatch.setattr("getpass.getpass", lambda _: code)
+            arguments = [f"127.0.0.1:{server.port}", "--plain", "--pairing", "--name", "lee"]
+            assert await asyncio.to_thread(pendant.main, arguments) == 0
+            assert "ur5" in capsys.readouterr().out
+
+
+async def test_roboanalyzer_s_calls_come_in_with_password_and_certificate(tmp_path: Path) -> None:
+    certificate, key = make_certificate(tmp_path)
+    trusted = ssl.create_default_context(cafile=str(certificate))
+
+    def drive(port: int) -> float:
+        with RoboAnalyzerClient(
+            "127.0.0.1", port, tls=trusted, user="otto", password=PASSWORDS["otto"]
+        ) as robot:
+            robot.LoadRobot("ur5")  # the cell that is loaded already
+            return len(robot.UpdateRobot().joints)
+
+    tls = {"certificate": str(certificate), "key": str(key)}
+    async with guarded_server(tmp_path, tls=tls) as server:
+        assert await asyncio.to_thread(drive, server.port) == 6
+
+
+@pytest.mark.parametrize(
+    ("role", "word"),
+    [("operator", "operator"), ("ADMIN", "admin"), (AccountRole.VIEWER, "viewer")],
+)
+async def test_an_account_is_added_with_its_role_or_the_word_for_it(
+    tmp_path: Path, role: AccountRole | str, word: str
+) -> None:
+    async with (
+        guarded_server(tmp_path) as server,
+        await PendantClient.connect(
+            "127.0.0.1", server.port, user="ann", password=PASSWORDS["ann"]
+        ) as ann,
+    ):
+        await ann.add_account("nina", role, "correct horse battery")
+        roles = {each["name"]: each["role"] for each in (await ann.users.list())["users"]}
+        assert roles["nina"] == word
+        with pytest.raises(WrongArgument, match="accepted: viewer, operator, programmer, admin"):
+            await ann.add_account("olaf", "boss", "correct horse battery")
+
+
+@pytest.mark.parametrize("name", PLAIN)
+@pytest.mark.parametrize(
+    ("is_secured", "told"),
+    [(True, "the server may want TLS (--ca FILE"), (False, "may not speak TLS")],
+)
+async def test_tls_on_one_side_only_is_told_with_what_to_change(
+    name: str, is_secured: bool, told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    certificate, key = make_certificate(tmp_path)
+    command, more, _ = PLAIN[name]
+    tls = {"certificate": str(certificate), "key": str(key)} if is_secured else {}
+    option = [] if is_secured else ["--ca", str(certificate)]
+    async with guarded_server(tmp_path, tls=tls) as server:
+        assert await asyncio.to_thread(command, [f"127.0.0.1:{server.port}", *option, *more])
+    said = capsys.readouterr().err
+    assert told in said
+    assert said.count("\n") == 1

@@ -84,7 +84,8 @@ def test_nobody_there_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> Non
         port = free.getsockname()[1]
         assert why.main([f"127.0.0.1:{port}"]) == 69
     shown = capsys.readouterr().err
-    assert shown.startswith("openpendant why: nobody answers at")
+    assert shown.startswith("openpendant why: nobody listens at")
+    assert "openpendant serve" in shown
     assert shown.count("\n") == 1
 
 
@@ -131,3 +132,24 @@ def test_a_password_is_no_argument(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         why.main(["--password", "x"])
     assert "--password" in capsys.readouterr().err
+
+
+def test_the_help_says_every_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        why.main(["--help"])
+    assert ended.value.code == 0
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "0 it could move, 1 a condition is broken, 2 wrong usage, 69 no server" in shown
+
+
+def test_a_refusal_comes_with_its_remedy(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    refused = Refused(VerdictCode.LOGIN_NEEDED, "log in first", -1, 0.0, 0.0)
+
+    async def ask(*_: object) -> dict[str, Any]:
+        raise refused
+
+    monkeypatch.setattr(why, "_ask", ask)
+    assert why.main([]) == 69
+    assert capsys.readouterr().err.endswith(f"log in first -> {refused.remedy}\n")

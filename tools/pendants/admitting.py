@@ -10,7 +10,7 @@ from openpendant.simplemsg.pendant import (
     SetAccount,
 )
 
-from .failures import ConnectionLost
+from .failures import ConnectionLost, WrongArgument
 from .session import PendantSession
 
 
@@ -44,20 +44,35 @@ class Admitting(PendantSession):
             lambda request_id: Pairing(request_id=request_id, action=PairingAction.WITHDRAW)
         )
 
-    async def add_account(self, name: str, role: AccountRole, password: str) -> None:
+    async def add_account(self, name: str, role: AccountRole | str, password: str) -> None:
         """Add an account; returns when it is kept.
+
+        Args:
+            name: of the account.
+            role: what it may do, or the word for it: viewer, operator, programmer, admin.
+            password: of the account.
 
         Raises:
             Refused: name or password is not taken, or this connection is no admin's.
-            WrongArgument: name or password is too long.
+            WrongArgument: name or password is too long, or there is no such role.
             ConnectionLost: the connection ended.
         """
+        meant = _role(role)
         await self._ask(
             lambda request_id: SetAccount(
-                request_id=request_id, role=role, name=name, secret=password
+                request_id=request_id, role=meant, name=name, secret=password
             )
         )
 
     async def set_password(self, name: str, password: str) -> None:
         """Give an account another password, which logs out whoever uses it; raises as above."""
         await self.add_account(name, AccountRole.AS_IT_IS, password)
+
+
+def _role(role: AccountRole | str) -> AccountRole:
+    roles: list[AccountRole] = list(AccountRole)
+    for each in roles:
+        if role == each or (isinstance(role, str) and role.lower() == each.name.lower()):
+            return each
+    words = ", ".join(each.name.lower() for each in roles if each != AccountRole.AS_IT_IS)
+    raise WrongArgument(f"no role {role!r}; accepted: {words}, or an AccountRole")

@@ -7,28 +7,46 @@
 
 Angles are radians, lengths metres, quaternions x, y, z, w; joints count from 0. It speaks the
 public protocol and imports nothing of the server. Every refusal arrives as `Refused`, every aborted
-motion as `Aborted`, both with the code of the catalogue, cause, remedy and the numbers.
+motion as `Aborted`, both with the code of the catalogue, cause, remedy and the numbers; `explained`
+of each failure is one line for a person.
 `sync_client` has the same calls, blocking.
 """
 
 from __future__ import annotations
 
-from openpendant.simplemsg.pendant import JogEnd, Motion, OperatingMode, RunKind, State
+from openpendant.simplemsg.pendant import (
+    AccountRole,
+    JogEnd,
+    Motion,
+    OperatingMode,
+    RunKind,
+    State,
+)
 
 from .admitting import Admitting
-from .failures import Aborted, ConnectionLost, PendantError, Refused, WrongArgument
+from .failures import (
+    Aborted,
+    ConnectionLost,
+    NotTrusted,
+    NotUnderstood,
+    PendantError,
+    Refused,
+    Unreachable,
+    WrongArgument,
+)
 from .jog import Jog
 from .jogging import Jogging
 from .managing import Managing, PlaybackHandle
 from .motions import JogAccount, MotionHandle, MotionResult, Pose
 from .operating import EnablingDevice, Operating
-from .session import DEFAULT_PORT
+from .reaching import DEFAULT_PORT
 from .snapshot import Snapshot
 from .way_out import Hold, WayOut
 
 __all__ = [
     "DEFAULT_PORT",
     "Aborted",
+    "AccountRole",
     "ConnectionLost",
     "EnablingDevice",
     "Hold",
@@ -38,6 +56,8 @@ __all__ = [
     "Motion",
     "MotionHandle",
     "MotionResult",
+    "NotTrusted",
+    "NotUnderstood",
     "OperatingMode",
     "PendantClient",
     "PendantError",
@@ -47,6 +67,7 @@ __all__ = [
     "RunKind",
     "Snapshot",
     "State",
+    "Unreachable",
     "WayOut",
     "WrongArgument",
 ]

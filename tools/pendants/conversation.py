@@ -35,7 +35,7 @@ from openpendant.simplemsg.pendant import (
     Verdict,
 )
 
-from .failures import ConnectionLost, PendantError, Refused, WrongArgument
+from .failures import ConnectionLost, NotUnderstood, PendantError, Refused, WrongArgument
 from .motions import MotionHandle
 
 REPLY_TIMEOUT = 35.0
@@ -206,13 +206,15 @@ class Conversation(asyncio.Protocol):
             case Outcome(request_id=request_id):
                 _complete(self._outcomes.pop(request_id, None), message)
             case HeaderOnly(comm_type=CommType.REPLY):
-                self._end(ConnectionLost(f"the server does not know type {message.msg_type}"))
+                self._end(NotUnderstood(f"the server does not know type {message.msg_type}"))
             case _:
                 self._on_news(message)
 
     def _end(self, cause: Exception | None) -> None:
         if self.error is None:
-            reason = str(cause) if cause else "the server closed the connection"
+            reason = "the server closed the connection"
+            if cause is not None:
+                reason = str(cause) or f"the connection broke: {type(cause).__name__}"
             self.error = cause if isinstance(cause, PendantError) else ConnectionLost(reason)
         for fail in list(self._waiting):
             fail(self.error)

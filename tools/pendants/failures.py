@@ -2,15 +2,41 @@
 
 from __future__ import annotations
 
+import ssl
+
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 
 
 class PendantError(Exception):
     """Base of what this library raises."""
 
+    @property
+    def explained(self) -> str:
+        """What happened and what to do about it, in one line, to be shown to a person."""
+        return str(self)
+
 
 class ConnectionLost(PendantError):
     """The server closed the connection, or it broke."""
+
+
+class NotUnderstood(ConnectionLost):
+    """The server does not know a type of message; so it is no pendant server, or a very old one."""
+
+
+class Unreachable(PendantError, OSError):
+    """There is no connection: nobody listens there, no such machine, or no TLS.
+
+    Made of the number of the operating system's error, None where it has none, and a sentence.
+    """
+
+    def __str__(self) -> str:
+        """Return the sentence; the number is in `errno`."""
+        return str(self.args[-1])
+
+
+class NotTrusted(Unreachable, ssl.SSLCertVerificationError):
+    """Nobody whom we trust vouches for the server's certificate."""
 
 
 class WrongArgument(PendantError):
@@ -41,7 +67,14 @@ class Refused(PendantError):
         self.cause = entry.cause if entry else ""
         self.remedy = entry.remedy if entry else ""
         name = VerdictCode(code).name if known else str(code)
-        super().__init__(f"{name}: {text}")
+        super().__init__(f"{name}: {text or self.cause}")
+        if self.remedy:
+            self.add_note(f"Remedy: {self.remedy}")
+
+    @property
+    def explained(self) -> str:
+        """The refusal with its remedy, in one line."""
+        return f"{self} -> {self.remedy}" if self.remedy else str(self)
 
 
 class Aborted(Refused):

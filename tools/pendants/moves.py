@@ -133,6 +133,7 @@ class Moves(PendantSession):
         line: int = 0,
         loops: int = 1,
         speed: float = 1.0,
+        revision: int = 0,
     ) -> MotionHandle:
         """Run a stored program, or one step of it; `done` tells when that has ended.
 
@@ -142,12 +143,15 @@ class Moves(PendantSession):
             line: line to begin at; 0 for where it stands, or the first.
             loops: how often; 0 for until it is stopped.
             speed: fraction of the programmed speeds, above 0, up to 1.
+            revision: the only one that may be run, as the pendant shows it, from 1; 0 for the
+                newest. In a run that is paused: the one that it began with; 0 for whichever.
 
         Returns:
             The run, accepted and begun.
 
         Raises:
-            Refused: nobody knows the program, it cannot run from there, not in control, …
+            Refused: REVISION_CONFLICT, another revision is kept, or is under way; nobody knows the
+                program, it cannot run from there, not in control, …
             ConnectionLost: the connection ended.
         """
         return await self._begin(
@@ -156,6 +160,7 @@ class Moves(PendantSession):
                 run=run,
                 line=line,
                 loops=loops,
+                revision=revision,
                 speed=speed,
                 program=name,
             )

@@ -8,29 +8,28 @@
 Degrees and millimetres, joints counted from 1, as there. A, B and C are roll, pitch and yaw
 *values* of the tool in base: `IncrementA` changes one of three numbers, which is not the same as a
 jog about an axis (`PendantClient.jog_tool(a=...)`). Each call returns when the robot stands, and
-raises `Refused` or `Aborted` with the reason where it may not or did not get there.
+raises `Refused` or `Aborted` with the reason where it may not or did not get there, `WrongArgument`
+where an argument is none. Numbers may be floats throughout, as MATLAB's are: joint 1.0 is joint 1.
 """
 
 from __future__ import annotations
 
-import contextlib
 import math
-from collections.abc import Callable, Iterator, Sequence
+import ssl
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Self
 
-from openpendant.simplemsg.pendant import Motion, OperatingMode, StateField
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.pendant import Motion
 
 from .attitude import quaternion_of, roll_pitch_yaw
 from .cell_choice import chosen_cell, some_cell
 from .client import DEFAULT_PORT, Pose
-from .failures import Refused, WrongArgument
+from .failures import ConnectionLost, Refused, WrongArgument
+from .roboanalyzer_arguments import fraction, joint_index, number, numbers, text, whole
+from .roboanalyzer_motions import arrive, begun, enabled
 from .roboanalyzer_robots import RobotDisplay, RobotPosture, display_of, posture_of
 from .sync_client import SyncPendantClient
-from .sync_motions import SyncMotion
-
-_READY_WITHIN = 10.0
 
 _X, _Y, _Z = range(3)
 _ROLL, _PITCH, _YAW = range(3)
@@ -41,9 +40,7 @@ class RoboAnalyzerClient:
 
     It holds the motion authority from its making to `DisposeRobot`. In a manual mode it holds the
     enabling device (training) for the length of each call. The capitals are RoboAnalyzer's.
-
-    Attributes:
-        speed: of every motion, a fraction of the joints' largest speed, above 0, up to 1.
+    After `DisposeRobot` every call raises `ConnectionLost`.
     """
 
     def __init__(
@@ -55,6 +52,10 @@ class RoboAnalyzerClient:
         cell: str = "",
         speed: float = 0.2,
         client: str = "RoboAnalyzer",
+        tls: ssl.SSLContext | None = None,
+        user: str = "",
+        password: str | None = None,
+        pairing: str | None = None,
     ) -> None:
         """Connect and select a robot.
 
@@ -66,33 +67,66 @@ class RoboAnalyzerClient:
             cell: name of the cell to ask first; empty for any.
             speed: of every motion, a fraction of the joints' largest speed.
             client: name that others are shown; at most 32 bytes.
+            tls: how to encrypt and whom to trust; None for an unencrypted connection.
+            user: account, or with a pairing code the name of a guest, `client` if empty.
+            password: of the account.
+            pairing: code of a class, instead of a password; where the server has several cells,
+                `cell` says which.
 
         Raises:
-            OSError: nobody listens there.
+            Unreachable: nobody listens there, or it does not speak TLS.
             WrongArgument: the server has no such robot, or several; its cells are in the text.
-            Refused: there is no such cell, or somebody else moves the robot.
+            Refused: there is no such cell, the login is wrong, or somebody else moves the robot.
+            ConnectionLost: the connection ended before the robot was selected.
         """
         self.speed = speed
-        self._address = (host, port, client)
+        address = text(host, "the host"), whole(port, "the port")
+        robot, cell = text(robot, "the robot"), text(cell, "the cell")
+
+        def connected(cell: str) -> SyncPendantClient:
+            return SyncPendantClient.connect(
+                *address,
+                client=client,
+                cell=cell,
+                state_rate=50.0,
+                tls=tls,
+                user=user,
+                password=password,
+                pairing=pairing,
+            )
+
+        self._connected = connected
         is_named = True
         try:
-            self._pendant = self._connected(cell)
+            self._connection: SyncPendantClient | None = connected(cell)
         except Refused as refused:
             # Of several cells none was named; any of them tells which there are.
             guest = "" if cell else some_cell(refused)
             if not guest:
                 raise
-            self._pendant = self._connected(guest)
+            if pairing is not None:
+                wanted = f"a pairing code is of one cell, say cell=: {refused.text}"
+                raise WrongArgument(wanted) from None
+            self._connection = connected(guest)
             is_named = False
         hello = self._pendant.hello
         try:
             if is_named and robot in ("", hello.robot, hello.cell):
-                self._begin()
+                self._units = begun(self._pendant)
             else:
                 self.LoadRobot(robot)
         except BaseException:
-            self._pendant.close()
+            self.DisposeRobot()
             raise
+
+    @property
+    def speed(self) -> float:
+        """Speed of every motion, a fraction of the joints' largest speed, above 0, up to 1."""
+        return self._speed
+
+    @speed.setter
+    def speed(self, value: float) -> None:
+        self._speed = fraction(value, "the speed")
 
     def __enter__(self) -> Self:
         return self
@@ -114,14 +148,25 @@ class RoboAnalyzerClient:
     def LoadRobot(self, name: str) -> None:
         """Select a robot by its name or that of its cell, and take control of it.
 
+        Where that fails the robot of before stays selected.
+
         Raises:
             WrongArgument: the server has no such robot, or several; its cells are in the text.
             Refused: somebody else moves it.
         """
-        cell = chosen_cell(name, self._pendant.cells()["cells"])
-        self._pendant.close()
-        self._pendant = self._connected(cell)
-        self._begin()
+        before = self._pendant
+        cell = chosen_cell(text(name, "the robot"), before.cells()["cells"])
+        if cell == before.hello.cell:
+            self._units = begun(before)
+            return
+        loaded = self._connected(cell)
+        try:
+            self._units = begun(loaded)
+        except BaseException:
+            loaded.close()
+            raise
+        self._connection = loaded
+        before.close()
 
     def DisplayRobot(self) -> RobotDisplay:
         """Return what the selected robot is: its name and its joints with their limits."""
@@ -134,7 +179,9 @@ class RoboAnalyzerClient:
 
     def DisposeRobot(self) -> None:
         """Give the robot back and end the connection; a second call does nothing."""
-        self._pendant.close()
+        connection, self._connection = self._connection, None
+        if connection is not None:
+            connection.close()
 
     # The trace.
 
@@ -146,38 +193,34 @@ class RoboAnalyzerClient:
 
     def UpdateJointAngles(self, angles: Sequence[float]) -> None:
         """Move all joints to these positions [°, mm for a linear axis]."""
-        if len(angles) != len(self._units):
-            raise WrongArgument(f"{len(angles)} angles; the robot has {len(self._units)} joints")
-        target = [value * unit for value, unit in zip(angles, self._units, strict=True)]
-        with self._enabled():
-            _arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
+        given = numbers(angles, "angles", len(self._units))
+        target = [value * unit for value, unit in zip(given, self._units, strict=True)]
+        with enabled(self._pendant):
+            arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
 
-    def IncrementJointAngle(self, joint: int, increment: float) -> None:
+    def IncrementJointAngle(self, joint: float, increment: float) -> None:
         """Move one joint, counted from 1, by an increment [°, mm for a linear axis]."""
-        if not 1 <= joint <= len(self._units):
-            raise WrongArgument(f"no joint {joint}; the robot has joints 1 to {len(self._units)}")
+        index = joint_index(joint, len(self._units))
         increments = [0.0] * len(self._units)
-        increments[joint - 1] = increment
+        increments[index] = number(increment, "the increment")
         self.IncrementJointAngles(increments)
 
     def IncrementJointAngles(self, increments: Sequence[float]) -> None:
         """Move all joints by increments [°, mm for a linear axis]."""
-        if len(increments) != len(self._units):
-            text = f"{len(increments)} increments; the robot has {len(self._units)} joints"
-            raise WrongArgument(text)
+        given = numbers(increments, "increments", len(self._units))
         self._pendant.next_state()
         here = self._pendant.joints()
         target = [
             value + increment * unit
-            for value, increment, unit in zip(here, increments, self._units, strict=True)
+            for value, increment, unit in zip(here, given, self._units, strict=True)
         ]
-        with self._enabled():
-            _arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
+        with enabled(self._pendant):
+            arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
 
     def SetHomePosition(self) -> None:
         """Move all joints to the robot's home position."""
-        with self._enabled():
-            _arrive(lambda: self._pendant.home(speed=self.speed))
+        with enabled(self._pendant):
+            arrive(lambda: self._pendant.home(speed=self.speed))
 
     # The tool, in base.
 
@@ -205,23 +248,22 @@ class RoboAnalyzerClient:
         """Change the tool's yaw value [°]; its point stays where it is."""
         self._turn(_YAW, increment)
 
-    def _shift(self, axis: int, millimetres: float) -> None:
+    def _shift(self, axis: int, increment: float) -> None:
+        metres = number(increment, "the increment") / 1000
         here = self._tool_pose()
-        x, y, z = (
-            value + millimetres / 1000 * (index == axis)
-            for index, value in enumerate(here.position)
-        )
+        x, y, z = (value + metres * (index == axis) for index, value in enumerate(here.position))
         self._line_to(Pose((x, y, z), here.orientation))
 
-    def _turn(self, angle: int, degrees: float) -> None:
+    def _turn(self, angle: int, increment: float) -> None:
+        degrees = number(increment, "the increment")
         here = self._tool_pose()
         angles = list(roll_pitch_yaw(here.orientation))
         angles[angle] += math.radians(degrees)
         self._line_to(Pose(here.position, quaternion_of(*angles)))
 
     def _line_to(self, pose: Pose) -> None:
-        with self._enabled():
-            _arrive(lambda: self._pendant.move_to_pose(pose, motion=Motion.LIN, speed=self.speed))
+        with enabled(self._pendant):
+            arrive(lambda: self._pendant.move_to_pose(pose, motion=Motion.LIN, speed=self.speed))
 
     def _tool_pose(self) -> Pose:
         self._pendant.next_state()
@@ -229,42 +271,8 @@ class RoboAnalyzerClient:
 
     # The connection.
 
-    def _connected(self, cell: str) -> SyncPendantClient:
-        host, port, client = self._address
-        return SyncPendantClient.connect(host, port, client=client, cell=cell, state_rate=50.0)
-
-    def _begin(self) -> None:
-        """Take control of the robot; do not keep a connection that may not."""
-        try:
-            joints = self._pendant.snapshot()["joints"]
-            self._units = [
-                math.radians(1.0) if joint["unit"] == "rad" else 0.001 for joint in joints
-            ]
-            self._pendant.take_control()
-            self._pendant.wait_until(
-                lambda state: bool(state.valid_fields & StateField.TOOL), within=_READY_WITHIN
-            )
-        except BaseException:
-            self._pendant.close()
-            raise
-
-    @contextlib.contextmanager
-    def _enabled(self) -> Iterator[None]:
-        """Hold the enabling device (training) where the mode wants it."""
-        state = self._pendant.next_state()
-        if state.operating_mode == OperatingMode.AUTOMATIC:
-            yield
-            return
-        with self._pendant.enabling():
-            yield
-
-
-def _arrive(move: Callable[[], SyncMotion]) -> None:
-    """Begin a motion and wait for its end; a robot that is there already has arrived."""
-    try:
-        motion = move()
-    except Refused as refused:
-        if refused.code != VerdictCode.NO_MOTION:
-            raise
-        return
-    motion.done()
+    @property
+    def _pendant(self) -> SyncPendantClient:
+        if self._connection is None:
+            raise ConnectionLost("the robot was disposed of; make another RoboAnalyzerClient")
+        return self._connection

@@ -33,9 +33,10 @@ from openpendant.simplemsg.pendant import (
 from .conversation import HELLO, Conversation
 from .failures import ConnectionLost, WrongArgument
 from .motions import MotionHandle
+from .reaching import DEFAULT_PORT, check_port, unanswered, unreachable
 
-DEFAULT_PORT = 11010
-"""The server's pendant port where its configuration says nothing else."""
+_HELLO_WITHIN = 10.0
+"""Who does not answer hello for so long is no pendant server [s]."""
 
 _PING_PERIOD = 5.0
 
@@ -74,6 +75,7 @@ class PendantSession:
         self.on_mode: Callable[[ModeChanged], None] | None = None
         self.on_program: Callable[[ProgramReport], None] | None = None
         self._conversation = Conversation(self._take_news)
+        self._client = ""
         self._state_rate = 0.0
         self._keeping: asyncio.Task[None] | None = None
 
@@ -100,7 +102,8 @@ class PendantSession:
             cell: name of the cell, empty for the only one.
             state_rate: state messages wanted, Hz; 0 for none, which also rules out jogs.
             tls: how to encrypt and whom to trust; None for an unencrypted connection.
-            user: account, or with a pairing code the name of a guest.
+            user: account, or with a pairing code the name of a guest, which no account and no
+                other guest has; a guest who gives none is called as `client`.
             password: of the account.
             pairing: code that the teacher shows, instead of a password.
 
@@ -108,25 +111,39 @@ class PendantSession:
             A connected client; close it, or use it as a context manager.
 
         Raises:
-            OSError: nobody listens there, or the certificate is not trusted.
+            Unreachable: nobody listens there, or it does not speak TLS; an OSError, too.
+            NotTrusted: the same, where the certificate is not trusted.
             Refused: the server does not want us.
             ConnectionLost: the connection ended before the hello was answered.
-            WrongArgument: a text is too long, or both password and pairing code are given.
+            WrongArgument: a text is too long, host or port is none, or both password and pairing
+                code are given.
         """
+        check_port(port)
         pendant = cls()
-        loop = asyncio.get_running_loop()
-        name = host if tls is not None else None
-        await loop.create_connection(
-            lambda: pendant._conversation, host, port, ssl=tls, server_hostname=name
-        )
+        encrypted = tls is not None
         try:
-            await pendant._say_hello(client, cell, state_rate)
+            await pendant._open(host, port, tls)
+        except OSError as error:
+            raise unreachable(error, host, port, tls=encrypted) from None
+        except ValueError as error:
+            raise WrongArgument(f"{host!r} is no host: {error}") from None
+        try:
+            try:
+                await pendant._say_hello(client, cell, state_rate)
+            except ConnectionLost as error:
+                raise unanswered(error, host, port, tls=encrypted) from None
             if password is not None or pairing is not None:
                 await pendant.login(user, password=password, pairing=pairing)
         except BaseException:
             await pendant.close()
             raise
         return pendant
+
+    async def _open(self, host: str, port: int, tls: ssl.SSLContext | None) -> None:
+        name = host if tls is not None else None
+        await asyncio.get_running_loop().create_connection(
+            lambda: self._conversation, host, port, ssl=tls, server_hostname=name
+        )
 
     def _begin_work(self) -> None:
         """Set up what works only once hello was answered."""
@@ -136,10 +153,15 @@ class PendantSession:
         hello = Hello(
             protocol_version=PROTOCOL_VERSION, state_rate=state_rate, cell=cell, client=client
         )
-        reply = await self._conversation.ask(hello, HELLO)
+        try:
+            async with asyncio.timeout(_HELLO_WITHIN):
+                reply = await self._conversation.ask(hello, HELLO)
+        except TimeoutError:
+            raise ConnectionLost(f"nothing within {_HELLO_WITHIN:g} s") from None
         if not isinstance(reply, HelloReply):
             raise ConnectionLost(f"the server answered hello with {reply}")
         self.hello = reply
+        self._client = client
         self._state_rate = state_rate
         self._begin_work()
 
@@ -169,6 +191,11 @@ class PendantSession:
     ) -> None:
         """Show who is at this pendant; a stop never needs it.
 
+        Args:
+            user: account, or name of a guest; a guest whose name is empty is called as the client.
+            password: of the account.
+            pairing: code that the teacher shows, instead of a password.
+
         Raises:
             Refused: name, password or code is wrong, or there were too many attempts.
             WrongArgument: not exactly one of password and pairing code is given.
@@ -179,7 +206,8 @@ class PendantSession:
         kind = LoginKind.PASSWORD if pairing is None else LoginKind.PAIRING
         secret = password if pairing is None else pairing
         request_id = self._conversation.new_request()
-        request = Login(request_id=request_id, kind=kind, name=user, secret=secret or "")
+        name = user if pairing is None else user or self._client
+        request = Login(request_id=request_id, kind=kind, name=name, secret=secret or "")
         await self._conversation.ask(request, request_id)
 
     def offers(self, capability: Capability) -> bool:

@@ -1,7 +1,7 @@
 """What a command of ours needs to come in: whose certificate it trusts, and a password.
 
 Owns where a secret comes from: the environment or a prompt, never an argument, which every user of
-the machine could read.
+the machine could read; and what a guest is called.
 """
 
 from __future__ import annotations
@@ -9,6 +9,8 @@ from __future__ import annotations
 import getpass
 import os
 import ssl
+import sys
+import warnings
 from pathlib import Path
 
 from .failures import WrongArgument
@@ -42,17 +44,42 @@ def password_of(user: str) -> str | None:
     """
     if not user:
         return None
-    return os.environ.get(PASSWORD_VARIABLE) or prompted(f"Password of {user}: ")
+    found = os.environ.get(PASSWORD_VARIABLE)
+    absent = f"nobody typed a password; {PASSWORD_VARIABLE} may hold it"
+    return found or _prompted(f"Password of {user}: ", absent)
 
 
-def prompted(prompt: str) -> str:
-    """Have a secret typed, unseen.
+def pairing_code() -> str:
+    """Have the code of a class typed, unseen; no variable holds it, because it soon ends.
 
     Raises:
         WrongArgument: nobody is there to type it.
     """
+    absent = (
+        "nobody typed a pairing code, and no variable holds it; a script uses an account, --user"
+    )
+    return _prompted("Pairing code: ", absent)
+
+
+def guest_name(suggested: str) -> str:
+    """Have a guest say what he wants to be called, where there is a terminal to ask him at.
+
+    Args:
+        suggested: what he is called where he says nothing, or nobody can be asked.
+    """
+    if not sys.stdin.isatty():
+        return suggested
+    print(f"Your name [{suggested}]: ", end="", file=sys.stderr, flush=True)
+    return sys.stdin.readline().strip() or suggested
+
+
+def _prompted(prompt: str, absent: str) -> str:
+    """Return a secret that somebody types; `absent` is said where nobody does."""
     try:
-        return getpass.getpass(prompt)
+        with warnings.catch_warnings():
+            # Without a terminal the secret comes through a pipe, where nothing is echoed.
+            if not sys.stdin.isatty():
+                warnings.simplefilter("ignore", getpass.GetPassWarning)
+            return getpass.getpass(prompt)
     except EOFError:
-        text = f"nobody typed a password; {PASSWORD_VARIABLE} may hold it"
-        raise WrongArgument(text) from None
+        raise WrongArgument(absent) from None

@@ -84,11 +84,13 @@ class ProgramUnderWay(TypedDict):
         name: its name.
         state: running, waiting or paused.
         line: its line in the text, from 1.
+        revision: the one that runs; another may be kept by now.
     """
 
     name: str
     state: str
     line: int
+    revision: int
 
 
 class LatchedStop(TypedDict):

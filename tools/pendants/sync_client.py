@@ -48,7 +48,7 @@ class SyncPendantClient(SyncManaging, SyncJogging):
         """End the cell's code, and let its guests do no more than look on."""
         self._thread.call(self.background.end_pairing())
 
-    def add_account(self, name: str, role: AccountRole, password: str) -> None:
+    def add_account(self, name: str, role: AccountRole | str, password: str) -> None:
         """Add an account; returns when it is kept."""
         self._thread.call(self.background.add_account(name, role, password))
 
@@ -140,8 +140,11 @@ class SyncPendantClient(SyncManaging, SyncJogging):
         line: int = 0,
         loops: int = 1,
         speed: float = 1.0,
+        revision: int = 0,
     ) -> SyncMotion:
         """Run a stored program, or one step of it; `done` tells when that has ended."""
         return self._motion(
-            self.background.run_program(name, run=run, line=line, loops=loops, speed=speed)
+            self.background.run_program(
+                name, run=run, line=line, loops=loops, speed=speed, revision=revision
+            )
         )

@@ -7,7 +7,7 @@ from admission_desk import BOOK, LOCAL, account
 from guarded_rig import GuardedRig, log_in
 from server_clients import Pendant
 
-from openpendant.server.access.accounts import AccountBook
+from openpendant.server.access.accounts import Account, AccountBook
 from openpendant.server.access.audit import AuditEvent
 from openpendant.server.access.roles import Role
 from openpendant.server.core import Port
@@ -17,6 +17,7 @@ from openpendant.simplemsg.pendant import (
     AuthorityReason,
     Login,
     LoginKind,
+    Outcome,
     Pairing,
     PairingAction,
     PairingReply,
@@ -97,6 +98,25 @@ def test_logging_in_as_somebody_else_gives_the_authority_back(rig: GuardedRig) -
     assert rig.core.cell.authority.holder is None
     assert otto.outcomes()[-1][1] is VerdictCode.AUTHORITY_LOST
     assert otto.all(AuthorityChanged)[-1].reason == AuthorityReason.LOGGED_OUT
+
+
+@pytest.mark.parametrize(
+    ("after", "reason", "word"),
+    [
+        (account("otto", Role.VIEWER), AuthorityReason.ROLE_LOST, "role lost"),
+        (account("otto", Role.OPERATOR, disabled=True), AuthorityReason.LOGGED_OUT, "logged out"),
+    ],
+)
+def test_who_loses_the_authority_is_told_whether_it_was_for_the_role_or_the_login(
+    rig: GuardedRig, after: Account, reason: AuthorityReason, word: str
+) -> None:
+    otto = rig.user("otto")
+    otto.take()
+    otto.move(1.0, 0.0)
+    ann = rig.user("ann")
+    rig.follow(AccountBook([*BOOK, after]))
+    assert ann.all(AuthorityChanged)[-1].reason == reason
+    assert otto.all(Outcome)[-1].text == f"the motion authority ended: {word}"
 
 
 def test_an_account_that_is_disabled_loses_the_authority_and_its_motion(rig: GuardedRig) -> None:

@@ -74,7 +74,7 @@ FRAMES: dict[str, Frame] = {
     "jog undo": lambda number: JogUndo(number, 0.5),
     "speed": lambda number: SetSpeed(number, 0.5, 0.0),
     "resume": lambda number: MotionControl(number, MotionControlAction.RESUME),
-    "program": lambda number: ProgramRun(number, 1, 0, 1, 1.0, "nothing"),
+    "program": lambda number: ProgramRun(number, 1, 0, 1, 0, 1.0, "nothing"),
     "reset": lambda number: ResetStop(number),
     "mode": lambda number: SetMode(number, OperatingMode.AUTOMATIC),
     "play": operation(op="recordings.play", name="nothing"),

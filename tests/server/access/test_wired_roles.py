@@ -77,7 +77,7 @@ REQUESTS: tuple[Message, ...] = (
     SetMode(1, 3),
     SetSpeed(1, 0.5, 0.0),
     MotionControl(1, 1),
-    ProgramRun(1, 1, 0, 1, 1.0, "nothing"),
+    ProgramRun(1, 1, 0, 1, 0, 1.0, "nothing"),
     SetAccount(1, AccountRole.OPERATOR, "new", "a new long password"),
 )
 

@@ -22,6 +22,7 @@ from openpendant.simplemsg.pendant import (
     JogUndo,
     JointMove,
     OperatingMode,
+    ResetStop,
     SetMode,
     State,
     Subscribe,
@@ -226,6 +227,38 @@ def test_an_undo_leads_back_to_where_the_jog_began() -> None:
     assert client.pendant.outcomes()[-1] == (900, V.ACCEPTED)
     assert np.abs(np.array(client.cell.position) - before).max() < 1e-4
     assert client.pendant.code(JogUndo(901, 1.0)) is V.NO_JOG_TO_UNDO
+    assert violations(client) == 0
+
+
+def test_the_rest_of_an_undo_goes_on_along_the_way_and_not_over_what_it_had_done() -> None:
+    client = JogClient()
+    before = client.cell.position
+    client.start(JogSpace.JOINTS, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    client.hold(1_500)
+    corner = client.cell.position
+    client.start(JogSpace.JOINTS, (0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
+    client.hold(1_500)
+    client.release()
+    client.hold(1_000)
+    assert client.pendant.code(JogUndo(900, 1.0)) is V.ACCEPTED
+    while client.cell.position[0] > 0.5 * (before[0] + corner[0]):
+        client.enable()
+        client.cell.wait(50)
+    client.pendant.stop()
+    client.cell.wait(500)
+    halfway = client.cell.position
+    assert client.pendant.code(ResetStop(901)) is V.ACCEPTED
+    client.pendant.send(Enabling(0))
+    client.enable()
+    sent = len(client.sent())
+    assert client.pendant.code(JogUndo(902, 1.0)) is V.ACCEPTED
+    while client.pendant.outcomes()[-1][0] != 902:
+        client.enable()
+        client.cell.wait(50)
+    rest = np.array([point.positions[:6] for point in client.sent()[sent:]])
+    assert rest[:, 0].max() <= halfway[0] + 1e-4, "the way to the corner is not gone again"
+    assert np.abs(np.array(client.cell.position) - before).max() < 1e-4
+    assert client.pendant.code(JogUndo(903, 1.0)) is V.NO_JOG_TO_UNDO
     assert violations(client) == 0
 
 

@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
+import json
+
 from openpendant.server.planning.dry_run_answer import MOST_SAMPLES, MOST_VERDICTS, shortened
 from openpendant.server.planning.jobs import DryRunFound
-from openpendant.server.programs.dry_run_results import DryRun, MoveVerdict, PointVerdict
+from openpendant.server.playback.dry_run_desk import told
+from openpendant.server.playback.operations import MOST_ANSWER
+from openpendant.server.programs.dry_run_results import (
+    DryRun,
+    HandOver,
+    MoveVerdict,
+    PointVerdict,
+    StatementVerdict,
+)
+from openpendant.server.programs.linking import Linked
+from openpendant.server.programs.parser import parse
+from openpendant.server.programs.statements import Attach, SetOutput
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -37,3 +50,49 @@ def test_of_a_long_one_what_is_refused_comes_first_and_all_of_it_is_counted() ->
     assert len(told.run.not_walked) == MOST_VERDICTS
     assert len(told.run.path) <= MOST_SAMPLES + 1
     assert told.run.path[-1][0] == 40_006.0
+
+
+def test_an_answer_of_long_texts_fits_a_frame_and_cuts_none_of_them() -> None:
+    name, count = "ü" * 32, 500
+    text = f"something at fault that takes many words to say {'and more ' * 30}than 3.14 rad"
+    far = Refusal(VerdictCode.UNREACHABLE, text)
+    head = f'openpendant-program/1\nprogram "{name}" robot ur5\n'
+    program = parse(head + "wait 1 s\n" * count)
+    linked = Linked(name, {name: program}, revisions={name: 1})
+    keys = [(name, number) for number in range(count)]
+    run = DryRun(
+        duration=1.0,
+        endless=False,
+        complete=False,
+        path=tuple((86_400.123456 + n, -1.123456, -1.123456, -1.123456) for n in range(5_000)),
+        moves=tuple(MoveVerdict(*key, name, far, False) for key in keys),
+        not_walked=tuple(keys),
+        hand_overs=tuple(HandOver(*key, Attach(name), far) for key in keys),
+        statements=tuple(StatementVerdict(*key, SetOutput(99, True), FAR) for key in keys),
+        unchecked=tuple(keys),
+    )
+    points = tuple(PointVerdict(name, far) for _ in keys)
+    answer = told(linked, shortened(DryRunFound(run, points)))
+    body = json.dumps(answer, ensure_ascii=False, separators=(",", ":")).encode()
+    assert 40_000 < len(body) <= MOST_ANSWER
+    assert answer["refused"] == 4 * count
+    texts = {str(each["text"]) for kind in ("moves", "scene") for each in rows(answer, kind)}
+    assert texts == {text}
+    assert len(rows(answer, "statements")) == MOST_VERDICTS
+
+
+def rows(answer: dict[str, object], kind: str) -> list[dict[str, object]]:
+    found = answer[kind]
+    assert isinstance(found, list)
+    return found
+
+
+def test_statements_that_cannot_be_run_come_before_those_that_can() -> None:
+    verdicts = tuple(
+        StatementVerdict("main", number, SetOutput(1, True), FAR if number > 90 else None)
+        for number in range(200)
+    )
+    run = DryRun(1.0, False, True, (), (), (), statements=verdicts)
+    found = shortened(DryRunFound(run, ()))
+    assert found.refused == 109
+    assert [each.index for each in found.run.statements] == list(range(91, 191))

@@ -4,20 +4,33 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from journal_records import read_back
+from program_samples import programs
 from server_rig import LIMITS
 
 from openpendant.motion.certificate import certify
 from openpendant.motion.ptp import plan_joint_move
 from openpendant.motion.trajectory import Trajectory
-from openpendant.server.planning.jobs import Planned
+from openpendant.server.planning.jobs import DryRunFound, Planned
 from openpendant.server.planning.plan_record import PlanRecordError, plan_from_json, plan_to_json
+from openpendant.server.programs.dry_run_results import (
+    DryRun,
+    HandOver,
+    MoveVerdict,
+    PointVerdict,
+    StatementVerdict,
+)
+from openpendant.server.programs.program import Program
+from openpendant.server.programs.statements import Attach, Detach
 from openpendant.server.programs.work import BodyPrinted, BodyUnpacked
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.journal_text import LongValue, json_parts
 from openpendant.simplemsg.verdicts import VerdictCode
 
 START = (0.1, -0.2)
+REFUSAL = Refusal(VerdictCode.OUT_OF_RANGE, "too far", joint=1, value=2.5, limit=2.0)
 
 
 @pytest.fixture
@@ -42,9 +55,31 @@ def test_a_trajectory_comes_back_with_every_bit(planned: Planned) -> None:
 
 
 def test_a_refusal_comes_back_with_its_numbers() -> None:
-    refusal = Refusal(VerdictCode.OUT_OF_RANGE, "too far", joint=1, value=2.5, limit=2.0)
-    again = plan_from_json(7, _through_text(Planned(7, refusal, 0.5)), LIMITS, START)
-    assert again == Planned(7, refusal, 0.5)
+    again = plan_from_json(7, _through_text(Planned(7, REFUSAL, 0.5)), LIMITS, START)
+    assert again == Planned(7, REFUSAL, 0.5)
+
+
+@given(programs(), st.sampled_from([None, REFUSAL]))
+def test_what_a_dry_run_found_comes_back_with_its_statements(
+    program: Program, refusal: Refusal | None
+) -> None:
+    hands = [each for each in program.statements if isinstance(each, Attach | Detach)]
+    run = DryRun(
+        duration=1.5,
+        endless=False,
+        complete=True,
+        path=((0.0, 0.1, 0.2, 0.3),),
+        moves=(MoveVerdict("main", 0, "a", refusal, False),),
+        not_walked=(("main", 1),),
+        hand_overs=tuple(HandOver("main", 2, each, refusal) for each in hands),
+        statements=tuple(
+            StatementVerdict("main", index, each, refusal)
+            for index, each in enumerate(program.statements)
+        ),
+        unchecked=(("main", 3),),
+    )
+    found = Planned(9, DryRunFound(run, (PointVerdict("a", refusal),), refused=1), 0.5)
+    assert plan_from_json(9, _through_text(found), LIMITS, START) == found
 
 
 def test_a_tampered_trajectory_is_certified_anew_and_refused(planned: Planned) -> None:

@@ -146,7 +146,7 @@ ASKED: dict[str, Callable[[JogPad], V | None]] = {
     "home": lambda pad: pad.home(),
     "step": lambda pad: pad.pendant.code(_step(pad)),
     "press": lambda pad: pad.press(1.0, 0.0),
-    "run": lambda pad: pad.pendant.code(ProgramRun(pad._request(), 1, 0, 1, 1.0, "main")),
+    "run": lambda pad: pad.pendant.code(ProgramRun(pad._request(), 1, 0, 1, 0, 1.0, "main")),
 }
 
 

@@ -24,6 +24,7 @@ from openpendant.server.programs.unpacking import Unpacking
 from openpendant.server.programs.work import (
     PACK,
     BodyUnpacked,
+    CompareBodies,
     EditBody,
     PrintBody,
     ReadSource,
@@ -274,6 +275,7 @@ def test_the_program_does_not_go_into_the_journal_with_the_job(
         PrintBody(SHORT, "main"),
         EditBody(SHORT, "main", DeleteStatements(0)),
         EditBody(SHORT, "main", DeleteStatements(900)),
+        CompareBodies(SHORT, "main", SHORT),
         TakeHead(SHORT, "main", "p7"),
         UnpackBody(SHORT, "main"),
     ],
@@ -282,6 +284,19 @@ def test_what_was_done_to_a_program_comes_back_from_a_journal(task: Task) -> Non
     planned = Planned(3, perform(task), 0.5)
     record = read_back(plan_to_json(planned))
     assert plan_from_json(3, record, serial_robot("ur5").limits, ()) == planned
+
+
+def test_breakpoints_of_a_long_program_are_found_again_elsewhere(
+    cell: WorkingCell, count: WorkCount
+) -> None:
+    keep(cell)
+    cell.ask(cell.user, "programs.breakpoints", name="main", statements=[0, 7])
+    cell.store.save(DocumentKind.PROGRAM, "main", BODY, expected_revision=1, author="test")
+    count.taken()
+    cell.begin(cell.user, "programs.load", name="main", format="json")
+    assert count.taken() == (0, 0)
+    cell.work()
+    assert answers(cell.user)[-1]["breakpoints"] == [0, 7]
 
 
 def test_programs_of_a_dry_run_travel_as_json_and_are_read_once(count: WorkCount) -> None:

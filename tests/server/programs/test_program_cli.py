@@ -49,7 +49,7 @@ def test_every_problem_is_said_with_its_place(
     out, err = capsys.readouterr()
     assert out == ""
     assert err.splitlines() == [
-        "one:7: program 'one', statement 1: there is no program 'three' to call",
+        "one:7: 'call three': there is no program 'three' to call",
         "one:6: elbow_joint at 6.981317007977318 rad is outside its range"
         " -3.141592654 to 3.141592654 rad",
         "two:6:9: the line ends here; accepted: the point's name",

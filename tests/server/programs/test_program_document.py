@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 from program_samples import program
 
-from openpendant.server.programs.document import MOST_JSON_BYTES, program_from_json, program_to_json
+from openpendant.server.programs.document import (
+    MOST_JSON_BYTES,
+    program_from_json,
+    program_from_source,
+    program_to_json,
+)
 from openpendant.server.programs.errors import ProgramError, ProgramTooLarge
+from openpendant.server.programs.program import Program
+from openpendant.server.programs.program_file import source_of
 from openpendant.simplemsg.verdicts import VerdictCode
 
 
@@ -104,3 +112,47 @@ def test_numbers_that_are_none_are_refused(document: dict[str, Any]) -> None:
 def test_a_body_that_is_too_large_is_refused_unread() -> None:
     with pytest.raises(ProgramTooLarge, match=str(MOST_JSON_BYTES)):
         program_from_json(" " * (MOST_JSON_BYTES + 1))
+
+
+@pytest.mark.parametrize(
+    ("once", "twice", "key"),
+    [
+        ('"name":"main"', '"name":"main","name":"other"', "name"),
+        ('"point":"a"', '"point":"a","point":"b"', "point"),
+        ('"duration":1.0', '"duration":1.0,"duration":1.0', "duration"),
+    ],
+)
+@pytest.mark.parametrize(
+    "read", [program_from_source, lambda text, file: source_of(text.encode(), file).program]
+)
+def test_a_key_that_stands_twice_in_what_somebody_wrote_is_refused(
+    document: dict[str, Any],
+    read: Callable[[str, str], Program],
+    once: str,
+    twice: str,
+    key: str,
+) -> None:
+    text = json.dumps(document, separators=(",", ":"))
+    assert text.count(once) == 1
+    with pytest.raises(ProgramError, match=f"^body: has the key '{key}' twice") as caught:
+        read(text.replace(once, twice), "body")
+    assert caught.value.refusal.code is VerdictCode.PROGRAM_SYNTAX
+
+
+@pytest.mark.parametrize(
+    "read", [program_from_source, lambda text, file: source_of(text.encode(), file).program]
+)
+def test_a_byte_order_mark_is_taken_before_json_as_before_text(
+    document: dict[str, Any], read: Callable[[str, str], Program]
+) -> None:
+    text = json.dumps(document)
+    assert read("\ufeff" + text, "body") == program_from_json(text)
+    with pytest.raises(ProgramError):
+        read("\ufeff\ufeff" + text, "body")
+
+
+@pytest.mark.parametrize("body", ["\udc00", "[" * 100_000, "{", b"\xff{}"])
+def test_what_is_no_json_is_refused_as_what_is_no_program(body: str | bytes) -> None:
+    with pytest.raises(ProgramError) as caught:
+        program_from_source(body)
+    assert caught.value.refusal.code is VerdictCode.PROGRAM_SYNTAX

@@ -68,7 +68,9 @@ def test_renaming_a_point_renames_it_in_all_statements() -> None:
 
 
 def test_a_used_point_is_not_deleted_and_its_statements_are_named() -> None:
-    with pytest.raises(ProgramError, match=r"point 'a' is used by statements 1, 3$") as caught:
+    with pytest.raises(
+        ProgramError, match=r"is used in line 11, 'move PTP a' and line 13, 'move CIRC b via a'$"
+    ) as caught:
         apply(BEFORE, DeletePoint("a"))
     assert caught.value.refusal.code is VerdictCode.POINT_IN_USE
 
@@ -133,12 +135,30 @@ def test_the_whole_program_is_described() -> None:
         (TouchUp("x", (0.0,) * 6), VerdictCode.POINT_UNKNOWN, "points: 'a', 'b', 'c'"),
         (RenamePoint("a", "b"), VerdictCode.POINT_EXISTS, "'b' already"),
         (RenamePoint("a", "x/y"), VerdictCode.BAD_NAME, "accepted: a name without"),
-        (DeleteStatements(3), VerdictCode.PROGRAM_INVALID, "statement 2: the block is not closed"),
-        (DeleteStatements(4, 2), VerdictCode.PROGRAM_INVALID, "4 to 5 are asked for; there are 5"),
+        (
+            DeleteStatements(3),
+            VerdictCode.PROGRAM_INVALID,
+            "line 12 of the edited text, 'loop 2': the block is not closed",
+        ),
+        (
+            DeleteStatements(4, 2),
+            VerdictCode.PROGRAM_INVALID,
+            "there are 5; 4 is line 15, 'wait 1 s'",
+        ),
         (ReorderStatements(3, 1, 0), VerdictCode.PROGRAM_INVALID, "end closes nothing"),
         (InsertStatements((Move(Way.PTP, "x"),)), VerdictCode.POINT_UNKNOWN, "named 'x'"),
-        (InsertStatements((), at=6), VerdictCode.PROGRAM_INVALID, "is 6; accepted: 0 to 5"),
-        (InsertStatements((), at=-1), VerdictCode.PROGRAM_INVALID, "is -1; accepted: 0 to 5"),
+        (
+            InsertStatements((), at=6),
+            VerdictCode.PROGRAM_INVALID,
+            "is 6, counted from 0; accepted: 0 to 5; 4 is line 15, 'wait 1 s'",
+        ),
+        (InsertStatements((), at=-1), VerdictCode.PROGRAM_INVALID, "is -1, counted from 0"),
+        (DeleteStatements(0, 0), VerdictCode.PROGRAM_INVALID, "the count is 0; accepted: 1"),
+        (
+            InsertStatements((Move(Way.PTP, "x"),), at=1),
+            VerdictCode.POINT_UNKNOWN,
+            "line 12 of the edited text, 'move PTP x': no point is named 'x'",
+        ),
         (CommentStatement(0, "a\nb"), VerdictCode.PROGRAM_INVALID, "U+000A"),
         (DescribeProgram(name=""), VerdictCode.BAD_NAME, "has 0 characters"),
     ],

@@ -17,7 +17,7 @@ from openpendant.server.programs.edits import (
     RenamePoint,
 )
 from openpendant.server.programs.errors import NothingToUndo
-from openpendant.server.programs.history import MOST_UNDO, MOST_UNDO_CHARACTERS, History
+from openpendant.server.programs.history import MOST_UNDO, MOST_UNDO_CHARACTERS, History, Step
 from openpendant.server.programs.points import TeachPoint
 from openpendant.server.programs.splice import Splice, splice_between
 from openpendant.server.programs.statements import Move, Way
@@ -39,7 +39,7 @@ def edited() -> tuple[History, list[str]]:
     history, seen = History(), [BEFORE]
     for edit in EDITS:
         splice = edit_made(seen[-1], edit)
-        history = history.edited(splice)
+        history = history.edited(Step(splice))
         seen.append(splice.applied(seen[-1]))
     return history, seen
 
@@ -61,19 +61,19 @@ def test_every_edit_is_undone_and_redone() -> None:
     history, seen = edited()
     body = seen[-1]
     for expected in reversed(seen[:-1]):
-        history, splice = history.undone()
-        body = splice.applied(body)
+        history, step = history.undone()
+        body = step.splice.applied(body)
         assert body == expected
     for expected in seen[1:]:
-        history, splice = history.redone()
-        body = splice.applied(body)
+        history, step = history.redone()
+        body = step.splice.applied(body)
         assert body == expected
 
 
 def test_an_edit_after_an_undo_ends_what_could_be_redone() -> None:
     history, _ = edited()[0].undone()
     with pytest.raises(NothingToUndo, match="no edit is left to redo"):
-        history.edited(Splice(0, "", "x")).redone()
+        history.edited(Step(Splice(0, "", "x"))).redone()
 
 
 def test_there_is_nothing_before_the_first_edit() -> None:
@@ -86,17 +86,17 @@ def test_a_history_is_bounded_in_edits() -> None:
     history, body = History(), BEFORE
     for number in range(MOST_UNDO + 20):
         splice = edit_made(body, DescribeProgram(comment=str(number)))
-        history, body = history.edited(splice), splice.applied(body)
+        history, body = history.edited(Step(splice)), splice.applied(body)
     for _ in range(MOST_UNDO):
-        history, splice = history.undone()
-        body = splice.applied(body)
+        history, step = history.undone()
+        body = step.splice.applied(body)
     assert program_from_json(body).comment == "19"
     with pytest.raises(NothingToUndo):
         history.undone()
 
 
 def test_a_history_is_bounded_in_characters_but_for_the_last_edit() -> None:
-    half = Splice(0, "", "x" * (MOST_UNDO_CHARACTERS // 2))
+    half = Step(Splice(0, "", "x" * (MOST_UNDO_CHARACTERS // 2)))
     assert len(History().edited(half).edited(half).edited(half).past) == 2
-    whole = Splice(0, "x" * MOST_UNDO_CHARACTERS, "y" * MOST_UNDO_CHARACTERS)
+    whole = Step(Splice(0, "x" * MOST_UNDO_CHARACTERS, "y" * MOST_UNDO_CHARACTERS))
     assert History().edited(half).edited(whole).past == (whole,)

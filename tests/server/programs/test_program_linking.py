@@ -63,7 +63,7 @@ def test_many_calls_of_few_programs_are_followed_once_each() -> None:
 
 
 def test_a_program_that_is_not_there_is_named_with_the_call() -> None:
-    message = "program 'main', statement 2: there is no program 'x' to call"
+    message = "program 'main', line 12, 'call x': there is no program 'x' to call"
     with pytest.raises(ProgramError, match=message) as caught:
         linked("wait 1 s\ncall x")
     assert caught.value.refusal.code is VerdictCode.PROGRAM_UNKNOWN

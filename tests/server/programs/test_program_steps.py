@@ -192,7 +192,7 @@ def test_a_way_back_has_no_zone_no_dwell_and_the_speed_of_the_way() -> None:
 @pytest.mark.parametrize(
     ("statements", "steps"),
     [
-        ("move PTP a\nset output 1 on\nmove PTP b", 3),
+        ("move PTP a\nmove PTP b\nset output 1 on", 3),
         ("move PTP a\nmove PTP b\nattach part\nwait 1 s", 3),
         ("move PTP a", 0),
         ("move PTP a\nwait 1 s", 1),

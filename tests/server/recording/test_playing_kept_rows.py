@@ -72,3 +72,12 @@ def test_a_recording_of_another_robot_or_of_none_is_refused(
     assert not done
     assert told["code"] == V.RECORDING_WRONG_ROBOT
     assert re.search(why, told["text"])
+
+
+def test_a_recording_under_way_is_not_played_and_the_refusal_says_so(cell: EmulatedCell) -> None:
+    holder = cell.holder()
+    holder.send(Management(69, b'{"op": "recordings.start", "name": "arc"}'))
+    done, told = _play(holder)
+    assert not done
+    assert told["code"] == V.RECORDING_RUNNING
+    assert told["text"].startswith("'arc' is still being recorded")

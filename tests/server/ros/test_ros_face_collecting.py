@@ -23,7 +23,7 @@ def test_a_streamed_trajectory_is_moved_when_no_point_follows() -> None:
 
 @pytest.mark.parametrize(("wait_ns", "planned"), [(150 * MS - 1, 0), (150 * MS, 1)])
 def test_the_gap_ends_exactly_150_ms_after_the_last_reply(wait_ns: int, planned: int) -> None:
-    rig = ready()
+    rig = ready(watchdog={"deadline": 1.0})
     client = rig.ros()
     client.trajectory((0.0, 0.0))
     rig.wait(100)

@@ -76,6 +76,7 @@ def test_a_document_is_shown_with_its_past(path: Path, capsys: pytest.CaptureFix
     assert older["body"]["points"][0]["joints"] == [0.5, 1.0]
     history = run_json(capsys, "show", "program", "weld", "--history")
     assert [item["revision"] for item in history] == [1, 2]
+    assert run(capsys, "show", "program", "weld", "--history")[2] == "2 revisions\n"
     shown = run_json(capsys, "show", "recording", "r")
     assert (shown["chunks"], shown["size"]) == (1, 32)
     code, out, _ = run(capsys, "show", "program", "weld")

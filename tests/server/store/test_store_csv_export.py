@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from stored_documents import ANN, opened
 
@@ -86,6 +86,7 @@ scalars = (
 keys = st.sampled_from(["name", "speed", "motion"])
 
 
+@example(points=[{"name": "0\r0"}, {"name": "0\r\n"}, {"name": "\n\r"}])
 @given(st.lists(st.dictionaries(keys, scalars | st.lists(scalars, max_size=3)), max_size=4))
 def test_any_value_comes_back_as_it_was(points: list[dict[str, Any]]) -> None:
     kept = [point for point in points if point]  # a row without any cell is no point

@@ -235,6 +235,20 @@ def test_points_make_a_program_of_the_robot_that_is_named(
     assert "points[0].joints: program 'new'" in capsys.readouterr().err
 
 
+def test_a_program_without_points_goes_out_and_comes_in_again_as_a_table(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("none.csv").write_text("name\n")
+    assert main(["import", "none.csv", "--name", "empty", "--robot", "ur5"]) == 0
+    capsys.readouterr()
+    assert main(["export", "again.csv", "--name", "empty"]) == 0
+    assert capsys.readouterr().out == "wrote again.csv: 1 document\n"
+    assert main(["import", "again.csv", "--name", "empty", "--replace"]) == 0
+    assert main(["import", "again.csv", "--name", "second", "--robot", "ur5"]) == 0
+    with opened(path) as store:
+        assert json.loads(store.load(DocumentKind.PROGRAM, "second").body)["points"] == []
+
+
 def test_samples_make_a_recording_that_the_robot_that_is_named_can_play(path: Path) -> None:
     Path("samples.csv").write_text(f"t,{JOINTS},gap\n0,{ZEROS},0\n0.01,{ZEROS},0\n")
     assert main([*SAMPLES, "--robot", "ur5"]) == 0
@@ -296,3 +310,42 @@ def test_a_name_of_an_older_program_may_be_longer_than_a_new_one(path: Path) -> 
     assert main(["export", "old.program", "--name", name]) == 0
     assert main(["import", "old.program", "--name", "new"]) == 0
     assert main(["delete", "program", name]) == 0
+
+
+@pytest.mark.parametrize("robot", [[], ["--robot", "ur5"]])
+def test_points_for_a_name_that_is_taken_are_taken_with_replace_only(
+    path: Path, capsys: pytest.CaptureFixture[str], robot: list[str]
+) -> None:
+    Path("pick.program").write_text(TEXT)
+    assert main(["import", "pick.program"]) == 0
+    assert main(["export", "points.csv", "--kind", "program", "--name", "pick"]) == 0
+    points = ["import", "points.csv", "--name", "pick"]
+    capsys.readouterr()
+    assert main([*points, *robot]) == 2
+    error = capsys.readouterr().err
+    assert "program 'pick': is there already; accepted: --replace" in error
+    assert "new" not in error
+    assert main([*points, "--replace"]) == 0
+
+
+@pytest.mark.parametrize("time", ["0.1", "0.2", "-1.0"])
+def test_samples_whose_times_do_not_advance_stay_out(
+    path: Path, capsys: pytest.CaptureFixture[str], time: str
+) -> None:
+    Path("samples.csv").write_text(f"t,{JOINTS}\n0,{ZEROS}\n0.2,{ZEROS}\n{time},{ZEROS}\n")
+    assert main([*SAMPLES, "--robot", "ur5"]) == 2
+    says = f"samples.csv: line 4, column 1 (t): is {time} s, after 0.2 s in the row before"
+    assert says in capsys.readouterr().err
+    assert names(path) == []
+
+
+@pytest.mark.parametrize("time", [0.1, 0.2])
+def test_samples_in_json_whose_times_do_not_advance_stay_out(
+    path: Path, capsys: pytest.CaptureFixture[str], time: float
+) -> None:
+    recording = document("recording", "r", {"columns": ["t", "j1"]})
+    file = documents(GOOD, recording | {"samples": [[0.0, 0.0], [0.2, 0.0], [time, 0.0]]})
+    assert main(["import", str(file)]) == 2
+    says = f"x.json: documents[1].samples[2][0]: is {time} s, after 0.2 s in the row before"
+    assert says in capsys.readouterr().err
+    assert names(path) == []

@@ -9,6 +9,7 @@ import pytest
 from openpendant.controller_emulator.signals import Signals
 from openpendant.server.outgoing import Outgoing, Query
 from openpendant.server.refusal import Refusal
+from openpendant.server.world.offered_signals import OfferedSignals
 from openpendant.server.world.signals import CellSignals
 from openpendant.simplemsg import refused
 from openpendant.simplemsg.pendant import ReadSignals, WriteOutputs
@@ -134,3 +135,14 @@ def test_reading_a_second_costs_twenty_rounds(rig: SignalRig) -> None:
             assert reply is not None
             rig.signals.answered(reply, rig.now)
     assert asked == 40
+
+
+def test_what_is_offered_is_known_once_the_controller_has_said_it() -> None:
+    rig = SignalRig()
+    offers = [rig.signals.offer]
+    rig.wait(200)
+    offers.append(rig.signals.offer)
+    rig.signals.link_changed(False, rig.now)
+    offers.append(rig.signals.offer)
+    assert offers == [None, OfferedSignals(inputs=20, outputs=18), None]
+    assert _code(SignalRig(is_offered=False).signals.offer) is V.SIGNALS_UNAVAILABLE

@@ -79,7 +79,7 @@ def test_nothing_but_an_addition_to_the_scene_is_changed_while_a_program_runs(
     cell: SurroundedCell, op: str, fields: dict[str, Any]
 ) -> None:
     cell.ask("scene.add", object=BOX, expected_revision=0)
-    cell.cell.program = RunningProgram("weld", ProgramState.RUNNING, 3)
+    cell.cell.program = RunningProgram("weld", ProgramState.RUNNING, 3, 1)
     revision = 1 if op.startswith("scene") else 0
     code, text = cell.refused(op, **fields, expected_revision=revision)
     assert code is V.CHANGE_WHILE_MOVING

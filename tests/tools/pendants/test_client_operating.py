@@ -160,10 +160,12 @@ async def test_home_and_programs_are_motions_with_an_end(
     server: ScriptedPendantServer, pendant: PendantClient
 ) -> None:
     await (await pendant.home("zero", speed=0.5)).done()
-    await (await pendant.run_program("pick", run=RunKind.STEP_FORWARD, line=3, loops=0)).done()
+    run = await pendant.run_program("pick", run=RunKind.STEP_FORWARD, line=3, loops=0, revision=5)
+    await run.done()
     assert (server.one(Home).target, server.one(Home).speed) == ("zero", 0.5)
-    run = server.one(ProgramRun)
-    assert (run.program, run.run, run.line, run.loops) == ("pick", RunKind.STEP_FORWARD, 3, 0)
+    sent = server.one(ProgramRun)
+    assert (sent.program, sent.run, sent.line) == ("pick", RunKind.STEP_FORWARD, 3)
+    assert (sent.loops, sent.revision) == (0, 5)
 
 
 async def test_an_aborted_motion_says_why(

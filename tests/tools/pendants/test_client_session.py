@@ -80,6 +80,17 @@ async def test_a_secret_is_shown_after_hello(
     assert (login.kind, login.name, login.secret) == (kind, "ada", "canary 7")
 
 
+@pytest.mark.parametrize("user", ["", "kim"])
+async def test_a_guest_without_a_name_is_called_as_the_pendant(
+    server: ScriptedPendantServer, user: str
+) -> None:
+    async with await PendantClient.connect(
+        "127.0.0.1", server.port, client="bench 2", user=user, pairing="ABC234"
+    ) as pendant:
+        await pendant.login("", pairing="ABC234")
+    assert [login.name for login in server.all(Login)] == [user or "bench 2", "bench 2"]
+
+
 async def test_a_wrong_password_is_refused_and_the_connection_closed(
     server: ScriptedPendantServer,
 ) -> None:
@@ -129,7 +140,7 @@ async def test_news_reach_their_callbacks(
     news = [
         StopChanged(stop=StopKind.SOFTWARE, session=3, client="other", reason="why"),
         ModeChanged(mode=OperatingMode.AUTOMATIC, session=3, client="other"),
-        ProgramReport(state=ProgramState.RUNNING, line=4, loop=1, program="p", text=""),
+        ProgramReport(state=ProgramState.RUNNING, line=4, loop=1, revision=2, program="p", text=""),
         AuthorityChanged(holder=3, reason=AuthorityReason.GRANTED, client="other"),
     ]
     for message in news:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import groupby
 
 import pytest
-from scripted_pendant_server import ScriptedPendantServer, scripted_server
+from roboanalyzer_rig import roboanalyzer_server
+from scripted_pendant_server import ScriptedPendantServer
 from server_rig import LIMITS, NoTool
 
 from openpendant.server.cells import Cells
@@ -22,6 +23,8 @@ from openpendant.simplemsg.pendant import (
     Hello,
     Home,
     JointMove,
+    Login,
+    LoginKind,
     Management,
     Motion,
     OperatingMode,
@@ -31,8 +34,7 @@ from openpendant.simplemsg.pendant import (
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.attitude import quaternion_of, roll_pitch_yaw
 from openpendant.tools.pendants.cell_choice import some_cell
-from openpendant.tools.pendants.failures import Refused, WrongArgument
-from openpendant.tools.pendants.loop_thread import LoopThread
+from openpendant.tools.pendants.failures import PendantError, Refused, WrongArgument
 from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
 
 pytestmark = pytest.mark.realtime
@@ -53,25 +55,11 @@ THE_TWELVE = [
 ]
 MORE = ["ShowAvailableRobots", "LoadRobot", "DisplayRobot", "UpdateRobot", "DisposeRobot"]
 
-ARM = {"name": "j", "unit": "rad", "lower": -math.pi, "upper": math.pi}
-RAIL = {"name": "rail", "unit": "m", "lower": 0.0, "upper": 2.0}
-SNAPSHOT = {"cell": "left", "robot": "ur5", "joints": [RAIL, *[ARM] * 5]}
-CELLS = {
-    "cells": [
-        {"cell": "left", "robot": "ur5", "dof": 6},
-        {"cell": "right", "robot": "puma560", "dof": 6},
-    ]
-}
-
 
 @pytest.fixture
 def server() -> Iterator[ScriptedPendantServer]:
-    thread = LoopThread("scripted server")
-    with thread.entered(scripted_server()) as running:
-        running.mode = OperatingMode.AUTOMATIC
-        running.answers = {"snapshot": SNAPSHOT, "cells": CELLS, "trace.clear": {}}
+    with roboanalyzer_server() as running:
         yield running
-    thread.end()
 
 
 @pytest.fixture
@@ -182,6 +170,56 @@ def test_a_robot_is_selected_by_its_name_or_its_cell(
     assert robot.ShowAvailableRobots() == ["ur5", "puma560"]
     robot.LoadRobot(name)
     assert [hello.cell for hello in server.all(Hello)] == ["", "right"]
+
+
+def test_a_robot_that_is_refused_leaves_the_one_of_before(
+    server: ScriptedPendantServer, robot: RoboAnalyzerClient
+) -> None:
+    server.refusals[Authority] = (VerdictCode.HELD_BY_OTHER, "anna moves it")
+    with pytest.raises(Refused, match="anna moves it"):
+        robot.LoadRobot("puma560")
+    robot.IncrementX(1.0)
+    assert len(server.all(PoseMove)) == 1
+    robot.LoadRobot("puma560")
+    assert [hello.cell for hello in server.all(Hello)] == ["", "right", "right"]
+
+
+def test_after_its_disposal_each_call_says_what_to_make(robot: RoboAnalyzerClient) -> None:
+    robot.DisposeRobot()
+    robot.DisposeRobot()
+    calls: list[Callable[[], object]] = [
+        robot.ClearTrace,
+        robot.DisplayRobot,
+        robot.UpdateRobot,
+        robot.ShowAvailableRobots,
+        robot.SetHomePosition,
+        lambda: robot.LoadRobot("right"),
+        lambda: robot.IncrementX(1.0),
+        lambda: robot.IncrementA(1.0),
+        lambda: robot.IncrementJointAngle(1, 1.0),
+        lambda: robot.UpdateJointAngles([0.0] * 6),
+    ]
+    for call in calls:
+        with pytest.raises(PendantError, match="make another RoboAnalyzerClient"):
+            call()
+
+
+def test_user_and_password_are_shown_to_each_robot_that_is_loaded(
+    server: ScriptedPendantServer,
+) -> None:
+    with RoboAnalyzerClient("127.0.0.1", server.port, user="ada", password="canary") as robot:
+        robot.LoadRobot("right")
+        logins = [(login.kind, login.name, login.secret) for login in server.all(Login)]
+        assert logins == [(LoginKind.PASSWORD, "ada", "canary")] * 2
+        assert "canary" not in repr(vars(robot))
+
+
+def test_a_pairing_code_in_a_room_wants_its_cell(room: ScriptedPendantServer) -> None:
+    with pytest.raises(WrongArgument, match=r"say cell=: .*here: left, right, third"):
+        RoboAnalyzerClient("127.0.0.1", room.port, "puma560", pairing="ABC234")
+    assert room.all(Login) == []
+    with RoboAnalyzerClient("127.0.0.1", room.port, cell="right", pairing="ABC234"):
+        assert room.one(Login).name == "RoboAnalyzer"
 
 
 def test_a_robot_that_is_not_there_is_refused_with_those_that_are(

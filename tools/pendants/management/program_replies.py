@@ -45,10 +45,14 @@ class SavedProgram(TypedDict):
     Attributes:
         name: name of the program.
         revision: the one that is kept now: make the next change from it.
+        breakpoints: the statements to pause before, from 0, where it has any.
+        dropped_breakpoints: how many are gone with their statements since they were set.
     """
 
     name: str
     revision: int
+    breakpoints: NotRequired[list[int]]
+    dropped_breakpoints: NotRequired[int]
 
 
 class ProgramSaved(TypedDict):
@@ -59,12 +63,16 @@ class ProgramSaved(TypedDict):
         revision: the one that is kept now, after the last part.
         part: which part has come, where more are expected.
         parts: how many are expected.
+        breakpoints: the statements to pause before, from 0, where it has any.
+        dropped_breakpoints: how many are gone with their statements since they were set.
     """
 
     name: NotRequired[str]
     revision: NotRequired[int]
     part: NotRequired[int]
     parts: NotRequired[int]
+    breakpoints: NotRequired[list[int]]
+    dropped_breakpoints: NotRequired[int]
 
 
 class ProgramText(TypedDict):
@@ -78,6 +86,8 @@ class ProgramText(TypedDict):
         format: how the body is written.
         body: the text, or the JSON as a text.
         next: the offset to ask for the rest with; None at the end.
+        breakpoints: the statements to pause before, from 0, where the newest revision has any.
+        dropped_breakpoints: how many are gone with their statements since they were set.
     """
 
     name: str
@@ -87,6 +97,8 @@ class ProgramText(TypedDict):
     format: Format
     body: str
     next: int | None
+    breakpoints: NotRequired[list[int]]
+    dropped_breakpoints: NotRequired[int]
 
 
 class CheckedProgram(TypedDict):
@@ -111,10 +123,14 @@ class BreakpointsSet(TypedDict):
     Attributes:
         name: name of the program.
         statements: their numbers, from 0.
+        revision: the one that they are of; missing where there are none.
+        next_run: those that the run under way, of another revision, does not pause before.
     """
 
     name: str
     statements: list[int]
+    revision: NotRequired[int]
+    next_run: NotRequired[list[int]]
 
 
 class MoveVerdict(TypedDict):
@@ -161,6 +177,26 @@ class HandOverVerdict(TypedDict):
     text: NotRequired[str]
 
 
+class StatementVerdict(TypedDict):
+    """What would become of a statement with signals or flags, or of a loop; as of a move.
+
+    Attributes:
+        program: the program that it is in.
+        line: its line in the text, from 1.
+        does: such as `wait-input`, `set-output`, `if-flag` or `loop`.
+        reachable: whether a run goes on there.
+        code: why not; entry of the catalogue.
+        text: the same, as a sentence with its numbers.
+    """
+
+    program: str
+    line: int
+    does: str
+    reachable: bool
+    code: NotRequired[int]
+    text: NotRequired[str]
+
+
 class PointVerdict(TypedDict):
     """Whether the robot can stand at a point; as of a move.
 
@@ -178,7 +214,7 @@ class PointVerdict(TypedDict):
 
 
 class NotWalked(TypedDict):
-    """A statement that the dry run did not come to: its line in the text.
+    """A statement that the dry run did not come to, or could not check: its line in the text.
 
     Attributes:
         program: the program that it is in.
@@ -194,24 +230,30 @@ class DryRun(TypedDict):
 
     Attributes:
         program: its name.
+        revision: the one that was walked through, which a run can be asked for.
         duration: how long it would take, one pass where it is endless [s].
         endless: whether it would never end by itself.
         complete: whether all of it was looked at.
-        refused: how many moves, hand-overs and points cannot be done.
-        moves: the first 100 moves, those that cannot be done first.
+        refused: how many statements and points cannot be done, those included that are not told.
+        moves: the first 100 moves, or as many as fit, those that cannot be done first.
         scene: likewise, where it takes or leaves objects.
+        statements: likewise, those with signals or flags, and loops.
+        unchecked: statements with signals, where the controller has not said which it has.
         points: likewise, the points that are named.
         not_walked: statements in branches that are not taken.
         path: the way of the tool: time [s], then x, y, z in base [m].
     """
 
     program: str
+    revision: int
     duration: float
     endless: bool
     complete: bool
     refused: int
     moves: list[MoveVerdict]
     scene: list[HandOverVerdict]
+    statements: list[StatementVerdict]
+    unchecked: list[NotWalked]
     points: list[PointVerdict]
     not_walked: list[NotWalked]
     path: list[list[float]]

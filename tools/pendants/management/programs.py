@@ -168,8 +168,8 @@ class ProgramCalls:
             edit: what to change: points or statements added, removed, moved, described.
 
         Raises:
-            Refused: NOT_FOUND, REVISION_CONFLICT, PROGRAM_INVALID, POINT_UNKNOWN, POINT_EXISTS,
-                POINT_IN_USE.
+            Refused: NOT_FOUND, REVISION_CONFLICT, PROGRAM_INVALID, PROGRAM_WRONG_ROBOT,
+                POINT_UNKNOWN, POINT_EXISTS, POINT_IN_USE.
         """
         return asks("programs.edit", name=name, expected_revision=expected_revision, edit=edit)
 
@@ -251,14 +251,15 @@ class ProgramCalls:
 
     @call
     def breakpoints(self, name: str, statements: Sequence[int]) -> Request[BreakpointsSet]:
-        """Name the statements of a program to pause before.
+        """Name the statements of a program to pause before; they follow its edits.
 
         Args:
             name: name of the program.
             statements: their numbers, from 0; none to run through.
 
         Raises:
-            Refused: NOT_FOUND; BAD_ARGUMENT: it has no such statement.
+            Refused: NOT_FOUND, PROGRAM_WRONG_ROBOT; BAD_ARGUMENT: it has no such statement;
+                NOT_IN_CONTROL, HELD_BY_OTHER: the program is under way.
         """
         return asks("programs.breakpoints", name=name, statements=statements)
 

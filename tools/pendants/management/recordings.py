@@ -284,8 +284,9 @@ def play(
         bridge: longest gap that is played across [s].
 
     Raises:
-        Refused: NOT_FOUND, NOT_IN_CONTROL, RECORDING_WRONG_ROBOT, RECORDING_GAP, TOO_LARGE,
-            NOT_TIMEABLE, PATH_IN_COLLISION, and whatever refuses a motion.
+        Refused: NOT_FOUND, NOT_IN_CONTROL, RECORDING_RUNNING, RECORDING_WRONG_ROBOT,
+            RECORDING_GAP, TOO_LARGE, NOT_TIMEABLE, PATH_IN_COLLISION, and whatever refuses
+            a motion.
     """
     return asks(
         "recordings.play",

@@ -17,7 +17,7 @@ from textual.screen import Screen
 from textual.widgets import Static
 
 from ..client import PendantError
-from . import lcd, screen_text, words
+from . import lcd, screen_text
 from .connection import Connect, Connection
 from .keyboard import legend
 from .panel import Panel
@@ -87,7 +87,7 @@ class PendantScreen(Screen[None]):
         self.set_class(is_small, "small")
         self.set_class(columns < _COLUMNS_FOR_ALL, "narrow")
         messages = _FEW_MESSAGES if is_small else _MESSAGES
-        banner = words.banner(panel.cell, now)
+        banner = screen_text.banner(panel, now)
         self._put("lamps", screen_text.lamp_line(panel, now))
         self._put("status", screen_text.status_line(panel, now))
         self._put("banner", banner)
@@ -98,7 +98,7 @@ class PendantScreen(Screen[None]):
         self._put("messages", screen_text.message_list(panel, messages, max(1, columns)))
         self._put("keys", legend(panel.cell.dof, short=is_small))
         self._texts["banner"].set_class(bool(banner), "shown")
-        bad = panel.cell.is_stopped or panel.cell.is_stale(now)
+        bad = panel.cell.is_stopped or panel.cell.is_stale(now) or bool(panel.stop_key.doubt(now))
         self._texts["lcd"].set_class(bad, "bad")
 
     def _put(self, name: str, text: str) -> None:

@@ -9,10 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from openpendant.simplemsg.pendant import (
+    Activity,
     AuthorityChanged,
     HelloReply,
     LinkState,
     OperatingMode,
+    ProgramState,
     State,
     StateField,
     StopChanged,
@@ -119,6 +121,15 @@ class CellView:
     def is_stopped(self) -> bool:
         """Whether a stop is latched."""
         return self.state is not None and self.state.stop != StopKind.NONE
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether a motion or a program stands that `Resume` would let go on."""
+        if self.state is None:
+            return False
+        program = (ProgramState.PAUSED, ProgramState.AT_BREAKPOINT, ProgramState.STEPPED)
+        paused = (Activity.PAUSED, Activity.PAUSING)
+        return self.state.activity in paused or self.state.program_state in program
 
     @property
     def positions(self) -> tuple[float, ...] | None:

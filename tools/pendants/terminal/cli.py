@@ -1,8 +1,8 @@
 """`openpendant pendant`: a teach pendant in a terminal.
 
 Owns arguments, messages to the user and exit codes. Exit codes: 0 ended by the user, 1 no server
-to print about or one that does not want us, 2 wrong usage, no such cell or no terminal, 69 textual
-is not installed, 130 interrupted.
+to print about, one that does not want us, or a stop that was not confirmed at the end, 2 wrong
+usage, no such cell or no terminal, 69 textual is not installed, 130 interrupted.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ import typer
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..client import DEFAULT_PORT, PendantClient, PendantError, Refused, WrongArgument
-from ..signing_in import PASSWORD_VARIABLE, password_of, prompted, trusted
+from ..signing_in import PASSWORD_VARIABLE, guest_name, pairing_code, password_of, trusted
 from .connection import Connect
 from .hang_up import end_with_terminal
 from .plain_status import status_once
 from .refusals import connection_refused
+from .stop_key import REMEDY
 
 OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -31,6 +32,7 @@ OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 _TyperUsageError: type[Exception] = typer.BadParameter.mro()[2]
 
 _STATE_RATE = 25.0
+_NAME = "terminal"
 
 app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
@@ -74,12 +76,21 @@ def pendant(
         str, typer.Argument(metavar="[HOST[:PORT]]", help="The pendant server.")
     ] = f"127.0.0.1:{DEFAULT_PORT}",
     cell: Annotated[str, typer.Option(help="Name of the cell; not needed for the only one.")] = "",
-    name: Annotated[str, typer.Option(help="Name of this pendant, shown to others.")] = "terminal",
+    name: Annotated[str, typer.Option(help="Name of this pendant, shown to others.")] = _NAME,
     user: Annotated[
         str,
-        typer.Option(help=f"Account; its password is asked for, or in {PASSWORD_VARIABLE}."),
+        typer.Option(
+            help=f"Account; its password is asked for, or in {PASSWORD_VARIABLE}."
+            " With --pairing: your name in the class."
+        ),
     ] = "",
-    pairing: Annotated[bool, typer.Option(help="Ask for a pairing code.")] = False,
+    pairing: Annotated[
+        bool,
+        typer.Option(
+            "--pairing",
+            help="Ask for the code of a class, and for your name unless --user or --name says it.",
+        ),
+    ] = False,
     ca: Annotated[
         Path | None, typer.Option(help="Certificate of the server; encrypts the connection.")
     ] = None,
@@ -100,7 +111,9 @@ def pendant(
         _check_textual()
     try:
         tls = trusted(ca)
-        secret = prompted("Pairing code: ") if pairing else password_of(user)
+        secret = pairing_code() if pairing else password_of(user)
+        if pairing and not user:
+            user = guest_name(name) if name == _NAME else name
     except WrongArgument as error:
         raise _Unusable(str(error)) from None
 
@@ -123,7 +136,10 @@ def pendant(
         from .app import PendantApp
 
         end_with_terminal([sys.stdin.fileno(), sys.stderr.fileno()])
-        gave_up = PendantApp(connect).run(mouse=False)
+        screen = PendantApp(connect)
+        gave_up = screen.run(mouse=False)
+        if screen.panel.stop_key.is_owed:
+            raise _Failed(f"it was left before its stop was confirmed: {REMEDY}")
         if gave_up is not None:
             _give_up(gave_up)
 

@@ -5,7 +5,7 @@ Angles are rad, lengths m. Owns nothing but their form.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from openpendant.simplemsg.pendant import OperatingMode, RunKind
@@ -18,9 +18,15 @@ JOINTS = ""
 
 @dataclass(frozen=True, slots=True)
 class SoftwareStop:
-    """Stop the robot and latch."""
+    """Stop the robot and latch.
+
+    Attributes:
+        reason: told to everybody.
+        press: which stroke of the stop key it is from, so that its verdict can be told apart.
+    """
 
     reason: str
+    press: int = field(default=0, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,19 +109,31 @@ class GoHome:
 
 
 @dataclass(frozen=True, slots=True)
-class MoveJoint:
-    """Move one joint, from 0, to a position [rad, m]; the others stay."""
+class MoveJoints:
+    """Move all joints to a position.
 
-    joint: int
-    target: float
+    Attributes:
+        goal: (n,) target of each joint [rad, m].
+        name: the motion in words, for the messages.
+    """
+
+    goal: tuple[float, ...]
+    name: str
 
 
 @dataclass(frozen=True, slots=True)
 class MoveTool:
-    """Move the tool along one axis of base, 0 to 2, to a coordinate [m], in a straight line."""
+    """Move the tool to a pose in base, in a straight line.
 
-    axis: int
-    target: float
+    Attributes:
+        position: x, y, z [m].
+        orientation: quaternion x, y, z, w.
+        name: the motion in words, for the messages.
+    """
+
+    position: tuple[float, float, float]
+    orientation: tuple[float, float, float, float]
+    name: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,8 +142,27 @@ class AskWhy:
 
 
 @dataclass(frozen=True, slots=True)
+class ListPrograms:
+    """Ask which programs there are."""
+
+
+@dataclass(frozen=True, slots=True)
+class CreateProgram:
+    """Make an empty program and load it."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
 class OpenProgram:
-    """Load a program, or make an empty one where there is none of that name."""
+    """Load a program."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class ReloadProgram:
+    """Load the open program anew, because somebody else has changed it."""
 
     name: str
 
@@ -146,9 +183,18 @@ class AskDryRun:
 
 @dataclass(frozen=True, slots=True)
 class RunProgram:
-    """Run a program or a step of it."""
+    """Run a program or a step of it.
+
+    Attributes:
+        name: of the program.
+        revision: the one that is shown, and the only one that may run.
+        run: all of it, or one step.
+        line: line to begin at; 0 for where it stands, or the first.
+        loops: how often; 0 for until it is stopped.
+    """
 
     name: str
+    revision: int
     run: RunKind
     line: int = 0
     loops: int = 1
@@ -181,10 +227,13 @@ Command: TypeAlias = (
     | Step
     | UndoJog
     | GoHome
-    | MoveJoint
+    | MoveJoints
     | MoveTool
     | AskWhy
+    | ListPrograms
+    | CreateProgram
     | OpenProgram
+    | ReloadProgram
     | EditProgram
     | AskDryRun
     | RunProgram

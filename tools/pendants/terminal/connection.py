@@ -25,7 +25,6 @@ from .commands import Command
 from .panel import Panel
 from .performer import Performer
 from .refusals import is_hopeless
-from .screen_units import in_screen_units
 
 RETRY = 2.0
 """Wait so long before the next attempt, unless the server says how long [s]."""
@@ -33,19 +32,27 @@ RETRY = 2.0
 LONGEST_PAUSE = 60.0
 """Wait no longer, whatever a server says [s]."""
 
+ATTEMPT = 10.0
+"""An attempt to connect that takes longer is given up and made anew: a cable may be back, which a
+system that sends ever more rarely would find out late [s]."""
+
 Connect = Callable[[], Awaitable[PendantClient]]
 
 
 class Connection:
     """The connection of one pendant, while there is one."""
 
-    def __init__(self, panel: Panel, connect: Connect) -> None:
+    def __init__(
+        self, panel: Panel, connect: Connect, clock: Callable[[], int] = time.monotonic_ns
+    ) -> None:
         """Make one that has not begun.
 
         Args:
             panel: the core that is told everything.
             connect: makes a connection; raises `OSError` or `PendantError`.
+            clock: returns monotonic time [ns].
         """
+        self._clock = clock
         self._panel = panel
         self._connect = connect
         self._performer: Performer | None = None
@@ -82,10 +89,13 @@ class Connection:
             await asyncio.sleep(pause)
 
     async def _once(self) -> None:
-        async with await self._connect() as client:
+        async with await self._connected() as client:
             performer = Performer(client, self._panel)
             try:
                 self._listen(client)
+                performer.perform(self._panel.greeted())
+                # So that a stop leaves before the question, and the answer knows of it.
+                await asyncio.sleep(0)
                 self._panel.cell.connected(client.hello, await client.snapshot())
                 self._performer = performer
                 performer.perform(self._panel.connected())
@@ -94,6 +104,13 @@ class Connection:
             finally:
                 self._performer = None
                 await performer.close()
+
+    async def _connected(self) -> PendantClient:
+        try:
+            async with asyncio.timeout(ATTEMPT):
+                return await self._connect()
+        except TimeoutError as error:
+            raise TimeoutError(str(error) or f"no connection within {ATTEMPT:g} s") from None
 
     def _listen(self, client: PendantClient) -> None:
         client.on_state = self._state_came
@@ -104,7 +121,7 @@ class Connection:
         client.on_program = self._program_moved
 
     def _state_came(self, state: State) -> None:
-        self._panel.cell.take_state(state, time.monotonic_ns())
+        self._panel.cell.take_state(state, self._clock())
 
     def _authority_moved(self, change: AuthorityChanged) -> None:
         self._panel.cell.authority_changed(change)
@@ -119,5 +136,4 @@ class Connection:
         self.perform(self._panel.mode_changed(change))
 
     def _program_moved(self, report: ProgramReport) -> None:
-        if report.text:
-            self._panel.messages.add(f"{report.program}: {in_screen_units(report.text)}")
+        self.perform(self._panel.program_moved(report))

@@ -14,6 +14,7 @@ from openpendant.simplemsg.pendant import OperatingMode
 from ..client import Hold
 from ..way_out import WayOut
 from .keyboard import axis_keys
+from .remedies import remedy
 from .screen_units import in_screen_units
 
 
@@ -36,8 +37,12 @@ def why_lines(answer: dict[str, Any], holds: Sequence[Hold] = ()) -> tuple[str, 
     kind = answer["kind"]
     if broken is None:
         return (f"A {kind} may start: all conditions hold.", *_way_out(holds), *chain)
-    told = (in_screen_units(broken["text"]), broken["cause"], f"-> {broken['remedy']}")
+    told = (in_screen_units(broken["text"]), broken["cause"], f"-> {_remedy(broken)}")
     return (f"No {kind}:", *dict.fromkeys(told), *_way_out(holds), *chain)
+
+
+def _remedy(broken: dict[str, Any]) -> str:
+    return remedy(int(broken.get("code", 0)), str(broken["remedy"]))
 
 
 def _keys(way: WayOut) -> str:

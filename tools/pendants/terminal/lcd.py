@@ -19,6 +19,7 @@ from .commands import JOINTS
 from .jog_keys import JogKind
 from .keyboard import Page
 from .panel import Panel
+from .program_choice import ProgramChoice
 from .prompts import Choice, Entry
 from .reachability import REACHABLE
 
@@ -31,15 +32,24 @@ _JOINTS_SHOWN = 6
 def page(panel: Panel, now: int) -> tuple[str, str, str, str]:
     """Return the page that is shown: a question, or the page that was chosen.
 
+    Whatever it is, its first row says so where a stop is not confirmed.
+
     Args:
         panel: the pendant.
         now: monotonic time [ns].
     """
+    first, *others = _page(panel, now)
+    return _screen(["STOP NOT CONFIRMED" if panel.stop_key.doubt(now) else first, *others])
+
+
+def _page(panel: Panel, now: int) -> tuple[str, str, str, str]:
     question = panel.question
     if isinstance(question, Choice):
         return _screen(_choice(question))
     if isinstance(question, Entry):
         return _screen(_entry(question))
+    if isinstance(question, ProgramChoice):
+        return _screen(_program_choice(question))
     return _screen(_PAGES[panel.page](panel, now))
 
 
@@ -218,6 +228,21 @@ def _choice(question: Choice) -> list[str]:
     pairs = [options[i : i + 2] for i in range(0, len(options), 2)]
     rows = ["".join(f"{each[:9]:<10}" for each in pair) for pair in pairs]
     return [question.title, *rows, *[""] * (2 - len(rows)), "other key: no"]
+
+
+def _program_choice(choice: ProgramChoice) -> list[str]:
+    head = f"Open: {choice.text[-(COLUMNS - len('Open: _')) :]}_"
+    if not choice.offers:
+        return [head, "asking" if choice.names is None else "none; type a name"]
+    first = max(0, min(choice.selected - 1, len(choice.offers) - (ROWS - 1)))
+    shown = list(enumerate(choice.offers))[first : first + ROWS - 1]
+    return [
+        head,
+        *(
+            f"{'>' if index == choice.selected else ' '}{'+' if name == choice.new else ''}{name}"
+            for index, name in shown
+        ),
+    ]
 
 
 def _entry(question: Entry) -> list[str]:

@@ -1,55 +1,31 @@
 """The terminal pendant as a pure core: keys, news and time go in, commands come out.
 
-Owns what each key does in each situation, and that a key does nothing where the display is stale.
-Whether the robot may move is the server's decision; a refusal comes back as a message. Knows no
-terminal, no socket and no clock: `now` is monotonic time in ns.
+Owns what each key does in each situation, and that a key does nothing where the display is stale;
+what news does is `panel_news`. Whether the robot may move is the server's decision; a refusal comes
+back as a message. Knows no terminal, no socket and no clock: `now` is monotonic time in ns.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from openpendant.simplemsg.pendant import (
-    Activity,
-    ModeChanged,
-    OperatingMode,
-    ProgramState,
-    StopChanged,
-    StopKind,
-)
+from openpendant.simplemsg.pendant import OperatingMode
 
 from . import commands as do
-from .cell_view import CellView
 from .commands import JOINTS, Command
-from .enabling_toggle import TIMEOUT_NS, EnablingToggle
-from .jog_pad import JogPad
+from .enabling_toggle import TIMEOUT_NS
 from .keyboard import KEYBOARD, STOP_KEY, AxisKey, Intent, Meaning, Page
-from .messages import Messages
-from .prompts import Choice, Entry, Question, Wanted
+from .panel_news import PanelNews, Question
+from .program_choice import ProgramChoice
+from .prompts import Choice, Entered, Entry, Wanted
 from .speed_ladder import speed_asked
 from .step_size import NotASize
 from .targets import NotATarget, read_target
-from .taught_program import TaughtProgram
-from .teaching import Teaching
 from .words import MODES
 
-STOP_REASON = "space bar"
 
-
-class Panel:
-    """One terminal pendant.
-
-    Attributes:
-        cell: what is known of the cell.
-        page: the page that is shown.
-        jog: the jog keys.
-        enabling: the enabling device (training).
-        question: what the display asks; None for nothing.
-        teaching: the open program.
-        messages: what was said.
-        why: why the robot does not move, line by line, as it was when it was asked.
-        scroll: first line of a long text that is shown.
-    """
+class Panel(PanelNews):
+    """One terminal pendant; its attributes are those of `PanelNews`."""
 
     def __init__(self, keyboard: Mapping[str, Meaning] = KEYBOARD) -> None:
         """Make a pendant without a connection.
@@ -57,19 +33,8 @@ class Panel:
         Args:
             keyboard: what each key means; a single character, or a name such as `f1` or `tab`.
         """
-        self.cell = CellView()
-        self.page = Page.JOINTS
-        self.messages = Messages()
-        self.jog = JogPad(self.cell, self.messages)
-        self.teaching = Teaching(self.messages)
-        self.enabling = EnablingToggle()
-        self.question: Question | None = None
-        self.why: tuple[str, ...] = ()
-        self.scroll = 0
+        super().__init__()
         self._keyboard = keyboard
-        self._stop_is_owed = False
-
-    # What comes in.
 
     def key(self, key: str, now: int) -> list[Command]:
         """Take a key stroke.
@@ -82,7 +47,7 @@ class Panel:
             What is to be done, in order.
         """
         if key == STOP_KEY:
-            return self._stop()
+            return self._stop(now)
         self.enabling.key(now)
         if self.question is not None:
             return self._answer(self.question, key, now)
@@ -103,85 +68,27 @@ class Panel:
 
     def tick(self, now: int) -> list[Command]:
         """Let time pass: a step that waited for other keys leaves, enabling runs out."""
-        asked = self.jog.tick(now)
+        asked: list[Command] = [*self.stop_key.tick(now), *self.jog.tick(now)]
         if self.enabling.has_run_out(now):
             asked += self._let_go()
             seconds = TIMEOUT_NS // 1_000_000_000
             self.messages.add(f"enabling (training) let go: no key for {seconds} s")
         return asked
 
-    def connected(self) -> list[Command]:
-        """Take note that the cell is connected, after `cell.connected`."""
-        self.jog.check_frame()
-        self.messages.add(f"connected to {self.cell.cell}, robot {self.cell.robot}")
-        owed, self._stop_is_owed = self._stop_is_owed, False
-        return [do.SoftwareStop(f"{STOP_REASON}, pressed without a link")] if owed else []
-
-    def lost(self, reason: str) -> None:
-        """Take note that the connection ended: nothing that was held is held any more."""
-        self.cell.lost(reason)
-        self.jog.let_go()
-        self.enabling.turn_off()
-        self.question = None
-        self.teaching.walked(None)
-        self.messages.add(f"no link: {reason}")
-
-    def stop_changed(self, change: StopChanged) -> list[Command]:
-        """Take the news of a stop; what is held is let go, as the server wants to see."""
-        self.cell.stop_changed(change)
-        if change.stop == StopKind.NONE:
-            self.messages.add(f"stop reset by {change.client or 'the server'}")
-            return []
-        self.messages.add(f"stop by {change.client or 'the server'}: {change.reason}")
-        return self._let_go()
-
-    def mode_changed(self, change: ModeChanged) -> list[Command]:
-        """Take the news of another mode; what is held is let go likewise."""
-        known = change.mode in set(OperatingMode)
-        name = MODES[OperatingMode(change.mode)][1] if known else f"{change.mode}"
-        self.messages.add(f"mode {name} by {change.client or 'the controller'}")
-        return self._let_go()
-
-    def not_enabled(self) -> list[Command]:
-        """The server does not take the enabling device as held: so it is not shown as held."""
-        if self.enabling.is_on:
-            self.messages.add("enabling (training) was let go: v holds it anew")
-        return self._let_go()
-
-    def opened(self, program: TaughtProgram) -> None:
-        """Take a program that was loaded, or loaded anew after an edit."""
-        self.teaching.opened(program)
-
-    def explained(self, lines: tuple[str, ...]) -> None:
-        """Take the answer to why the robot does not move."""
-        self.why = lines
-        self._show(Page.WHY)
-
     # Stop, enabling, pages.
 
-    def _stop(self) -> list[Command]:
+    def _stop(self, now: int) -> list[Command]:
         self.jog.let_go()
         self.question = None
-        if not self.cell.is_connected:
-            self._stop_is_owed = True
-            self.messages.add("NO LINK: the stop leaves once linked; use the hardware button")
-            self.enabling.turn_off()
-            return []
-        return [do.SoftwareStop(STOP_REASON), *self._let_go()]
-
-    def _let_go(self) -> list[Command]:
-        """Let everything go that is held."""
-        self.jog.let_go()
-        return [do.Enable(False)] if self.enabling.turn_off() else []
+        stop = self.stop_key.struck(now)
+        let_go = self._let_go()
+        return [*stop, *let_go] if self.cell.is_connected else []
 
     def _toggle_enabling(self, now: int) -> list[Command]:
         if self.enabling.is_on:
             return self._let_go()
         self.enabling.turn_on(now)
         return [do.Enable(True)]
-
-    def _show(self, page: Page) -> None:
-        self.page, self.scroll = page, 0
 
     def _turn_page(self, by: int) -> None:
         pages = list(Page)
@@ -219,9 +126,12 @@ class Panel:
                 state = self.cell.state
                 return [] if state is None else [speed_asked(intent, state)]
             case Intent.PAUSE:
-                return [do.Resume() if self._is_paused else do.Pause()]
+                return [do.Resume() if self.cell.is_paused else do.Pause()]
             case Intent.PROGRAM_STOP:
                 return [do.StopProgram()]
+            case Intent.PROGRAM:
+                self.question = ProgramChoice()
+                return [do.ListPrograms()]
         return self._ask_or_do(
             self.teaching.asked(intent, "PTP" if self.jog.frame == JOINTS else "LIN")
         )
@@ -250,8 +160,6 @@ class Panel:
                 self.question = Entry(Wanted.STEP)
             case Intent.TARGET:
                 self.question = Entry(Wanted.TARGET)
-            case Intent.PROGRAM:
-                self.question = Entry(Wanted.PROGRAM)
             case Intent.MODE:
                 self.question = _mode_choice()
             case Intent.HOME:
@@ -263,48 +171,32 @@ class Panel:
                 return False
         return True
 
-    @property
-    def _is_paused(self) -> bool:
-        state = self.cell.state
-        if state is None:
-            return False
-        program = (ProgramState.PAUSED, ProgramState.AT_BREAKPOINT, ProgramState.STEPPED)
-        paused = (Activity.PAUSED, Activity.PAUSING)
-        return state.activity in paused or state.program_state in program
-
     # Questions.
 
     def _answer(self, question: Question, key: str, now: int) -> list[Command]:
-        if isinstance(question, Choice):
-            self.question = None
-            if not self.cell.is_connected or key not in question.options:
-                return []
-            return self._ask_or_do(question.options[key][1])
-        if key == "escape":
-            self.question = None
-            return []
-        if key != "enter":
-            self.question = question.typed(key)
-            return []
+        answer = question.struck(key)
         self.question = None
-        return self._entered(question.wanted, question.text, now)
+        match answer:
+            case Choice() | Entry() | ProgramChoice():
+                self.question = answer
+            case Entered():
+                return self._entered(answer, now)
+            case _ if answer is not None and self.cell.is_connected:
+                if isinstance(answer, do.OpenProgram | do.CreateProgram):
+                    self._show(Page.PROGRAM)
+                return [answer]
+        return []
 
-    def _entered(self, wanted: Wanted, text: str, now: int) -> list[Command]:
+    def _entered(self, entered: Entered, now: int) -> list[Command]:
         try:
-            match wanted:
-                case Wanted.STEP:
-                    self.jog.step = self.jog.step.typed(text)
-                    return []
-                case Wanted.TARGET:
-                    target = read_target(text, self.cell.joints)
-                    return [target] if self.jog.is_fresh(now) else []
+            if entered.wanted is Wanted.STEP:
+                self.jog.step = self.jog.step.typed(entered.text)
+                return []
+            target = read_target(entered.text, self.cell)
+            return [target] if self.jog.is_fresh(now) else []
         except (NotASize, NotATarget) as error:
             self.messages.add(str(error))
             return []
-        if not text or not self.cell.is_connected:
-            return []
-        self._show(Page.PROGRAM)
-        return [do.OpenProgram(text)]
 
 
 def _mode_choice() -> Choice:

@@ -8,7 +8,6 @@ command is told in a sentence. Decides nothing.
 from __future__ import annotations
 
 import asyncio
-import json
 from collections.abc import Coroutine, Iterable
 from typing import Any
 
@@ -21,10 +20,9 @@ from . import commands as do
 from .cell_view import CellView
 from .commands import JOINTS, Command
 from .explanation import why_lines, why_request
+from .open_programs import OpenPrograms
 from .panel import Panel
-from .reachability import DryRun
 from .refusals import refusal_line
-from .taught_program import ProgramEdit, TaughtProgram
 
 MOVE_SPEED = 0.1
 """Fraction of the joints' largest speed of a move to a typed target; the override comes on top."""
@@ -44,6 +42,7 @@ class Performer:
         """
         self._client = client
         self._panel = panel
+        self._programs = OpenPrograms(client, panel)
         self._tasks: set[asyncio.Task[None]] = set()
         self._jog: asyncio.Task[None] | None = None
         self._enabling: EnablingDevice | None = None
@@ -118,8 +117,8 @@ class Performer:
     async def _carry_out(self, command: Command) -> None:
         client = self._client
         match command:
-            case do.SoftwareStop(reason=reason):
-                await client.stop(reason)
+            case do.SoftwareStop():
+                await self._stop(command)
             case do.ResetStop():
                 await client.reset_stop()
             case do.Enable(held=held):
@@ -142,16 +141,31 @@ class Performer:
                 request = why_request(self._cell.mode)
                 answer = await client.manage(dict(request))
                 self._panel.explained(why_lines(answer, await self._holds()))
+            case do.ListPrograms():
+                self._panel.listed(await self._programs.names())
+            case do.CreateProgram(name=name):
+                await self._programs.create(name)
             case do.OpenProgram(name=name):
-                await self._open(name)
+                await self._programs.open(name)
+            case do.ReloadProgram(name=name):
+                await self._programs.load_anew(name)
             case do.EditProgram(edit=edit):
-                await self._edit(edit)
+                await self._programs.edit(edit)
             case do.AskDryRun(name=name):
-                await self._walk(name)
+                await self._programs.walk(name)
             case _:
                 motion, name = await self._motion(command)
                 self._panel.messages.add(f"{name} began")
                 await self._ended(motion, name)
+
+    async def _stop(self, stop: do.SoftwareStop) -> None:
+        try:
+            await self._client.stop(stop.reason)
+        except PendantError as error:
+            told = refusal_line(error) if isinstance(error, Refused) else str(error)
+            self._panel.stop_key.failed(stop.press, told)
+            raise
+        self._panel.stop_key.confirmed(stop.press)
 
     async def _holds(self) -> list[Hold]:
         """Ask what the robot stands at; nothing where the server cannot tell now."""
@@ -181,80 +195,35 @@ class Performer:
                 return await client.undo_jog(), "undo of the jog"
             case do.GoHome(target=target):
                 return await client.home(target), f"way to {target}"
-            case do.MoveJoint(joint=joint, target=value):
-                goal = list(client.joints())
-                goal[joint] = value
-                return await client.move_joints(goal, speed=MOVE_SPEED), f"joint {joint + 1}"
-            case do.MoveTool(axis=axis, target=value):
-                here = client.tool_pose()
-                x, y, z = (value if i == axis else old for i, old in enumerate(here.position))
-                pose = Pose((x, y, z), here.orientation)
+            case do.MoveJoints(goal=goal, name=name):
+                return await client.move_joints(goal, speed=MOVE_SPEED), name
+            case do.MoveTool(name=name):
+                pose = Pose(command.position, command.orientation)
                 move = client.move_to_pose(pose, motion=Motion.LIN, speed=MOVE_SPEED)
-                return await move, f"tool along {_AXES[axis]}"
-            case do.RunProgram(name=name, run=run, line=line, loops=loops):
-                motion = await client.run_program(name, run=run, line=line, loops=loops)
-                # The end of a step is not that of its program, which reports its own.
-                return motion, f"program {name}" if run == RunKind.ALL else f"one step of {name}"
+                return await move, name
+            case do.RunProgram():
+                return await self._run(command)
         raise AssertionError(f"{command} is no motion")
+
+    async def _run(self, asked: do.RunProgram) -> tuple[MotionHandle, str]:
+        try:
+            motion = await self._client.run_program(
+                asked.name,
+                run=asked.run,
+                line=asked.line,
+                loops=asked.loops,
+                revision=asked.revision,
+            )
+        except Refused as refused:
+            if refused.code == VerdictCode.REVISION_CONFLICT:
+                self._begin(self._programs.load_anew(asked.name))
+            raise
+        # The end of a step is not that of its program, which reports its own.
+        whole = asked.run == RunKind.ALL
+        return motion, f"program {asked.name}" if whole else f"one step of {asked.name}"
 
     async def _ended(self, motion: MotionHandle, name: str) -> None:
         """Wait for the end of a motion; a failure is told by whoever awaits this."""
         await motion.done()
         if name:
             self._panel.messages.add(f"{name} ended")
-
-    # Programs.
-
-    async def _open(self, name: str) -> None:
-        try:
-            program = await self._load(name)
-        except Refused as refused:
-            if refused.code not in (VerdictCode.NOT_FOUND, VerdictCode.PROGRAM_UNKNOWN):
-                raise
-            await self._client.manage({"op": "programs.create", "name": name})
-            self._panel.messages.add(f"{name} is new and empty")
-            program = await self._load(name)
-        self._panel.opened(program)
-
-    async def _edit(self, edit: ProgramEdit) -> None:
-        program = self._panel.teaching.program
-        if program is None:
-            return
-        try:
-            await self._client.manage(program.request(edit))
-        finally:
-            # After a refusal too: somebody else may have saved another revision.
-            self._panel.opened(await self._load(program.name))
-
-    async def _walk(self, name: str) -> None:
-        """Ask for a dry run, which takes a while; whatever else is asked for goes on beside it."""
-        found: DryRun | None = None
-        try:
-            before = await self._load(name)
-            answer = await self._client.manage({"op": "programs.dry_run", "name": name})
-            program = await self._load(name)
-            if program.revision == before.revision:
-                found = DryRun.read(name, program.revision, answer)
-            else:
-                self._panel.messages.add(f"{name} was changed meanwhile: . makes a dry run anew")
-            if (open_now := self._panel.teaching.program) is not None and open_now.name == name:
-                self._panel.opened(program)
-        finally:
-            self._panel.teaching.walked(found)
-
-    async def _load(self, name: str) -> TaughtProgram:
-        text, revision = await self._body(name, "text", None)
-        document, _ = await self._body(name, "json", revision)
-        return TaughtProgram.read(revision, text, json.loads(document))
-
-    async def _body(self, name: str, form: str, revision: int | None) -> tuple[str, int]:
-        """Load one form of a program, which comes in parts where it is long."""
-        parts: list[str] = []
-        offset: int | None = 0
-        while offset is not None:
-            request = {"op": "programs.load", "name": name, "format": form, "offset": offset}
-            answer = await self._client.manage(request | {"revision": revision})
-            parts.append(answer["body"])
-            revision, offset = int(answer["revision"]), answer["next"]
-        assert revision is not None
-        return "".join(parts), revision

@@ -30,6 +30,7 @@ class DryRun:
         duration: of the program [s].
         is_endless: whether a loop of it never ends, so that the duration is of two passes.
         is_complete: whether every branch was walked to its end.
+        is_checked: whether every signal of it was looked up at the controller.
         is_refused: whether some move cannot be run, or some point not be reached.
         elsewhere: refusals in programs that this one calls, each with its place.
     """
@@ -39,6 +40,7 @@ class DryRun:
     duration: float
     is_endless: bool
     is_complete: bool
+    is_checked: bool
     is_refused: bool
     elsewhere: tuple[str, ...]
     _lines: Mapping[int, str]
@@ -53,7 +55,11 @@ class DryRun:
             revision: that it had before and after.
             answer: the JSON object.
         """
-        steps: list[dict[str, Any]] = [*answer["moves"], *answer["scene"]]
+        steps: list[dict[str, Any]] = [
+            *answer["moves"],
+            *answer["scene"],
+            *(step for step in answer["statements"] if not step["reachable"]),
+        ]
         own = [step for step in steps if step["program"] == name]
         called = [step for step in steps if step["program"] != name and not step["reachable"]]
         return cls(
@@ -62,6 +68,7 @@ class DryRun:
             float(answer["duration"]),
             bool(answer["endless"]),
             bool(answer["complete"]),
+            not answer["unchecked"],
             bool(answer["refused"]),
             tuple(f"{each['program']} line {each['line']}: {_refusal(each)}" for each in called),
             _worst((int(step["line"]), _refusal(step)) for step in own),
@@ -82,6 +89,7 @@ class DryRun:
         """The findings in a few words."""
         passes = " for two passes of its endless loop" if self.is_endless else ""
         partly = "" if self.is_complete else ", not every branch was walked"
+        partly += "" if self.is_checked else ", its signals are not known yet"
         if self.is_refused:
             return (
                 f"dry run: REFUSED, {self.duration:.1f} s without what is refused{passes}{partly}"

@@ -11,6 +11,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..client import Refused
 from ..snapshot import JointFacts
+from .remedies import remedy_of
 from .screen_units import in_screen_units, joint_value
 
 _HOPELESS = frozenset(
@@ -43,8 +44,8 @@ def refusal_line(refused: Refused, joints: Sequence[JointFacts] = ()) -> str:
         refused: the refusal.
         joints: of the robot; a joint at fault is told with its unit.
     """
-    remedy = f" -> {refused.remedy}" if refused.remedy else ""
-    return f"{_name(refused)}: {_sentence(refused, joints)}{remedy}"
+    remedy = remedy_of(refused)
+    return f"{_name(refused)}: {_sentence(refused, joints)}{f' -> {remedy}' if remedy else ''}"
 
 
 def connection_refused(refused: Refused) -> str:

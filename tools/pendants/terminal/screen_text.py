@@ -14,6 +14,7 @@ from .enabling_toggle import TIMEOUT_NS
 from .jog_keys import PULSE_NS, JogKind
 from .lcd import running_statement
 from .panel import Panel
+from .program_choice import ProgramChoice
 from .reachability import REACHABLE
 from .teaching import Teaching
 
@@ -26,14 +27,20 @@ def lamp_line(panel: Panel, now: int) -> str:
     return "   ".join(str(lamp) for lamp in words.lamps(panel.cell, now))
 
 
+def banner(panel: Panel, now: int) -> str:
+    """Return the one sentence that matters most: first of all a stop that may not be heard."""
+    return panel.stop_key.doubt(now) or words.banner(panel.cell, now)
+
+
 def status_line(panel: Panel, now: int) -> str:
     """Return who, in which mode, what, and how old that is."""
     cell, state = panel.cell, panel.cell.state
     stale = "STALE, " if cell.is_stale(now) else ""
     speed = "?" if state is None else f"{100 * state.override:.0f} %"
     mode = "?" if cell.mode is None else "{} ({})".format(*words.MODES[cell.mode])
+    who = f"{cell.robot} in {cell.cell}" if cell.robot else "no cell yet"
     return (
-        f"{cell.robot} in {cell.cell}   control: {words.owner(cell)}   mode: {mode}   "
+        f"{who}   control: {words.owner(cell)}   mode: {mode}   "
         f"speed: {speed}   {words.activity(cell)}   {stale}{_age(cell.age(now))}"
     )
 
@@ -91,6 +98,8 @@ def _bar(part: float) -> str:
 
 def program_list(panel: Panel) -> str:
     """Return the statements round the selected one; `>` is selected, `=` runs."""
+    if isinstance(panel.question, ProgramChoice):
+        return _program_choice(panel.question)
     program = panel.teaching.program
     if program is None:
         return "no program is open; n opens one"
@@ -108,6 +117,20 @@ def program_list(panel: Panel) -> str:
     if not rows:
         return f"{head}\nempty; 1 records where the robot stands"
     return "\n".join([head, _dry_run(panel.teaching), *rows])
+
+
+def _program_choice(choice: ProgramChoice) -> str:
+    """Return the offers round the selected one, with their whole names."""
+    head = f"open which program? {choice.text}_"
+    if choice.names is None:
+        return f"{head}\nasking for the list"
+    if not choice.offers:
+        return f"{head}\nthere are no programs; type the name of a new one"
+    offers = [f"{name}  new" if name == choice.new else name for name in choice.offers]
+    first = max(0, min(choice.selected - _SHOWN_LINES // 2, len(offers) - _SHOWN_LINES))
+    shown = list(enumerate(offers))[first : first + _SHOWN_LINES]
+    rows = [f"{'>' if index == choice.selected else ' '} {name}" for index, name in shown]
+    return "\n".join([head, *rows, "type a part of its name, ↑ ↓, Enter"])
 
 
 def _reach(refusal: str | None) -> str:

@@ -18,6 +18,9 @@ _QUANTITY = re.compile(
     r" (?P<unit>rad|m)(?P<per>/s²?)?(?![\w/²])"
 )
 
+# A number with more decimals than anybody reads, in whatever unit.
+_LONG = re.compile(r"(?<![\w.:])-?\d+\.\d{5,}(?:e[+-]?\d+)?(?![\w.])")
+
 
 def joint_value(value: float, unit: Literal["rad", "m"], per: str = "") -> str:
     """Return a value of a joint as people read it, such as `-45.00°` or `120.0 mm/s`.
@@ -33,10 +36,17 @@ def joint_value(value: float, unit: Literal["rad", "m"], per: str = "") -> str:
 def in_screen_units(sentence: str) -> str:
     """Return a sentence with its angles in degrees and its lengths in millimetres.
 
+    What has another unit, or none, keeps four decimals at most.
+
     Args:
         sentence: of the server, which names the unit of each quantity: `1.57 rad`, `0.25 m`.
     """
-    return _QUANTITY.sub(_converted, sentence)
+    return _LONG.sub(_shortened, _QUANTITY.sub(_converted, sentence))
+
+
+def _shortened(found: re.Match[str]) -> str:
+    value = float(found[0])
+    return f"{value:.4f}" if value == 0.0 or abs(value) >= 0.001 else f"{value:.2g}"
 
 
 def _converted(found: re.Match[str]) -> str:

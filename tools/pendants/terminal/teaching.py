@@ -1,11 +1,13 @@
 """The open program on the pendant: what is selected, how it is edited, checked and run.
 
-Owns what each teach and run key asks for, and that a run without a good dry run of the same
-revision is asked for twice. The program itself is the server's; every edit is loaded
-anew from there.
+Owns what each teach and run key asks for, that only the revision runs that is shown, and that a run
+without a good dry run of it is asked for twice. The program itself is the server's; every edit is
+loaded anew from there.
 """
 
 from __future__ import annotations
+
+from functools import partial
 
 from openpendant.simplemsg.pendant import RunKind
 
@@ -58,6 +60,11 @@ class Teaching:
         self.program = program
         self.select(0)
 
+    def closed(self) -> None:
+        """Take note that the open program is not in the store any more."""
+        self.program = None
+        self.select(0)
+
     def select(self, by: int) -> None:
         """Select a statement before or behind the selected one."""
         last = 0 if self.program is None else max(0, len(self.program.lines) - 1)
@@ -79,9 +86,9 @@ class Teaching:
             return None
         match intent:
             case Intent.STEP_FORWARD:
-                return RunProgram(program.name, RunKind.STEP_FORWARD)
+                return RunProgram(program.name, program.revision, RunKind.STEP_FORWARD)
             case Intent.STEP_BACKWARD:
-                return RunProgram(program.name, RunKind.STEP_BACKWARD)
+                return RunProgram(program.name, program.revision, RunKind.STEP_BACKWARD)
             case Intent.DRY_RUN:
                 return self._ask_dry_run(program)
             case Intent.RUN:
@@ -146,10 +153,11 @@ class Teaching:
 
     def _run_choice(self, program: TaughtProgram) -> Choice:
         name, line = program.name, program.line_of(self.selected)
+        run = partial(RunProgram, name, program.revision, RunKind.ALL)
         ways = {
-            "1": ("all", RunProgram(name, RunKind.ALL)),
-            "2": (f"from {self.selected + 1}", RunProgram(name, RunKind.ALL, line)),
-            "3": ("loop", RunProgram(name, RunKind.ALL, loops=0)),
+            "1": ("all", run()),
+            "2": (f"from {self.selected + 1}", run(line)),
+            "3": ("loop", run(loops=0)),
         }
         doubt = self._doubt(program)
         if not doubt:
@@ -159,7 +167,10 @@ class Teaching:
         # The key that asked is harmless where nothing is asked a second time; 1 records a point.
         return Choice(
             f"Run {name}",
-            {key: (text, Choice(title, {"5": ("yes", run)})) for key, (text, run) in ways.items()},
+            {
+                key: (text, Choice(title, {"5": ("yes", each)}))
+                for key, (text, each) in ways.items()
+            },
         )
 
     def _doubt(self, program: TaughtProgram) -> str:

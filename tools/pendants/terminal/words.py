@@ -58,7 +58,7 @@ class Lamp:
 
 def lamps(cell: CellView, now: int) -> tuple[Lamp, Lamp, Lamp]:
     """Return the lamps of pendant to server, server to controller, controller to drives."""
-    return _server_lamp(cell, now), _controller_lamp(cell), _drives_lamp(cell)
+    return _server_lamp(cell, now), _controller_lamp(cell, now), _drives_lamp(cell, now)
 
 
 def _server_lamp(cell: CellView, now: int) -> Lamp:
@@ -73,9 +73,10 @@ def _server_lamp(cell: CellView, now: int) -> Lamp:
     return Lamp(name, Light.GOOD, "up")
 
 
-def _controller_lamp(cell: CellView) -> Lamp:
+def _controller_lamp(cell: CellView, now: int) -> Lamp:
     name = "server–controller"
-    if cell.state is None or not cell.is_connected:
+    # What a server said that is silent now may have changed since.
+    if cell.state is None or cell.is_silent(now):
         return Lamp(name, Light.UNKNOWN, "unknown")
     match cell.state.link:
         case LinkState.UP:
@@ -85,10 +86,10 @@ def _controller_lamp(cell: CellView) -> Lamp:
     return Lamp(name, Light.BAD, "down")
 
 
-def _drives_lamp(cell: CellView) -> Lamp:
+def _drives_lamp(cell: CellView, now: int) -> Lamp:
     name = "controller–drives"
     state = cell.state
-    if state is None or not cell.is_connected or state.link == LinkState.DOWN:
+    if state is None or cell.is_silent(now) or state.link == LinkState.DOWN:
         return Lamp(name, Light.UNKNOWN, "unknown")
     if state.e_stopped == 1:
         return Lamp(name, Light.BAD, "emergency stop at the controller")
@@ -158,7 +159,7 @@ def staleness(cell: CellView, now: int) -> str:
     if age is None:
         return "no state yet"
     if cell.state is not None and cell.state.link != LinkState.UP and not cell.is_silent(now):
-        return f"{_controller_lamp(cell)}"
+        return f"{_controller_lamp(cell, now)}"
     return f"the values are {age:.1f} s old"
 
 
@@ -172,7 +173,7 @@ def banner(cell: CellView, now: int) -> str:
         return f"STALE: {staleness(cell, now)}"
     state = cell.state
     if state is not None and (state.e_stopped == 1 or state.in_error == 1):
-        return f"The controller cannot move: {_drives_lamp(cell).word}; clear it there"
+        return f"The controller cannot move: {_drives_lamp(cell, now).word}; clear it there"
     if not cell.in_control:
         return f"Observing: {owner(cell)} has control; c asks for it"
     return slowed(cell)

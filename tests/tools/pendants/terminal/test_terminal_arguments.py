@@ -99,6 +99,54 @@ def test_a_server_that_does_not_want_us_is_one_line_with_what_to_change(
     assert error.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    ("arguments", "typed", "name"),
+    [
+        ([], "kim\n", "kim"),
+        ([], "\n", "terminal"),
+        (["--name", "bench-2"], None, "bench-2"),
+        (["--user", "lee"], None, "lee"),
+    ],
+)
+def test_a_guest_is_asked_for_a_name_that_no_option_says(
+    arguments: list[str],
+    typed: str | None,
+    name: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    class Terminal(io.StringIO):
+        def isatty(self) -> bool:
+            return typed is not None
+
+    shown: dict[str, object] = {}
+
+    async def connect(*_: object, **given: object) -> PendantClient:
+        shown.update(given)
+        raise WrongArgument("seen enough")
+
+    monkeypatch.setattr(PendantClient, "connect", connect)
+    monkeypatch.setattr("getpass.getpass", lambda _: "ABC234")
+    monkeypatch.setattr(sys, "stdin", Terminal(typed or ""))
+    main(["--plain", "--pairing", *arguments])
+    assert (shown["user"], shown["pairing"], shown["password"]) == (name, "ABC234", None)
+    assert ("Your name" in capsys.readouterr().err) == (typed is not None)
+
+
+def test_a_pairing_code_that_nobody_types_is_in_no_variable(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def nobody(_: str) -> str:
+        raise EOFError
+
+    monkeypatch.setattr("getpass.getpass", nobody)
+    assert main(["--plain", "--pairing"]) == USAGE
+    error = capfd.readouterr().err
+    assert "nobody typed a pairing code" in error
+    assert "OPENPENDANT_PASSWORD" not in error
+    assert error.count("\n") == 1
+
+
 def test_without_textual_it_says_what_to_install(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -112,14 +112,14 @@ def test_a_run_without_a_dry_run_is_asked_for_twice(
     assert rig.said == "no dry run was made of pick, revision 3; . makes a dry run"
     assert isinstance(rig.panel.question, Choice)
     assert rig.panel.question.title == "No dry run. Run?"
-    assert rig.strike("5") == [do.RunProgram("pick", RunKind.ALL, **changes)]
+    assert rig.strike("5") == [do.RunProgram("pick", 3, RunKind.ALL, **changes)]
 
 
 def test_a_run_of_what_was_refused_is_asked_for_twice_and_names_it(rig: PanelRig) -> None:
     rig.walk(**TOO_FAR)
     assert rig.strike("5", "1") == []
     assert rig.said == "the dry run refused move LIN P1"
-    assert rig.strike("5") == [do.RunProgram("pick", RunKind.ALL)]
+    assert rig.strike("5") == [do.RunProgram("pick", 3, RunKind.ALL)]
 
 
 @pytest.mark.parametrize("key", ["1", "q", "escape", "enter"])

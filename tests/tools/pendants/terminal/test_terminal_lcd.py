@@ -21,6 +21,7 @@ from openpendant.simplemsg.pendant import (
     StateField,
     StopKind,
 )
+from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.terminal import lcd, screen_text, words
 from openpendant.tools.pendants.terminal.explanation import why_lines, why_request
 from openpendant.tools.pendants.terminal.jog_keys import JogKind
@@ -101,10 +102,10 @@ def test_the_message_page_begins_with_the_newest(rig: PanelRig) -> None:
 def test_questions_fit_the_page(rig: PanelRig) -> None:
     rig.strike("m")
     assert shown(rig, Page.MODE) == ["Mode?", "1 T1      2 T2", "3 AUTO    4 REC", "other key: no"]
-    rig.strike("escape", "n", *"pick")
+    rig.strike("escape", "=", *"x=3")
     assert shown(rig, Page.MODE) == [
-        "Program name",
-        "pick_",
+        "Go to: x=300;a=180",
+        "x=3_",
         "Enter: done",
         "Esc: no  SPACE: stop",
     ]
@@ -216,9 +217,13 @@ def test_each_lamp_is_a_shape_and_a_word(
     assert lamps == ["● pendant–server: up", controller, drives]
 
 
-def test_the_lamp_of_the_server_tells_silence_and_loss(rig: PanelRig) -> None:
+def test_the_lamps_tell_silence_and_loss_and_nothing_of_what_lies_behind(rig: PanelRig) -> None:
     rig.wait(1000, fresh=False)
-    assert str(words.lamps(rig.panel.cell, rig.now)[0]) == "◐ pendant–server: silent for 1.0 s"
+    assert [str(lamp) for lamp in words.lamps(rig.panel.cell, rig.now)] == [
+        "◐ pendant–server: silent for 1.0 s",
+        "? server–controller: unknown",
+        "? controller–drives: unknown",
+    ]
     rig.panel.lost("cable")
     assert "○ pendant–server: down" in screen_text.lamp_line(rig.panel, rig.now)
 
@@ -326,6 +331,9 @@ def test_why_names_the_first_broken_condition_and_the_remedy() -> None:
         "ok you have the authority",
         "NO no stop",
     )
+    conditions: list[Any] = answer["conditions"]  # type: ignore[assignment]
+    conditions[1]["code"] = VerdictCode.STOP_LATCHED
+    assert why_lines(answer)[3] == "-> Press x in control, which resets it and moves nothing."
     assert why_request(OperatingMode.AUTOMATIC)["kind"] == "program"
     assert why_request(None)["kind"] == "jog"
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 from panel_rig import joint
 
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import Refused
+from openpendant.tools.pendants.terminal.keyboard import KEYBOARD
 from openpendant.tools.pendants.terminal.refusals import (
     connection_refused,
     is_hopeless,
     refusal_line,
 )
+from openpendant.tools.pendants.terminal.remedies import remedy
 from openpendant.tools.pendants.terminal.screen_units import in_screen_units
 
 JOINTS = [joint("shoulder"), joint("rail", "m")]
@@ -64,6 +67,31 @@ def test_a_joint_at_fault_is_told_in_its_unit(
     assert line.startswith(f"{code.name}: {sentence} -> ")
 
 
+@pytest.mark.parametrize(
+    ("code", "remedy"),
+    [
+        (VerdictCode.NOT_ENABLED, "Press v, which holds it until 5 s without a key"),
+        (VerdictCode.NOT_IN_CONTROL, "Press c, which asks for control."),
+        (VerdictCode.PLANNING, "Wait for its outcome, or stop it."),
+    ],
+)
+def test_the_remedy_names_the_key_where_this_pendant_has_one(
+    code: VerdictCode, remedy: str
+) -> None:
+    line = refusal_line(Refused(code, "why", -1, 0.0, 0.0), JOINTS)
+    assert line.startswith(f"{code.name}: why -> {remedy}")
+
+
+def test_every_key_that_a_remedy_names_has_a_meaning() -> None:
+    named = {
+        word
+        for code in VerdictCode
+        for word in re.findall(r"(?:Press|and|or|,) (\S)\b", remedy(code, ""))
+    }
+    assert named >= {"v", "c", "x", "8", "n"}
+    assert named <= set(KEYBOARD)
+
+
 def test_a_code_of_a_newer_server_is_told_by_its_number() -> None:
     assert refusal_line(Refused(9999, "too new", -1, 0.0, 0.0), JOINTS) == "9999: too new"
 
@@ -79,6 +107,9 @@ def test_a_code_of_a_newer_server_is_told_by_its_number() -> None:
         ("3.5 rad/s² exceeds 0.25 m/s", "200.54°/s² exceeds 250.0 mm/s"),
         ("within 5 ms, 3 mm, 2 m², 1 mark, P1 rad", "within 5 ms, 3 mm, 2 m², 1 mark, P1 rad"),
         ("line 3 of 4", "line 3 of 4"),
+        ("3.0000000000000004 Hz and 1e-07 s", "3.0000 Hz and 1e-07 s"),
+        ("a norm of 0.000123456789", "a norm of 0.00012"),
+        ("saved at 2026-11-22T06:22:49.123456", "saved at 2026-11-22T06:22:49.123456"),
     ],
 )
 def test_quantities_of_a_sentence_are_in_degrees_and_millimetres(sentence: str, shown: str) -> None:

@@ -220,11 +220,13 @@ async def test_a_program_is_opened_recorded_and_run() -> None:
         body = {"revision": 1, "next": None}
         shown.server.answers["programs.record"] = {"revision": 2}
         shown.server.answers["programs.load"] = {**body, "body": json.dumps(PROGRAM)}
+        # The list is refused here: a whole name opens its program all the same.
         await shown.keys("n", *"pick", "enter")
         await shown.until(lambda: "pick, revision 1" in shown.text("program"))
         await shown.keys("1", "5", "1", "5")
         await shown.until(lambda: shown.server.all(ProgramRun))
-        assert shown.server.one(ProgramRun).program == "pick"
+        run = shown.server.one(ProgramRun)
+        assert (run.program, run.revision) == ("pick", 1)
         asked = [json.loads(each.body) for each in shown.server.all(Management)]
         (record,) = [each for each in asked if each["op"] == "programs.record"]
         assert (record["point"], record["expected_revision"]) == ("P2", 1)
@@ -233,6 +235,7 @@ async def test_a_program_is_opened_recorded_and_run() -> None:
 async def open_pick(shown: Screen) -> None:
     body = {"revision": 1, "next": None, "body": json.dumps(PROGRAM)}
     shown.server.answers["programs.load"] = body
+    shown.server.answers["programs.list"] = {"programs": [{"name": "pick"}], "next": None}
     await shown.keys("n", *"pick", "enter")
     await shown.until(lambda: "pick, revision 1" in shown.text("program"))
 
@@ -240,7 +243,7 @@ async def open_pick(shown: Screen) -> None:
 async def test_a_dry_run_is_asked_for_and_shown_beside_the_points() -> None:
     async with screen() as shown:
         await open_pick(shown)
-        shown.server.answers["programs.dry_run"] = DRY_RUN
+        shown.server.answers["programs.dry_run"] = {**DRY_RUN, "revision": 1}
         await shown.keys("full_stop")
         await shown.until(lambda: "all reachable, 4.2 s" in shown.text("program"))
         await shown.keys("5", "1")
@@ -259,12 +262,48 @@ class EditedMeanwhile(dict[str, dict[str, Any]]):
 async def test_a_dry_run_of_a_program_that_was_edited_meanwhile_says_nothing_of_it() -> None:
     async with screen() as shown:
         await open_pick(shown)
-        shown.server.answers["programs.dry_run"] = DRY_RUN
+        shown.server.answers["programs.dry_run"] = {**DRY_RUN, "revision": 1}
         shown.server.answers = EditedMeanwhile(shown.server.answers)
         await shown.keys("full_stop")
         await shown.until(lambda: "pick was changed meanwhile" in shown.text("messages"))
         await shown.until(lambda: "pick, revision 2" in shown.text("program"))
         assert "no dry run of this revision" in shown.text("program")
+
+
+@pytest.mark.parametrize("keys", [("6",), ("7",), ("5", "1", "5"), ("5", "2", "5")])
+async def test_what_was_changed_meanwhile_is_shown_and_not_run(keys: tuple[str, ...]) -> None:
+    async with screen() as shown:
+        await open_pick(shown)
+        shown.server.answers["programs.load"]["revision"] = 2
+        shown.server.refusals[ProgramRun] = (VerdictCode.REVISION_CONFLICT, "revision 2 is kept")
+        await shown.keys(*keys)
+        await shown.until(lambda: "pick, revision 2" in shown.text("program"))
+        assert "pick was changed: revision 2 is shown now" in shown.text("messages")
+        assert "no dry run of this revision" in shown.text("program")
+        # The one that was asked for by keys, and none by itself.
+        assert shown.server.one(ProgramRun).revision == 1
+        await shown.keys("6")
+        await shown.until(lambda: len(shown.server.all(ProgramRun)) > 1)
+        assert shown.server.all(ProgramRun)[1].revision == 2
+
+
+async def test_a_program_with_a_space_in_its_name_is_chosen_and_a_new_one_asked_about() -> None:
+    async with screen() as shown:
+        programs = [{"name": "five points"}, {"name": "pick"}]
+        shown.server.answers["programs.list"] = {"programs": programs, "next": None}
+        body = {"revision": 1, "next": None, "body": json.dumps(PROGRAM | {"name": "five points"})}
+        shown.server.answers["programs.load"] = body
+        await shown.keys("n")
+        await shown.until(lambda: "> five points" in shown.text("program"))
+        await shown.keys("enter")
+        await shown.until(lambda: "five points, revision 1" in shown.text("program"))
+        await shown.keys("n", *"pcik")
+        await shown.until(lambda: "> pcik  new" in shown.text("program"))
+        await shown.keys("enter")
+        await shown.until(lambda: "Create pcik?" in shown.text("lcd"))
+        await shown.keys("escape")
+        ops = [json.loads(each.body)["op"] for each in shown.server.all(Management)]
+        assert "programs.create" not in ops
 
 
 async def test_a_dry_run_that_is_refused_is_told_and_may_be_asked_for_again() -> None:

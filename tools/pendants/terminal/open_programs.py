@@ -1,0 +1,116 @@
+"""The programs of the store, as the terminal pendant lists, opens, edits and tries them.
+
+Owns the requests and that what is shown is loaded anew where it may have changed. Everything raises
+what the client library does; a refusal is told by whoever carries out the command.
+"""
+
+from __future__ import annotations
+
+import json
+
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..client import PendantClient, Refused
+from .panel import Panel
+from .reachability import DryRun
+from .taught_program import ProgramEdit, TaughtProgram
+
+
+class OpenPrograms:
+    """The stored programs, and the one that is open, on one connection."""
+
+    def __init__(self, client: PendantClient, panel: Panel) -> None:
+        """Make one for a connection that stands.
+
+        Args:
+            client: the connection.
+            panel: is told what was loaded.
+        """
+        self._client = client
+        self._panel = panel
+
+    async def names(self) -> list[str]:
+        """Return the names of all programs."""
+        names: list[str] = []
+        first: int | None = 0
+        while first is not None:
+            answer = await self._client.programs.list(first=first)
+            names += [each["name"] for each in answer["programs"]]
+            first = answer["next"]
+        return names
+
+    async def create(self, name: str) -> None:
+        """Make an empty program and show it."""
+        await self._client.programs.create(name)
+        self._panel.messages.add(f"{name} is new and empty")
+        self._panel.opened(await self._load(name))
+
+    async def open(self, name: str) -> None:
+        """Show a program, or ask whether to make it where there is none of that name."""
+        try:
+            self._panel.opened(await self._load(name))
+        except Refused as refused:
+            if refused.code not in (VerdictCode.NOT_FOUND, VerdictCode.PROGRAM_UNKNOWN):
+                raise
+            self._panel.not_there(name)
+
+    async def load_anew(self, name: str) -> None:
+        """Load the open program, which somebody else has changed, and tell what is shown now."""
+        shown = self._panel.teaching.program
+        if shown is None or shown.name != name:
+            return
+        try:
+            program = await self._load(name)
+        except Refused as refused:
+            if refused.code == VerdictCode.NOT_FOUND:
+                self._panel.teaching.closed()
+            raise
+        if program.revision != shown.revision:
+            self._panel.messages.add(
+                f"{name} was changed: revision {program.revision} is shown now,"
+                f" in the place of {shown.revision}; no dry run was made of it"
+            )
+        self._panel.opened(program)
+
+    async def edit(self, edit: ProgramEdit) -> None:
+        """Change the open program."""
+        program = self._panel.teaching.program
+        if program is None:
+            return
+        try:
+            await self._client.manage(program.request(edit))
+        finally:
+            # After a refusal too: somebody else may have saved another revision.
+            self._panel.opened(await self._load(program.name))
+
+    async def walk(self, name: str) -> None:
+        """Ask for a dry run, which takes a while; whatever else is asked for goes on beside it."""
+        found: DryRun | None = None
+        try:
+            answer = await self._client.manage({"op": "programs.dry_run", "name": name})
+            program = await self._load(name)
+            if program.revision == int(answer["revision"]):
+                found = DryRun.read(name, program.revision, answer)
+            else:
+                self._panel.messages.add(f"{name} was changed meanwhile: . makes a dry run anew")
+            if (open_now := self._panel.teaching.program) is not None and open_now.name == name:
+                self._panel.opened(program)
+        finally:
+            self._panel.teaching.walked(found)
+
+    async def _load(self, name: str) -> TaughtProgram:
+        text, revision = await self._body(name, "text", None)
+        document, _ = await self._body(name, "json", revision)
+        return TaughtProgram.read(revision, text, json.loads(document))
+
+    async def _body(self, name: str, form: str, revision: int | None) -> tuple[str, int]:
+        """Load one form of a program, which comes in parts where it is long."""
+        parts: list[str] = []
+        offset: int | None = 0
+        while offset is not None:
+            request = {"op": "programs.load", "name": name, "format": form, "offset": offset}
+            answer = await self._client.manage(request | {"revision": revision})
+            parts.append(answer["body"])
+            revision, offset = int(answer["revision"]), answer["next"]
+        assert revision is not None
+        return "".join(parts), revision

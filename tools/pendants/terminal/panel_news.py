@@ -1,0 +1,152 @@
+"""What the terminal pendant's core is told: connections, stops, modes, programs.
+
+Owns what the pendant is at a moment, and what news changes about it. What the keys do is `panel`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TypeAlias
+
+from openpendant.simplemsg.pendant import (
+    ModeChanged,
+    OperatingMode,
+    ProgramReport,
+    StopChanged,
+    StopKind,
+)
+
+from . import commands as do
+from .cell_view import CellView
+from .commands import Command
+from .enabling_toggle import EnablingToggle
+from .jog_pad import JogPad
+from .keyboard import Page
+from .messages import Messages
+from .program_choice import ProgramChoice, creation
+from .prompts import Choice, Entry
+from .screen_units import in_screen_units
+from .stop_key import StopKey
+from .taught_program import TaughtProgram
+from .teaching import Teaching
+from .words import MODES
+
+Question: TypeAlias = Choice | Entry | ProgramChoice
+
+
+class PanelNews:
+    """One terminal pendant, as far as news changes it.
+
+    Attributes:
+        cell: what is known of the cell.
+        page: the page that is shown.
+        stop_key: the stop key, and the stop that is owed.
+        jog: the jog keys.
+        enabling: the enabling device (training).
+        question: what the display asks; None for nothing.
+        teaching: the open program.
+        messages: what was said.
+        why: why the robot does not move, line by line, as it was when it was asked.
+        scroll: first line of a long text that is shown.
+    """
+
+    def __init__(self) -> None:
+        """Make a pendant without a connection."""
+        self.cell = CellView()
+        self.page = Page.JOINTS
+        self.messages = Messages()
+        self.stop_key = StopKey(self.cell, self.messages)
+        self.jog = JogPad(self.cell, self.messages)
+        self.teaching = Teaching(self.messages)
+        self.enabling = EnablingToggle()
+        self.question: Question | None = None
+        self.why: tuple[str, ...] = ()
+        self.scroll = 0
+
+    def greeted(self) -> list[Command]:
+        """Take note that a server has answered hello; a stop that is owed leaves at once."""
+        return [*self.stop_key.linked()]
+
+    def connected(self) -> list[Command]:
+        """Take note that the cell is connected, after `cell.connected`."""
+        self.jog.check_frame()
+        self.messages.add(f"connected to {self.cell.cell}, robot {self.cell.robot}")
+        # Once more: it may have been pressed since, and a second stop does no harm.
+        return self.greeted()
+
+    def lost(self, reason: str) -> None:
+        """Take note that the connection ended: nothing that was held is held any more."""
+        self.cell.lost(reason)
+        self.jog.let_go()
+        self.enabling.turn_off()
+        self.question = None
+        self.teaching.walked(None)
+        self.messages.add(f"no link: {reason}")
+
+    def stop_changed(self, change: StopChanged) -> list[Command]:
+        """Take the news of a stop; what is held is let go, as the server wants to see."""
+        self.cell.stop_changed(change)
+        if change.stop == StopKind.NONE:
+            self.messages.add(f"stop reset by {change.client or 'the server'}")
+            return []
+        self.messages.add(f"stop by {change.client or 'the server'}: {change.reason}")
+        self.stop_key.latched()
+        return self._let_go()
+
+    def mode_changed(self, change: ModeChanged) -> list[Command]:
+        """Take the news of another mode; what is held is let go likewise."""
+        known = change.mode in set(OperatingMode)
+        name = MODES[OperatingMode(change.mode)][1] if known else f"{change.mode}"
+        self.messages.add(f"mode {name} by {change.client or 'the controller'}")
+        return self._let_go()
+
+    def not_enabled(self) -> list[Command]:
+        """The server does not take the enabling device as held: so it is not shown as held."""
+        if self.enabling.is_on:
+            self.messages.add("enabling (training) was let go: v holds it anew")
+        return self._let_go()
+
+    def opened(self, program: TaughtProgram) -> None:
+        """Take a program that was loaded, or loaded anew after an edit."""
+        shown = self.teaching.program
+        if shown is not None and shown != program and isinstance(self.question, Choice):
+            # It was asked about the statements that were shown until now.
+            self.question = None
+        self.teaching.opened(program)
+
+    def listed(self, names: Iterable[str]) -> None:
+        """Take the programs that there are."""
+        if isinstance(self.question, ProgramChoice):
+            self.question = self.question.listed(names)
+
+    def not_there(self, name: str) -> None:
+        """There is no such program to be opened: ask whether to make it, unless something is asked.
+
+        Args:
+            name: of the program.
+        """
+        self.messages.add(f"there is no program {name}: create it? 1 does, any other key does not")
+        if self.question is None:
+            self.question = creation(name)
+
+    def program_moved(self, report: ProgramReport) -> list[Command]:
+        """Take the news of a program that runs; where it runs another revision, that is told."""
+        if report.text:
+            self.messages.add(f"{report.program}: {in_screen_units(report.text)}")
+        shown = self.teaching.program
+        if shown is None or shown.name != report.program or report.revision <= shown.revision:
+            return []
+        return [do.ReloadProgram(shown.name)]
+
+    def explained(self, lines: tuple[str, ...]) -> None:
+        """Take the answer to why the robot does not move."""
+        self.why = lines
+        self._show(Page.WHY)
+
+    def _let_go(self) -> list[Command]:
+        """Let everything go that is held."""
+        self.jog.let_go()
+        return [do.Enable(False)] if self.enabling.turn_off() else []
+
+    def _show(self, page: Page) -> None:
+        self.page, self.scroll = page, 0
