@@ -84,8 +84,11 @@ class Servo:
 
     @property
     def in_motion(self) -> bool:
-        """True while a motion runs, dwells included."""
-        return self.phase in (Phase.MOVING, Phase.STOPPING)
+        """True while a motion runs, dwells included, and from when its start is certain.
+
+        A streamed point that waits for others will be moved to, though the axes rest until then.
+        """
+        return self._until is not None
 
     def tail(self) -> Knot:
         """Return the state in which the buffered motion ends; the present one if there is none."""
