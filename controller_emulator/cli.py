@@ -77,7 +77,7 @@ async def _run(wanted: Sequence[EmulatorSettings], options: argparse.Namespace) 
         ports = await _start(services)
         _warn_of_strangers(wanted[0].host)
         stop = asyncio.Event()
-        _stop_on_signals(loop, stop)
+        stack.enter_context(_stopped_by_signals(loop, stop))
         stack.enter_context(
             watched_keys(
                 {
@@ -157,12 +157,21 @@ def _operator(
     return ScenarioPlayer(load_scenario(file), round(loop.time() * NANOSECONDS)).due
 
 
-def _stop_on_signals(loop: asyncio.AbstractEventLoop, stop: asyncio.Event) -> None:
-    for number in (signal.SIGINT, signal.SIGTERM):
+@contextlib.contextmanager
+def _stopped_by_signals(loop: asyncio.AbstractEventLoop, stop: asyncio.Event) -> Iterator[None]:
+    """Have signals set an event while the context lasts; more of them are ignored to the end."""
+    signals = (signal.SIGINT, signal.SIGTERM)
+    for number in signals:
         try:
             loop.add_signal_handler(number, stop.set)
         except NotImplementedError:  # Windows
             signal.signal(number, lambda *_: loop.call_soon_threadsafe(stop.set))
+    try:
+        yield
+    finally:
+        # A loop that closes takes its handlers back only after it closed what they write to.
+        for number in signals:
+            signal.signal(number, signal.SIG_IGN)
 
 
 def _recorder(log: MotionLog | None) -> Callable[[float, State], None] | None:

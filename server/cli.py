@@ -223,7 +223,8 @@ async def _run(
 
     loop = asyncio.get_running_loop()
     interrupted = asyncio.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    signals = (signal.SIGINT, signal.SIGTERM)
+    for number in signals:
         loop.add_signal_handler(number, interrupted.set)
     served = _served(settings, robots, plans)
     journal = Journal(loop_time)
@@ -241,6 +242,9 @@ async def _run(
     for cell in served:
         if cell.plans is not None:
             await asyncio.to_thread(cell.plans.close)
+    # A loop that closes takes its handlers back only after it closed what they write to.
+    for number in signals:
+        signal.signal(number, signal.SIG_IGN)
 
 
 def _served(

@@ -13,7 +13,7 @@ import json
 import math
 import signal
 import sys
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -112,21 +112,27 @@ class LiveTour:
         return live_table(state, self._joints, self._tour.doing if self._tour else "")
 
 
-def _end_on_sigterm() -> None:
-    """Unwind the tour on SIGTERM, which gives the terminal its cursor back."""
+@contextlib.contextmanager
+def _ended_by_sigterm() -> Iterator[None]:
+    """Unwind the tour on SIGTERM, which gives the terminal its cursor back; ignore any more."""
     task = asyncio.current_task()
     assert task is not None
     with contextlib.suppress(NotImplementedError):  # Windows
         asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
+    try:
+        yield
+    finally:
+        # A loop that closes takes its handlers back only after it closed what they write to.
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
 
 async def _run(port: int) -> TourReport:
-    _end_on_sigterm()
     console = Console()
-    async with await PendantClient.connect(
-        "127.0.0.1", port, client="demo pendant", state_rate=50
-    ) as pendant:
-        return await LiveTour(pendant, console).run()
+    with _ended_by_sigterm():
+        async with await PendantClient.connect(
+            "127.0.0.1", port, client="demo pendant", state_rate=50
+        ) as pendant:
+            return await LiveTour(pendant, console).run()
 
 
 def main(argv: list[str]) -> int:
