@@ -15,6 +15,7 @@ from openpendant.simplemsg import (
     Opaque,
     Ping,
     TrajPoint,
+    TriState,
     joint_array,
 )
 
@@ -86,15 +87,16 @@ def test_the_clock_starts_once_enough_motion_is_buffered(points: int) -> None:
 
 def test_a_single_point_starts_after_the_wait_and_is_a_motion_from_when_it_came() -> None:
     rig = ControllerRig(start_rule=StartRule(points=2, lead=20 * MS, wait=50 * MS, patience=0))
-    assert not rig.status.in_motion
+    told = [rig.status.in_motion]
     rig.stream(ratio_point(0, (0.1, 0.0), 1.0))
-    assert rig.status.in_motion
+    told.append(rig.status.in_motion)
     rig.wait(50)
     assert not any(rig.velocity)
     rig.wait(0.001)
     assert any(rig.velocity)
     rig.wait(5_000)
-    assert not rig.status.in_motion
+    told.append(rig.status.in_motion)
+    assert told == [TriState.FALSE, TriState.TRUE, TriState.FALSE]
 
 
 def test_a_point_without_velocity_is_passed_at_speed_if_its_successor_is_known() -> None:
