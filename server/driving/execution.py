@@ -96,6 +96,7 @@ class Execution:
         self._following = Following(now)
         self._known_error = known_error
         self._sent = 0
+        self._all_taken = 0  # when nothing was left to send or to be answered
         self._is_turn = True  # no point has left since the last tick
         self._before: Row | None = None  # the point before the last one
 
@@ -187,14 +188,17 @@ class Execution:
         return math.inf if before is None or not any(before.velocity) else before.time
 
     def _settle(self, feedback: Feedback, now: int) -> Refusal | None:
-        self.phase = _SETTLING
+        if self.phase is not _SETTLING:
+            self.phase, self._all_taken = _SETTLING, now
         end = self._following.base + round(self.rows.last.time * 1e9)
         final = self.rows.last.position
-        # A report from before the end of the motion says nothing about its end.
-        if feedback.received < end or feedback.position is None:
+        # A report from before the end of the motion says nothing about its end, and none from
+        # before the last point was taken: a robot that waited for it stood as well.
+        since = max(end, self._all_taken)
+        if feedback.received < since or feedback.position is None:
             return None
         gaps = [abs(at - goal) for at, goal in zip(feedback.position, final, strict=True)]
-        if max(gaps) <= ARRIVAL_TOLERANCE and feedback.stands_after(end, now):
+        if max(gaps) <= ARRIVAL_TOLERANCE and feedback.stands_after(since, now):
             self.phase = _ARRIVED
             return None
         if now < end + _SETTLING_NS:

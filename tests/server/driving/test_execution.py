@@ -121,11 +121,24 @@ def test_one_request_is_under_way_at_a_time(player: Player) -> None:
 def test_it_has_arrived_when_a_report_from_after_the_end_shows_the_goal(player: Player) -> None:
     player.send_all()
     player.report(GOAL, END - 1)
-    assert player.advance(END + MS) is None
+    assert player.advance(END - 1) is None
     assert player.phase() is Phase.SETTLING
     player.report(GOAL, END)
     player.tell_status(END)
     assert player.advance(END + MS) is None
+    assert player.phase() is Phase.ARRIVED
+
+
+def test_a_report_from_before_a_late_last_point_was_taken_ends_no_motion(player: Player) -> None:
+    player.send_all()
+    late = END + 60 * MS
+    player.report(GOAL, late - MS)
+    player.tell_status(late - MS)
+    assert player.advance(late) is None
+    assert player.phase() is Phase.SETTLING
+    player.report(GOAL, late + MS)
+    player.tell_status(late + MS)
+    assert player.advance(late + MS) is None
     assert player.phase() is Phase.ARRIVED
 
 
@@ -146,6 +159,8 @@ def test_a_status_that_comes_only_when_it_changes_counts_100_ms_after_the_end(
     player: Player,
 ) -> None:
     player.send_all()
+    player.report(GOAL, END)
+    assert player.advance(END) is None
     for after, phase in ((99, Phase.SETTLING), (100, Phase.ARRIVED)):
         player.report(GOAL, END + after * MS)
         assert player.advance(END + after * MS) is None
