@@ -60,6 +60,11 @@ class ScriptedController:
             self.position = self.state(now)[0]
             self._stopped = True
 
+    def fall_behind(self, lag: int) -> None:
+        """Be where all points that were taken are reached so much later [ns]."""
+        self._began += lag
+        self._times = [time + lag for time in self._times]
+
     def state(self, now: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return (position, velocity), two joints each."""
         if self._stopped or not self._path:

@@ -115,7 +115,9 @@ class Execution:
             self.phase = _SENDING
             following.go_on(due, now)
         lead = self._lead if self._is_turn else self._lead - _HALF_TICK_NS
-        if round(due * 1e9) > now - following.base + lead:
+        is_due = round(due * 1e9) <= now - following.base + lead
+        # Where the reports just moved the robot back, none is due in a tick: a ramp must not wait.
+        if not is_due and not (self._is_turn and rows.is_urgent):
             return None
         self._is_turn = False
         last = rows.last

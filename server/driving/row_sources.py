@@ -28,9 +28,11 @@ class RowSource(Protocol):
 
     Attributes:
         last: the set-point that was taken last; the first one before any was taken.
+        is_urgent: the next set-point begins a ramp, and leaves in its turn before it is due.
     """
 
     last: Row
+    is_urgent: bool
 
     @property
     def next_time(self) -> float | None:
@@ -42,6 +44,8 @@ class RowSource(Protocol):
 
 class StoredRows:
     """The samples of a certified trajectory, slowed down on their path where that is asked for."""
+
+    is_urgent = False
 
     def __init__(self, samples: Trajectory | StraightMove, limits: JointLimits) -> None:
         """Begin at the first sample."""

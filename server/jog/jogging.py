@@ -32,6 +32,7 @@ class JogRows:
         press: the press that drives it now.
         step: the last step of the mathematics, with scale and reason; None before the first.
         start: (n,) where it began [rad or m].
+        is_urgent: the press has ended since the last set-point, so that the next one slows down.
     """
 
     def __init__(
@@ -43,6 +44,7 @@ class JogRows:
         self.press = press
         self.step: JogStep | None = None
         self.start = tuple(start)
+        self.is_urgent = False
         self._jogger = jogger
         self._taken = 0
         self._released_at: Row | None = None
@@ -59,6 +61,7 @@ class JogRows:
         """Make and return the next set-point."""
         time = self._taken * JOG_PERIOD
         self._taken += 1
+        self.is_urgent = False
         if time == 0.0:
             return self.last
         step = self._jogger.step(JOG_PERIOD)
@@ -74,6 +77,7 @@ class JogRows:
     def aim(self, target: JogTarget, press: Press) -> None:
         """Let a new press take over, smoothly; the old one is dead."""
         self.press = press
+        self.is_urgent = False
         self._released_at = None
         self._jogger.aim(target)
 
@@ -86,6 +90,7 @@ class JogRows:
         self.press.end(why, now)
         if self._released_at is None:
             self._released_at = self.last
+            self.is_urgent = True
             self._jogger.aim(None)
 
     def account(self) -> StopAccount:

@@ -92,6 +92,21 @@ def test_promise_1_the_ramp_begins_within_deadline_and_one_tick(
     assert ended.reason == JogEnd.SILENT
 
 
+@pytest.mark.parametrize("ticks", [1, 2, 3, 4])
+def test_promise_1_a_robot_that_falls_behind_as_the_press_dies_delays_no_ramp(ticks: int) -> None:
+    """While it does no set-point is due, not even in the tick that finds the press dead."""
+    rig, pad = jogging()
+    last_beat = rig.now
+    pad.beat()
+    for tick in range(30):
+        if tick == 15 - ticks:
+            rig.controller.fall_behind(4 * TICK)
+        squeeze_on(pad)
+    assert begin_of_ramp(rig, last_beat) - last_beat == 150 * MS
+    left = [time for time, _ in sent(rig, last_beat)]
+    assert len(left) == len(set(left)), "two set-points in one tick"
+
+
 def _random_presses(presses: int) -> None:
     rig, pad = jogging()
     pad.release()
