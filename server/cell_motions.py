@@ -99,13 +99,15 @@ class CellMotions:
     # What there is.
 
     @property
-    def way_back(self) -> Waypoints:
-        """Waypoints back to where the jog began that moved last; empty after any other motion.
+    def way_back(self) -> Waypoints | Refusal:
+        """Waypoints back to where the jog began that moved last, or why there are none.
 
         After an undo that was ended on its way they are the rest of it.
         """
         last = self._driving.undoable
-        return () if last is None else last.way_back
+        if last is None or not (way := last.way_back):
+            return Refusal(VerdictCode.NO_JOG_TO_UNDO)
+        return self._driving.displaced or way
 
     @property
     def driven_jog(self) -> JogRows | None:

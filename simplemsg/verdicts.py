@@ -505,7 +505,8 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     ),
     VerdictCode.NO_JOG_TO_UNDO: _entry(
         "There is no jog whose way could be taken back.",
-        "An undo works once after each jog, before any other motion; ended half-way, it goes on.",
+        "An undo works once after each jog, before anything else moves the robot; ended half-way,"
+        " it goes on. From elsewhere, jog or move.",
     ),
     VerdictCode.OUTSIDE_LIMITS: _entry(
         "A joint stands outside its limits, so only motion back inside is allowed.",

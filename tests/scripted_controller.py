@@ -60,6 +60,11 @@ class ScriptedController:
             self.position = self.state(now)[0]
             self._stopped = True
 
+    def be_moved(self, position: tuple[float, ...]) -> None:
+        """Stand where its own pendant has brought it."""
+        self._stopped = True
+        self.position = position
+
     def fall_behind(self, lag: int) -> None:
         """Be where all points that were taken are reached so much later [ns]."""
         self._began += lag

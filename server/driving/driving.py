@@ -23,7 +23,7 @@ from ..refusal import Refusal
 from ..settings import ControllerLink
 from ..uplinks.generic import GenericUplink
 from .certified import Certified
-from .execution import Execution, Phase
+from .execution import START_TOLERANCE, Execution, Phase
 from .feedback import Feedback
 from .row_sources import StoredRows
 from .work import Work
@@ -67,6 +67,7 @@ class Driving:
             on_fault: told where a set-point failed its last look; returns the protective stop.
         """
         self.undoable: Work | None = None
+        self._rested_at: tuple[float, ...] | None = None  # after the last motion that began
         self.work: Work | None = None
         self.is_linked = False
         self._up = dict.fromkeys(ControllerPath, False)
@@ -130,6 +131,18 @@ class Driving:
         """Whether the controller reports that the robot moves."""
         return self._feedback.position is not None and not self._feedback.is_standing
 
+    @property
+    def displaced(self) -> Refusal | None:
+        """Why the last motion can no longer be taken back: something else moved the robot since."""
+        here, left = self._feedback.position, self._rested_at
+        if here is None or left is None:
+            return Refusal(VerdictCode.NO_JOG_TO_UNDO, "nobody saw where the robot came to rest")
+        for joint, (stands, rested) in enumerate(zip(here, left, strict=True)):
+            if abs(stands - rested) > START_TOLERANCE:
+                text = f"joint {joint + 1} was left at {rested:.6f} and stands at {stands:.6f}"
+                return Refusal(VerdictCode.NO_JOG_TO_UNDO, text, joint, stands, rested)
+        return None
+
     def play(self, work: Work, certified: Certified, override: float, now: int) -> list[Outgoing]:
         """Start a certified trajectory, at a fraction of its speed."""
         rows = StoredRows(certified.trajectory, self._limits)
@@ -164,6 +177,7 @@ class Driving:
         work.begin(execution)
         self.work = work
         self.undoable = None if work.back is None else work
+        self._rested_at = None
         out: list[Outgoing] = [] if first is None else [Forward(first)]
         return out + self._tell(Begun(work.request), now)
 
@@ -275,6 +289,7 @@ class Driving:
             return self._abort(refusal, now)
         if execution.phase is _ARRIVED:
             self.work, work.has_arrived = None, True
+            self._rested_at = self._feedback.position
             return self._tell(self._ended(work, None, now), now)
         return self._send_next(execution, now)
 
@@ -291,6 +306,9 @@ class Driving:
         feedback = self._feedback
         if feedback.position is not None and feedback.has_come_to_rest(since):
             self._stopping_since = None
+            if self._rested_at is None:
+                # A stop at rest tells nothing of the last motion: it may end somebody else's.
+                self._rested_at = feedback.position
         elif now - since > _STOPPING_NS and feedback.position is None:
             # Without reports nobody can say that it stands; `obstacle` keeps refusing motion.
             self._stopping_since = None

@@ -216,8 +216,8 @@ class JogDesk:
         if refusal is not None:
             return refusal
         way = self._cell.motions.way_back
-        if not way:
-            return Refusal(VerdictCode.NO_JOG_TO_UNDO)
+        if isinstance(way, Refusal):
+            return way
         self._cell.authority.beat(session, now)
         request = Request(session, message.request_id)
         back = WayBack(lambda: way, is_undo=True)

@@ -2,7 +2,8 @@
 
 Owns what an undo goes along. It belongs to one motion and is asked for only while that motion is
 the last that began, so a request that was refused leaves it as it was, and any other motion, after
-which the robot is no longer where the way ends, leaves none.
+which the robot is no longer where the way ends, leaves none. Whether something else moved the robot
+since is `driving`'s to tell.
 """
 
 from __future__ import annotations

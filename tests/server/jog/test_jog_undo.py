@@ -10,7 +10,7 @@ from jog_undos import at_rest, refused_by_the_planner, step, undo
 from server_rig import ready
 
 from openpendant.server.planning.jobs import JointPathJob
-from openpendant.simplemsg.pendant import MotionControlAction
+from openpendant.simplemsg.pendant import MotionControlAction, Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 START, STEPPED = (0.0, 0.0), (0.3, 0.0)
@@ -153,6 +153,47 @@ def test_the_rest_of_an_undo_is_not_taken_back_after_another_motion(stepped: Jog
     assert stepped.pendant.move(0.5, 0.5) is V.ACCEPTED
     at_rest(stepped)
     assert undo(stepped) is V.NO_JOG_TO_UNDO
+
+
+@pytest.mark.parametrize("stops", [False, True])
+def test_a_robot_that_its_own_pendant_moved_away_is_not_led_back(
+    stepped: JogPad, stops: bool
+) -> None:
+    stepped.rig.controller.be_moved((0.3, -0.02))
+    stepped.hold(100)
+    if stops:
+        software_stop(stepped)
+        stepped.let_go()
+        stepped.squeeze()
+    points = len(stepped.rig.points)
+    assert undo(stepped) is V.NO_JOG_TO_UNDO
+    (verdict,) = stepped.pendant.all(Verdict)[-1:]
+    assert (verdict.joint, verdict.value, verdict.limit) == (1, -0.02, 0.0)
+    stepped.hold(100)
+    assert len(stepped.rig.points) == points
+
+
+def test_a_robot_that_its_own_pendant_moved_away_and_back_is_led_back(stepped: JogPad) -> None:
+    for place in ((0.5, 0.5), STEPPED):
+        stepped.rig.controller.be_moved(place)
+        stepped.hold(100)
+    assert undo(stepped) is V.ACCEPTED
+    assert at_rest(stepped) == pytest.approx(START)
+
+
+def test_an_undo_goes_on_only_from_where_its_stop_left_the_robot(stepped: JogPad) -> None:
+    assert undo(stepped) is V.ACCEPTED
+    stepped.hold(500)
+    software_stop(stepped)
+    stepped.let_go()
+    stepped.squeeze()
+    x, y = at_rest(stepped)
+    stepped.rig.controller.be_moved((x, y + 0.02))
+    stepped.hold(100)
+    assert undo(stepped) is V.NO_JOG_TO_UNDO
+    stepped.rig.controller.be_moved((x, y))
+    stepped.hold(100)
+    assert undo(stepped) is V.ACCEPTED
 
 
 def test_two_presses_of_one_jog_are_taken_back_together(pad: JogPad) -> None:
