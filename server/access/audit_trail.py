@@ -98,7 +98,8 @@ class AuditTrail:
         if (before is None) == (program is None):
             return
         if program is not None:
-            self._note(AuditEvent.PROGRAM_BEGAN, self._holder, now, program=program.name)
+            which: dict[str, Detail] = {"program": program.name, "revision": program.revision}
+            self._note(AuditEvent.PROGRAM_BEGAN, self._holder, now, **which)
         elif before is not None:
             self._note(AuditEvent.PROGRAM_ENDED, self._holder, now, program=before.name)
 
