@@ -47,6 +47,7 @@ class ScriptedController:
     _times: list[int] = field(default_factory=list)
     _path: list[JointTrajPtFull] = field(default_factory=list)
     _stopped: bool = True
+    _foreign_velocity: tuple[float, ...] = (0.0, 0.0)
 
     def take(self, point: JointTrajPtFull, now: int) -> None:
         if point.sequence == 0:
@@ -58,12 +59,14 @@ class ScriptedController:
     def stop(self, now: int) -> None:
         if not self.coasts:
             self.position = self.state(now)[0]
-            self._stopped = True
+            self._stopped, self._foreign_velocity = True, (0.0, 0.0)
 
-    def be_moved(self, position: tuple[float, ...]) -> None:
-        """Stand where its own pendant has brought it."""
+    def be_moved(
+        self, position: tuple[float, ...], velocity: tuple[float, ...] = (0.0, 0.0)
+    ) -> None:
+        """Be where its own pendant has brought it, and brings it on."""
         self._stopped = True
-        self.position = position
+        self.position, self._foreign_velocity = position, velocity
 
     def fall_behind(self, lag: int) -> None:
         """Be where all points that were taken are reached so much later [ns]."""
@@ -73,7 +76,7 @@ class ScriptedController:
     def state(self, now: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return (position, velocity), two joints each."""
         if self._stopped or not self._path:
-            return self.position, (0.0, 0.0)
+            return self.position, self._foreign_velocity
         index = bisect_right(self._times, now) - 1
         if index < 0:
             return self.position, (0.0, 0.0)

@@ -68,6 +68,7 @@ class Driving:
         """
         self.undoable: Work | None = None
         self._rested_at: tuple[float, ...] | None = None  # after the last motion that began
+        self._awaits_rest = False  # it was ended, and has been in sight all the time since
         self.work: Work | None = None
         self.is_linked = False
         self._up = dict.fromkeys(ControllerPath, False)
@@ -177,7 +178,7 @@ class Driving:
         work.begin(execution)
         self.work = work
         self.undoable = None if work.back is None else work
-        self._rested_at = None
+        self._rested_at, self._awaits_rest = None, False
         out: list[Outgoing] = [] if first is None else [Forward(first)]
         return out + self._tell(Begun(work.request), now)
 
@@ -233,6 +234,7 @@ class Driving:
             self._uplink.lost()
         elif not up and path is ControllerPath.STATE:
             self._feedback.forget()
+            self._awaits_rest = False
 
     def end(self, refusal: Refusal, now: int) -> list[Outgoing]:
         """End whatever is planned or moving, and have the robot stopped.
@@ -247,6 +249,7 @@ class Driving:
         if work.execution is None:
             return self._tell(Refused(work.request, refusal), now)
         out = self._halt(now)
+        self._awaits_rest = self._feedback.position is not None
         return out + self._tell(self._ended(work, refusal, now), now)
 
     def _halt(self, now: int) -> list[Outgoing]:
@@ -304,11 +307,13 @@ class Driving:
         if since is None:
             return out
         feedback = self._feedback
+        if feedback.is_lost(now):
+            self._awaits_rest = False
         if feedback.position is not None and feedback.has_come_to_rest(since):
             self._stopping_since = None
-            if self._rested_at is None:
-                # A stop at rest tells nothing of the last motion: it may end somebody else's.
-                self._rested_at = feedback.position
+            if self._awaits_rest:
+                # Any other stop may have ended a motion that was none of ours.
+                self._rested_at, self._awaits_rest = feedback.position, False
         elif now - since > _STOPPING_NS and feedback.position is None:
             # Without reports nobody can say that it stands; `obstacle` keeps refusing motion.
             self._stopping_since = None

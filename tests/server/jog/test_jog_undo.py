@@ -9,6 +9,7 @@ from jog_pad import JogPad
 from jog_undos import at_rest, refused_by_the_planner, step, undo
 from server_rig import ready
 
+from openpendant.server.controller_path import ControllerPath
 from openpendant.server.planning.jobs import JointPathJob
 from openpendant.simplemsg.pendant import MotionControlAction, Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -194,6 +195,48 @@ def test_an_undo_goes_on_only_from_where_its_stop_left_the_robot(stepped: JogPad
     stepped.rig.controller.be_moved((x, y))
     stepped.hold(100)
     assert undo(stepped) is V.ACCEPTED
+
+
+def without_link(pad: JogPad) -> None:
+    pad.rig.path(ControllerPath.STATE, False)
+    pad.hold(1_000)
+    pad.rig.path(ControllerPath.STATE, True)
+
+
+def without_link_for_long(pad: JogPad) -> None:
+    pad.rig.path(ControllerPath.STATE, False)
+    pad.hold(6_000)
+    pad.rig.path(ControllerPath.STATE, True)
+
+
+def without_reports(pad: JogPad) -> None:
+    pad.pendant.stop()
+    pad.rig.controller.reports = False
+    pad.hold(1_000)
+    pad.rig.controller.reports = True
+
+
+@pytest.mark.parametrize("happens", [without_link, without_link_for_long, without_reports])
+@pytest.mark.parametrize("stops", [False, True])
+def test_a_jog_is_not_taken_back_where_nobody_saw_the_robot_come_to_rest(
+    pad: JogPad, happens: Callable[[JogPad], None], stops: bool
+) -> None:
+    """Whoever moved it meanwhile, or is moving it when somebody presses a stop."""
+    assert pad.press(1.0, 0.0) is V.ACCEPTED
+    pad.hold(300)
+    happens(pad)
+    pad.is_pressed = False
+    pad.rig.controller.be_moved((0.5, 0.5))
+    pad.hold(100)
+    if stops:
+        pad.rig.controller.be_moved((0.5, 0.5), velocity=(0.2, 0.0))
+        pad.hold(50)
+        pad.pendant.stop()
+    pad.hold(300)
+    pad.pendant.reset()
+    pad.let_go()
+    pad.squeeze()
+    assert undo(pad) is V.NO_JOG_TO_UNDO
 
 
 def test_two_presses_of_one_jog_are_taken_back_together(pad: JogPad) -> None:
