@@ -29,7 +29,6 @@ from .driving.driving import Driving, Listener
 from .driving.execution import start_mismatch
 from .driving.feedback import Feedback
 from .driving.row_sources import StoredRows
-from .driving.stop_account import StopAccount
 from .driving.work import Work
 from .jog.jogging import JogRows
 from .jog.press import Press
@@ -53,6 +52,8 @@ surely touches nothing. A no says only that it must be looked at."""
 
 _MOST_SAMPLES = 6000
 """Longest move that is planned on the event loop: a minute. To pause one takes all its samples."""
+
+_HOLD = "it is held until it is known whether the way through the changed scene is free"
 
 
 class CellMotions:
@@ -123,6 +124,11 @@ class CellMotions:
     def waypoints_passed(self) -> int:
         """How many waypoints after its start the motion that is played has passed."""
         return 0 if self.playing is None else self.playing.waypoints_passed
+
+    @property
+    def hold(self) -> str:
+        """Why the motion that is played stands though nobody paused it, in words; else empty."""
+        return _HOLD if self.playing is not None and self.playing.is_held else ""
 
     # To begin one.
 
@@ -196,16 +202,8 @@ class CellMotions:
         """Let a new press steer the jog that is driven; the request of the old one is completed."""
         work = self._driving.work
         assert work is not None
-        rows.press.end(JogEnd.REPLACED, now)
-        account = StopAccount(
-            rows.press.number,
-            JogEnd.REPLACED,
-            0.0,
-            0.0,
-            tuple(rows.last.position),
-            tuple(rows.last.position),
-        )
-        before = Ended(work.request, None, 0.0, rows.last.time, account)
+        rows.press.end(JogEnd.REPLACED, now)  # unless it has ended already, and brakes
+        before = Ended(work.request, None, 0.0, rows.last.time, rows.account())
         work.request = request
         rows.aim(target, press)
         return self._tell(Begun(request), now) + self._tell(before, now)
@@ -266,13 +264,18 @@ class CellMotions:
         return refusal
 
     def resume(self, by: Holder, now: int) -> Refusal | None:
-        """Let a paused motion go on along its path; None where it does."""
+        """End a pause, so that the motion goes on along its path, or does once `hold` is over.
+
+        Returns:
+            Why it is refused; a motion that is only held has no pause to be ended.
+        """
         work = self._driving.work
         refusal = permission(self._authority, by.session, now)
         if refusal is not None:
             return refusal
-        if work is None or work.stored is None or not work.stored.is_paused:
-            return Refusal(VerdictCode.NOTHING_TO_CONTROL)
+        if work is None or work.stored is None or not work.is_paused:
+            text = f"nobody paused the motion: {self.hold}, and then goes on" if self.hold else ""
+            return Refusal(VerdictCode.NOTHING_TO_CONTROL, text)
         refusal = self._modes.unready(work.kind, by.session, self._feedback.mode, now)
         if refusal is None:
             work.stored.resume()

@@ -104,9 +104,11 @@ class ServerCore:
 
     def _news(self, news: News, now: int) -> list[Outgoing]:
         self._trail.news(news, now)
-        answer = None if self.surroundings is None else self.surroundings.news(news)
+        around = self.surroundings
+        answer = None if around is None else around.news(news)
         pendants = self.pendants.news(news, now) if answer is None else answer
-        return pendants + self.ros.news(news, now)
+        dropped = [] if around is None else around.dropped_by(news)
+        return pendants + dropped + self.ros.news(news, now)
 
     def opened(self, session: int, port: Port, address: str, now: int) -> list[Outgoing]:
         """A client connected."""
@@ -123,9 +125,8 @@ class ServerCore:
         port = self._ports.pop(session, None)
         if port is None:
             return []
-        if port is Port.PENDANT:
-            return self.pendants.closed(session, now)
-        return self.ros.closed(session, now)
+        face = self.pendants if port is Port.PENDANT else self.ros
+        return face.closed(session, now)
 
     def receive(self, session: int, received: Received, now: int) -> list[Outgoing]:
         """A client sent a message."""
@@ -133,8 +134,7 @@ class ServerCore:
         if port is None:
             return []
         face = self.pendants if port is Port.PENDANT else self.ros
-        out = [] if now < self._ticks.late_from else self._after_a_freeze(now)
-        return out + face.receive(session, received, now)
+        return self._after_a_freeze(now) + face.receive(session, received, now)
 
     def skipped(self, session: int) -> None:
         """A client read too slowly for a state message."""
@@ -145,22 +145,23 @@ class ServerCore:
         """A planning process answered."""
         if self.fault is not None:
             return []
+        late, around = self._after_a_freeze(now), self.surroundings
         out = self.pendants.programs.planned(planned, now)
-        around = self.surroundings
         if out is None and around is not None:
             out = around.planned(planned, now)
         if out is not None:
-            return out
-        begun = self.cell.motions.planned(planned, now)
+            return late + out
+        begun = late + self.cell.motions.planned(planned, now)
         return begun if around is None else begun + around.began(now)
 
     def errand_done(self, errand_id: int, answer: StoreAnswer, now: int) -> list[Outgoing]:
         """The store answered."""
         if self.fault is not None:
             return []
+        late = self._after_a_freeze(now)  # a program that was loaded begins with a motion
         if isinstance(answer, Heading):
             self._trail.saved(answer, now)
-        return self._errands.done(errand_id, answer, now)
+        return late + self._errands.done(errand_id, answer, now)
 
     def password_checked(self, job_id: int, is_right: bool | None, now: int) -> list[Outgoing]:
         """A password was checked; None where it could not be."""
@@ -202,11 +203,9 @@ class ServerCore:
         """
         if self.fault is not None:
             return []
-        if now < self._ticks.late_from:
-            return heard(self.cell, self.surroundings, path, received, pending, now)
         # First of all: its answer must not call forth the set-points of the time that was lost.
-        out = self._after_a_freeze(now)
-        return out + heard(self.cell, self.surroundings, path, received, pending, now)
+        late = [] if now < self._ticks.late_from else self._after_a_freeze(now)
+        return late + heard(self.cell, self.surroundings, path, received, pending, now)
 
     def controller_fault(self, path: ControllerPath, problem: str, now: int) -> list[Outgoing]:
         """The bytes of a connection to the controller make no sense any more."""
@@ -218,9 +217,8 @@ class ServerCore:
         """Advance by one control tick."""
         if self.fault is not None:
             return []
-        out = [] if now < self._ticks.late_from else self._after_a_freeze(now)
+        out = self._after_a_freeze(now)
         self._ticks.tick(now)
-        self._trail.watch(now)
         if self.surroundings is not None:
             out += self.surroundings.tick(now)
         out += self.cell.tick(now)
@@ -232,12 +230,14 @@ class ServerCore:
     def _after_a_freeze(self, now: int) -> list[Outgoing]:
         """Latch a stop after the event loop stood still, where the watchdog has sent one meanwhile.
 
-        What began after the watchdog was told last counts too.
+        To be asked first of all: nothing may begin before that stop. What began after the watchdog
+        was told last counts too.
         """
-        late = self._ticks.lateness(now)
-        if not (self._was_told or self.may_move):
+        if now < self._ticks.late_from:
             return []
-        return self.cell.protective_stop(late_refusal(late), now)
+        late = late_refusal(self._ticks.lateness(now))
+        may = self._was_told or self.may_move
+        return self.cell.protective_stop(late, now) if may else []
 
     def shut_down(self, now: int) -> list[Outgoing]:
         """The server is going down."""

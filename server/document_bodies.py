@@ -25,8 +25,7 @@ from .programs.errors import JsonRefused, ProgramError, ProgramSyntaxError
 from .programs.printer import print_program
 from .programs.program import Program, check_robot
 from .programs.program_file import MOST_READ, source_of
-from .recording.document import TIME, RecordingDocument, extract_for, read_document
-from .refusal import Refusal
+from .recording.document import RecordingDocument, column_fault
 from .store.documents import DocumentKind
 from .store.errors import BadDocument
 from .store.text_import import Entry
@@ -116,9 +115,10 @@ def _check_recording(entry: Entry) -> None:
     except ValidationError as error:
         field, _, problem = field_fault(error).partition(": ")
         raise _Unfit(field, problem) from None
-    if document.columns[0] != TIME:
-        problem = f"is {document.columns[0]!r}; accepted: {TIME!r}, the time, before the joints"
-        raise _Unfit("columns[0]", problem)
+    fault = column_fault(document.columns)
+    if fault is not None:
+        where = "" if fault.place is None else f"[{fault.place}]"
+        raise _Unfit(f"columns{where}", fault.problem)
 
 
 def _check_frames(entry: Entry, other: KeptBody) -> None:
@@ -260,20 +260,20 @@ def robot_of_samples(name: str, robot: str | None) -> SerialRobot:
         raise BadDocument(what, str(error)) from None
 
 
-def check_samples(name: str, body: str, robot: SerialRobot, file: str) -> None:
-    """Refuse a recording that its robot could not play.
+def check_samples(name: str, robot: SerialRobot, file: str, columns: Sequence[str]) -> None:
+    """Refuse a table that its robot could not play.
 
     Args:
         name: of the recording.
-        body: of its document.
         robot: the robot that it is of.
         file: where the samples come from, for the error.
+        columns: as its first line names them.
 
     Raises:
         BadDocument: its columns are not those of the robot's joints.
     """
-    read = read_document(name, body)
-    dof = robot.limits.dof
-    found = read if isinstance(read, Refusal) else extract_for(name, read, robot.name, dof)
-    if isinstance(found, Refusal):
-        raise BadDocument(file, found.text, line=1)
+    fault = column_fault(columns, robot.limits.dof)
+    if fault is not None:
+        place = "" if fault.place is None else f"column {fault.place + 1}"
+        what = f"recording {name!r} of {robot.name!r}"
+        raise BadDocument(file, f"{what}: {fault.problem}", line=1, place=place)

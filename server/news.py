@@ -1,4 +1,4 @@
-"""What happens in a cell, as told to its faces: the fate of requests, authority, stop and mode.
+"""What happens in a cell, as told to its faces: requests, programs, authority, stop and mode.
 
 Plain data. A request that `ask` or `move_joints` took is told of once as `Begun` or `Refused`, and
 one that began once more as `Ended`.
@@ -128,4 +128,55 @@ class ModeMoved:
     by: Holder
 
 
-News = Begun | Refused | Ended | AuthorityMoved | StopMoved | ModeMoved
+@dataclass(frozen=True, slots=True)
+class Interrupted:
+    """Something happened that ends what moves or waits to move, whether or not anything did.
+
+    What moved has been stopped by then, and its end was told of.
+
+    Attributes:
+        refusal: what happened.
+    """
+
+    refusal: Refusal
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramBegan:
+    """A run of a program began.
+
+    Attributes:
+        name: of the program that was asked for, whatever it calls.
+        revision: the one of it that runs.
+        by: who runs it.
+    """
+
+    name: str
+    revision: int
+    by: Holder
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramEnded:
+    """A run of a program ended.
+
+    Attributes:
+        run: as it began.
+        refusal: why, where it did not come to its end; else None.
+    """
+
+    run: ProgramBegan
+    refusal: Refusal | None
+
+
+News = (
+    Begun
+    | Refused
+    | Ended
+    | AuthorityMoved
+    | StopMoved
+    | ModeMoved
+    | Interrupted
+    | ProgramBegan
+    | ProgramEnded
+)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from enum import Enum
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg import ControllerMode
@@ -25,6 +25,9 @@ from .news import LatchedStop
 from .operating_mode import MotionKind, OperatingModes
 from .playback.running_program import RunningProgram
 from .refusal import Refusal
+
+if TYPE_CHECKING:
+    from .cell_motions import CellMotions
 
 _AT_LIMIT = 1e-3
 """Reports are rounded to four bytes, and a joint at rest on its limit may overshoot a hair."""
@@ -46,7 +49,7 @@ class Condition(Enum):
     OVERRIDE = "the speed override is above 0"
     SCENE = "the robot touches nothing of itself or of its scene"
     PROGRAM = "no program is under way"
-    STANDING = "nothing else moves or is planned"
+    STANDING = "nothing else moves or is planned, and frames and tools do not change"
 
 
 class Finding(NamedTuple):
@@ -75,8 +78,10 @@ class Situation(Protocol):
     feedback: Feedback
     limits: JointLimits
     modes: OperatingModes
+    motions: CellMotions
     stop: LatchedStop | None
     program: RunningProgram | None
+    awaited: str
 
     @property
     def motion_activity(self) -> Activity:
@@ -142,11 +147,10 @@ def _program_fault(program: RunningProgram | None, kind: MotionKind) -> Refusal 
     """Return why nothing but a program may move the robot; paused, it is still under way."""
     if program is None or kind is MotionKind.PROGRAM:
         return None
-    doing = _DOING.get(program.state, "is under way")
-    text = (
-        f"program {program.name!r} {doing} at line {program.line};"
-        " accepted: another motion after a program stop"
-    )
+    doing = "is being loaded"
+    if not program.is_loading:
+        doing = f"{_DOING.get(program.state, 'is under way')} at line {program.line}"
+    text = f"program {program.name!r} {doing}; accepted: another motion after a program stop"
     return Refusal(VerdictCode.PROGRAM_RUNNING, text)
 
 
@@ -237,7 +241,8 @@ def _feedback_fault(feedback: Feedback, now: int) -> Refusal | None:
 def _activity_fault(cell: Situation, now: int, *, planned: bool) -> Refusal | None:
     activity = cell.motion_activity
     if activity in (Activity.PAUSED, Activity.PAUSING):
-        return Refusal(VerdictCode.PAUSED)
+        hold = cell.motions.hold
+        return Refusal(VerdictCode.PAUSED, f"a motion stands on its path: {hold}" if hold else "")
     if cell.feedback.position is None:
         return Refusal(VerdictCode.FEEDBACK_STALE, "nobody knows whether the robot stands")
     if cell.is_busy or not cell.feedback.is_standing:
@@ -245,6 +250,8 @@ def _activity_fault(cell: Situation, now: int, *, planned: bool) -> Refusal | No
     if not cell.feedback.is_fresh(now):
         text = "the robot stood when it was last heard of; nobody knows whether it still does"
         return Refusal(VerdictCode.FEEDBACK_STALE, text)
+    if cell.awaited:
+        return Refusal(VerdictCode.CHANGE_WHILE_MOVING, f"no motion begins while {cell.awaited}")
     if activity is Activity.PLANNING and not planned:
         return Refusal(VerdictCode.PLANNING)
     return None

@@ -8,7 +8,7 @@ Both faces ask it; it never looks at their messages. It owns no socket and no cl
 from __future__ import annotations
 
 from openpendant.motion.limits import JointLimits
-from openpendant.simplemsg import ControllerMode, Message, TriState
+from openpendant.simplemsg import ControllerMode, Message, Status, TriState
 from openpendant.simplemsg.pendant import Activity, AuthorityReason, LinkState, OperatingMode
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -17,9 +17,18 @@ from .cell_motions import CellMotions
 from .controller_path import ControllerPath
 from .driving.driving import Driving, Listener
 from .driving.feedback import Feedback
-from .driving.work import Work
+from .driving.interruption import interruption, shown
 from .joint_slots import JointSlots
-from .news import AuthorityMoved, LatchedStop, ModeMoved, Request, StopMoved
+from .news import (
+    AuthorityMoved,
+    Interrupted,
+    LatchedStop,
+    ModeMoved,
+    ProgramBegan,
+    ProgramEnded,
+    Request,
+    StopMoved,
+)
 from .operating_mode import MotionKind, OperatingModes
 from .outgoing import Outgoing
 from .playback.running_program import RunningProgram
@@ -46,17 +55,18 @@ class RobotCell:
         motions: what is planned and moved.
         stop: the latched stop, None where there is none.
         program: the program under way, None where there is none; the program desk says it.
+        awaited: what of frames and tools awaits the store's answer, in words; the world says it.
         limits: the robot's joint limits, controller side.
         slots: reads the joint positions of messages.
     """
 
-    def __init__(self, settings: CellSettings, limits: JointLimits, listener: Listener) -> None:
+    def __init__(self, settings: CellSettings, limits: JointLimits, tell: Listener) -> None:
         """Make a cell without a controller connection.
 
         Args:
             settings: the cell's configuration.
             limits: joint limits, controller side.
-            listener: told all news; returns what is to be written because of them.
+            tell: told all news; returns what is to be written because of them.
         """
         self.limits = limits
         self.slots = JointSlots(limits)
@@ -65,27 +75,22 @@ class RobotCell:
         self.modes = OperatingModes(settings.modes)
         self.stop: LatchedStop | None = None
         self.program: RunningProgram | None = None
+        self.awaited = ""
         self.is_closing = False
-        self._tell = listener
+        self._tell = tell
         self._driving = Driving(
-            settings.controller, limits, self.feedback, listener, self.protective_stop
+            settings.controller, limits, self.feedback, tell, self.protective_stop
         )
         self.motions = CellMotions(
-            limits,
-            self.authority,
-            self.feedback,
-            self.modes,
-            self._driving,
-            self._recheck,
-            listener,
+            limits, self.authority, self.feedback, self.modes, self._driving, self._recheck, tell
         )
 
     @property
     def activity(self) -> Activity:
-        """What the cell is doing; a program that is paused between its motions pauses the cell."""
+        """What the cell is doing; between the motions of a program, what that says."""
         activity = self._driving.activity
-        if activity is _IDLE and self.program is not None and self.program.is_paused:
-            return Activity.PAUSED
+        if activity is _IDLE and self.program is not None:
+            return self.program.activity
         return activity
 
     @property
@@ -139,18 +144,24 @@ class RobotCell:
         return self._driving.misanswered(problem, now)
 
     def reported(self, message: Message, now: int) -> list[Outgoing]:
-        """Take a report of the controller on the state link; a change of its mode stops."""
-        before = self.feedback.mode
-        self.feedback.take(message, now)
-        after = self.feedback.mode
-        if after is before:
+        """Take a report of the controller on the state link; a fault or another mode stops."""
+        if not isinstance(message, Status):
+            self.feedback.take(message, now)
             return []
-        text = f"the controller's mode changed from {before.name} to {after.name}".lower()
-        out = self.end(Refusal(VerdictCode.CONTROLLER_STOPPED, text), now)
-        mode = self.modes.mode(after)
-        if mode is not self.modes.mode(before):
+        before = shown(self.feedback)
+        self.feedback.take(message, now)
+        refusal = interruption(before, shown(self.feedback))
+        if refusal is None:
+            return []
+        out = self._interrupt(refusal, now)
+        mode = self.modes.mode(self.feedback.mode)
+        if mode is not self.modes.mode(before.mode):
             out += self._tell(ModeMoved(mode, CONTROLLER), now)
         return out
+
+    def _interrupt(self, refusal: Refusal, now: int) -> list[Outgoing]:
+        """End what is planned or moves, and tell whatever only waits to move."""
+        return self.end(refusal, now) + self._tell(Interrupted(refusal), now)
 
     def path_changed(self, path: ControllerPath, up: bool, now: int) -> list[Outgoing]:
         """Take note that a connection to the controller came or went."""
@@ -158,7 +169,7 @@ class RobotCell:
         if up or path is ControllerPath.STOP:
             return []
         text = f"the controller's {path.name.lower()} link was lost"
-        return self.end(Refusal(VerdictCode.CONTROLLER_LOST, text), now)
+        return self._interrupt(Refusal(VerdictCode.CONTROLLER_LOST, text), now)
 
     def end(self, refusal: Refusal, now: int) -> list[Outgoing]:
         """End whatever is planned or moving, and have the robot stopped."""
@@ -166,7 +177,11 @@ class RobotCell:
 
     def halt(self, refusal: Refusal, now: int) -> list[Outgoing]:
         """Send a stop whether or not we know of a motion, and end what is under way."""
-        return self._driving.halt(refusal, now)
+        return self._driving.halt(refusal, now) + self._tell(Interrupted(refusal), now)
+
+    def announce(self, news: ProgramBegan | ProgramEnded, now: int) -> list[Outgoing]:
+        """Tell everybody what became of a program; its desk knows."""
+        return self._tell(news, now)
 
     def software_stop(self, by: Holder, reason: str, now: int) -> list[Outgoing]:
         """Stop the robot and latch; anyone may, at any time. The stop leaves first."""
@@ -264,16 +279,20 @@ class RobotCell:
         """Advance by one control tick: deadlines, due set-points, arrival."""
         out = self.authority_gone(self.authority.expire(now), now)
         out += self._driving.settle(now)
-        work = self._driving.work
-        if work is not None and self._has_lost_enabling(work, now):
-            return out + self.end(Refusal(VerdictCode.ENABLING_LOST), now)
-        return out if work is None else out + self._driving.advance(now)
+        lost = self.lost_enabling(now)
+        return out + (self._driving.advance(now) if lost is None else self.end(lost, now))
 
-    def _has_lost_enabling(self, work: Work, now: int) -> bool:
-        if self.modes.is_enabled(work.request.session, now):
-            return False
-        # A motion that is paused stands on its path; `resume` asks for the device again.
-        return self.modes.needs_enabling(self.mode) and self.motion_activity is not Activity.PAUSED
+    def lost_enabling(self, now: int) -> Refusal | None:
+        """Return why what is planned or moves must end, where nobody enables it any more."""
+        work, modes = self._driving.work, self.modes
+        if work is None or modes.is_enabled(work.request.session, now):
+            return None
+        # One that somebody paused stands until `resume` asks for the device again. One that is only
+        # held goes on by itself: it ends, or it would set off by a hand that let go meanwhile.
+        is_paused = work.is_paused and self.motion_activity is Activity.PAUSED
+        if is_paused or not modes.needs_enabling(self.mode):
+            return None
+        return Refusal(VerdictCode.ENABLING_LOST)
 
     def under_way(self) -> str:
         """Return what is planned or moves, in words; empty where nothing is."""

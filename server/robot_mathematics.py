@@ -88,6 +88,11 @@ class RobotMathematics:
         return robot_data(self._robot)
 
     @property
+    def jog_model(self) -> JogModel:
+        """What jogs that begin now are made with; another one once frames, tool or scene change."""
+        return self._jogs
+
+    @property
     def flange_link(self) -> str:
         """Name of the link that tools are bolted to."""
         return self._robot.tool_link

@@ -31,6 +31,10 @@ class RobotView(Protocol):
     def tool_in_flange(self) -> PoseGoal | None:
         """The centre point of the selected tool in the flange; None for the flange itself."""
 
+    @property
+    def jog_model(self) -> object:
+        """What jogs that begin now are made with; another one once frames, tool or scene change."""
+
     def configuration(self, position: Sequence[float]) -> Configuration | None:
         """Return in which of the ways the arm stands; None where the robot has no such words."""
 

@@ -40,7 +40,7 @@ class NotEncodable(LocalProtocolError):
     Attributes:
         message_name: name of the message.
         field: the value at fault, such as `sequence`, `joints[3]` or `points[0].velocity`.
-        value: the value that does not fit.
+        value: the value that does not fit; asterisks where it is a secret.
         expected: what would be accepted, in words.
     """
 

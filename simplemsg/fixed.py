@@ -201,7 +201,9 @@ class FixedLayout:
         try:
             return self.decoder(comm_type, reply_code)(frame)
         except UnicodeDecodeError as error:
-            raise Misfit(f"a text is not UTF-8: {error}") from None
+            # Python's words name a byte, which may be one of a secret.
+            has_secret = any(map(self.cls.is_secret, self.cls.FIELDS))
+            raise Misfit(f"a text is not UTF-8{'' if has_secret else f': {error}'}") from None
 
     def _compile_encode(self, form: WireForm) -> FunctionType:
         place, fields = self.cls.PLACE, self.cls.FIELDS

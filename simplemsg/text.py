@@ -205,7 +205,8 @@ def _value_from_json(field: Field, value: Any, where: str) -> Any:
             return _hexadecimal(value, where)
         case Text():
             if not isinstance(value, str):
-                raise LocalProtocolError(f"{where} must be a string, not {shown(value)}")
+                told = MASK if field.secret else shown(value)
+                raise LocalProtocolError(f"{where} must be a string, not {told}")
     return value
 
 

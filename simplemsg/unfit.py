@@ -13,7 +13,7 @@ from itertools import chain
 from typing import Any
 
 from .codes import CommType
-from .declaration import Array, Field, Int, Message, Real, Reals, Record, Tail, Text
+from .declaration import MASK, Array, Field, Int, Message, Real, Reals, Record, Tail, Text
 from .errors import LocalProtocolError, NotEncodable
 from .layout import WireForm, broken_header_rule, text_to_wire
 
@@ -26,7 +26,7 @@ class _Unfit:
 
     Attributes:
         path: where it stands, such as `points[3].joints[0]`.
-        value: the value.
+        value: the value; asterisks for a secret.
         expected: what would have been accepted.
     """
 
@@ -77,7 +77,8 @@ def _unfit_value(path: str, field: Field, value: Any, form: WireForm) -> Iterato
                 yield from _unfit_real(f"{path}[{index}]", real, form)
         case Text():
             if not _is_text(value, field.size):
-                yield _Unfit(path, value, f"up to {field.size} bytes of UTF-8 without a zero byte")
+                told = MASK if field.secret else value
+                yield _Unfit(path, told, f"up to {field.size} bytes of UTF-8 without a zero byte")
         case Tail():
             if not isinstance(value, bytes | bytearray | memoryview):
                 yield _Unfit(path, value, "bytes")

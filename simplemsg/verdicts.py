@@ -111,6 +111,7 @@ class VerdictCode(IntEnum):
     NOTHING_TO_UNDO = 124
     STEP_BACK_REFUSED = 125
     FLAG_NOT_READ = 126
+    STEP_FORWARD_REFUSED = 127
     LOGIN_NEEDED = 130
     LOGIN_FAILED = 131
     LOCKED_OUT = 132
@@ -245,8 +246,8 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "Turn the selector at the controller.",
     ),
     VerdictCode.PRESS_DEAD: _entry(
-        "The number of a press was used before; a press that ended never moves again.",
-        "Count presses up on each connection.",
+        "The press has ended, or its number was used before; a press that ended never moves again.",
+        "Let go and press anew, with a higher number than any before on this connection.",
     ),
     VerdictCode.PRESS_STALE: _entry(
         "The press does not quote a state message of the last half second.",
@@ -503,6 +504,10 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "A condition asks for a flag that no input was read into.",
         "Read an input into the flag before the condition.",
     ),
+    VerdictCode.STEP_FORWARD_REFUSED: _entry(
+        "The robot stands in the middle of moves that zones join, where no single step ends.",
+        "Resume; or end the run with a program stop, and step from the line that is wanted.",
+    ),
     VerdictCode.NO_JOG_TO_UNDO: _entry(
         "There is no jog whose way could be taken back.",
         "An undo works once after each jog, before anything else moves the robot; ended half-way,"
@@ -510,7 +515,7 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     ),
     VerdictCode.OUTSIDE_LIMITS: _entry(
         "A joint stands outside its limits, so only motion back inside is allowed.",
-        "Set the recovery mode and jog the joint back inside.",
+        "Jog the joint back inside; where the mode is set here, in the recovery mode.",
     ),
     VerdictCode.SERVER_LATE: _entry(
         "The server did not tick in time and its watchdog stopped the robot.",
@@ -589,8 +594,9 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "What was kept can be played; find out what slows the disk.",
     ),
     VerdictCode.CHANGE_WHILE_MOVING: _entry(
-        "Frames, tools and what may touch what are not changed while a motion is under way.",
-        "Wait until the robot stands, or stop it.",
+        "Frames, tools and what may touch what are not changed while a motion is under way, and no"
+        " motion begins while frames or tools are being saved or read.",
+        "Wait until the robot stands, or stop it; what is being saved is saved soon: ask again.",
     ),
     VerdictCode.SIGNALS_UNAVAILABLE: _entry(
         "The controller does not offer its inputs and outputs to us, or did not answer.",

@@ -7,7 +7,7 @@ from typing import Any
 
 from scripted_pendant_server import SESSION, state
 
-from openpendant.simplemsg.pendant import HelloReply
+from openpendant.simplemsg.pendant import HelloReply, ProgramReport, ProgramState
 from openpendant.tools.pendants.snapshot import JointFacts, Snapshot
 from openpendant.tools.pendants.terminal.commands import Command
 from openpendant.tools.pendants.terminal.panel import Panel
@@ -108,6 +108,13 @@ class PanelRig:
         self._sequence += 1
         values = {"holder": SESSION, **changes}
         self.panel.cell.take_state(replace(state(self._sequence), **values), self.now)
+
+    def runs(self, name: str, line: int, revision: int = 3, **changes: Any) -> None:
+        """Let news of a program come, and a state that goes with it."""
+        told = {"program_state": ProgramState.RUNNING, "program_line": line, **changes}
+        report = ProgramReport(told["program_state"], line, 1, revision, name, "")
+        self.panel.program_moved(report)
+        self.state(**told)
 
     def open(self, program: TaughtProgram = PROGRAM) -> None:
         self.panel.opened(program)

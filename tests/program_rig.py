@@ -75,6 +75,13 @@ class ProgramRig:
         self.now += round(seconds * 1e9)
         return self.do(Tick())
 
+    def ticks(self, most: int = 100) -> list[str]:
+        """Let ticks of 10 ms go by until something comes out; return that."""
+        for _ in range(most):
+            if found := self.after(0.01):
+                return found
+        raise AssertionError(f"nothing came out in {most} ticks")
+
     def break_at(self, *places: tuple[str, int]) -> None:
         self.do(SetBreakpoints(frozenset(places)))
 

@@ -88,6 +88,11 @@ class RecordedCell:
         self.perform(self.recorder.reported(self.feedback, self.now))
         self.perform(self.recorder.reported(self.feedback, self.now + MS))
 
+    def tick(self, after_ms: int = 10) -> None:
+        """Let time pass to the next tick of the server."""
+        self.now += after_ms * MS
+        self.perform(self.recorder.tick(self.now))
+
     def rows(self, name: str = "arc") -> list[Row]:
         chunks = self.store.load_chunks(name, 0, 1_000)
         return [row for chunk in chunks for row in unpack_rows(chunk, 4)]

@@ -99,6 +99,7 @@ class ScriptedPendantServer:
         answers: body of the management answer by `op`; what is not here is refused.
         mode: shown in the states.
         mutes: nothing is answered any more.
+        mutes_all_but: what is answered even then; None for nothing.
         completes: motions other than jogs are completed at once.
         cells: what a hello has to name one of; empty for a server of one cell.
     """
@@ -109,6 +110,7 @@ class ScriptedPendantServer:
         self.answers: dict[str, dict[str, Any]] = {}
         self.mode = OperatingMode.MANUAL_REDUCED
         self.mutes = False
+        self.mutes_all_but: type[Message] | None = None
         self.completes = True
         self.cells: tuple[str, ...] = ()
         self.sequence = 0
@@ -121,7 +123,8 @@ class ScriptedPendantServer:
 
     def take(self, line: _Line, message: Message) -> None:
         self.got.append((asyncio.get_running_loop().time(), message))
-        if not self.mutes and message.comm_type == CommType.REQUEST:
+        is_heard = self.mutes_all_but is not None and isinstance(message, self.mutes_all_but)
+        if (is_heard or not self.mutes) and message.comm_type == CommType.REQUEST:
             self._answered = line
             self._answer(message)
             self._answered = None

@@ -85,6 +85,7 @@ class NoTool:
         self._limits = limits
         self.frames = FrameTree()
         self.tool_in_flange = None
+        self.jog_model: object = "one for all"
 
     def configuration(self, position: Sequence[float]) -> None:
         return None

@@ -10,14 +10,24 @@ from openpendant.simplemsg.pendant import AuthorityReason
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..authority import Holder
-from ..news import AuthorityMoved, Begun, Ended, ModeMoved, News, Refused, Request, StopMoved
-from ..playback.running_program import RunningProgram
+from ..news import (
+    AuthorityMoved,
+    Begun,
+    Ended,
+    ModeMoved,
+    News,
+    ProgramBegan,
+    ProgramEnded,
+    Refused,
+    Request,
+    StopMoved,
+)
 from ..refusal import Refusal
 from ..robot_cell import RobotCell
 from ..store.documents import Heading
 from .admission import Login
 from .audit import AuditEntry, AuditEvent, Detail
-from .grants import Record
+from .grants import Record, Visitor
 
 
 class AuditTrail:
@@ -37,7 +47,7 @@ class AuditTrail:
         self._cell = cell
         self._name = name
         self._holder: Holder | None = None
-        self._program: RunningProgram | None = None
+        self._program: ProgramBegan | None = None
 
     def news(self, news: News, now: int) -> None:
         """Note what happened."""
@@ -65,6 +75,11 @@ class AuditTrail:
                 self._note(AuditEvent.STOP, by, now, reason=stop.reason, protective=is_protective)
             case ModeMoved(mode=mode, by=by):
                 self._note(AuditEvent.MODE, by, now, mode=mode.name.lower())
+            case ProgramBegan(name=name, revision=revision, by=by):
+                self._program = news
+                self._note(AuditEvent.PROGRAM_BEGAN, by, now, program=name, revision=revision)
+            case ProgramEnded():
+                self._program_ended(news, now)
 
     def _place(self) -> str:
         """Return where the joints are, rad or m in the controller's order; empty while unknown."""
@@ -72,15 +87,23 @@ class AuditTrail:
         return " ".join(f"{value:.4f}" for value in position)
 
     def _authority(self, news: AuthorityMoved, now: int) -> None:
-        before, self._holder = self._holder, news.change.holder
-        reason = news.change.reason
-        if self._holder is None:
+        holder, reason = news.change.holder, news.change.reason
+        if holder is None:
             how = reason.name.lower().replace("_", " ")
-            self._note(AuditEvent.AUTHORITY_ENDED, before, now, reason=how)
+            self._note(AuditEvent.AUTHORITY_ENDED, self._holder, now, reason=how)
         elif reason is AuthorityReason.TAKEN_OVER:
-            self._note(AuditEvent.AUTHORITY_FORCED, self._holder, now)
+            self._note(AuditEvent.AUTHORITY_FORCED, holder, now)
         else:
-            self._note(AuditEvent.AUTHORITY_TAKEN, self._holder, now)
+            self._note(AuditEvent.AUTHORITY_TAKEN, holder, now)
+        self._holder = holder
+
+    def _program_ended(self, news: ProgramEnded, now: int) -> None:
+        begun, refusal = news.run, news.refusal
+        detail: dict[str, Detail] = {"program": begun.name, "revision": begun.revision}
+        detail["code"] = int(VerdictCode.ACCEPTED if refusal is None else refusal.code)
+        detail["text"] = "" if refusal is None else refusal.sentence
+        self._note(AuditEvent.PROGRAM_ENDED, begun.by, now, **detail)
+        self._program = None
 
     def _of_request(self, event: AuditEvent, request: Request, now: int, **detail: Detail) -> None:
         by = self._holder
@@ -90,18 +113,6 @@ class AuditTrail:
         if self._program is not None:
             more["program"] = self._program.name
         self._note(event, by, now, **more, **detail)
-
-    def watch(self, now: int) -> None:
-        """Note that a program began or ended; called once a tick."""
-        program = self._cell.program
-        before, self._program = self._program, program
-        if (before is None) == (program is None):
-            return
-        if program is not None:
-            which: dict[str, Detail] = {"program": program.name, "revision": program.revision}
-            self._note(AuditEvent.PROGRAM_BEGAN, self._holder, now, **which)
-        elif before is not None:
-            self._note(AuditEvent.PROGRAM_ENDED, self._holder, now, program=before.name)
 
     def saved(self, heading: Heading, now: int) -> None:
         """Note that a document was changed."""
@@ -122,19 +133,31 @@ class AuditTrail:
         )
 
     def _note(self, event: AuditEvent, by: Holder | None, now: int, **detail: Detail) -> None:
-        """Note what somebody did, under the name of his account where he has one."""
+        """Note what somebody did, under a name that a login proved, else under none."""
         session = 0 if by is None else by.session
         visitor = self._login.visitors.find(session)
-        if visitor is not None and visitor.grant is not None:
-            self._login.visitors.note(event, visitor, now, **detail)
+        if visitor is not None and not self._had_another_name(by, visitor):
+            claimed: dict[str, Detail] = {} if visitor.grant else {"client": visitor.client}
+            self._login.visitors.note(event, visitor, now, **claimed, **detail)
             return
         entry = AuditEntry(
             event,
             now,
-            who="" if by is None else by.name,
+            who="" if by is None else by.client,
             source="" if visitor is None else visitor.address,
             session=session,
             cell=self._name,
             detail=detail,
         )
         self._record(entry)
+
+    def _had_another_name(self, by: Holder | None, visitor: Visitor) -> bool:
+        """Tell whether somebody got the authority by a login that he has no more.
+
+        What ends because of that was still his.
+        """
+        # Whoever ran a program had it when that began.
+        runner = None if self._program is None else self._program.by
+        if by is None or by not in (self._holder, runner):
+            return False
+        return visitor.grant is None or visitor.grant.name != by.name

@@ -27,7 +27,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..outgoing import ChangeAccount, CheckPassword, Outgoing, Send
 from ..pendant.management_bodies import body_fault
-from ..pendant.replies import verdict
+from ..pendant.replies import claimed, verdict
 from ..playback.operations import Asker
 from ..refusal import Refusal
 from . import operations as op
@@ -121,15 +121,25 @@ class AccessDesk:
         """Tell whether a connection may do something."""
         return self._login.may(session, permission) is None
 
+    def look_on_fault(self, session: int) -> Refusal | None:
+        """Return why a connection may not look on."""
+        return self._login.may(session, Permission.OBSERVE)
+
     def move_fault(self, session: int) -> Refusal | None:
         """Return why the role of a connection does not let it move the robot."""
         return self._login.may(session, Permission.MOVE)
 
     def name_of(self, session: int, client: str) -> str:
-        """Return how a connection is shown: by its account, else by its name in the hello."""
+        """Return how others are shown a connection; a name that no login proved says so.
+
+        Args:
+            session: the connection.
+            client: its name in the hello.
+        """
         grant = self._login.grant_of(session)
-        is_own = grant is None or grant.basis is Basis.SINGLE_USER
-        return client if grant is None or is_own else grant.name
+        if grant is None:
+            return client and claimed(client)
+        return client if grant.basis is Basis.SINGLE_USER else grant.name
 
     # Logging in.
 

@@ -67,6 +67,7 @@ class Visitor:
         cell: the cell that its hello named.
         grant: what it was granted.
         checking: whether a password of it is being checked.
+        ended: why its last grant ended; empty where none did.
     """
 
     session: int
@@ -75,6 +76,7 @@ class Visitor:
     cell: str
     grant: Granted | None = None
     checking: bool = False
+    ended: str = ""
 
 
 Record = Callable[[AuditEntry], None]
@@ -128,7 +130,8 @@ class Visitors:
         if grant is None:
             if permission is Permission.OBSERVE and self._may_look_on(visitor):
                 return None
-            return Refusal(VerdictCode.LOGIN_NEEDED, f"{needs}; this connection has none")
+            why = f": {visitor.ended}" if visitor.ended else ""
+            return Refusal(VerdictCode.LOGIN_NEEDED, f"{needs}; this connection has none{why}")
         if role_may(grant.role, permission):
             return None
         text = f"{needs}; {grant.name} is {grant.role.value}"
@@ -141,6 +144,7 @@ class Visitors:
         """Take back what a connection was granted."""
         self.note(AuditEvent.LOGOUT, visitor, now, reason=reason)
         visitor.grant = None
+        visitor.ended = reason
         return Ended(visitor.session, reason)
 
     def note(self, event: AuditEvent, visitor: Visitor, now: int, **detail: Detail) -> None:

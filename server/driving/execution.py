@@ -23,6 +23,7 @@ from .controller_errors import error_text
 from .departure import DepartureCheck
 from .feedback import Feedback
 from .following import LONGEST_LAG, Following
+from .interruption import lost
 from .row_sources import RowSource
 
 ARRIVAL_TOLERANCE = 1e-3
@@ -141,15 +142,12 @@ class Execution:
         overdue = self._uplink.overdue(now)
         if overdue is not None:
             return overdue
-        if feedback.is_lost(now):
-            age = feedback.age(now)
-            seen = "never" if age is None else f"{age / 1e6:.0f} ms ago"
-            return Refusal(VerdictCode.FEEDBACK_STALE, f"the last position report came {seen}")
-        if feedback.broken:
-            return Refusal(VerdictCode.NOT_FINITE, "the controller reports a position that is none")
-        fault = feedback.fault or self._new_error(feedback)
-        if fault:
-            return Refusal(VerdictCode.CONTROLLER_STOPPED, fault)
+        refusal = lost(feedback, now)
+        if refusal is not None:
+            return refusal
+        error = self._new_error(feedback)
+        if error:
+            return Refusal(VerdictCode.CONTROLLER_STOPPED, error)
         if self.rows.next_time is None and not self._uplink.awaiting:
             return self._settle(feedback, now)
         self._following.update(feedback)

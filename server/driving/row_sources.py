@@ -43,7 +43,14 @@ class RowSource(Protocol):
 
 
 class StoredRows:
-    """The samples of a certified trajectory, slowed down on their path where that is asked for."""
+    """The samples of a certified trajectory, slowed down on their path where that is asked for.
+
+    It may be kept at rest on its path for two reasons, and goes on when there is none left.
+
+    Attributes:
+        pause_wanted: somebody paused it, and nobody has resumed it since.
+        is_held: nobody knows yet whether the way ahead is free.
+    """
 
     is_urgent = False
 
@@ -58,6 +65,8 @@ class StoredRows:
         self._run: ScaledRun | None = None
         self._has_ended = False
         self._rests_from = 0.0
+        self.pause_wanted = False
+        self.is_held = False
 
     @property
     def next_time(self) -> float | None:
@@ -132,7 +141,7 @@ class StoredRows:
 
     @property
     def is_paused(self) -> bool:
-        """Whether a pause is on, the ramp to it included."""
+        """Whether it is kept at rest for any reason, the ramp to it included."""
         return self._run is not None and self._run.scale_wanted == 0.0
 
     @property
@@ -151,21 +160,41 @@ class StoredRows:
 
     def _scaled(self) -> ScaledRun | None:
         """Return the run that can be slowed down; None where nothing is left to slow down."""
-        if self._run is None and not self._has_ended:
+        if self._has_ended:
+            return None
+        if self._run is None:
             whole = self._samples.trajectory()
             self._run = ScaledRun(whole, self._limits, started=0)
         return self._run
 
     def pause(self) -> bool:
         """Come to rest on the path as soon as the limits allow; False where all has left."""
+        self.pause_wanted = self._come_to_rest()
+        return self.pause_wanted
+
+    def hold(self) -> bool:
+        """Come to rest as for a pause, until `let_go`; False where all has left."""
+        self.is_held = self._come_to_rest()
+        return self.is_held
+
+    def _come_to_rest(self) -> bool:
         run = self._scaled()
         if run is not None:
             run.pause(self._clock)
         return run is not None
 
     def resume(self) -> None:
-        """Go on along the path."""
-        if self._run is not None:
+        """End the pause; go on along the path, unless it is held."""
+        self.pause_wanted = False
+        self._go_on()
+
+    def let_go(self) -> None:
+        """Hold it no longer; go on along the path, unless it is paused."""
+        self.is_held = False
+        self._go_on()
+
+    def _go_on(self) -> None:
+        if self._run is not None and not self.pause_wanted and not self.is_held:
             self._run.resume(self._clock)
 
     def scale(self, override: float) -> None:

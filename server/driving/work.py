@@ -53,6 +53,11 @@ class Work:
         self.jog = rows if isinstance(rows, JogRows) else None
 
     @property
+    def is_paused(self) -> bool:
+        """Whether somebody paused it, and nobody has resumed it since."""
+        return self.stored is not None and self.stored.pause_wanted
+
+    @property
     def way_back(self) -> Waypoints:
         """The waypoints along which it is taken back; empty where that cannot be."""
         if self.back is None:

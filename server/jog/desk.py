@@ -73,11 +73,15 @@ class JogDesk:
         self._settings = settings
         self._model = model
         self._presses = PressCounter()
+        self._begun_with: object = None  # the model of the robot that the last jog began with
 
     # Presses.
 
     def start(self, session: int, message: JogStart, now: int) -> Refusal | list[Outgoing]:
         """Begin a press, or let it take over from another of the same connection.
+
+        A jog is not taken over once frames, tool or scene are others than those it began with: it
+        comes to rest, and the next begins in those of now.
 
         Returns:
             Why it is refused, or what follows; the verdict comes as news.
@@ -91,9 +95,7 @@ class JogDesk:
         target = self._target(message)
         if isinstance(target, Refusal):
             return target
-        running = self._cell.motions.driven_jog
-        if running is not None and running.press.session != session:
-            running = None
+        running = self._to_take_over(session)
         refusal = self._cell.check(session, now, MotionKind.JOG, steered=running is not None)
         if refusal is not None:
             return refusal
@@ -107,7 +109,15 @@ class JogDesk:
         out = self._cell.motions.jog(request, rows, self._settings.lead, now)
         if self._cell.motions.driven_jog is rows:
             self.pressed = message
+            self._begun_with = self._model.jog_model
         return out
+
+    def _to_take_over(self, session: int) -> JogRows | None:
+        """Return the jog that a new press of a connection may steer; None where there is none."""
+        running = self._cell.motions.driven_jog
+        if running is None or running.press.session != session:
+            return None
+        return running if self._begun_with is self._model.jog_model else None
 
     def _caps(self) -> JogCaps:
         modes = self._cell.modes

@@ -9,10 +9,12 @@ from __future__ import annotations
 from openpendant.simplemsg.pendant import Authority, AuthorityAction, AuthorityReason
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ..access.desk import AccessDesk
+from ..access.roles import Permission
 from ..outgoing import Outgoing, Send
 from ..refusal import Refusal
 from ..robot_cell import RobotCell
-from .listeners import Listeners
+from .listeners import Listener, Listeners
 from .replies import authority_wanted, verdict
 
 
@@ -43,6 +45,19 @@ class AuthorityDesk:
                 return [*gone, Send(session, verdict(message.request_id))]
         text = f"action {message.action}; accepted: 1 request, 2 release, 3 take over"
         return Refusal(VerdictCode.BAD_ARGUMENT, text)
+
+    def follow(self, listener: Listener, access: AccessDesk, now: int) -> list[Outgoing]:
+        """End the authority of a pendant that is somebody else now, or may not move any more."""
+        session, holder = listener.session, self._cell.authority.holder
+        if holder is None or holder.session != session:
+            return []
+        if holder.client == listener.client and access.may(session, Permission.MOVE):
+            return []
+        # Whoever is still logged in by that name has lost the role alone.
+        is_in = "" != access.name_of(session, "") == holder.client
+        reason = AuthorityReason.ROLE_LOST if is_in else AuthorityReason.LOGGED_OUT
+        change = self._cell.authority.release(session, reason)
+        return self._cell.authority_gone(change, now)
 
     def _take(
         self, session: int, request_id: int, now: int, *, force: bool = False

@@ -17,9 +17,13 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ..authority import Holder
+from ..cell_motions import CellMotions
 from ..jog.desk import JogDesk
 from ..outgoing import Outgoing, Send
 from ..playback.desk import ProgramDesk
+from ..readiness import permission
+from ..recording.desk import RecordingDesk
 from ..refusal import Refusal
 from ..robot_cell import RobotCell
 from .listeners import Listeners
@@ -27,7 +31,11 @@ from .replies import REASON_BYTES, cut, verdict
 
 
 class ControlDesk:
-    """Stops, modes and speeds of one cell, for its pendants."""
+    """Stops, modes and speeds of one cell, for its pendants.
+
+    Attributes:
+        recordings: loads what is to be played; None where the cell has none.
+    """
 
     def __init__(
         self, cell: RobotCell, listeners: Listeners, jogs: JogDesk, programs: ProgramDesk
@@ -44,6 +52,7 @@ class ControlDesk:
         self._listeners = listeners
         self._jogs = jogs
         self._programs = programs
+        self.recordings: RecordingDesk | None = None
 
     def software_stop(self, session: int, message: SoftwareStop, now: int) -> list[Outgoing]:
         """Stop the robot; the stop leaves before the verdict, and a topic has none."""
@@ -72,37 +81,46 @@ class ControlDesk:
         if refusal is not None:
             return refusal
         self._jogs.respeed(now)
-        out: list[Outgoing] | Refusal = []
-        if not message.override and self._programs.is_under_way:
-            # A program that is paused already, or still loaded, has nothing to be paused.
-            out = self._programs.pause(by, now)
-        paused = [] if isinstance(out, Refusal) else out
-        return _then_verdict(paused, session, message.request_id)
+        return _then_verdict(self._programs.respeed(by, now), session, message.request_id)
 
     def motion_control(
         self, session: int, message: MotionControl, now: int
     ) -> Refusal | list[Outgoing]:
-        """Pause, resume or end what runs."""
+        """Pause, resume or end what runs; a resume tells what keeps the robot at rest even so."""
         by = self._listeners[session].holder
         running = self._programs if self._programs.is_under_way else self._cell.motions
         out: list[Outgoing] | Refusal | None
+        note = ""
         match message.action:
             case MotionControlAction.PAUSE:
                 out = running.pause(by, now)
             case MotionControlAction.RESUME:
                 out = running.resume(by, now)
+                note = self._cell.motions.hold
             case MotionControlAction.PROGRAM_STOP:
-                out = running.program_stop(by, now)
+                out = self._program_stop(running, by, now)
             case _:
                 text = f"action {message.action}; accepted: 1 pause, 2 resume, 3 program stop"
                 return Refusal(VerdictCode.BAD_ARGUMENT, text)
-        return _then_verdict(out, session, message.request_id)
+        return _then_verdict(out, session, message.request_id, note)
+
+    def _program_stop(
+        self, running: ProgramDesk | CellMotions, by: Holder, now: int
+    ) -> Refusal | list[Outgoing]:
+        """End what runs, and what is loaded to be played, which does not run yet."""
+        out = running.program_stop(by, now)
+        if self.recordings is None or permission(self._cell.authority, by.session, now) is not None:
+            return out
+        dropped = self.recordings.drop(Refusal(VerdictCode.PROGRAM_STOPPED))
+        if isinstance(out, Refusal):
+            return dropped or out
+        return dropped + out
 
 
 def _then_verdict(
-    out: list[Outgoing] | Refusal | None, session: int, request_id: int
+    out: list[Outgoing] | Refusal | None, session: int, request_id: int, note: str = ""
 ) -> Refusal | list[Outgoing]:
     """Return what follows from a request that was carried out, and the verdict behind it."""
     if isinstance(out, Refusal):
         return out
-    return [*(out or ()), Send(session, verdict(request_id))]
+    return [*(out or ()), Send(session, verdict(request_id, note=note))]

@@ -51,7 +51,6 @@ from openpendant.simplemsg.standard import Ping
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..access.desk import AccessDesk, CoreAccess
-from ..access.roles import Permission
 from ..jog.desk import JogDesk
 from ..jog.retreat_desk import RetreatDesk
 from ..news import Begun, Ended, News, Refused
@@ -70,7 +69,7 @@ from .greeting import Greeting, Identity
 from .listeners import Listener, Listeners
 from .management_desk import ManagementDesk
 from .motions import PendantMotions
-from .replies import verdict
+from .replies import sent_away, verdict
 from .served_cells import ServedCells
 
 _Answered = Refusal | None | list[Outgoing]
@@ -185,6 +184,7 @@ class PendantFace:
         self._greeting.offers |= around.capabilities
         self._management.surround(around)
         self.programs.desk.surroundings = around
+        self._control.recordings = around.recordings
 
     # Connections.
 
@@ -209,17 +209,13 @@ class PendantFace:
         if listener is None or not listener.welcomed:
             return []
         listener.client = self.access.name_of(session, listener.hello_name)
-        listener.looks_on = self.access.may(session, Permission.OBSERVE)
-        holder = self._cell.authority.holder
-        if holder is None or holder.session != session:
-            return []
-        if holder.client == listener.client and self.access.may(session, Permission.MOVE):
-            return []
-        # Whoever is still logged in by that name has lost the role alone.
-        is_in = "" != self.access.name_of(session, "") == holder.client
-        reason = AuthorityReason.ROLE_LOST if is_in else AuthorityReason.LOGGED_OUT
-        change = self._cell.authority.release(session, reason)
-        return self._cell.authority_gone(change, now)
+        # While it still looks on: the end of its authority concerns it more than anybody.
+        out = self._authority.follow(listener, self.access, now)
+        looked_on, fault = listener.looks_on, self.access.look_on_fault(session)
+        listener.looks_on = fault is None
+        if looked_on and fault is not None:
+            out.append(Send(session, sent_away(fault)))
+        return out
 
     def skipped(self, session: int) -> None:
         """Count a state message that a connection was too slow for."""

@@ -104,8 +104,9 @@ class Greeting:
     def _welcome(self, listener: Listener, hello: Hello, now: int) -> None:
         session = listener.session
         listener.welcomed = True
-        listener.client = listener.hello_name = cut(hello.client, NAME_BYTES)
-        self._access.welcomed(session, listener.address, listener.client, now)
+        listener.hello_name = cut(hello.client, NAME_BYTES)
+        self._access.welcomed(session, listener.address, listener.hello_name, now)
+        listener.client = self._access.name_of(session, listener.hello_name)
         listener.looks_on = self._access.may(session, Permission.OBSERVE)
         self._listeners.set_rate(session, hello.state_rate, now)
 

@@ -30,8 +30,22 @@ _LONGEST_NAME = 40
 class Failure(Body):
     """A refused management request."""
 
+    model_config = ConfigDict(extra="forbid", frozen=True, use_attribute_docstrings=True)
+
     code: int
+    """Entry of the catalogue."""
     text: str
+    """One sentence with the numbers."""
+    joint: int = -1
+    """Index of the joint at fault, -1 for none."""
+    value: float = 0.0
+    """The value at fault, SI."""
+    limit: float = 0.0
+    """The limit that it breaks, SI."""
+    line: int | None = None
+    """Where a program's text is wrong, from 1; left out where none is."""
+    column: int | None = None
+    """Likewise."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,4 +165,5 @@ def answer_management(
 
 
 def _failure(code: VerdictCode, text: str) -> Answer:
-    return Answer(json.dumps(Failure(code=code, text=text).model_dump()).encode(), ok=False)
+    failure = Failure(code=code, text=text).model_dump(exclude_none=True)
+    return Answer(json.dumps(failure).encode(), ok=False)

@@ -24,7 +24,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..authority import Holder
 from ..driving.stop_account import StopAccount
-from ..news import AuthorityMoved, Ended, LatchedStop, ModeMoved, StopMoved
+from ..news import AuthorityMoved, Ended, LatchedStop, ModeMoved, Request, StopMoved
 from ..refusal import Refusal
 
 NAME_BYTES = 32
@@ -35,6 +35,7 @@ REASON_BYTES = 64
 
 _TEXT_BYTES = 160
 _LARGEST_REAL = 3.4e38
+_CLAIMED = " (not logged in)"
 
 
 def cut(text: str, size: int) -> str:
@@ -43,13 +44,18 @@ def cut(text: str, size: int) -> str:
     return clean.encode("utf-8", "replace")[:size].decode("utf-8", "ignore")
 
 
+def claimed(name: str) -> str:
+    """Return a name that anybody could have put into his hello, as others are shown it."""
+    return cut(name, NAME_BYTES - len(_CLAIMED)) + _CLAIMED
+
+
 def _real(value: float) -> float:
     """Return a number that four bytes can hold; 0 for what is not a number."""
     return 0.0 if math.isnan(value) else min(max(value, -_LARGEST_REAL), _LARGEST_REAL)
 
 
-def verdict(request_id: int, refusal: Refusal | None = None) -> Verdict:
-    """Return the answer to a request: accepted, or refused with code and numbers."""
+def verdict(request_id: int, refusal: Refusal | None = None, note: str = "") -> Verdict:
+    """Return the answer to a request: accepted, with a note, or refused with code and numbers."""
     if refusal is None:
         return Verdict(
             request_id=request_id,
@@ -57,7 +63,7 @@ def verdict(request_id: int, refusal: Refusal | None = None) -> Verdict:
             joint=-1,
             value=0.0,
             limit=0.0,
-            text="",
+            text=cut(note, _TEXT_BYTES),
         )
     return Verdict(
         request_id=request_id,
@@ -88,6 +94,17 @@ def outcome(ended: Ended) -> Outcome:
         motion_time=ended.motion_time,
         text=cut(refusal.sentence, _TEXT_BYTES),
     )
+
+
+def sent_away(refusal: Refusal) -> Outcome:
+    """Return what tells a pendant that it may not look on any more.
+
+    A topic, since nothing was asked; it ends what no request of the pendant's began, hence id 0.
+
+    Args:
+        refusal: why it may not.
+    """
+    return outcome(Ended(Request(0, 0), refusal, plan_time=0.0, motion_time=0.0))
 
 
 def authority_changed(news: AuthorityMoved) -> AuthorityChanged:

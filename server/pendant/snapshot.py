@@ -130,7 +130,7 @@ def snapshot(
         recording=_recording(around),
         recording_problem=_recording_problem(around),
         program=None
-        if program is None
+        if program is None or program.is_loading
         else ProgramDescription(
             name=program.name,
             state=program.state.name.lower(),

@@ -1,9 +1,9 @@
 """One planning process and the shell round it.
 
-A job goes to a child process as a length-prefixed pickle on its standard input, the answer comes
-back on its standard output, so that neither side ever blocks the event loop and the death of either
-ends the other: the child sees the end of its input, the server the end of its output. It has one
-job in hand at a time; who waits for a process is `planning_pool`'s business.
+A job goes to a child process on its standard input (`question`), the answer comes back on its
+standard output as a length-prefixed pickle, so that neither side ever blocks the event loop and the
+death of either ends the other: the child sees the end of its input, the server the end of its
+output. It has one job in hand at a time; who waits for a process is `planning_pool`'s business.
 
 Run as a module it is the child: `python -m openpendant.server.planning.process ROBOT...`.
 """
@@ -15,7 +15,6 @@ import logging
 import os
 import pickle
 import signal
-import struct
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -26,10 +25,10 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from .jobs import Job, Planned
+from .question import LENGTH, read_question, split_question
 
 log = logging.getLogger("openpendant.server")
 
-_LENGTH = struct.Struct("<I")
 _NICENESS = 10
 _RESTART_PAUSE = 0.5
 _LONGEST_PAUSE = 10.0
@@ -86,6 +85,7 @@ class PlanningProcess:
         self._on_change = on_change
         self._process: asyncio.subprocess.Process | None = None
         self._in_hand: tuple[Task, asyncio.TimerHandle] | None = None
+        self._writing: asyncio.Task[None] | None = None
 
     @property
     def is_free(self) -> bool:
@@ -105,9 +105,9 @@ class PlanningProcess:
         """
         assert self._process is not None
         assert self._process.stdin is not None
-        data = pickle.dumps((task.robot, task.job))
+        head, pieces = split_question(task.robot, task.job)
         try:
-            self._process.stdin.write(_LENGTH.pack(len(data)) + data)
+            self._process.stdin.write(head)
         except (OSError, RuntimeError) as error:
             # What uvloop does where asyncio drops the bytes: the input is closed.
             log.error("the planning process takes no job: %s", error)
@@ -115,7 +115,27 @@ class PlanningProcess:
             return False
         timer = asyncio.get_running_loop().call_later(_LONGEST_PLAN, self._give_up, task)
         self._in_hand = (task, timer)
+        if pieces:
+            self._writing = asyncio.ensure_future(self._write_rest(self._process, pieces))
         return True
+
+    async def _write_rest(
+        self, process: asyncio.subprocess.Process, pieces: Sequence[bytes]
+    ) -> None:
+        """Write what follows a question, a piece in each turn of the loop, as fast as it is read.
+
+        A process that does not take it is ended.
+        """
+        assert process.stdin is not None
+        try:
+            for piece in pieces:
+                process.stdin.write(piece)
+                await process.stdin.drain()
+                # A drain where nothing is waited for is no turn of the loop.
+                await asyncio.sleep(0)
+        except (OSError, RuntimeError) as error:
+            log.error("the planning process does not take all of a job: %s", error)
+            _kill(process)
 
     def _give_up(self, task: Task) -> None:
         """End a process that has not answered for too long; `keep_up` starts another."""
@@ -150,13 +170,15 @@ class PlanningProcess:
             await self._read_answers(process)
         finally:
             self._process = None
+            if self._writing is not None:
+                self._writing.cancel()
             await _end(process)
 
     async def _read_answers(self, process: asyncio.subprocess.Process) -> None:
         assert process.stdout is not None
         while True:
             try:
-                (size,) = _LENGTH.unpack(await process.stdout.readexactly(_LENGTH.size))
+                (size,) = LENGTH.unpack(await process.stdout.readexactly(LENGTH.size))
                 planned = pickle.loads(await process.stdout.readexactly(size))
             except asyncio.IncompleteReadError:
                 return
@@ -239,10 +261,10 @@ def _answer_jobs(robots: Sequence[str]) -> None:
         warm_up(robot)
     _send(answers, None)
     while True:
-        head = jobs.read(_LENGTH.size)
-        if len(head) < _LENGTH.size:
+        asked = read_question(jobs)
+        if asked is None:
             return
-        robot, job = pickle.loads(jobs.read(_LENGTH.unpack(head)[0]))
+        robot, job = asked
         try:
             planned = answer(robot, job)
         except Exception as error:
@@ -254,7 +276,7 @@ def _answer_jobs(robots: Sequence[str]) -> None:
 
 def _send(answers: BinaryIO, planned: Planned | None) -> None:
     data = pickle.dumps(planned, protocol=pickle.HIGHEST_PROTOCOL)
-    answers.write(_LENGTH.pack(len(data)) + data)
+    answers.write(LENGTH.pack(len(data)) + data)
     answers.flush()
 
 

@@ -32,7 +32,8 @@ class RecordingJob:
         job_id: number of the job.
         start: (n,) where the robot stands, controller side [rad or m].
         name: of the recording, for refusals.
-        samples: its rows, 8-byte little-endian reals.
+        samples: its rows in pieces of whole rows, 8-byte little-endian reals; in pieces, because
+            they are too many to be handled at once. May begin before and end after what is played.
         extract: which values of a row are which.
         period: time between its reports [s].
         factor: speed relative to the recording.
@@ -50,7 +51,7 @@ class RecordingJob:
     job_id: int
     start: tuple[float, ...]
     name: str
-    samples: bytes = field(repr=False)
+    samples: tuple[bytes, ...] = field(repr=False)
     extract: Extract
     period: float
     factor: float = 1.0

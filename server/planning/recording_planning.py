@@ -155,7 +155,9 @@ def _strays(smoothed: SmoothedRecording, clock: Array, samples: Array) -> float:
 
 def _rows(job: RecordingJob) -> tuple[Array, Array]:
     """Return the times (m,) and positions (m, n) of the part that is played."""
-    rows = np.frombuffer(job.samples, dtype="<f8").reshape(-1, job.extract.width)
+    width = job.extract.width
+    pieces = [np.frombuffer(piece, dtype="<f8").reshape(-1, width) for piece in job.samples]
+    rows = np.concatenate([np.empty((0, width)), *pieces])
     ends = np.inf if job.ends is None else job.ends
     rows = rows[(rows[:, 0] >= job.begins) & (rows[:, 0] <= ends)]
     if len(rows) < 2:

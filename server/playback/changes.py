@@ -30,6 +30,7 @@ from .kept_breakpoints import KeptBreakpoints
 from .operations import Asker
 from .program_work import ProgramWork
 from .shelf import ProgramShelf
+from .taught_points import Standing
 from .teacher import NotTaught, Teacher
 
 MOST_HISTORIES = 50
@@ -37,9 +38,8 @@ MOST_HISTORIES = 50
 
 _KIND = DocumentKind.PROGRAM
 
-Change = (
-    op.EditProgram | op.UndoEdit | op.RedoEdit | op.RecordPoint | op.TouchUpPoint | op.RenameProgram
-)
+Change = op.EditProgram | op.UndoEdit | op.RedoEdit | op.RenameProgram
+Teaching = op.RecordPoint | op.TouchUpPoint
 
 
 class ProgramChanges:
@@ -137,6 +137,24 @@ class ProgramChanges:
 
     def change(self, asked: Change, asker: Asker) -> list[Outgoing]:
         """Change a program that is kept, from the revision that the request names."""
+        return self._of_kept(asked, asker, lambda body, at: self._changed(asked, body, asker, at))
+
+    def teach(self, asked: Teaching, asker: Asker, now: int) -> list[Outgoing]:
+        """Put a point of a program that is kept where the robot stands now, at the request.
+
+        Until the program was read, it may stand elsewhere; then nobody would have meant that.
+        """
+        standing = self._teacher.standing(now)
+        if isinstance(standing, Refusal):
+            return asker.refuse(standing)
+        return self._of_kept(
+            asked, asker, lambda body, at: self._teach(asked, body, standing, asker, at)
+        )
+
+    def _of_kept(
+        self, asked: Change | Teaching, asker: Asker, then: Callable[[str, int], list[Outgoing]]
+    ) -> list[Outgoing]:
+        """Load the revision that a request names; `then` takes its JSON and the time."""
         name, expected = asked.name, asked.expected_revision
 
         def loaded(found: Document | Refusal, now: int) -> list[Outgoing]:
@@ -149,7 +167,7 @@ class ProgramChanges:
 
             def followed(_: object, now: int) -> list[Outgoing]:
                 try:
-                    return self._changed(asked, body, asker, now)
+                    return then(body, now)
                 except ProgramError as error:
                     return asker.refuse_program(error)
 
@@ -167,8 +185,6 @@ class ProgramChanges:
                 return self._go(asked, body, History.undone, asker)
             case op.RedoEdit():
                 return self._go(asked, body, History.redone, asker)
-            case op.RecordPoint() | op.TouchUpPoint():
-                return self._teach(asked, body, asker, now)
 
     def _go(
         self,
@@ -185,7 +201,7 @@ class ProgramChanges:
 
     def _edit(
         self,
-        asked: op.EditProgram | op.RecordPoint | op.TouchUpPoint,
+        asked: op.EditProgram | Teaching,
         body: str,
         edit: Edit,
         asker: Asker,
@@ -202,7 +218,7 @@ class ProgramChanges:
         return self._work.have(EditBody(body, name, edit, self._own), edited, asker, now)
 
     def _teach(
-        self, asked: op.RecordPoint | op.TouchUpPoint, body: str, asker: Asker, now: int
+        self, asked: Teaching, body: str, standing: Standing, asker: Asker, now: int
     ) -> list[Outgoing]:
         def taken(done: Done, now: int) -> list[Outgoing]:
             assert isinstance(done, HeadTaken)
@@ -210,9 +226,9 @@ class ProgramChanges:
             edit: Edit
             try:
                 if isinstance(asked, op.RecordPoint):
-                    edit = self._teacher.record(head, asked, now)
+                    edit = self._teacher.record(head, asked, standing)
                 else:
-                    edit = self._teacher.touch_up(head, asked, now)
+                    edit = self._teacher.touch_up(head, asked, standing)
             except NotTaught as error:
                 return asker.refuse(error.refusal)
             return self._edit(asked, body, edit, asker, now)

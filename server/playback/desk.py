@@ -14,31 +14,24 @@ from openpendant.simplemsg.pendant import ProgramRun, RunKind
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..authority import Holder
-from ..news import (
-    AuthorityMoved,
-    Begun,
-    Ended,
-    LatchedStop,
-    ModeMoved,
-    News,
-    Refused,
-    StopMoved,
-)
+from ..news import Begun, Ended, Interrupted, News, ProgramBegan, ProgramEnded, Refused
 from ..operating_mode import MotionKind
 from ..outgoing import Outgoing, Send
 from ..pendant.arguments import run_fault
 from ..pendant.replies import verdict
 from ..programs import run_messages as run
 from ..programs.linking import Linked
-from ..readiness import permission, stop_refusal
+from ..readiness import permission
 from ..refusal import Refusal
 from ..robot_cell import RobotCell
 from ..robot_view import RobotView
-from .going_on import going_on_fault
+from .going_on import GOING_ON, going_on_fault
 from .kept_breakpoints import KeptBreakpoints, Places, RunPlaces
+from .loading import Loading
 from .motion import ProgramMotion
 from .playing import Playing
 from .reports import noted, program_report, running_program, start_index
+from .run_endings import broken_condition, ending
 from .shelf import ProgramShelf
 from .surroundings import Surroundings
 
@@ -79,7 +72,8 @@ class ProgramDesk:
         self._breakpoints = breakpoints
         self._to_all = to_all
         self._playing: Playing | None = None
-        self._loading: tuple[Holder, ProgramRun] | None = None
+        self._loading: Loading | None = None
+        self._begun: ProgramBegan | None = None
 
     # What pendants ask for.
 
@@ -107,7 +101,9 @@ class ProgramDesk:
         if self._run is not None:
             return self._go_on(self._run, message, now)
         if self._loading is not None:
-            return Refusal(VerdictCode.PROGRAM_RUNNING, "a program is being loaded")
+            loading = self._loading.message.program
+            text = f"program {loading!r} is being loaded; accepted: another after a program stop"
+            return Refusal(VerdictCode.PROGRAM_RUNNING, text)
         if message.run == RunKind.STEP_BACKWARD:
             text = (
                 "no program is under way; accepted: step backward after a step,"
@@ -117,33 +113,26 @@ class ProgramDesk:
         refusal = self._cell.check(by.session, now, MotionKind.PROGRAM)
         if refusal is not None:
             return refusal
-        self._loading = loading = (by, message)
-
-        def loaded(linked: Linked | Refusal, places: RunPlaces, at: int) -> list[Outgoing]:
-            if self._loading is not loading:
-                return [_verdict(by, message.request_id, Refusal(VerdictCode.PROGRAM_STOPPED))]
-            self._loading = None
-            return self._loaded(by, message, linked, places, at)
-
-        then = partial(self._breakpoints.of_run, then=loaded)
+        self._loading = asked = Loading(by, message)
+        self._cell.program = asked.shown
+        then = partial(self._breakpoints.of_run, then=partial(self._loaded, asked))
         return self._shelf.fetch_linked(message.program, then, message.revision)
 
     def _loaded(
-        self,
-        by: Holder,
-        message: ProgramRun,
-        linked: Linked | Refusal,
-        places: RunPlaces,
-        now: int,
+        self, asked: Loading, linked: Linked | Refusal, places: RunPlaces, now: int
     ) -> list[Outgoing]:
         """Start a program that was loaded, where nothing has come in between."""
+        if self._loading is not asked:
+            return []  # whoever asked was refused already
+        by, message = asked.by, asked.message
+        self._loading = self._cell.program = None
         start = linked if isinstance(linked, Refusal) else start_index(linked, message.line)
         refusal = self._cell.check(by.session, now, MotionKind.PROGRAM)
         if isinstance(linked, Refusal) or isinstance(start, Refusal) or refusal is not None:
             found = start if isinstance(start, Refusal) else refusal
-            return [_verdict(by, message.request_id, found)]
+            return [asked.verdict(found)]
         motion = ProgramMotion(self._cell, self._robot, by, message.request_id, message.speed)
-        report = partial(self._report, linked)
+        report = partial(self._report, linked, by)
         self._playing = current = Playing(
             linked, by, motion, self.surroundings, report, message.loops
         )
@@ -151,7 +140,7 @@ class ProgramDesk:
         current.pause_before(places, now)
         step = message.run == RunKind.STEP_FORWARD
         first = run.Start(start, message.loops or None, step)
-        out = [_verdict(by, message.request_id), *current.handle(first, now)]
+        out = [asked.verdict(), *current.handle(first, now)]
         dropped = self._breakpoints.take_dropped(linked.programs)
         if dropped and not current.is_over:
             out += self._to_all(noted(program_report(linked, current.runner.status, None), dropped))
@@ -169,13 +158,13 @@ class ProgramDesk:
         if refusal is not None:
             return refusal
         before, current.motion.speed = current.motion.speed, message.speed
-        actions = current.runner.handle(_EVENTS[RunKind(message.run)], now)
+        actions = current.runner.handle(GOING_ON[RunKind(message.run)], now)
         refused = next((each for each in actions if isinstance(each, run.Refused)), None)
         if refused is not None:
             current.motion.speed = before
             return refused.refusal
         current.note_request(message)
-        done = _verdict(current.by, message.request_id)
+        done = Send(current.by.session, verdict(message.request_id))
         return [done, *current.perform(actions, now)]
 
     def pause(self, by: Holder, now: int) -> Refusal | list[Outgoing]:
@@ -199,14 +188,26 @@ class ProgramDesk:
         refusal = permission(self._cell.authority, by.session, now)
         if refusal is not None:
             return refusal
-        self._loading = None
-        return self.abandon(Refusal(VerdictCode.PROGRAM_STOPPED), now)
+        stopped = Refusal(VerdictCode.PROGRAM_STOPPED)
+        return self.abandon(stopped, now) + self._cell.end(stopped, now)
+
+    def respeed(self, by: Holder, now: int) -> list[Outgoing]:
+        """Follow a new speed override: at 0 a run pauses, and what is loaded does not begin."""
+        fault = self._cell.modes.override_fault()
+        if fault is None:
+            return []
+        if self._loading is not None:
+            return self.abandon(fault, now)
+        paused = self.pause(by, now)
+        # A program that is paused already has nothing to be paused.
+        return [] if isinstance(paused, Refusal) else paused
 
     def _allowed(self, by: Holder, now: int) -> Playing | Refusal:
         refusal = permission(self._cell.authority, by.session, now)
         if refusal is not None:
             return refusal
-        return self._run or Refusal(VerdictCode.NOTHING_TO_CONTROL, "the program is being loaded")
+        text = "the program is being loaded; accepted: program stop"
+        return self._run or Refusal(VerdictCode.NOTHING_TO_CONTROL, text)
 
     @staticmethod
     def _asked(current: Playing, event: run.Event, now: int) -> Refusal | list[Outgoing]:
@@ -225,7 +226,7 @@ class ProgramDesk:
 
     def breakpoint_fault(self, program: str, session: int, now: int) -> Refusal | None:
         """Return why a connection may not set breakpoints: of what is under way, as to pause it."""
-        is_loading = self._loading is not None and self._loading[1].program == program
+        is_loading = self._loading is not None and self._loading.message.program == program
         if not is_loading and self.under_way(program) is None:
             return None
         return permission(self._cell.authority, session, now)
@@ -239,57 +240,61 @@ class ProgramDesk:
 
     def news(self, news: News, now: int) -> list[Outgoing]:
         """Take what became of a motion of the run, or what ends it from outside."""
-        current = self._run
-        if current is None:
+        current, by = self._run, self._by
+        if isinstance(news, Begun | Refused | Ended):
+            return [] if current is None else current.news(news, now)
+        refusal = None if by is None else ending(news, by)
+        if refusal is None or (isinstance(news, Interrupted) and not self._goes_on):
+            # What is paused moves only when somebody resumes it, and then all is asked anew.
             return []
-        match news:
-            case Begun() | Refused() | Ended():
-                return current.news(news, now)
-            case StopMoved(stop=LatchedStop() as stop):
-                return self.abandon(stop_refusal(stop), now)
-            case ModeMoved(mode=mode):
-                text = f"the mode changed to {mode.name.lower().replace('_', ' ')}"
-                return self.abandon(Refusal(VerdictCode.MODE_CHANGED, text), now)
-            case AuthorityMoved(change=change) if change.holder != current.by:
-                return self.abandon(Refusal(VerdictCode.AUTHORITY_LOST), now)
-        return []
+        return self.abandon(refusal, now)
+
+    @property
+    def _by(self) -> Holder | None:
+        """Who runs a program, or has one loaded for that."""
+        asked = self._loading or self._run
+        return None if asked is None else asked.by
+
+    @property
+    def _goes_on(self) -> bool:
+        """Whether a program goes on by itself, or begins once it is loaded."""
+        current = self._run
+        is_running = current is not None and current.runner.status.state is run.RunState.RUNNING
+        return is_running or self._loading is not None
 
     def tick(self, now: int) -> list[Outgoing]:
-        """Read on in what is loaded; look at the time, the enabling device and the motion."""
-        loaded = self._shelf.tick(now)
-        current = self._run
-        if current is None:
-            return loaded
-        modes, controller = self._cell.modes, self._cell.mode
-        runs = current.runner.status.state is run.RunState.RUNNING
-        if runs and not current.motion.is_asked and modes.needs_enabling(controller):
-            if not modes.is_enabled(current.by.session, now):
-                return loaded + self.abandon(Refusal(VerdictCode.ENABLING_LOST), now)
-        return loaded + current.tick(now)
+        """Read on in what is loaded; look at the time, the motion, and what a wait depends on."""
+        out = self._shelf.tick(now)
+        by, current = self._by, self._run
+        has_motion = current is not None and current.motion.is_asked
+        if by is not None and self._goes_on and not has_motion:
+            refusal = broken_condition(self._cell, by, now)
+            if refusal is not None:
+                return out + self.abandon(refusal, now)
+        return out if current is None else out + current.tick(now)
 
     def abandon(self, refusal: Refusal, now: int) -> list[Outgoing]:
-        """End the run for a reason from outside; the robot is stopped, where it moves for it."""
-        current = self._run
+        """End what runs or is loaded for a reason from outside; the robot stops, if it moves so."""
+        asked, current = self._loading, self._run
+        if asked is not None:
+            self._loading = self._cell.program = None
+            return [asked.verdict(refusal)]
         return [] if current is None else current.end(refusal, now)
 
     def shut_down(self, now: int) -> list[Outgoing]:
         """End the run because the server is going down."""
-        self._loading = None
         return self.abandon(Refusal(VerdictCode.SHUTTING_DOWN), now)
 
     def _report(
-        self, linked: Linked, status: run.RunStatus, ended: Refusal | None
+        self, linked: Linked, by: Holder, status: run.RunStatus, ended: Refusal | None, now: int
     ) -> list[Outgoing]:
+        """Tell where the run is; its first and its last report are its begin and its end."""
+        out: list[Outgoing] = []
+        if self._begun is None:
+            self._begun = ProgramBegan(linked.main, linked.revisions[linked.main], by)
+            out += self._cell.announce(self._begun, now)
         self._cell.program = running_program(linked, status)
-        return self._to_all(program_report(linked, status, ended))
-
-
-_EVENTS: dict[RunKind, run.Event] = {
-    RunKind.ALL: run.Resume(),
-    RunKind.STEP_FORWARD: run.StepForward(),
-    RunKind.STEP_BACKWARD: run.StepBack(),
-}
-
-
-def _verdict(by: Holder, request_id: int, refusal: Refusal | None = None) -> Send:
-    return Send(by.session, verdict(request_id, refusal))
+        if self._cell.program is None:
+            begun, self._begun = self._begun, None
+            out += self._cell.announce(ProgramEnded(begun, ended or status.failure), now)
+        return out + self._to_all(program_report(linked, status, ended))

@@ -10,9 +10,16 @@ from openpendant.simplemsg.pendant import ProgramRun, RunKind
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..programs.linking import Linked
-from ..programs.run_messages import RunStatus
+from ..programs.run_messages import Event, Resume, RunStatus, StepBack, StepForward
 from ..refusal import Refusal
 from .answers import not_the_one_under_way
+
+GOING_ON: dict[RunKind, Event] = {
+    RunKind.ALL: Resume(),
+    RunKind.STEP_FORWARD: StepForward(),
+    RunKind.STEP_BACKWARD: StepBack(),
+}
+"""What each request is to a run that is paused."""
 
 
 def going_on_fault(

@@ -122,15 +122,10 @@ class ProgramLibrary:
                 return self._delete(name, revision, asker)
             case op.EditProgram(edit=DescribeProgram(name=str())):
                 raise BadValue("the edit", "names the program; accepted: programs.rename for that")
-            case (
-                op.EditProgram()
-                | op.UndoEdit()
-                | op.RedoEdit()
-                | op.RecordPoint()
-                | op.TouchUpPoint()
-                | op.RenameProgram()
-            ):
+            case op.EditProgram() | op.UndoEdit() | op.RedoEdit() | op.RenameProgram():
                 return self._changes.change(asked, asker)
+            case op.RecordPoint() | op.TouchUpPoint():
+                return self._changes.teach(asked, asker, now)
         raise AssertionError(f"{asked.op} is not of this library")
 
     # Loading.

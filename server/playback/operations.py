@@ -234,6 +234,7 @@ class Asker:
         about = {
             "code": int(refusal.code),
             "text": refusal.sentence,
+            "joint": refusal.joint,
             "value": refusal.value,
             "limit": refusal.limit,
         }

@@ -22,8 +22,8 @@ from ..refusal import Refusal
 from .motion import ProgramMotion
 from .surroundings import Surroundings, answered
 
-Report = Callable[[run.RunStatus, Refusal | None], list[Outgoing]]
-"""Tells every pendant where the run is, and what ended it from outside."""
+Report = Callable[[run.RunStatus, Refusal | None, int], list[Outgoing]]
+"""Tells every pendant where the run is, and what ended it from outside, at a time [ns]."""
 
 
 @dataclass(slots=True)
@@ -60,8 +60,8 @@ class Playing:
 
     @property
     def is_stepping(self) -> bool:
-        """Whether somebody waits for the end of a step."""
-        return bool(self._steps)
+        """Whether a step is under way, or held by a pause."""
+        return self.runner.is_stepping
 
     def pause_before(self, places: Mapping[str, frozenset[int]], now: int) -> None:
         """Pause before these statements of these programs, in the place of those before."""
@@ -124,7 +124,7 @@ class Playing:
                     self._answers.append(answer)
                     out += done
                 case run.Report(status):
-                    out += self.report(status, ended)
+                    out += self.report(status, ended, now)
         return out + self._close(ended)
 
     def _close(self, ended: Refusal | None) -> list[Outgoing]:

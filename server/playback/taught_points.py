@@ -6,8 +6,10 @@ no store.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from openpendant.motion.errors import MotionError
-from openpendant.motion.frames import BASE, FLANGE
+from openpendant.motion.frames import BASE, TOOL, FrameTree
 from openpendant.motion.pose import Pose
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -18,33 +20,61 @@ from ..robot_cell import RobotCell
 from ..robot_view import RobotView
 
 
-def taught_point(
-    cell: RobotCell, robot: RobotView, name: str, frame: str, tool: str, now: int
-) -> TeachPoint | Refusal:
-    """Return the point where the robot stands.
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """Where a robot stood when somebody asked, and the frames and tools of that moment.
+
+    A point is made of it later, when its program has been read; what moves meanwhile, the robot,
+    a frame or a tool, does not move the point.
+
+    Attributes:
+        joints: (n,) joint positions, controller side [rad or m].
+        tool: the centre point of the tool that was selected, in the base frame [m].
+        frames: the frames and tools that were in force.
+    """
+
+    joints: tuple[float, ...]
+    tool: Pose
+    frames: FrameTree
+
+
+def standing_now(cell: RobotCell, robot: RobotView, now: int) -> Standing | Refusal:
+    """Return where the robot stands, or why no point can be taught now.
 
     Args:
         cell: knows where it stands.
         robot: its mathematics, frames and tools.
-        name: of the point.
-        frame: name of the frame of its pose.
-        tool: name of the tool.
         now: monotonic time, ns.
-
-    Raises:
-        ProgramError: the name cannot be that of a point.
     """
     feedback = cell.feedback
     if feedback.position is None or not feedback.is_fresh(now):
         return Refusal(VerdictCode.FEEDBACK_STALE)
     if not _stands(cell):
         return Refusal(VerdictCode.MOVING, "a point is taught while the robot stands")
+    joints = tuple(feedback.position)
+    return Standing(joints, Pose.from_values(*robot.tool_pose(joints)), robot.frames)
+
+
+def taught_point(
+    at: Standing, robot: RobotView, name: str, frame: str, tool: str
+) -> TeachPoint | Refusal:
+    """Return the point where the robot stood, or why it has no such pose.
+
+    Args:
+        at: where it stood.
+        robot: its mathematics.
+        name: of the point.
+        frame: name of the frame of its pose.
+        tool: name of the tool.
+
+    Raises:
+        ProgramError: the name cannot be that of a point.
+    """
     try:
-        pose = _pose(robot, feedback.position, frame, tool)
+        pose = _pose(at, frame, tool)
     except MotionError as error:
         return refusal_of(error)
-    configuration = _configuration(robot, feedback.position)
-    return TeachPoint(name, tuple(feedback.position), pose, configuration)
+    return TeachPoint(name, at.joints, pose, _configuration(robot, at.joints))
 
 
 def _stands(cell: RobotCell) -> bool:
@@ -54,11 +84,10 @@ def _stands(cell: RobotCell) -> bool:
     return cell.feedback.is_standing and not cell.is_busy
 
 
-def _pose(robot: RobotView, joints: tuple[float, ...], frame: str, tool: str) -> PointPose:
-    frames = robot.frames
-    flange = Pose.from_values(*robot.tool_pose(joints))
-    tip = frames.transform(tool, FLANGE)
-    pose = frames.transform(BASE, frame).compose(flange).compose(tip)
+def _pose(at: Standing, frame: str, tool: str) -> PointPose:
+    # The point's tool, which need not be the one that was selected.
+    tip = at.frames.transform(tool, TOOL)
+    pose = at.frames.transform(BASE, frame).compose(at.tool).compose(tip)
     x, y, z = pose.position.tolist()
     qx, qy, qz, qw = pose.quaternion.tolist()
     return PointPose((x, y, z), (qx, qy, qz, qw), frame, tool)

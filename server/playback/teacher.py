@@ -1,4 +1,4 @@
-"""Points that are taught: where the robot stands becomes an edit of a program.
+"""Points that are taught: where the robot stood when asked becomes an edit of a program.
 
 Owns in which frame and with which tool: the program's own for a new point, those of the point for
 one that is touched up. Saves nothing.
@@ -15,11 +15,11 @@ from ..refusal import Refusal
 from ..robot_cell import RobotCell
 from ..robot_view import RobotView
 from . import operations as op
-from .taught_points import taught_point
+from .taught_points import Standing, standing_now, taught_point
 
 
 class NotTaught(Exception):
-    """A point cannot be taught now; the refusal says why."""
+    """A point cannot be taught; the refusal says why."""
 
     def __init__(self, refusal: Refusal) -> None:
         super().__init__(refusal.sentence)
@@ -41,38 +41,46 @@ class Teacher:
         self._robot = robot
         self._robot_name = robot_name
 
-    def record(self, head: Program, asked: op.RecordPoint, now: int) -> RecordPoint:
-        """Return the edit that adds a point where the robot stands.
+    def standing(self, now: int) -> Standing | Refusal:
+        """Return where the robot stands, for a point that is asked for now, or why there is none.
+
+        Args:
+            now: monotonic time, ns.
+        """
+        return standing_now(self._cell, self._robot, now)
+
+    def record(self, head: Program, asked: op.RecordPoint, at: Standing) -> RecordPoint:
+        """Return the edit that adds a point where the robot stood.
 
         Args:
             head: the program; of its points one is enough, of its statements none.
             asked: what to add.
-            now: monotonic time, ns.
+            at: where it stood when that was asked.
 
         Raises:
-            NotTaught: it moves, or nobody knows where it is.
+            NotTaught: there is no such frame or tool.
             ProgramError: the program is of another robot, or the name is refused.
         """
-        point = replace(self._taught(head, asked.point, now), comment=asked.comment)
+        point = replace(self._taught(head, asked.point, at), comment=asked.comment)
         return RecordPoint(point, asked.move, asked.at)
 
-    def touch_up(self, head: Program, asked: op.TouchUpPoint, now: int) -> TouchUp:
-        """Return the edit that puts a point where the robot stands.
+    def touch_up(self, head: Program, asked: op.TouchUpPoint, at: Standing) -> TouchUp:
+        """Return the edit that puts a point where the robot stood.
 
         Args:
             head: the program; of its points the one in question is enough.
             asked: which point.
-            now: monotonic time, ns.
+            at: where it stood when that was asked.
 
         Raises:
-            NotTaught: it moves, or nobody knows where it is.
+            NotTaught: there is no such frame or tool.
             ProgramError: as of `record`, or there is no such point.
         """
         before = head.point(asked.point).pose
         point = self._taught(
             head,
             asked.point,
-            now,
+            at,
             frame=None if before is None else before.frame,
             tool=None if before is None else before.tool,
         )
@@ -82,15 +90,13 @@ class Teacher:
         self,
         program: Program,
         name: str,
-        now: int,
+        at: Standing,
         frame: str | None = None,
         tool: str | None = None,
     ) -> TeachPoint:
-        """Return the point where the robot stands, in the program's own frame if none is named."""
+        """Return the point where the robot stood, in the program's own frame if none is named."""
         check_robot(program, self._robot_name, self._cell.limits)
-        point = taught_point(
-            self._cell, self._robot, name, frame or program.frame, tool or program.tool, now
-        )
+        point = taught_point(at, self._robot, name, frame or program.frame, tool or program.tool)
         if isinstance(point, Refusal):
             raise NotTaught(point)
         return point

@@ -113,6 +113,13 @@ class ControlFlow:
                 return self._settled((*position, Level(program, 0)))
         return self._settled((*position[:-1], replace(level, index=level.index + 1)))
 
+    def behind(self, position: Position) -> Position:
+        """Return the position behind a statement that is no condition on a flag."""
+        behind = self.after(position, {})
+        if behind is None:
+            raise AssertionError("only conditions on flags ask for a flag")
+        return behind
+
     def branch(self, position: Position, holds: bool) -> Position:
         """Return the position in the branch of a condition that holds or does not."""
         level = position[-1]

@@ -20,6 +20,9 @@ MOST_MOVES_IN_BLOCK = 100
 MOST_INSTANT_STATEMENTS = 10_000
 """Statements without motion or wait in a row; more of them go round for ever."""
 
+MOST_INSTANT_AT_ONCE = 300
+"""Of these, those that are passed in one go; a run passes the others at the ticks behind it."""
+
 APPROACH = Speed(SpeedKind.FRACTION, 0.1)
 """Fastest way to the first point of a run."""
 
@@ -85,19 +88,22 @@ class Gatherer:
             speed = APPROACH
         move = replace(found.move, way=Way.PTP, via=(), speed=speed, zone=0.0)
         block = MotionBlock((replace(found, move=move, via=()),), approach=True)
-        return Gathered(block, (position,), self._behind(position))
+        return Gathered(block, (position,), self._flow.behind(position))
 
     def block(self, position: Position, stops_at: Callable[[Position], bool]) -> Gathered:
         """Return the block that begins with the move at a position.
+
+        It ends where the look-ahead has passed `MOST_INSTANT_AT_ONCE` statements, all of its moves
+        together: what is looked at in one go is bounded, whatever stands between the moves.
 
         Args:
             position: before a move.
             stops_at: whether the run must stand before a position, as at a breakpoint.
         """
         moves, positions = [self._block_move(position)], [position]
-        behind = self._behind(position)
+        behind, left = self._flow.behind(position), MOST_INSTANT_AT_ONCE
         while moves[-1].move.zone and len(moves) < MOST_MOVES_IN_BLOCK:
-            following = self._next_move(behind, stops_at)
+            following, left = self._next_move(behind, stops_at, left)
             if following is None:
                 break
             found = self._block_move(following)
@@ -105,29 +111,24 @@ class Gatherer:
                 break
             moves.append(found)
             positions.append(following)
-            behind = self._behind(following)
+            behind = self._flow.behind(following)
         moves[-1] = replace(moves[-1], move=replace(moves[-1].move, zone=0.0))
         return Gathered(MotionBlock(tuple(moves)), tuple(positions), behind)
 
     def _next_move(
-        self, position: Position, stops_at: Callable[[Position], bool]
-    ) -> Position | None:
-        for _ in range(MOST_INSTANT_STATEMENTS):
+        self, position: Position, stops_at: Callable[[Position], bool], most: int
+    ) -> tuple[Position | None, int]:
+        """Look for a move behind up to so many statements; return how many are left, too."""
+        for left in range(most, -1, -1):
             if not position or stops_at(position):
-                return None
+                break
             statement = self._flow.statement(position)
             if isinstance(statement, Move):
-                return position
+                return position, left
             if not self._flow.is_instant(statement) or isinstance(statement, IfFlag):
-                return None
-            position = self._behind(position)
-        return None
-
-    def _behind(self, position: Position) -> Position:
-        behind = self._flow.after(position, {})
-        if behind is None:
-            raise AssertionError("only conditions on flags ask for a flag")
-        return behind
+                break
+            position = self._flow.behind(position)
+        return None, 0
 
     def _block_move(self, position: Position) -> BlockMove:
         level, move = position[-1], self._flow.statement(position)

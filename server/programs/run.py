@@ -12,9 +12,9 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from .control_flow import ControlFlow, Position
-from .dead_ends import flag_not_read, going_round
 from .executed import ExecutedMoves
-from .motion_blocks import MOST_INSTANT_STATEMENTS, Gathered, Gatherer
+from .motion_blocks import Gathered, Gatherer
+from .passing import Halt, Passing
 from .run_messages import (
     Aborted,
     Action,
@@ -39,7 +39,9 @@ from .run_tasks import (
     Stopwatch,
     Task,
     WaitTask,
-    effect_action,
+    asked,
+    step_back_fault,
+    step_forward_fault,
 )
 from .statement_clauses import statement_text
 from .statements import (
@@ -61,6 +63,7 @@ class Run:
     Attributes:
         state: how far it is.
         why: why it is paused.
+        is_stepping: whether a step is under way, or held by a pause.
         failure: why it failed.
         task: what it is doing; None between two statements.
         flags: the flags that were read.
@@ -90,17 +93,16 @@ class Run:
         """
         self.state = RunState.RUNNING
         self.why = PauseReason.NONE
+        self.is_stepping = step
         self.failure: Refusal | None = None
         self.task: Task | None = None
         self.flags: dict[str, bool] = {}
         self.actions: list[Action] = []
-        self._position = flow.start(index)
+        self._passing = Passing(flow, index, stops_at, leaving=step)
         self._flow = flow
         self._gatherer = Gatherer(flow)
         self._stops_at = stops_at
         self._requests = requests
-        self._stepping = step
-        self._leaving = step
         self._approached = False
         self._executed = ExecutedMoves()
 
@@ -109,7 +111,7 @@ class Run:
         """The statement under way, or the next one; empty at the end."""
         if isinstance(self.task, MotionTask):
             return self.task.gathered.positions[self.task.place]
-        return self._position
+        return self._passing.position
 
     @property
     def approaching(self) -> bool:
@@ -127,12 +129,15 @@ class Run:
             case WaitTask() | InputTask() as task:
                 task.watch.hold(now)
 
-    def go_on(self, now: int, *, stepping: bool) -> None:
-        """Go on after a pause, to the end or for one statement."""
-        # The statement that it paused before must not pause it again.
-        self._leaving = stepping or self.why is not PauseReason.REQUEST
+    def go_on(self, now: int, *, stepping: bool) -> Refusal | None:
+        """Go on after a pause, to the end or for one statement; return why that cannot be."""
+        if stepping and (refusal := step_forward_fault(self.task)):
+            return refusal
+        # The statement that it paused before must not pause it again; a held step goes on.
+        begins_step = stepping and not self.is_stepping
+        self._passing.is_leaving = begins_step or self.why is not PauseReason.REQUEST
         self.state, self.why = RunState.RUNNING, PauseReason.NONE
-        self._stepping = stepping
+        self.is_stepping = stepping
         match self.task:
             case None:
                 self.advance(now)
@@ -140,17 +145,15 @@ class Run:
                 self.actions.append(ResumeMotion(request))
             case WaitTask() | InputTask() as task:
                 task.watch.go_on(now)
+        return None
 
     def step_back(self) -> Refusal | None:
         """Go back along the last executed move; return why that cannot be."""
-        if self.task is not None:
-            text = "a statement is half done; accepted: step forward, then back along all of it"
-            return Refusal(VerdictCode.STEP_BACK_REFUSED, text)
-        way = self._executed.way_back()
+        way = step_back_fault(self.task) or self._executed.way_back()
         if isinstance(way, Refusal):
             return way
         self.state, self.why = RunState.RUNNING, PauseReason.NONE
-        self._stepping = True
+        self.is_stepping = True
         self._request_motion(way, back=True)
         return None
 
@@ -186,10 +189,12 @@ class Run:
                     self._complete(task.behind, now)
 
     def tick(self, now: int) -> None:
-        """Look at the time."""
+        """Look at the time; go on where the last tick left off."""
         if self.state is not RunState.RUNNING:
             return
         match self.task:
+            case None:
+                self.advance(now)
             case WaitTask() as task if task.watch.elapsed(now) >= task.duration:
                 self._complete(task.behind, now)
             case InputTask() as task if task.timed_out(now):
@@ -210,7 +215,7 @@ class Run:
         if not dwell:
             self._complete(gathered.behind, now)
             return
-        self._position = gathered.positions[-1]
+        self._passing.come_to(gathered.positions[-1])
         watch = Stopwatch(now)
         if self.state is RunState.PAUSED:
             watch.hold(now)
@@ -220,85 +225,64 @@ class Run:
         match task.statement:
             case ReadInput(_, flag):
                 self.flags[flag] = value
-                self._complete(self._behind(task.position), now)
+                self._complete(self._flow.behind(task.position), now)
             case IfInput(_, wanted):
                 self._complete(self._flow.branch(task.position, value is wanted), now)
 
     def _complete(self, behind: Position, now: int) -> None:
         """A statement is done; go on, unless the run is paused or steps."""
-        self.task, self._position = None, behind
-        if self.state is RunState.PAUSED:
-            return
-        if self._stepping and behind:
+        self.task = None
+        self._passing.come_to(behind)
+        if self.is_stepping and behind:
+            # Also in a pause: the step is over, so that going on is no second one.
             self._pause(PauseReason.STEP)
-        else:
+        elif self.state is RunState.RUNNING:
             self.advance(now)
 
     # Going on.
 
     def advance(self, now: int) -> None:
-        """Pass statements until one takes time, or the run pauses or ends."""
-        for _ in range(MOST_INSTANT_STATEMENTS):
-            if not self._position:
+        """Begin the next statement that takes time, or pause before it, or end."""
+        match self._passing.go(self.flags):
+            case Halt.END:
                 self._end(RunState.FINISHED)
                 self.actions.append(Finished())
-                return
-            if self._stops_at(self._position) and not self._leaving:
+            case Halt.BREAKPOINT:
                 self._pause(PauseReason.BREAKPOINT)
-                return
-            self._leaving = False
-            statement = self._flow.statement(self._position)
-            if not self._flow.is_instant(statement):
+            case Halt.MORE_NEXT_TICK:
+                pass
+            case Refusal() as refusal:
+                self._fail(refusal)
+            case statement:
                 self._begin(statement, now)
-                return
-            behind = self._flow.after(self._position, self.flags)
-            if behind is None:
-                self._fail(flag_not_read(statement))
-                return
-            self._position = behind
-        self._fail(going_round())
 
     def _begin(self, statement: Statement, now: int) -> None:
-        position = self._position
+        position = self._passing.position
         match statement:
             case Move() if not self._approached:
                 self._request_motion(self._gatherer.approach(position))
             case Move():
-                stops_at = _everywhere if self._stepping else self._stops_at
+                stops_at = _everywhere if self.is_stepping else self._stops_at
                 self._request_motion(self._gatherer.block(position, stops_at))
             case Wait(duration):
-                behind = self._behind(position)
+                behind = self._flow.behind(position)
                 self.task = WaitTask(Stopwatch(now), round(duration * 1e9), behind)
-            case WaitInput():
-                request, behind = next(self._requests), self._behind(position)
-                self.task = InputTask(statement, Stopwatch(now), request, 0, behind)
-                self.actions.append(QueryInput(request, statement.signal))
-            case ReadInput() | IfInput():
-                request = next(self._requests)
-                self.task = QuestionTask(request, statement, position)
-                self.actions.append(QueryInput(request, statement.signal))
-            case SetOutput() | Attach() | Detach():
-                self._request_effect(statement)
-
-    def _request_effect(self, statement: SetOutput | Attach | Detach) -> None:
-        request = next(self._requests)
-        self._executed.note_effect(statement_text(statement))
-        self.task = RequestTask(request, self._behind(self._position))
-        self.actions.append(effect_action(request, statement))
+            case WaitInput() | ReadInput() | IfInput() | SetOutput() | Attach() | Detach():
+                behind, request = self._flow.behind(position), next(self._requests)
+                self.task, action = asked(statement, request, position, behind, now)
+                self.actions.append(action)
+                if isinstance(statement, SetOutput | Attach | Detach):
+                    self._executed.note_effect(statement_text(statement))
 
     def _request_motion(self, gathered: Gathered, *, back: bool = False) -> None:
         request = next(self._requests)
         self.task = MotionTask(request, gathered, back=back)
         self.actions.append(RequestMotion(request, gathered.block))
 
-    def _behind(self, position: Position) -> Position:
-        behind = self._flow.after(position, self.flags)
-        if behind is None:
-            raise AssertionError("only conditions on flags ask for a flag")
-        return behind
-
     def _pause(self, why: PauseReason) -> None:
         self.state, self.why = RunState.PAUSED, why
+        # A breakpoint ends a step as its statement does.
+        self.is_stepping = self.is_stepping and why is PauseReason.REQUEST
 
     def _fail(self, refusal: Refusal) -> None:
         self._end(RunState.FAILED)
@@ -307,8 +291,9 @@ class Run:
 
     def _end(self, state: RunState) -> None:
         """End the run; the place where it ended stays visible."""
-        self._position = self.position
+        self._passing.come_to(self.position)
         self.state, self.why, self.task = state, PauseReason.NONE, None
+        self.is_stepping = False
 
 
 def _everywhere(position: Position) -> bool:

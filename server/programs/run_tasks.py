@@ -13,11 +13,11 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..refusal import Refusal
 from .control_flow import Position
 from .motion_blocks import Gathered
-from .run_messages import AttachObject, DetachObject, WriteOutput
+from .run_messages import AttachObject, DetachObject, QueryInput, WriteOutput
 from .statements import Attach, Detach, IfInput, ReadInput, SetOutput, WaitInput
 
 INPUT_PERIOD_NS = 50_000_000
-"""Time between two looks at an input that is waited for [ns]."""
+"""Time between two looks at an input that is waited for, and longest for an answer [ns]."""
 
 
 class Stopwatch:
@@ -57,6 +57,11 @@ class MotionTask:
     place: int = 0
     back: bool = False
 
+    @property
+    def moves_left(self) -> int:
+        """How many moves it still ends, the one under way among them."""
+        return len(self.gathered.positions) - self.place
+
 
 @dataclass(slots=True)
 class WaitTask:
@@ -92,9 +97,11 @@ class InputTask:
     behind: Position
 
     def timed_out(self, now: int) -> bool:
-        """Tell whether the wait is as long as it may be."""
-        limit = self.statement.timeout
-        return limit is not None and self.watch.elapsed(now) >= round(limit * 1e9)
+        """Tell whether the wait is as long as it may be; the answer to a question comes first."""
+        limit, waited = self.statement.timeout, self.watch.elapsed(now)
+        if limit is None or waited < round(limit * 1e9):
+            return False
+        return self.request == 0 or waited - self.asked >= INPUT_PERIOD_NS
 
     def timeout_refusal(self, now: int) -> Refusal:
         """Return why the wait is over."""
@@ -125,17 +132,54 @@ class RequestTask:
     behind: Position
 
 
+Question: TypeAlias = WaitInput | ReadInput | IfInput
+Effect: TypeAlias = SetOutput | Attach | Detach
 Task: TypeAlias = MotionTask | WaitTask | InputTask | QuestionTask | RequestTask
 
 
-def effect_action(
-    request: int, statement: SetOutput | Attach | Detach
-) -> WriteOutput | AttachObject | DetachObject:
-    """Return what is to be done for a statement with an effect."""
+def step_forward_fault(task: Task | None) -> Refusal | None:
+    """Return why a step out of a pause would run more than the statement under way."""
+    if not isinstance(task, MotionTask) or task.moves_left < 2:
+        return None
+    left = task.moves_left
+    text = f"{left} moves that zones join are left, a step is one; accepted: {_FROM_JOINED_MOVES}"
+    return Refusal(VerdictCode.STEP_FORWARD_REFUSED, text, value=left, limit=1)
+
+
+def step_back_fault(task: Task | None) -> Refusal | None:
+    """Return why there is no step back out of what is under way."""
+    if task is None:
+        return None
+    joined = isinstance(task, MotionTask) and task.moves_left > 1
+    accepted = _FROM_JOINED_MOVES if joined else "step forward, then back along all of it"
+    text = f"a statement is half done; accepted: {accepted}"
+    return Refusal(VerdictCode.STEP_BACK_REFUSED, text)
+
+
+_FROM_JOINED_MOVES = "resume, or a program stop and then a step from the line that is wanted"
+
+
+def asked(
+    statement: Question | Effect, request: int, position: Position, behind: Position, now: int
+) -> tuple[Task, QueryInput | WriteOutput | AttachObject | DetachObject]:
+    """Return the task of a statement that asks others for something, and what it asks for.
+
+    Args:
+        statement: the statement.
+        request: a fresh request number.
+        position: before the statement.
+        behind: after it.
+        now: monotonic time [ns].
+    """
     match statement:
+        case WaitInput(signal):
+            watch = Stopwatch(now)
+            return InputTask(statement, watch, request, 0, behind), QueryInput(request, signal)
+        case ReadInput(signal) | IfInput(signal):
+            return QuestionTask(request, statement, position), QueryInput(request, signal)
         case SetOutput(signal, value):
-            return WriteOutput(request, signal, value)
+            return RequestTask(request, behind), WriteOutput(request, signal, value)
         case Attach(scene_object):
-            return AttachObject(request, scene_object)
+            return RequestTask(request, behind), AttachObject(request, scene_object)
         case Detach(scene_object):
-            return DetachObject(request, scene_object)
+            return RequestTask(request, behind), DetachObject(request, scene_object)

@@ -67,6 +67,11 @@ class Runner:
         """The flags that were read in this run."""
         return {} if self._run is None else dict(self._run.flags)
 
+    @property
+    def is_stepping(self) -> bool:
+        """Whether a step is under way, or held by a pause; not once it is done."""
+        return self._run is not None and self._run.is_stepping
+
     def handle(self, event: Event, now: int) -> list[Action]:
         """Take an event.
 
@@ -135,8 +140,7 @@ class Runner:
             return self._refused("it is paused")
         if isinstance(event, StepBack):
             return self._run.step_back()
-        self._run.go_on(now, stepping=isinstance(event, StepForward))
-        return None
+        return self._run.go_on(now, stepping=isinstance(event, StepForward))
 
     def _refused(self, wanted: str) -> Refusal:
         text = f"the program is {self.status.state.value}; accepted: while {wanted}"

@@ -16,8 +16,8 @@ from .errors import ProgramSyntaxError, ProgramTooLarge, excerpt
 MOST_BYTES = 1 << 20
 """Largest text [bytes of UTF-8]."""
 
-LONGEST_LINE = 4_096
-"""Characters of a line."""
+LONGEST_LINE = 8_192
+"""Characters of a line; a spline through the most points of the longest names has 7,200."""
 
 _WORD = re.compile(r'"([^"]*)"|([^\s"#]+)')
 _PLAIN = re.compile(r"[ !$-~]+")

@@ -1,8 +1,7 @@
 """Recordings as pendants ask for them: begun, ended, listed, cut, played back.
 
 Owns the order in which a request is examined and how it is answered. Which samples are kept is
-`recording`'s business, how they become a motion `recording_planning`'s, whether the robot may move
-the cell's.
+`recorder`'s business, how they are played `playing_back`'s.
 """
 
 from __future__ import annotations
@@ -13,43 +12,31 @@ from functools import partial
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..news import Begun, Ended, News, Refused, Request
-from ..operating_mode import MotionKind
+from ..news import Ended, News, Request
 from ..outgoing import Outgoing, Send
 from ..pendant.replies import outcome
 from ..planning.jobs import Planned
 from ..planning.pose_goal import PoseGoal
-from ..planning.recording_job import PlaybackAccount, RecordingJob
 from ..playback.operations import Asker
 from ..refusal import Refusal
 from ..robot_cell import RobotCell
-from ..store.documents import Document, DocumentKind, Heading
+from ..store.documents import DocumentKind, Heading
 from ..store.questions import AskStore
 from ..store.requests import (
     Answer,
     Delete,
     ListHeadings,
-    Load,
-    LoadChunks,
     RenameRecording,
     TrimRecording,
 )
 from . import operations as op
 from .descriptions import Fields, RecordingDescriptions
-from .document import (
-    Extract,
-    RecordingDocument,
-    extract_for,
-    read_document,
-)
+from .document import RecordingDocument
+from .playing_back import PlayingBack
 from .recorder import Recorder
 from .run import Lost, Told
 from .store_refusal import store_refusal
 
-MOST_PLAYED_BYTES = 64 << 20
-"""Largest recording that is played in one piece: an hour of seven joints at 250 Hz."""
-
-_CHUNKS_AT_ONCE = 256
 _MOST_LISTED = 100
 
 
@@ -80,12 +67,9 @@ class RecordingDesk:
         """
         self.recorder = Recorder(robot_name, cell.limits.names, state_period, ask)
         self._descriptions = RecordingDescriptions(ask, self.recorder)
+        self._playing = PlayingBack(cell, ask, tool, robot_name)
         self._cell = cell
         self._ask = ask
-        self._tool = tool
-        self._robot_name = robot_name
-        self._planning: tuple[int, Request, Asker] | None = None
-        self._account: PlaybackAccount | None = None
 
     def handle(self, asked: op.RecordingOperation, asker: Asker, now: int) -> list[Outgoing]:
         """Carry out a request; the answer may come later."""
@@ -156,108 +140,33 @@ class RecordingDesk:
         if refusal is not None:
             return asker.refuse(refusal)
         self._cell.authority.beat(asker.session, now)
-        if running := self._keep(asked.name, asker):
-            return running
-
-        def loaded(answer: Answer, at: int) -> list[Outgoing]:
-            if not isinstance(answer, Document):
-                return _failed(asker, answer)
-            document = read_document(asked.name, answer.body)
-            if isinstance(document, Refusal):
-                return asker.refuse(document)
-            dof = self._cell.limits.dof
-            extract = extract_for(asked.name, document, self._robot_name, dof)
-            if isinstance(extract, Refusal):
-                return asker.refuse(extract)
-            return self._fetch(asked, asker, document, extract, [])
-
-        return self._ask(Load(DocumentKind.RECORDING, asked.name), loaded)
-
-    def _fetch(
-        self,
-        asked: op.PlayRecording,
-        asker: Asker,
-        document: RecordingDocument,
-        extract: Extract,
-        chunks: list[bytes],
-    ) -> list[Outgoing]:
-        """Load the samples, some chunks at a time, then have the motion planned."""
-
-        def loaded(answer: Answer, now: int) -> list[Outgoing]:
-            if not isinstance(answer, tuple):
-                return _failed(asker, answer)
-            more = [chunk for chunk in answer if isinstance(chunk, bytes)]
-            chunks.extend(more)
-            size = sum(map(len, chunks))
-            if size > MOST_PLAYED_BYTES:
-                text = f"{asked.name!r} has more than {MOST_PLAYED_BYTES} bytes; trim it first"
-                refusal = Refusal(VerdictCode.TOO_LARGE, text, value=size, limit=MOST_PLAYED_BYTES)
-                return asker.refuse(refusal)
-            if len(more) == _CHUNKS_AT_ONCE:
-                return self._fetch(asked, asker, document, extract, chunks)
-            return self._plan(asked, asker, document, extract, b"".join(chunks), now)
-
-        return self._ask(LoadChunks(asked.name, len(chunks), _CHUNKS_AT_ONCE), loaded)
-
-    def _plan(
-        self,
-        asked: op.PlayRecording,
-        asker: Asker,
-        document: RecordingDocument,
-        extract: Extract,
-        samples: bytes,
-        now: int,
-    ) -> list[Outgoing]:
-        cell = self._cell
-        refusal = cell.check(asker.session, now)
-        if refusal is not None:
-            return asker.refuse(refusal)
-        job = RecordingJob(
-            cell.motions.new_job_id(),
-            cell.standing_at,
-            asked.name,
-            samples,
-            extract,
-            document.period,
-            asked.factor,
-            asked.tolerance,
-            asked.begins,
-            asked.ends,
-            asked.repeats,
-            asked.bridge,
-            cell.modes.tool_speed_cap(cell.mode),
-            self._tool(),
-        )
-        request = Request(asker.session, asker.request_id)
-        self._planning = (job.job_id, request, asker)
-        self._account = None
-        return cell.motions.ask(request, job, MotionKind.MOVE)
+        by = self._cell.authority.holder
+        assert by is not None, "checked above"
+        return self._keep(asked.name, asker) or self._playing.play(asked, asker, by)
 
     def planned(self, planned: Planned) -> None:
         """Take note of what the plan of a playback says; the cell begins it."""
-        if self._planning is not None and self._planning[0] == planned.job_id:
-            self._account = planned.playback
+        self._playing.planned(planned)
 
     def news(self, news: News) -> list[Outgoing] | None:
-        """Answer the request of a playback that began or was refused.
+        """Answer the request of a playback that began or was refused; see `PlayingBack.news`."""
+        return self._playing.news(news)
 
-        Returns:
-            The answer; None where the news is about something else, and for the outcome, which is
-            told as of any motion.
-        """
-        if self._planning is None or isinstance(news, Ended):
-            return None
-        _, request, asker = self._planning
-        match news:
-            case Begun(request=of) if of is request:
-                self._planning = None
-                account = self._account
-                about = {} if account is None else asdict(account) | {"factor": account.factor}
-                return asker.answer(**about)
-            case Refused(request=of, refusal=refusal) if of is request:
-                self._planning = None
-                return asker.refuse(refusal)
-        return None
+    def dropped_by(self, news: News) -> list[Outgoing]:
+        """Drop what is loaded to be played where news ends that; see `PlayingBack.dropped_by`."""
+        return self._playing.dropped_by(news)
+
+    def drop(self, refusal: Refusal) -> list[Outgoing]:
+        """Drop what is loaded to be played, and tell who asked; nothing where nothing is."""
+        return self._playing.drop(refusal)
+
+    def tick(self, now: int) -> list[Outgoing]:
+        """Go on with what waits for the store, and drop what may not be played any more."""
+        return self._playing.tick(now) + self.recorder.tick(now)
+
+    def shut_down(self) -> list[Outgoing]:
+        """Have written what is recorded, and play nothing any more."""
+        return self.drop(Refusal(VerdictCode.SHUTTING_DOWN)) + self.recorder.flush()
 
 
 def _tell(asker: Asker) -> Told:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -34,7 +35,8 @@ class RecordingDocument(BaseModel):
     model_config = ConfigDict(extra="ignore", frozen=True)
 
     columns: tuple[str, ...] = Field(min_length=2, max_length=256)
-    """Names of the values of a row: the time [s], each joint [rad or m], and the mark of a gap."""
+    """Names of the values of a row: the time [s], each joint [rad or m], and the mark of a gap; see
+    `column_fault` for which there are."""
     robot: str = ""
     """The robot; empty where a file did not say."""
     joints: tuple[str, ...] = ()
@@ -63,18 +65,56 @@ class Extract:
 
     Attributes:
         width: values of a row.
-        joints: places of the joints in a row.
+        joints: places of the joints in a row, the first joint first.
     """
 
     width: int
     joints: tuple[int, ...]
 
 
+def _joint_columns(joints: int) -> tuple[str, ...]:
+    return tuple(f"j{number}" for number in range(1, joints + 1))
+
+
+class ColumnFault(NamedTuple):
+    """What is wrong with the columns of a recording.
+
+    Attributes:
+        place: of the column at fault, from 0; None where one is missing.
+        problem: what is wrong and what would be accepted.
+    """
+
+    place: int | None
+    problem: str
+
+
+def column_fault(columns: Sequence[str], joints: int | None = None) -> ColumnFault | None:
+    """Return what is wrong with the columns of a row; None where each is there that has to be.
+
+    Its name alone tells what is in a column, so their order is free and any other name is refused.
+
+    Args:
+        columns: their names.
+        joints: how many joints the robot has; None for as many as there are columns for.
+    """
+    if joints is None:
+        joints = max(1, len(columns) - (TIME in columns) - (GAP in columns))
+    needed = (TIME, *_joint_columns(joints))
+    named = f"{TIME}, j1" if joints == 1 else f"{TIME}, j1 to j{joints}"
+    accepted = f"accepted: {named}, and {GAP} if you like, each once"
+    for place, column in enumerate(columns):
+        if column not in needed and column != GAP:
+            return ColumnFault(place, f"is {column[:80]!r}; {accepted}")
+        if column in columns[:place]:
+            return ColumnFault(place, f"is {column!r} once more; {accepted}")
+    missing = [name for name in needed if name not in columns]
+    return ColumnFault(None, f"no column is {missing[0]!r}; {accepted}") if missing else None
+
+
 def new_document(robot: str, joints: Sequence[str], period: float) -> RecordingDocument:
     """Return the description of a recording that begins."""
-    numbered = tuple(f"j{number}" for number in range(1, len(joints) + 1))
     return RecordingDocument(
-        columns=(TIME, *numbered, GAP),
+        columns=(TIME, *_joint_columns(len(joints)), GAP),
         robot=robot,
         joints=tuple(joints),
         period=period,
@@ -120,8 +160,13 @@ def extract_for(name: str, document: RecordingDocument, robot: str, dof: int) ->
         text = f"recording {name!r} was made with {document.robot!r}; this robot is {robot!r}"
         return Refusal(VerdictCode.RECORDING_WRONG_ROBOT, text)
     columns = document.columns
-    joints = tuple(place for place, column in enumerate(columns[1:], 1) if column != GAP)
-    if columns[0] != TIME or len(joints) != dof:
+    if column_fault(columns) is not None or columns[0] != TIME:
+        fault = column_fault(columns, dof)
+        place, problem = fault or ColumnFault(0, f"is {columns[0]!r}; accepted: {TIME!r} first")
+        where = "columns" if place is None else f"columns[{place}]"
+        return Refusal(VerdictCode.BAD_DOCUMENT, f"recording {name!r}: {where}: {problem}")
+    joints = tuple(map(columns.index, _joint_columns(len(columns) - 1 - (GAP in columns))))
+    if len(joints) != dof:
         text = (
             f"recording {name!r} has the columns {', '.join(columns)[:120]}; accepted:"
             f" {TIME}, then one for each of {dof} joints"

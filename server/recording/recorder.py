@@ -20,7 +20,6 @@ from ..store.documents import DocumentKind, Extent, Heading
 from ..store.errors import StoreBusy
 from ..store.questions import AskStore
 from ..store.requests import Answer, AppendChunk, Save
-from ..store.samples import pack_rows
 from .document import (
     GAP_PERIODS,
     RecordingDocument,
@@ -36,6 +35,9 @@ CHUNK_NS = 500_000_000
 
 MOST_WAITING_ROWS = 30_000
 """Rows that wait for a disk that does not keep up: five minutes at 100 Hz."""
+
+LONGEST_BUSY_NS = 30_000_000_000
+"""A recording that was stopped waits so long for a disk that is busy all the time."""
 
 _SECOND_NS = 1_000_000_000
 
@@ -132,54 +134,90 @@ class Recorder:
         run.told = told
         return self._finish(run)
 
-    def flush(self) -> list[Outgoing]:
-        """Have written what waits, because the server is going down."""
+    def tick(self, now: int) -> list[Outgoing]:
+        """Try the disk again, where it was busy as the rest of a recording was to be kept."""
         run = self._run
-        if run is None or not run.revision or run.underway or not run.waiting:
+        if run is None or run.busy_since is None:
             return []
-        return self._append(run)
+        return self._finish(run)
+
+    def flush(self) -> list[Outgoing]:
+        """Have written what waits, and record no more, because the server is going down."""
+        run = self._run
+        if run is None or not run.revision:
+            return []
+        if run.told is not None:
+            return self._finish(run)
+        self._run = None
+        out: list[Outgoing] = []
+        # A chunk that the store was asked to keep already may be asked for twice.
+        while run.chunk or run.waiting:
+            if run.chunk:
+                chunk = AppendChunk(run.name, run.chunks, run.chunk)
+                out += self._ask(chunk, lambda answer, at: [])
+                run.chunks += 1
+            run.next_chunk()
+        return out
 
     # Rows.
 
     def _write(self, run: Run) -> list[Outgoing]:
-        """Write a chunk where one is due and the last one is kept."""
-        if run.underway or not run.waiting or run.last - run.waits_since < CHUNK_NS:
+        """Write the chunk that the disk did not take, or one that is due."""
+        if run.is_asked:
             return []
-        return self._append(run)
+        is_due = run.waiting and run.last - run.waits_since >= CHUNK_NS
+        return self._append(run) if run.chunk or is_due else []
 
     def _append(self, run: Run) -> list[Outgoing]:
-        run.underway, run.waiting = run.waiting, []
+        if not run.chunk:
+            run.next_chunk()
+        run.is_asked = True
 
         def kept(answer: Answer, now: int) -> list[Outgoing]:
             return self._kept(run, answer, now)
 
-        return self._ask(AppendChunk(run.name, run.chunks, pack_rows(run.underway)), kept)
+        return self._ask(AppendChunk(run.name, run.chunks, run.chunk), kept)
 
     def _kept(self, run: Run, answer: Answer, now: int) -> list[Outgoing]:
         if self._run is not run:
             return []
+        run.is_asked = False
         if isinstance(answer, Extent):
             run.chunks = answer.chunks
-            run.kept += len(run.underway)
-            run.underway = []
+            run.kept += run.chunk_rows
+            run.chunk, run.chunk_rows = b"", 0
+            run.busy_since = None
             return self._write(run) if run.told is None else self._finish(run)
-        if isinstance(answer, StoreBusy) and run.told is None:
-            # They stay first in line; the next report tries again.
-            run.waiting, run.underway = run.underway + run.waiting, []
+        if self._may_wait(run, answer, now):
             return []
         return self._break_off(run, store_refusal(answer), now)
+
+    @staticmethod
+    def _may_wait(run: Run, answer: Answer, now: int) -> bool:
+        """Tell whether what the disk did not take is tried again: by the next report or tick."""
+        if not isinstance(answer, StoreBusy):
+            return False
+        if run.told is None:
+            return True  # until too many rows wait
+        if run.busy_since is None:
+            run.busy_since = now
+        return now - run.busy_since < LONGEST_BUSY_NS
 
     # The end.
 
     def _finish(self, run: Run) -> list[Outgoing]:
         """Write what is left, then the description with what was counted."""
-        if run.underway:
+        if run.is_asked:
             return []
-        if run.waiting:
+        if run.chunk or run.waiting:
             return self._append(run)
+        run.is_asked = True
         document = run.document.model_copy(update={"finished": True} | run.count.fields)
 
         def saved(answer: Answer, now: int) -> list[Outgoing]:
+            run.is_asked = False
+            if self._may_wait(run, answer, now):
+                return []
             if not isinstance(answer, Heading):
                 return self._break_off(run, store_refusal(answer), now)
             self._run = None
@@ -207,6 +245,6 @@ def _save(run: Run, document: RecordingDocument) -> Save:
 
 
 def _fallen_behind(run: Run) -> Refusal:
-    lost = len(run.waiting) + len(run.underway)
+    lost = len(run.waiting) + run.chunk_rows
     text = f"{lost} samples wait for the disk, at most {MOST_WAITING_ROWS}"
     return Refusal(VerdictCode.RECORDING_FELL_BEHIND, text, value=lost, limit=MOST_WAITING_ROWS)

@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 from ..outgoing import Outgoing
 from ..refusal import Refusal
-from ..store.samples import Row
+from ..store.samples import Row, pack_rows, rows_in_a_chunk
 from .document import RecordingDocument
 from .row_count import RowCount
 
@@ -32,14 +32,16 @@ class Run:
         lost: is told if it ends by itself.
         revision: of the document; 0 until it is saved.
         waiting: rows that no chunk holds yet.
-        underway: rows of the chunk that the disk is being asked to keep.
+        chunk: the next chunk for the disk; empty where there is none.
+        chunk_rows: how many rows it has.
+        is_asked: the store was asked to keep something and has not answered yet.
         chunks: how many are kept.
         kept: rows in them.
         count: what was counted of all rows, kept or not.
         first: time of the first row [ns]; None before it.
         last: time of the last row [ns].
-        waits_since: time of the oldest row that waits [ns].
         told: who waits for the end; None while it goes on.
+        busy_since: since when the disk has been busy, where the end waits for it [ns]; else None.
     """
 
     name: str
@@ -48,14 +50,22 @@ class Run:
     lost: Lost
     revision: int = 0
     waiting: list[Row] = field(default_factory=list)
-    underway: list[Row] = field(default_factory=list)
+    chunk: bytes = b""
+    chunk_rows: int = 0
+    is_asked: bool = False
     chunks: int = 0
     kept: int = 0
     count: RowCount = field(default_factory=RowCount)
     first: int | None = None
     last: int = 0
-    waits_since: int = 0
     told: Told | None = None
+    busy_since: int | None = None
+
+    @property
+    def waits_since(self) -> int:
+        """Time of the oldest row that waits [ns]; only where one does."""
+        assert self.first is not None
+        return self.first + round(self.waiting[0][0] * _SECOND_NS)
 
     def take(self, position: tuple[float, ...], received: int, gap_ns: int) -> None:
         """Let the next row wait for its chunk.
@@ -71,11 +81,15 @@ class Run:
         else:
             after_gap = received - self.last > gap_ns
         self.last = received
-        if not self.waiting:
-            self.waits_since = received
         time = (received - self.first) / _SECOND_NS
         self.count.take(time, after_gap=after_gap)
         self.waiting.append((time, *position, float(after_gap)))
+
+    def next_chunk(self) -> None:
+        """Make the next chunk of the oldest rows that wait, as many as it may have."""
+        most = rows_in_a_chunk(len(self.document.columns))
+        rows, self.waiting = self.waiting[:most], self.waiting[most:]
+        self.chunk, self.chunk_rows = pack_rows(rows), len(rows)
 
 
 @dataclass(frozen=True, slots=True)

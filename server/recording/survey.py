@@ -20,7 +20,7 @@ from .document import GAP
 from .row_count import RowCount
 from .store_refusal import store_refusal
 
-_CHUNKS_AT_ONCE = 16
+_CHUNKS_AT_ONCE = 256
 _REAL_BYTES = 8
 
 Counted: TypeAlias = Callable[[RowCount | Refusal, int], list[Outgoing]]
@@ -59,7 +59,7 @@ def _count_from(
                 fault = BadDocument(f"a chunk of recording {name!r}", problem)
                 return counted(fault.refusal(), now)
             _take_chunk(count, columns, chunk)
-        if len(chunks) < _CHUNKS_AT_ONCE:
+        if not chunks:
             return counted(count, now)
         return _count_from(ask, name, columns, counted, count, first + len(chunks))
 

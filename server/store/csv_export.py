@@ -13,19 +13,21 @@ import csv
 import json
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, BinaryIO, NoReturn, Protocol
 
+from .chunk_spool import ChunkSpool
 from .documents import DocumentKind, Heading
 from .errors import BadDocument, TooLarge
-from .recording_rows import append_rows, recording_rows
-from .samples import MOST_COLUMNS, Row, columns_of, time_fault
+from .recording_rows import append_chunks, packed, recording_rows
+from .samples import MOST_COLUMNS, Row, columns_of, time_fault, time_first
 from .store import Store
 from .text_export import MOST_FILE_BYTES
 
 POINTS = "points"
 """The field of a body that holds a point list."""
 
+_RECORDING = DocumentKind.RECORDING
 _MOST_LINE_BYTES = 64 << 10
 _NUMBER = re.compile(r"-?(0|[1-9]\d{0,18})(\.\d+)?([eE][+-]?\d+)?")
 _LIKE_A_NUMBER = re.compile(r"[+-]?[\d.,]+([eE][+-]?\d+)?")
@@ -110,7 +112,7 @@ def read_points(stream: BinaryIO, file: str) -> list[dict[str, Any]]:
 
 def write_recording(store: Store, name: str, out: TextOut) -> None:
     """Write the samples of a recording, a row each."""
-    columns = columns_of(name, store.load(DocumentKind.RECORDING, name).body)
+    columns = columns_of(name, store.load(_RECORDING, name).body)
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(columns)
     # Python writes the shortest digits that give the same real again, with a dot.
@@ -124,8 +126,9 @@ def save_recording(
     file: str,
     author: str,
     described: Mapping[str, Any] | None = None,
+    check: Callable[[Sequence[str]], None] | None = None,
 ) -> Heading:
-    """Save the samples in a file as a new recording, all or none.
+    """Save the samples in a file as a new recording, all or none; locks the store once all is read.
 
     Args:
         store: where to.
@@ -134,6 +137,7 @@ def save_recording(
         file: its name, for the errors.
         author: who does it.
         described: fields of the recording's body beside its columns, which the file names.
+        check: is given the columns, and raises where they are not those of such a recording.
 
     Raises:
         BadDocument: it is no table of numbers, or its times do not advance; the text names line and
@@ -143,11 +147,16 @@ def save_recording(
     """
     rows = _rows(_lines(stream, file, None), file)
     columns = _header(rows, file)
-    body = json.dumps({"columns": columns, **(described or {})}, ensure_ascii=False)
+    if check is not None:
+        check(columns)
+    kept = [columns[place] for place in time_first(columns)]
+    body = json.dumps({"columns": kept, **(described or {})}, ensure_ascii=False)
     columns_of(name, body)
-    with store.together():
-        saved = store.save(DocumentKind.RECORDING, name, body, expected_revision=0, author=author)
-        append_rows(store, name, _samples(rows, columns, file), len(columns))
+    with ChunkSpool() as spool:
+        spool.take(packed(_samples(rows, columns, file), len(columns)))
+        with store.together():
+            saved = store.save(_RECORDING, name, body, expected_revision=0, author=author)
+            append_chunks(store, name, spool)
     return saved
 
 
@@ -205,22 +214,16 @@ def _number(cell: str, file: str, line: int, place: str) -> int | float:
 
 
 def _samples(rows: Iterable[tuple[int, list[str]]], columns: list[str], file: str) -> Iterator[Row]:
-    """Yield the samples in rows, as long as their times advance."""
+    """Yield the samples in rows, the time first, as long as their times advance."""
+    order = [(index, f"column {index + 1} ({columns[index]})") for index in time_first(columns)]
     before: float | None = None
     for line, row in rows:
-        sample = _sample(row, columns, file, line)
+        sample = tuple(float(_number(row[index], file, line, at)) for index, at in order)
         fault = time_fault(before, sample[0])
         if fault:
-            raise BadDocument(file, fault, line=line, place=f"column 1 ({columns[0]})")
+            raise BadDocument(file, fault, line=line, place=order[0][1])
         before = sample[0]
         yield sample
-
-
-def _sample(row: list[str], columns: list[str], file: str, line: int) -> Row:
-    return tuple(
-        float(_number(cell, file, line, f"column {index + 1} ({columns[index]})"))
-        for index, cell in enumerate(row)
-    )
 
 
 def _put(point: dict[str, Any], column: str, value: Any, file: str, line: int, at: str) -> None:

@@ -11,6 +11,7 @@ from typing import TypeAlias
 from .documents import Document, DocumentKind, Extent, Heading
 from .errors import StoreError
 from .recording_edit import rename_recording, trim_recording
+from .recording_rows import chunks_together
 from .store import Store
 
 
@@ -70,7 +71,10 @@ class AppendChunk:
 
 @dataclass(frozen=True, slots=True)
 class LoadChunks:
-    """Ask for some chunks of a recording, as bytes."""
+    """Ask for some chunks of a recording, as bytes: together no more than one may have.
+
+    At least one comes where there is one, so that an empty answer says that there are no more.
+    """
 
     name: str
     first: int
@@ -163,7 +167,7 @@ def perform(store: Store, request: Request) -> Result:
         case AppendChunk():
             return store.append_chunk(request.name, request.sequence, request.data)
         case LoadChunks():
-            return store.load_chunks(request.name, request.first, request.most)
+            return chunks_together(store, request.name, request.first, request.most)
         case MeasureRecording():
             return store.extent(request.name)
         case TrimRecording():

@@ -11,6 +11,7 @@ import json
 import struct
 from collections.abc import Iterable, Iterator, Sequence
 
+from ..recording.document import TIME
 from .documents import LONGEST_NAME, MOST_CHUNK_BYTES
 from .errors import BadDocument
 
@@ -19,6 +20,12 @@ MOST_COLUMNS = 256
 _REAL_BYTES = 8
 
 Row = tuple[float, ...]
+
+
+def time_first(columns: Sequence[str]) -> tuple[int, ...]:
+    """Return the places of the columns with the time before the others, which stay in order."""
+    at = columns.index(TIME) if TIME in columns else 0
+    return (at, *(place for place in range(len(columns)) if place != at))
 
 
 def time_fault(before: float | None, time: float) -> str:

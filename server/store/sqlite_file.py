@@ -19,6 +19,7 @@ from .errors import ForeignFile, ReadOnly, StoreFailed, StoreTooNew
 from .room_reserve import RESERVE_BYTES
 from .schema import APPLICATION_ID, Migration
 from .sqlite_faults import BrokenFile, translated
+from .whole_file import sync_folder, whole_file
 
 log = logging.getLogger("openpendant.server")
 
@@ -27,7 +28,6 @@ _BUSY_TIMEOUT = 2.0
 
 _MOST_KEPT = 10_000
 _PAGE_BYTES = 4_096
-_OWNER_ONLY = 0o600  # accounts are in it
 
 # Full sync: what is acknowledged is on the disk, not in its cache. Secure delete: a page that is
 # written anyhow keeps nothing of what was deleted, but none is written only for that, for which a
@@ -100,6 +100,7 @@ def open_read_only(path: Path, migrations: Sequence[Migration]) -> sqlite3.Conne
     with translated(path):
         if not path.is_file():
             raise StoreFailed(f"{path}: there is no such file")
+        _check_size(path)
         try:
             return _opened_read_only(path, "mode=ro", migrations)
         except sqlite3.OperationalError:
@@ -118,7 +119,7 @@ def integrity(connection: sqlite3.Connection, *, thorough: bool) -> list[str]:
 
 
 def copy(source: sqlite3.Connection, target: Path, *, replace: bool = False) -> None:
-    """Copy a file to another, whole or not at all; others may be writing.
+    """Copy a file to another, whole or not at all, also where a kill ends it; others may write.
 
     Args:
         source: a connection to it.
@@ -128,27 +129,15 @@ def copy(source: sqlite3.Connection, target: Path, *, replace: bool = False) -> 
     Raises:
         StoreError: the target exists or cannot be written.
     """
-    beside = target.with_name(target.name + ".partial")
-    with translated(target):
-        if not replace:
-            _create(target)
-        try:
-            with contextlib.closing(_connect(beside, "mode=rwc")) as connection:
-                os.chmod(beside, _OWNER_ONLY)
-                connection.execute("PRAGMA synchronous = FULL")
-                source.backup(connection)
-                # One file to carry away, without a log beside it.
-                connection.execute("PRAGMA journal_mode = DELETE")
-                problems = integrity(connection, thorough=False)
-            if problems:
-                raise BrokenFile(f"{target}: the copy is damaged: {problems[0]}")
-            os.replace(beside, target)
-            _sync_folder(target)
-        except BaseException:
-            beside.unlink(missing_ok=True)
-            if not replace:
-                target.unlink(missing_ok=True)
-            raise
+    with translated(target), whole_file(target, replace=replace) as beside:
+        with contextlib.closing(_connect(beside, "mode=rw")) as connection:
+            connection.execute("PRAGMA synchronous = FULL")
+            source.backup(connection)
+            # One file to carry away, without a log beside it.
+            connection.execute("PRAGMA journal_mode = DELETE")
+            problems = integrity(connection, thorough=False)
+        if problems:
+            raise BrokenFile(f"{target}: the copy is damaged: {problems[0]}")
 
 
 def _check_writable(path: Path) -> None:
@@ -160,6 +149,7 @@ def _check_writable(path: Path) -> None:
 
 def _open_writable(path: Path, migrations: Sequence[Migration]) -> OpenFile:
     with translated(path):
+        _check_size(path)
         connection = _connect(path, "mode=rw")
     try:
         with translated(path):
@@ -203,7 +193,7 @@ def _connect(path: Path, mode: str) -> sqlite3.Connection:
 
 
 def _version(connection: sqlite3.Connection, path: Path) -> int:
-    """Return the schema version, 0 for an empty file.
+    """Return the schema version, 0 for a new file.
 
     Raises:
         ForeignFile: another program's tables are in it.
@@ -254,23 +244,20 @@ def _upgrade(
 
 
 def _make(path: Path) -> None:
+    """Make the file of a first start; it is a database at once, so that no store is ever empty."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    if not path.exists():
-        with contextlib.suppress(FileExistsError):  # another process was faster
-            _create(path)
-        _sync_folder(path)
+    if path.exists():
+        return
+    with contextlib.suppress(FileExistsError):  # another process was faster
+        with whole_file(path) as beside, contextlib.closing(_connect(beside, "mode=rw")) as new:
+            new.execute(f"PRAGMA application_id = {APPLICATION_ID}")
 
 
-def _create(path: Path) -> None:
-    os.close(os.open(path, os.O_CREAT | os.O_EXCL | os.O_WRONLY, _OWNER_ONLY))
-
-
-def _sync_folder(path: Path) -> None:
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
+def _check_size(path: Path) -> None:
+    # SQLite takes an empty file for a new database. It may have been a copy, put back after it was
+    # cut short; whoever had an account in the store must not be taken for nobody.
+    if not path.stat().st_size:
+        raise BrokenFile(f"{path}: has 0 bytes, which neither a store nor a copy of one has")
 
 
 def _log_of(path: Path) -> Path:
@@ -285,7 +272,7 @@ def _set_aside(path: Path) -> Path:
         if _log_of(path).exists():
             _log_of(path).rename(_log_of(kept))
         path.with_name(path.name + "-shm").unlink(missing_ok=True)
-        _sync_folder(path)
+        sync_folder(path)
     return kept
 
 

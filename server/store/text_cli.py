@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -28,9 +29,10 @@ from .cli_parts import (
     reading,
 )
 from .csv_export import read_points, save_recording, write_points, write_recording
-from .documents import DocumentKind, Heading
+from .documents import DocumentKind, Heading, check_new_name
 from .errors import BadDocument, NotFound, StoreError, StoreFailed
 from .location import default_path
+from .revisions import check_revision
 from .sqlite_store import SqliteStore, open_store
 from .text_export import documents_to_json
 from .text_import import Entry, documents_from_json, named, read_file, save_entries
@@ -187,17 +189,23 @@ def _import_samples(
 ) -> tuple[Heading, ...]:
     from ..document_bodies import check_samples, robot_of_samples
 
-    found = robot_of_samples(name, robot)
+    found, file = robot_of_samples(name, robot), str(source)
     described = {"robot": found.name, "joints": found.limits.names}
+    # Now rather than after a file of hours was read; it is looked at once more as it is saved.
+    _check_free(store, DocumentKind.RECORDING, name)
+    check = partial(check_samples, name, found, file)
     try:
-        with open_regular(source) as stream, store.together():
-            saved = save_recording(store, name, stream, str(source), author, described)
-            body = store.load(DocumentKind.RECORDING, name).body
-            _check(store, (Entry(DocumentKind.RECORDING, name, body),), str(source))
-            check_samples(name, body, found, str(source))
+        with open_regular(source) as stream:
+            saved = save_recording(store, name, stream, file, author, described, check)
     except (OSError, ValueError) as error:
         raise _unreadable(source, error) from None
     return (saved,)
+
+
+def _check_free(store: SqliteStore, kind: DocumentKind, name: str) -> None:
+    check_new_name(name)
+    with contextlib.suppress(NotFound):
+        check_revision(kind, name, 0, store.load(kind, name).heading)
 
 
 def _unreadable(source: Path, error: Exception) -> StoreFailed:

@@ -17,7 +17,7 @@ from openpendant.motion.bounded_file import beginning_of
 from .documents import DocumentKind, Heading, check_body, check_name
 from .errors import BadDocument, BadName, NotFound, StoreError, StoreFailed, TooLarge
 from .recording_rows import append_rows
-from .samples import Row, columns_of, time_fault
+from .samples import Row, columns_of, time_fault, time_first
 from .store import Store
 from .strict_json import parse
 from .text_export import FORMAT, MOST_FILE_BYTES
@@ -171,14 +171,21 @@ def _entry(document: Any, file: str, where: str) -> Entry:
         return Entry(kind, name, body, where=where)
     if kind is not DocumentKind.RECORDING:
         _refuse(file, f"{where}.samples", f"only a {DocumentKind.RECORDING} has samples")
-    return Entry(kind, name, body, _rows(document["samples"], name, body, file, where), where)
-
-
-def _rows(samples: Any, name: str, body: str, file: str, where: str) -> tuple[Row, ...]:
     try:
-        width = len(columns_of(name, body))
+        columns = columns_of(name, body)
     except StoreError:
         _refuse(file, f"{where}.body.columns", "accepted: the names of the samples' columns")
+    rows = _rows(document["samples"], columns, file, where)
+    order = time_first(columns)
+    if order[0] != 0:
+        ordered = {"columns": [columns[place] for place in order]}
+        body = json.dumps(document["body"] | ordered, ensure_ascii=False)
+        rows = tuple(tuple(row[place] for place in order) for row in rows)
+    return Entry(kind, name, body, rows, where)
+
+
+def _rows(samples: Any, columns: Sequence[str], file: str, where: str) -> tuple[Row, ...]:
+    width, at = len(columns), time_first(columns)[0]
     if not isinstance(samples, list):
         _refuse(file, f"{where}.samples", "accepted: a list")
     for index, sample in enumerate(samples):
@@ -188,9 +195,9 @@ def _rows(samples: Any, name: str, body: str, file: str, where: str) -> tuple[Ro
             or not all(type(value) in (int, float) for value in sample)
         ):
             _refuse(file, f"{where}.samples[{index}]", f"accepted: a list of {width} numbers")
-        fault = time_fault(samples[index - 1][0] if index else None, sample[0])
+        fault = time_fault(samples[index - 1][at] if index else None, sample[at])
         if fault:
-            _refuse(file, f"{where}.samples[{index}][0]", fault)
+            _refuse(file, f"{where}.samples[{index}][{at}]", fault)
     return tuple(tuple(map(float, sample)) for sample in samples)
 
 

@@ -143,16 +143,20 @@ class CellSurroundings:
         """Tell whoever plays a recording; None where the news is about something else."""
         return self.recordings.news(news)
 
+    def dropped_by(self, news: News) -> list[Outgoing]:
+        """Drop what waits to move where news ends that; whoever asked is told."""
+        return self.recordings.dropped_by(news)
+
     def tick(self, now: int) -> list[Outgoing]:
-        """Read signals, and hold a motion whose way is not known to be free."""
+        """Read signals, hold a motion whose way is not known to be free, see to recordings."""
         if not self._is_loaded:
             self._is_loaded = True
             return self.world.load()
-        return self.signals.tick(now) + self._guard.tick(now)
+        return self.recordings.tick(now) + self.signals.tick(now) + self._guard.tick(now)
 
     def shut_down(self) -> list[Outgoing]:
         """Have written what is recorded."""
-        return self.recordings.recorder.flush()
+        return self.recordings.shut_down()
 
     # For programs.
 

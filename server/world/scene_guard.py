@@ -3,7 +3,8 @@
 Owns promise 17: the way ahead is looked at anew, in the planning process, the next seconds of it
 first. What would touch is stopped as soon as that is known. Where the answer takes longer than the
 deadline, or the robot comes near what was not looked at yet, it is held on its path until the
-answer is there. A jog that runs was made for the scene of before, so it ends.
+answer is there. That hold is beside the pause of a person: neither ends the other. A jog that runs
+was made for the scene of before, so it ends.
 """
 
 from __future__ import annotations
@@ -45,7 +46,6 @@ class _Look:
         asked: when the question was asked [ns].
         near_end: end of the part that is looked at first, as a time of the motion [s].
         free_until: the way is known to be free until this time of the motion [s].
-        is_held: the robot is held on its path until the answer is there.
     """
 
     rows: StoredRows
@@ -53,7 +53,6 @@ class _Look:
     asked: int
     near_end: float
     free_until: float
-    is_held: bool = False
 
 
 class SceneGuard:
@@ -95,10 +94,8 @@ class SceneGuard:
         return self._look_along(rows, motions.scene, now)
 
     def _look_along(self, rows: StoredRows, scene: Scene, now: int) -> list[Outgoing]:
-        before = self._look
         at = rows.path_time
-        is_held = before is not None and before.rows is rows and before.is_held
-        self._look = _Look(rows, scene, now, at + NEAR, at, is_held)
+        self._look = _Look(rows, scene, now, at + NEAR, at)
         return self._ask(self._look, at - _BEHIND, at + NEAR)
 
     def _ask(self, look: _Look, begins: float, ends: float) -> list[Outgoing]:
@@ -125,9 +122,13 @@ class SceneGuard:
             self._look = None
             text = f"the scene was changed: {planned.result.sentence}"
             return self._cell.end(Refusal(planned.result.code, text), now)
-        if look.is_held:
-            look.is_held = False
-            look.rows.resume()
+        if look.rows.is_held:
+            # It goes on by itself, so that who let go since the last tick must end it first.
+            lost = self._cell.lost_enabling(now)
+            if lost is not None:
+                self._look = None
+                return self._cell.end(lost, now)
+            look.rows.let_go()
         if look.free_until >= look.near_end or look.rows.duration <= look.near_end:
             self._look = None
             return []
@@ -144,12 +145,10 @@ class SceneGuard:
             self._look = None
             return []
         is_late = now - look.asked >= DEADLINE_NS
-        if not is_late or look.is_held or rows.is_paused:
+        # A robot that is paused is held too, or else a resume would send it on.
+        if not is_late or rows.is_held or rows.path_time <= look.free_until - _ROOM:
             return []
-        if rows.path_time <= look.free_until - _ROOM:
-            return []
-        look.is_held = rows.pause()
-        if look.is_held:
+        if rows.hold():
             return []
         # All set-points have left, so there is no path to be held on.
         self._look = None

@@ -1,9 +1,10 @@
 """What stands around and on the robot of one cell: frames, tools, scene; kept, with revisions.
 
 Owns when each may change and in which order a change comes true: frames and tools only while the
-robot stands, and only once they are on the disk, so that whoever is told of a change has it. An
-object that is added to the scene counts at once, because it may be in the way. Knows no files; the
-mathematics are behind `WorldView`.
+robot stands, and only once they are on the disk, so that whoever is told of a change has it; until
+the store has answered, whatever it answers, no motion begins. An object that is added to the scene
+counts at once, because it may be in the way. Knows no files; the mathematics are behind
+`WorldView`.
 """
 
 from __future__ import annotations
@@ -34,6 +35,9 @@ FrameChange: TypeAlias = Callable[[FrameTree], FrameTree]
 SceneChange: TypeAlias = Callable[[Scene], Scene]
 Watcher: TypeAlias = Callable[[Scene, int], list[Outgoing]]
 """Is told that the scene is another, and what the time is."""
+
+_IN_ONE_TREE = (DocumentKind.FRAMES, DocumentKind.TOOLS)
+"""Kinds that come into force together: a change of one brings the other as it was before."""
 
 
 class World:
@@ -66,6 +70,7 @@ class World:
         self._ask = ask
         self._watcher = watcher
         self._saving: set[DocumentKind] = set()
+        self._reading: list[DocumentKind] = []
 
     @property
     def frames(self) -> FrameTree:
@@ -81,16 +86,19 @@ class World:
 
     def load(self) -> list[Outgoing]:
         """Have the documents of the cell read, one after the other."""
-        return self._load_next(list(WORLD_KINDS))
+        self._reading = list(WORLD_KINDS)
+        return self._load_next()
 
-    def _load_next(self, kinds: list[DocumentKind]) -> list[Outgoing]:
-        if not kinds:
+    def _load_next(self) -> list[Outgoing]:
+        self._tell_awaited()
+        if not self._reading:
             return []
-        kind, *rest = kinds
+        kind = self._reading[0]
 
         def loaded(answer: Answer, now: int) -> list[Outgoing]:
+            del self._reading[0]
             out = self._take_document(kind, answer, now)
-            return out + self._load_next(rest)
+            return out + self._load_next()
 
         return self._ask(Load(kind, self._name), loaded)
 
@@ -221,11 +229,13 @@ class World:
         saved: Callable[[Answer, int], list[Outgoing]],
     ) -> list[Outgoing]:
         self._saving.add(kind)
+        self._tell_awaited()
         body = document_of(kind, frames, scene)
         return self._ask(Save(kind, self._name, body, self.revisions[kind], author), saved)
 
     def _saved(self, kind: DocumentKind, answer: Answer) -> Refusal | None:
         self._saving.discard(kind)
+        self._tell_awaited()
         if isinstance(answer, Heading):
             self.revisions[kind] = answer.revision
             return None
@@ -233,6 +243,18 @@ class World:
             return answer.refusal()
         text = f"the store answered with a {type(answer).__name__}"
         return Refusal(VerdictCode.STORE_FAILED, text)
+
+    def _tell_awaited(self) -> None:
+        """Tell the cell what the store is asked about that comes into force with its answer."""
+        self._ground.awaited = self._being_read() or self._being_saved(_IN_ONE_TREE)
+
+    def _being_read(self) -> str:
+        return f"the {', '.join(self._reading)} of the cell are being read" if self._reading else ""
+
+    def _being_saved(self, kinds: tuple[DocumentKind, ...]) -> str:
+        """Return which of some kinds is being saved, in words; empty for none."""
+        found = next((kind for kind in kinds if kind in self._saving), None)
+        return "" if found is None else f"a change of the {found} is being saved"
 
     # Rules.
 
@@ -244,8 +266,10 @@ class World:
 
     def _stale(self, kind: DocumentKind, expected: int) -> Refusal | None:
         """Return why a change does not fit what is kept; tells both revisions."""
-        if kind in self._saving:
-            return Refusal(VerdictCode.STORE_BUSY, f"another change of the {kind} is being saved")
+        together = _IN_ONE_TREE if kind in _IN_ONE_TREE else (kind,)
+        busy = self._being_read() or self._being_saved(together)
+        if busy:
+            return Refusal(VerdictCode.STORE_BUSY, f"not changed while {busy}")
         current = self.revisions[kind]
         if expected == current:
             return None

@@ -45,7 +45,14 @@ class WorldView(Protocol):
 
 
 class Ground(Protocol):
-    """What the world needs to know of the cell."""
+    """What the world needs to know of the cell, and tells it.
+
+    Attributes:
+        awaited: which frames and tools the store is asked about, in words; until it has answered
+            no motion begins. Empty for none.
+    """
+
+    awaited: str
 
     def under_way(self) -> str:
         """Return what is planned or moves, in words; empty where nothing is."""

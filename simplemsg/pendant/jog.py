@@ -100,7 +100,9 @@ class JogEnded(Topic):
 
     press: Annotated[int, Int("number of the press")]
     reason: Annotated[int, Int("why it ended", values=JogEnd)]
-    stop_time: Annotated[float, Real("from the end of the press to rest, as sent", "s")]
+    stop_time: Annotated[
+        float, Real("from the end of the press to rest or a new press, as sent", "s")
+    ]
     joint_distance: Annotated[float, Real("farthest that a joint went in that time", "rad, m")]
     tool_distance: Annotated[float, Real("way of the tool in that time", "m")]
     positions: Annotated[tuple[float, ...], Reals("where the joints stand", JOINT_UNIT)]

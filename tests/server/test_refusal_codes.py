@@ -38,6 +38,12 @@ def test_every_code_has_a_cause_and_a_remedy(code: VerdictCode) -> None:
     assert CATALOGUE[code].remedy.endswith(".")
 
 
+def test_the_way_back_inside_needs_no_mode_where_none_is_set_here() -> None:
+    """With a selector of the controller's own any jog may lead back, and SET_MODE is refused."""
+    remedy = CATALOGUE[VerdictCode.OUTSIDE_LIMITS].remedy
+    assert remedy == "Jog the joint back inside; where the mode is set here, in the recovery mode."
+
+
 @pytest.mark.parametrize(
     ("error", "expected"),
     [

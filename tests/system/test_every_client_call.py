@@ -144,6 +144,7 @@ def shifted(pose: Pose, **by: float) -> Pose:
 async def test_looking_on_hellos_states_snapshots_and_news(port: int) -> None:
     async with await connected(port, client="onlooker") as pendant:
         assert pendant.hello.cell == "cell"
+        assert pendant.is_open
         for capability in Capability:
             assert pendant.offers(capability), capability
         shot = await snapshot_where(pendant, lambda shot: shot["signals"]["inputs"])

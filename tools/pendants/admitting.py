@@ -34,7 +34,10 @@ class Admitting(PendantSession):
         return reply.code
 
     async def end_pairing(self) -> None:
-        """End the cell's code, and let its guests do no more than look on.
+        """End the cell's code and what its guests may do.
+
+        From the same machine they may go on looking on; from another one they are sent away: what
+        waits for a state there raises `Refused`, and they can still stop.
 
         Raises:
             Refused: this connection is no admin's.

@@ -31,6 +31,8 @@ from .failures import (
     NotUnderstood,
     PendantError,
     Refused,
+    StateSilent,
+    Unanswered,
     Unreachable,
     WrongArgument,
 )
@@ -67,6 +69,8 @@ __all__ = [
     "RunKind",
     "Snapshot",
     "State",
+    "StateSilent",
+    "Unanswered",
     "Unreachable",
     "WayOut",
     "WrongArgument",

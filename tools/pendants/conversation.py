@@ -35,14 +35,25 @@ from openpendant.simplemsg.pendant import (
     Verdict,
 )
 
-from .failures import ConnectionLost, NotUnderstood, PendantError, Refused, WrongArgument
+from .failures import (
+    ConnectionLost,
+    NotUnderstood,
+    PendantError,
+    Refused,
+    Unanswered,
+    WrongArgument,
+)
 from .motions import MotionHandle
 
 REPLY_TIMEOUT = 35.0
-"""A verdict comes after planning, which the server ends after 30 s."""
+"""What is not planned is answered at once, or after a secret or the disk; so long is a fault [s].
 
+What is planned has no bound of its own: others may be planned before it, for as long as that takes.
+That the link is dead is found by its silence.
+"""
 HELLO = 0
-"""Stands for the request id of hello, which has none."""
+"""Stands for the request id of hello, which has none. An outcome that has it ends no request: the
+server sends us away."""
 
 _T = TypeVar("_T")
 
@@ -73,6 +84,7 @@ class Conversation(asyncio.Protocol):
         self._verdicts: dict[int, asyncio.Future[Message]] = {}
         self._outcomes: dict[int, asyncio.Future[Outcome]] = {}
         self._waiting: set[Callable[[PendantError], None]] = set()
+        self._is_leaving = False
         self._last_request = HELLO
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -102,6 +114,7 @@ class Conversation(asyncio.Protocol):
 
     def close(self) -> None:
         """Close the connection; `closed` tells when it is."""
+        self._is_leaving = True
         if self._transport is not None:
             self._transport.close()
         else:
@@ -147,6 +160,8 @@ class Conversation(asyncio.Protocol):
         future: asyncio.Future[_T] = asyncio.get_running_loop().create_future()
 
         def fail(error: PendantError) -> None:
+            if future.done():  # cancelled in this very turn of the loop
+                return
             future.set_exception(error)
             # Nobody may be waiting for it any more; that is no fault of its own.
             future.exception()
@@ -155,20 +170,29 @@ class Conversation(asyncio.Protocol):
         future.add_done_callback(lambda _: self._waiting.discard(fail))
         return future
 
-    async def ask(self, request: Message, request_id: int) -> Message:
+    async def ask(
+        self, request: Message, request_id: int, *, within: float | None = REPLY_TIMEOUT
+    ) -> Message:
         """Send a request and wait for its verdict.
+
+        Args:
+            request: the request.
+            request_id: its number.
+            within: wait at most so long [s]; None, for what is planned, as long as the link lives.
 
         Raises:
             Refused: the verdict is a failure, or the answer to a management request is one.
-            ConnectionLost: the connection ended, or no verdict came.
+            Unanswered: no verdict came in time.
+            ConnectionLost: the connection ended.
         """
         future = self._verdicts[request_id] = self.expect(Message)
         try:
             self.write(request)
-            async with asyncio.timeout(REPLY_TIMEOUT):
+            async with asyncio.timeout(within):
                 reply = await future
         except TimeoutError:
-            raise ConnectionLost(f"no verdict within {REPLY_TIMEOUT:g} s") from None
+            text = f"no verdict within {within:g} s; the request may be carried out all the same"
+            raise Unanswered(f"{text}: look at the state before you ask again") from None
         finally:
             self._verdicts.pop(request_id, None)
         if isinstance(reply, Verdict) and reply.reply_code != ReplyCode.SUCCESS:
@@ -180,13 +204,15 @@ class Conversation(asyncio.Protocol):
     async def begin_motion(self, request: Message, request_id: int) -> tuple[Message, MotionHandle]:
         """Send a motion request; return what accepted it, and the motion, which has begun.
 
+        The wait has no bound: a motion that nobody waits for any more would begin unseen.
+
         Raises:
             Refused: the verdict is a failure.
-            ConnectionLost: the connection ended, or no verdict came.
+            ConnectionLost: the connection ended.
         """
         outcome = self._outcomes[request_id] = self.expect(Outcome)
         try:
-            reply = await self.ask(request, request_id)
+            reply = await self.ask(request, request_id, within=None)
         except BaseException:
             self._outcomes.pop(request_id, None)
             outcome.cancel()
@@ -203,7 +229,7 @@ class Conversation(asyncio.Protocol):
                 _complete(self._verdicts.get(request_id), message)
             case HelloReply():
                 _complete(self._verdicts.get(HELLO), message)
-            case Outcome(request_id=request_id):
+            case Outcome(request_id=request_id) if request_id != HELLO:
                 _complete(self._outcomes.pop(request_id, None), message)
             case HeaderOnly(comm_type=CommType.REPLY):
                 self._end(NotUnderstood(f"the server does not know type {message.msg_type}"))
@@ -213,6 +239,8 @@ class Conversation(asyncio.Protocol):
     def _end(self, cause: Exception | None) -> None:
         if self.error is None:
             reason = "the server closed the connection"
+            if self._is_leaving:
+                reason = "the client is closed"
             if cause is not None:
                 reason = str(cause) or f"the connection broke: {type(cause).__name__}"
             self.error = cause if isinstance(cause, PendantError) else ConnectionLost(reason)

@@ -20,6 +20,14 @@ class ConnectionLost(PendantError):
     """The server closed the connection, or it broke."""
 
 
+class Unanswered(PendantError):
+    """The server lives and gave no verdict in time; whether it did what was asked is not known."""
+
+
+class StateSilent(PendantError):
+    """The server lives and sends no states, though it was asked for them."""
+
+
 class NotUnderstood(ConnectionLost):
     """The server does not know a type of message; so it is no pendant server, or a very old one."""
 

@@ -3,6 +3,9 @@
 The beats come from the event loop that also runs the program. A program whose loop hangs stops
 beating by nature, and the server brings the robot to rest within the declared deadline. That is
 meant so: never move the beats to a thread of their own without a bound like `longest`.
+
+A jog that is over stays over. A press that comes after its end would begin another motion, so none
+is sent where this side knows of the end, or must assume it by its own clock.
 """
 
 from __future__ import annotations
@@ -13,11 +16,13 @@ from collections.abc import Mapping
 from types import TracebackType
 from typing import Self
 
+from openpendant.simplemsg.pendant import JogEnd
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from .failures import ConnectionLost, PendantError, Refused, WrongArgument
+from .beats import Beats
+from .failures import Aborted, ConnectionLost, PendantError, Refused, WrongArgument
 from .joint_values import JogValues
-from .motions import JogAccount, PressHandle
+from .motions import JOG_ENDS, JogAccount, PressHandle
 from .operating import BEAT_PERIOD
 from .press_line import PressLine
 from .session import end_task
@@ -28,7 +33,8 @@ class Jog:
 
     Entering presses, leaving releases and waits until the robot stands; `account` then tells how
     it came to rest. Where something else ended the jog (a stop, the enabling device, the link),
-    leaving raises what it was.
+    leaving raises what it was. Once it is over, or this client must assume so (no beat left within
+    the deadline), it moves nothing any more: make another.
     """
 
     def __init__(
@@ -45,7 +51,12 @@ class Jog:
         self._longest = longest
         self._motion: PressHandle | None = None
         # While one press takes over from another, both are beaten: the server may refuse the new.
-        self._beats: dict[int, int] = {}
+        self._beats: dict[int, Beats] = {}
+        # Sent, and given up before their verdict: the server may have taken them.
+        self._doubtful: set[int] = set()
+        self._taken_over: PressHandle | None = None
+        self._aiming = asyncio.Lock()
+        self._is_released = False
         self._until = 0.0
         self._beating: asyncio.Task[None] | None = None
 
@@ -88,7 +99,8 @@ class Jog:
             joints: part of the jog speed by joint index, -1 to 1.
 
         Raises:
-            Refused: a value is out of bounds, or the jog is over.
+            Refused: a value is out of bounds; PRESS_DEAD, the jog is over; PRESS_STALE, no new
+                state came within 0.25 s.
             ConnectionLost: the connection ended.
         """
         await self._press(JogValues.of_joints(joints, self._line.dof))
@@ -116,23 +128,41 @@ class Jog:
             frame: base, tool or a named frame.
 
         Raises:
-            Refused: a value is out of bounds, nobody knows the frame, or the jog is over.
+            Refused: a value is out of bounds, nobody knows the frame; PRESS_DEAD, the jog is over;
+                PRESS_STALE, no new state came within 0.25 s.
             ConnectionLost: the connection ended.
         """
         await self._press(JogValues.of_tool((x, y, z, a, b, c), frame))
 
     async def hold(self, seconds: float) -> None:
-        """Keep the key pressed for so long.
+        """Keep the key pressed for so long; returns early where it is released meanwhile.
 
         Raises:
-            Aborted: something else ended the jog meanwhile.
+            Aborted: something else ended the jog: a stop, or PRESS_DEAD, no beat in time.
             ConnectionLost: the connection ended.
         """
-        if self._motion is None:
-            raise WrongArgument("the jog has not begun: use it as a context manager")
+        self._begun()
+        self._check_beaten()
         self._touch(seconds)
-        if await self._motion.over_within(seconds):
-            await self._motion.done()
+        end = asyncio.get_running_loop().time() + seconds
+        try:
+            await self._hold_until(end)
+        finally:
+            self._until = asyncio.get_running_loop().time()
+
+    async def _hold_until(self, end: float) -> None:
+        loop = asyncio.get_running_loop()
+        while True:
+            motion = self._begun()
+            if not await motion.over_within(max(0.0, end - loop.time())):
+                self._check_beaten()
+                return
+            if motion is not self._motion:
+                continue  # another task aimed anew
+            account = await motion.rested()
+            if account.reason == JogEnd.RELEASED and self._is_released:
+                return
+            raise _aborted(JOG_ENDS[account.reason])
 
     async def release(self) -> JogAccount:
         """Let the key go and wait until the robot stands; a second call returns the same.
@@ -141,37 +171,106 @@ class Jog:
             Aborted: something else ended the jog.
             ConnectionLost: the connection ended.
         """
-        motion = self._motion
-        if motion is None:
-            raise WrongArgument("the jog has not begun: use it as a context manager")
+        motion = self._begun()
+        self._is_released = True
         if self._beating is not None:
             self._beating.cancel()
-        if not motion.is_over:
+        # With a take-over under way either press may be the one that drives.
+        presses = {*self._beats, *self._doubtful}
+        if motion.is_over:
+            presses.discard(motion.press)
+        self._beats.clear()
+        self._doubtful.clear()
+        for press in sorted(presses, reverse=True):
             try:
-                await self._line.release(motion.press)
+                await self._line.release(press)
             except Refused as refused:
                 # It ended by itself, by silence or a stop; `rested` tells which.
                 if refused.code != VerdictCode.NOTHING_TO_CONTROL:
                     raise
-        return await motion.rested()
+        async with self._aiming:
+            return await self._begun().rested()
+
+    def _begun(self) -> PressHandle:
+        if self._motion is None:
+            raise WrongArgument("the jog has not begun: use it as a context manager")
+        return self._motion
 
     def _touch(self, seconds: float = 0.0) -> None:
         """Let the beats go on for `longest` after so many seconds from now."""
-        self._until = asyncio.get_running_loop().time() + seconds
+        self._until = max(self._until, asyncio.get_running_loop().time() + seconds)
+
+    # Whether it goes on.
+
+    def _why_unbeaten(self) -> str:
+        """Return why this side has let go of the press by itself; empty where it has not."""
+        now = asyncio.get_running_loop().time()
+        if self._longest is not None and now - self._until > self._longest:
+            return f"nothing called it for {self._longest:g} s, and it let go"
+        before = self._taken_over
+        if before is not None and before.account is not None:
+            if before.account.reason != JogEnd.REPLACED:
+                return f"press {before.press} had ended before: {JOG_ENDS[before.account.reason]}"
+        beats = None if self._motion is None else self._beats.get(self._motion.press)
+        if beats is not None and beats.are_late(now):
+            gap = beats.longest_gap(now)
+            return f"no beat left for {gap:.3f} s; the deadline is {self._deadline:g} s"
+        return ""
+
+    def _check_beaten(self) -> None:
+        """Raise where this side let go, though the end may not have been heard yet."""
+        if not self._is_released and not self.is_over and (why := self._why_unbeaten()):
+            raise _aborted(why)
+
+    def _check_held(self) -> None:
+        """Raise where a press would not take over from one that is held, but begin a motion."""
+        motion = self._motion
+        if motion is None:
+            return
+        self._line.check_link()
+        if self._is_released:
+            why = JOG_ENDS[JogEnd.RELEASED]
+        elif motion.is_over:
+            why = JOG_ENDS[JogEnd.STOPPED if motion.account is None else motion.account.reason]
+        else:
+            why = self._why_unbeaten()
+        if why:
+            raise _dead(why)
+
+    # What is sent.
 
     async def _press(self, aim: JogValues) -> None:
         """Send a press of this aim; it takes over from the one before."""
-        press = self._line.next_press()
-        earlier = list(self._beats)
-        self._beats[press] = 0
-        try:
-            self._motion = await self._line.press(press, aim, self._deadline)
-        except BaseException:
-            self._beats.pop(press)
-            raise
-        for dead in earlier:
-            self._beats.pop(dead, None)
-        self._touch()
+        async with self._aiming:
+            state = await self._line.quotable_state()
+            # Nothing is awaited between this look and the sending.
+            self._check_held()
+            self._touch()
+            press, before, earlier = self._line.next_press(), self._motion, list(self._beats)
+            self._beats[press] = Beats(self._deadline, asyncio.get_running_loop().time())
+            try:
+                motion = await self._line.press(press, aim, self._deadline, state)
+            except BaseException as error:
+                self._beats.pop(press, None)
+                if not isinstance(error, Exception):
+                    self._doubtful.add(press)
+                raise
+            for dead in earlier:
+                self._beats.pop(dead, None)
+            self._motion, self._taken_over = motion, before
+            why = self._why_unbeaten()
+            if why and before is not None and not self._is_released:
+                # The server had ended the jog, but we had not heard of it: this is a new motion.
+                await self._withdraw(motion)
+                raise _dead(why)
+
+    async def _withdraw(self, motion: PressHandle) -> None:
+        """Let go of a press that began a motion of its own, and wait until the robot stands."""
+        self._beats.clear()
+        with contextlib.suppress(PendantError):
+            await self._line.release(motion.press)
+        with contextlib.suppress(PendantError):
+            await motion.rested()
 
     async def _beat(self) -> None:
         loop = asyncio.get_running_loop()
@@ -180,8 +279,17 @@ class Jog:
             while True:
                 due = max(due + BEAT_PERIOD, loop.time())
                 await asyncio.sleep(due - loop.time())
-                if self._longest is not None and loop.time() - self._until > self._longest:
+                if self._why_unbeaten():
                     return  # the server ends the press at its deadline
-                for press in self._beats:
-                    self._beats[press] += 1
-                    self._line.beat(press, self._beats[press])
+                for press, beats in self._beats.items():
+                    if beats.are_late(loop.time()):
+                        continue
+                    self._line.beat(press, beats.next(loop.time()))
+
+
+def _dead(why: str) -> Refused:
+    return Refused(VerdictCode.PRESS_DEAD, f"the jog is over: {why}", -1, 0.0, 0.0)
+
+
+def _aborted(why: str) -> Aborted:
+    return Aborted(VerdictCode.PRESS_DEAD, f"the jog is over: {why}", -1, 0.0, 0.0)

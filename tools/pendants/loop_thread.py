@@ -1,18 +1,27 @@
 """A thread with an event loop of its own, for programs that do not use asyncio.
 
-Owns how a blocking call gets its result and how Ctrl-C cancels it. Knows nothing of pendants.
+Owns how a blocking call gets its result, how Ctrl-C cancels it, and that no call outlives the loop:
+one that waits when the loop is ended, and one that comes after, fails with `ConnectionLost`.
 """
 
 from __future__ import annotations
 
 import asyncio
+import concurrent.futures
 import contextlib
 import threading
 from collections.abc import Coroutine, Iterator
 from contextlib import AbstractAsyncContextManager
 from typing import Any, TypeVar
 
+from .failures import ConnectionLost
+
 _T = TypeVar("_T")
+
+_WIND_UP = 2.0
+"""What is under way has so long to take its leave once it was cancelled [s]."""
+
+_CLOSED = "the client is closed"
 
 
 class LoopThread:
@@ -21,32 +30,51 @@ class LoopThread:
     def __init__(self, name: str) -> None:
         """Start the thread."""
         self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._loop.run_forever, name=name, daemon=True)
+        # Guards both: what is handed to the loop is there when the loop is told to end.
+        self._lock = threading.Lock()
+        self._has_ended = False
+        self._open: set[concurrent.futures.Future[Any]] = set()
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
     @property
     def is_running(self) -> bool:
         """Whether it was not ended."""
-        return not self._loop.is_closed()
+        return not self._has_ended
 
     def call(self, work: Coroutine[Any, Any, _T]) -> _T:
         """Run a coroutine on the loop and wait for its result; Ctrl-C cancels it.
 
         Raises:
-            RuntimeError: called from the loop's own thread, which would wait for itself, or after
-                `end`.
+            ConnectionLost: the loop was ended, before or meanwhile.
+            RuntimeError: called from the loop's own thread, which would wait for itself.
         """
-        if threading.current_thread() is self._thread or self._loop.is_closed():
-            work.close()
-            if self._loop.is_closed():
-                raise RuntimeError("the client is closed")
-            raise RuntimeError("a callback must not make a blocking call: it runs on the loop")
-        future = asyncio.run_coroutine_threadsafe(work, self._loop)
+        future = self._hand_over(work)
         try:
             return future.result()
+        except concurrent.futures.CancelledError:
+            if self._has_ended:
+                raise ConnectionLost(_CLOSED) from None
+            raise
         except KeyboardInterrupt:
             future.cancel()
             raise
+        finally:
+            with self._lock:
+                self._open.discard(future)
+
+    def _hand_over(self, work: Coroutine[Any, Any, _T]) -> concurrent.futures.Future[_T]:
+        """Put a coroutine on the loop; one that cannot be is closed."""
+        if self._is_current():
+            work.close()
+            raise RuntimeError("a callback must not make a blocking call: it runs on the loop")
+        with self._lock:
+            if not self._has_ended:
+                future = asyncio.run_coroutine_threadsafe(work, self._loop)
+                self._open.add(future)
+                return future
+        work.close()
+        raise ConnectionLost(_CLOSED)
 
     @contextlib.contextmanager
     def entered(self, manager: AbstractAsyncContextManager[_T]) -> Iterator[_T]:
@@ -55,18 +83,63 @@ class LoopThread:
         try:
             yield value
         except BaseException as error:
-            if not self.call(_leave(manager, error)):
+            is_handled: bool | None = False
+            # Where the loop was ended meanwhile, what left the block is the better account.
+            with contextlib.suppress(ConnectionLost):
+                is_handled = self.call(_leave(manager, error))
+            if not is_handled:
                 raise
         else:
             self.call(_leave(manager, None))
 
     def end(self) -> None:
-        """Stop the loop and its thread; a second call does nothing."""
-        if self._loop.is_closed():
-            return
-        self._loop.call_soon_threadsafe(self._loop.stop)
+        """Cancel what is under way and end the thread; a second call waits for that too.
+
+        Raises:
+            RuntimeError: called from the loop's own thread, which would wait for itself.
+        """
+        if self._is_current():
+            raise RuntimeError("a callback must not close the client: it runs on the loop")
+        with self._lock:
+            is_first, self._has_ended = not self._has_ended, True
+            if is_first:
+                self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
-        self._loop.close()
+
+    def _is_current(self) -> bool:
+        return threading.current_thread() is self._thread
+
+    def _run(self) -> None:
+        try:
+            self._loop.run_forever()
+        finally:
+            with self._lock:
+                self._has_ended = True  # also where a callback broke the loop
+            try:
+                self._loop.run_until_complete(self._wind_up())
+            finally:
+                self._loop.close()
+                with self._lock:
+                    left, self._open = self._open, set()
+                for future in left:
+                    _fail(future)
+
+    async def _wind_up(self) -> None:
+        """Cancel every task, and wait a little until they are over."""
+        tasks = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in tasks:
+            task.cancel()
+        if tasks:
+            await asyncio.wait(tasks, timeout=_WIND_UP)
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(_WIND_UP):
+                await self._loop.shutdown_asyncgens()
+
+
+def _fail(future: concurrent.futures.Future[Any]) -> None:
+    """Fail what nobody will complete any more."""
+    with contextlib.suppress(concurrent.futures.InvalidStateError):
+        future.set_exception(ConnectionLost(_CLOSED))
 
 
 async def _enter(manager: AbstractAsyncContextManager[_T]) -> _T:

@@ -9,6 +9,15 @@ from openpendant.simplemsg.pendant import JogEnd, JogEnded, Outcome, OutcomeKind
 
 from .failures import Aborted, PendantError
 
+JOG_ENDS = {
+    JogEnd.RELEASED: "it was released",
+    JogEnd.SILENT: "the server heard no beat within its deadline",
+    JogEnd.CONNECTION_LOST: "its connection was lost",
+    JogEnd.REPLACED: "another press took over",
+    JogEnd.STOPPED: "the robot was stopped",
+}
+"""Why a press ended, in words."""
+
 
 @dataclass(frozen=True, slots=True)
 class Pose:

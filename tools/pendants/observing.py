@@ -3,21 +3,32 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 from collections.abc import AsyncIterator, Callable
 from typing import Any
 
 from openpendant.simplemsg import JOINT_SLOTS, Message
 from openpendant.simplemsg.pendant import Management, State, StateField, Subscribe
+from openpendant.simplemsg.verdicts import VerdictCode
 
-from .failures import PendantError, WrongArgument
+from .failures import PendantError, Refused, StateSilent, WrongArgument
 from .management.calls import AsyncCalls
 from .management.cell import CellCalls
 from .motions import MotionHandle, Pose
 from .session import PendantSession
 
 _QUOTABLE = 0.25
-"""A press quotes a state message that came at most so long ago; the server takes 0.5 s [s]."""
+"""A press quotes a state message that came at most so long ago; the server takes 0.5 s [s].
+
+It waits no longer for one either: a press that leaves late would move the robot late.
+"""
+
+_PERIODS = 2
+"""Of the state, that a press waits for one."""
+
+_STATES_WITHIN = 5.0
+"""Who sends none for so long, and answers, sends none any more [s]; the slowest rate is 1 Hz."""
 
 
 class Observing(PendantSession, CellCalls, AsyncCalls):
@@ -27,15 +38,30 @@ class Observing(PendantSession, CellCalls, AsyncCalls):
         """Use `connect` instead."""
         PendantSession.__init__(self)
         AsyncCalls.__init__(self, self.manage)
-        self._waiting: list[asyncio.Future[State]] = []
+        # Who waits for a state, and since when [s].
+        self._waiting: dict[asyncio.Future[State], float] = {}
         self._last_state = 0.0
 
     def _state_came(self, state: State) -> None:
         self._last_state = asyncio.get_running_loop().time()
-        waiting, self._waiting = self._waiting, []
-        for future in waiting:
+        for future in list(self._waiting):
             if not future.done():
                 future.set_result(state)
+
+    def _misses_states(self, now: float, heard: float) -> bool:
+        is_missed = False
+        for future, since in list(self._waiting.items()):
+            latest = max(since, self._last_state) + _STATES_WITHIN
+            is_missed = is_missed or now > latest
+            if heard > latest and not future.done():
+                text = f"no state for {now - latest + _STATES_WITHIN:.0f} s, though the server"
+                future.set_exception(StateSilent(f"{text} answers; connect again and look"))
+        return is_missed
+
+    def _sent_away(self, why: Refused) -> None:
+        for future in list(self._waiting):
+            if not future.done():
+                future.set_exception(why)
 
     async def subscribe(self, state_rate: float) -> None:
         """Choose the rate of state messages, Hz; 0 for none.
@@ -51,16 +77,28 @@ class Observing(PendantSession, CellCalls, AsyncCalls):
         """Wait for the next state message.
 
         Raises:
+            Refused: our login ended, and without one we may not look on; log in again.
+            StateSilent: the server answers and sends none, for about 5 s.
+            WrongArgument: none were asked for: the rate is 0.
             ConnectionLost: the connection ended.
         """
+        if not self._state_rate:
+            raise WrongArgument("no states were asked for: subscribe to the state first")
+        if self._away is not None:
+            raise self._away
         future = self._conversation.expect(State)
-        self._waiting.append(future)
-        return await future
+        self._waiting[future] = asyncio.get_running_loop().time()
+        try:
+            return await future
+        finally:
+            del self._waiting[future]
 
     async def states(self) -> AsyncIterator[State]:
         """Yield state messages as they come, the newest only: whoever is slow misses some.
 
         Raises:
+            Refused: our login ended, and without one we may not look on.
+            StateSilent: none come any more, as in `next_state`.
             ConnectionLost: the connection ended.
         """
         seen: State | None = None
@@ -76,6 +114,8 @@ class Observing(PendantSession, CellCalls, AsyncCalls):
 
         Raises:
             TimeoutError: none came within so many seconds.
+            Refused: our login ended, and without one we may not look on.
+            StateSilent: none come any more, as in `next_state`.
             ConnectionLost: the connection ended.
         """
         try:
@@ -87,14 +127,37 @@ class Observing(PendantSession, CellCalls, AsyncCalls):
         except TimeoutError:
             raise TimeoutError(f"no such state came within {within:g} s") from None
 
+    @property
+    def has_quotable_state(self) -> bool:
+        """Whether a press would leave at once; else it waits for a newer state message."""
+        age = asyncio.get_running_loop().time() - self._last_state
+        return self.state is not None and age <= _QUOTABLE
+
     async def _quotable_state(self) -> State:
-        """Return a state message that is new enough for a press to quote."""
+        """Return a state message that is new enough for a press to quote.
+
+        Raises:
+            Refused: PRESS_STALE, none came in time.
+            WrongArgument: none were asked for.
+            ConnectionLost: the connection ended.
+        """
         if not self._state_rate:
             raise WrongArgument("a jog quotes a state message: subscribe to the state first")
-        age = asyncio.get_running_loop().time() - self._last_state
-        if self.state is None or age > _QUOTABLE:
-            return await self.next_state()
-        return self.state
+        if self.state is not None and self.has_quotable_state:
+            return self.state
+        loop = asyncio.get_running_loop()
+        pressed = loop.time()
+        patience = min(_PERIODS / self._state_rate, _QUOTABLE)
+        state = None
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(patience):
+                state = await self.next_state()
+        # A program that hung meanwhile finds both a state and that it is too late for it.
+        waited = loop.time() - pressed
+        if state is None or waited > patience:
+            text = f"no state came within {patience:.3g} s of the press; look at the link"
+            raise Refused(VerdictCode.PRESS_STALE, text, -1, waited, patience)
+        return state
 
     async def manage(self, request: dict[str, Any]) -> dict[str, Any]:
         """Send a management request, a JSON object with its `op`, and return the answer.
@@ -105,8 +168,10 @@ class Observing(PendantSession, CellCalls, AsyncCalls):
             ConnectionLost: the connection ended.
         """
         body = _body(request)
-        reply = await self._ask(lambda request_id: Management(request_id=request_id, body=body))
-        return _answer(reply)
+        request_id = self._conversation.new_request()
+        message = Management(request_id=request_id, body=body)
+        # A dry run and its like are planned, behind those of others.
+        return _answer(await self._conversation.ask(message, request_id, within=None))
 
     async def _manage_motion(self, request: dict[str, Any]) -> tuple[dict[str, Any], MotionHandle]:
         """Send a management request that moves the robot; return the answer and the motion.

@@ -14,6 +14,7 @@ from openpendant.simplemsg.pendant import (
     AuthorityAction,
     AuthorityBeat,
     AuthorityChanged,
+    AuthorityReason,
     AuthorityWanted,
     Enabling,
     EnablingPosition,
@@ -26,7 +27,7 @@ from openpendant.simplemsg.pendant import (
     SoftwareStop,
 )
 
-from .failures import ConnectionLost, PendantError
+from .failures import ConnectionLost, PendantError, Refused
 from .session import PendantSession, end_task
 
 BEAT_PERIOD = 0.05
@@ -98,7 +99,7 @@ class Operating(PendantSession):
     @property
     def in_control(self) -> bool:
         """Whether this connection holds the motion authority, as far as it was told."""
-        return self._in_control
+        return self._in_control and self._conversation.error is None
 
     async def close(self) -> None:
         """End the connection; what it was moving is stopped by the server."""
@@ -166,8 +167,16 @@ class Operating(PendantSession):
                 await self.release_control()
 
     def _authority_moved(self, change: AuthorityChanged) -> None:
-        self._in_control = change.holder == self.hello.session
-        if not self._in_control and self._beating is not None:
+        is_ours = change.holder == self.hello.session
+        self._set_control(is_ours and change.reason != AuthorityReason.LOGGED_OUT)
+
+    def _sent_away(self, why: Refused) -> None:
+        super()._sent_away(why)
+        self._set_control(False)  # who may not look on may not move
+
+    def _set_control(self, is_ours: bool) -> None:
+        self._in_control = is_ours
+        if not is_ours and self._beating is not None:
             self._beating.cancel()
 
     def enabling(self) -> EnablingDevice:

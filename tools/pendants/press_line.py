@@ -20,6 +20,7 @@ class PressLine:
 
     Attributes:
         dof: driven joints of the robot.
+        quotable_state: returns a state message that is new enough for a press to quote.
     """
 
     def __init__(
@@ -33,8 +34,8 @@ class PressLine:
             dof: driven joints of the robot.
         """
         self.dof = dof
+        self.quotable_state = quotable_state
         self._conversation = conversation
-        self._quotable_state = quotable_state
         self._accounts: dict[int, asyncio.Future[JogAccount]] = {}
         self._last = 0
 
@@ -43,13 +44,23 @@ class PressLine:
         self._last += 1
         return self._last
 
-    async def press(self, press: int, aim: JogValues, deadline: float) -> PressHandle:
-        """Send a press that quotes the newest state; it takes over from one that is held.
+    def check_link(self) -> None:
+        """Raise what ended the connection, where something did.
+
+        Raises:
+            ConnectionLost: the connection is over.
+        """
+        if self._conversation.error is not None:
+            raise self._conversation.error
+
+    async def press(self, press: int, aim: JogValues, deadline: float, state: State) -> PressHandle:
+        """Send a press, before anything is awaited; it takes over from one that is held.
 
         Args:
             press: a number of `next_press`.
             aim: what it jogs.
             deadline: it ends so long after a beat was missed [s].
+            state: of `quotable_state`.
 
         Returns:
             Its motion, begun.
@@ -58,7 +69,6 @@ class PressLine:
             Refused: it may not begin; one that was held goes on.
             ConnectionLost: the connection ended.
         """
-        state = await self._quotable_state()
         account: asyncio.Future[JogAccount] = asyncio.get_running_loop().create_future()
         self._accounts[press] = account
         request_id = self._conversation.new_request()

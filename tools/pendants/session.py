@@ -7,13 +7,12 @@ are built on it, and `client` joins them.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import ssl
 from collections.abc import Callable
 from types import TracebackType
 from typing import Self, TypeVar
 
-from openpendant.simplemsg import Message, Ping
+from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import (
     PROTOCOL_VERSION,
     AuthorityChanged,
@@ -25,23 +24,26 @@ from openpendant.simplemsg.pendant import (
     Login,
     LoginKind,
     ModeChanged,
+    Outcome,
     ProgramReport,
     State,
     StopChanged,
 )
 
 from .conversation import HELLO, Conversation
-from .failures import ConnectionLost, WrongArgument
+from .failures import ConnectionLost, Refused, WrongArgument
+from .keeping_alive import keep_alive
 from .motions import MotionHandle
 from .reaching import DEFAULT_PORT, check_port, unanswered, unreachable
 
 _HELLO_WITHIN = 10.0
 """Who does not answer hello for so long is no pendant server [s]."""
 
-_PING_PERIOD = 5.0
+_TLS_WITHIN = 10.0
+"""Likewise, who begins no TLS [s]."""
 
-_SILENCE = 15.0
-"""A server that says nothing for so long, not even to a ping, is gone [s]."""
+_CLOSE_WITHIN = 2.0
+"""What is still to be written has so long, on a link that may be dead [s]."""
 
 _News = TypeVar("_News", bound=Message)
 
@@ -78,6 +80,8 @@ class PendantSession:
         self._client = ""
         self._state_rate = 0.0
         self._keeping: asyncio.Task[None] | None = None
+        self._away: Refused | None = None
+        """Why no state comes until we have logged in again."""
 
     @classmethod
     async def connect(
@@ -140,14 +144,24 @@ class PendantSession:
         return pendant
 
     async def _open(self, host: str, port: int, tls: ssl.SSLContext | None) -> None:
-        name = host if tls is not None else None
-        await asyncio.get_running_loop().create_connection(
-            lambda: self._conversation, host, port, ssl=tls, server_hostname=name
+        loop = asyncio.get_running_loop()
+        if tls is None:
+            await loop.create_connection(lambda: self._conversation, host, port)
+            return
+        await loop.create_connection(
+            lambda: self._conversation,
+            host,
+            port,
+            ssl=tls,
+            server_hostname=host,
+            ssl_handshake_timeout=_TLS_WITHIN,
         )
 
     def _begin_work(self) -> None:
         """Set up what works only once hello was answered."""
-        self._keeping = asyncio.get_running_loop().create_task(self._keep_alive())
+        self._keeping = asyncio.get_running_loop().create_task(
+            keep_alive(self._conversation, self._misses_states)
+        )
 
     async def _say_hello(self, client: str, cell: str, state_rate: float) -> None:
         hello = Hello(
@@ -180,7 +194,12 @@ class PendantSession:
         """End the connection; what it was moving is stopped by the server."""
         await end_task(self._keeping)
         self._conversation.close()
-        await self._conversation.closed.wait()
+        try:
+            async with asyncio.timeout(_CLOSE_WITHIN):
+                await self._conversation.closed.wait()
+        except TimeoutError:
+            self._conversation.abort()
+            await self._conversation.closed.wait()
 
     def abort(self) -> None:
         """Break the connection at once, as a program that dies would."""
@@ -209,6 +228,12 @@ class PendantSession:
         name = user if pairing is None else user or self._client
         request = Login(request_id=request_id, kind=kind, name=name, secret=secret or "")
         await self._conversation.ask(request, request_id)
+        self._away = None
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the connection stands, as far as is known."""
+        return self._conversation.error is None
 
     def offers(self, capability: Capability) -> bool:
         """Tell whether the server offers something to this connection."""
@@ -226,17 +251,6 @@ class PendantSession:
         request_id = self._conversation.new_request()
         _, motion = await self._conversation.begin_motion(make(request_id), request_id)
         return motion
-
-    async def _keep_alive(self) -> None:
-        """Let the server hear of us, and end the connection once it falls silent."""
-        loop = asyncio.get_running_loop()
-        with contextlib.suppress(ConnectionLost):
-            while True:
-                await asyncio.sleep(_PING_PERIOD)
-                if loop.time() - self._conversation.heard > _SILENCE:
-                    text = f"the server said nothing for {_SILENCE:g} s"
-                    self._conversation.abort(ConnectionLost(text))
-                self._conversation.write(Ping())
 
     # What comes unasked.
 
@@ -259,9 +273,28 @@ class PendantSession:
                 _tell(self.on_program, message)
             case JogEnded():
                 self._jog_ended(message)
+            case Outcome():
+                told = message
+                self._away = Refused(told.code, told.text, told.joint, told.value, told.limit)
+                self._sent_away(self._away)
 
     def _state_came(self, state: State) -> None:
         """Take note of a state message; for the class that shows them."""
+
+    def _sent_away(self, why: Refused) -> None:
+        """Take note that no state comes any more; for the class that waits for it."""
+
+    def _misses_states(self, now: float, heard: float) -> bool:
+        """Fail what waits in vain for a state; for the class that shows them.
+
+        Args:
+            now: by the loop's clock [s].
+            heard: when the last bytes came [s].
+
+        Returns:
+            Whether it is to be asked if the link lives.
+        """
+        return False
 
     def _authority_moved(self, change: AuthorityChanged) -> None:
         """Take note that the authority changed hands; for the class that holds it."""

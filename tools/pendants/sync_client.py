@@ -31,8 +31,9 @@ from .sync_motions import SyncMotion
 class SyncPendantClient(SyncManaging, SyncJogging):
     """One connection to a pendant server, with blocking calls.
 
-    Safe to share between threads: each call waits for its own answer. Callbacks are those of
-    `background`, and run on its thread: they must not block, nor call this client.
+    Safe to share between threads: each call waits for its own answer. Where one thread closes it,
+    the calls of the others fail with `ConnectionLost`. Callbacks are those of `background`, and
+    run on its thread: they must not block, nor call this client.
 
     Attributes:
         background: the client on the private thread.
@@ -45,7 +46,7 @@ class SyncPendantClient(SyncManaging, SyncJogging):
         return self._thread.call(self.background.issue_pairing_code())
 
     def end_pairing(self) -> None:
-        """End the cell's code, and let its guests do no more than look on."""
+        """End the cell's code and what its guests may do."""
         self._thread.call(self.background.end_pairing())
 
     def add_account(self, name: str, role: AccountRole | str, password: str) -> None:

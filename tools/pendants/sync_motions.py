@@ -40,7 +40,10 @@ class SyncMotion:
             ConnectionLost: the connection ended first.
             TimeoutError: it goes on after `within`.
         """
-        return self._thread.call(asyncio.wait_for(self._motion.done(), within))
+        return self._thread.call(self._done(within))
+
+    async def _done(self, within: float | None) -> MotionResult:
+        return await asyncio.wait_for(self._motion.done(), within)
 
 
 class SyncJog:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ssl
 from collections.abc import Callable, Coroutine, Iterator
 from types import TracebackType
@@ -9,7 +10,7 @@ from typing import Any, Self
 
 from openpendant.simplemsg.pendant import Capability, HelloReply, State
 
-from .client import DEFAULT_PORT, MotionHandle, PendantClient, Pose
+from .client import DEFAULT_PORT, ConnectionLost, MotionHandle, PendantClient, Pose
 from .loop_thread import LoopThread
 from .management.calls import SyncCalls
 from .management.cell import CellCalls
@@ -75,10 +76,13 @@ class SyncSession(CellCalls, SyncCalls):
         self.close()
 
     def close(self) -> None:
-        """End the connection and its thread; what it was moving is stopped by the server."""
-        if self._thread.is_running:
+        """End the connection and its thread; what it was moving is stopped by the server.
+
+        What other threads wait for fails with `ConnectionLost`, and so does every later call.
+        """
+        with contextlib.suppress(ConnectionLost):  # closed already, by this thread or another
             self._thread.call(self.background.close())
-            self._thread.end()
+        self._thread.end()
 
     def login(self, user: str, *, password: str | None = None, pairing: str | None = None) -> None:
         """Show who is at this pendant; a stop never needs it."""

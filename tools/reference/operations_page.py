@@ -26,7 +26,7 @@ them at work.
 
 - An unknown key is refused, as are a value of another type or beyond its bounds: BAD_ARGUMENT.
 - A refused operation is answered with reply code 2 and [code and text](schemas/failure-reply.json),
-  where known with `value` and `limit`, and for a program's text with `line` and `column`.
+  with `joint`, `value` and `limit` where known, and for a program's text with `line` and `column`.
 - Whoever has not the role that an operation needs gets LOGIN_NEEDED or ROLE_TOO_LOW.
 - What is kept may be refused with NO_STORE, DISK_FULL, STORE_READ_ONLY, STORE_FAILED or STORE_BUSY.
 - `expected_revision` is the revision that the change was made from, 0 for something new. Where

@@ -84,6 +84,9 @@ Version {PROTOCOL_VERSION}. They use ids 65000 to 65535, which REP-I0004 leaves 
 - **Authority.** One connection at a time may move the robot. It asks with `authority`, sends an
   `authority_beat` each second, and loses the authority {_PENDANTS.authority_timeout:g} s after the
   last, or with its connection. Nothing resumes by itself.
+- **Sent away.** A connection whose login or pairing ends, and which may not look on without, is
+  told by an `outcome` of request id 0 with LOGIN_NEEDED and the reason. Nothing of the cell is sent
+  to it until it logs in again; it may still stop.
 - **Stop.** Any connection may send `software_stop`, as a request or a topic; it latches. Only the
   holder of the authority may `reset_stop`, which moves nothing. It is no safety device.
 - **Silence**: a connection that sends nothing for {_PENDANTS.idle_timeout:g} s is closed; a `ping`

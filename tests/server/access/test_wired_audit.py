@@ -9,13 +9,11 @@ from guarded_rig import GuardedRig
 from server_rig import ServerRig
 
 from openpendant.server.access.audit import AuditEvent, ChainCheck, Link, write_line
-from openpendant.server.playback.running_program import RunningProgram
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant import (
     Authority,
     AuthorityAction,
     Management,
-    ProgramState,
     SetMode,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -80,19 +78,6 @@ def test_a_change_of_the_mode_is_noted(rig: GuardedRig) -> None:
     otto.code(SetMode(2, 1))
     (entry,) = [entry for entry in rig.desk.log if entry.event is AuditEvent.MODE]
     assert (entry.who, entry.detail["mode"]) == ("otto", "manual_reduced")
-
-
-def test_a_program_is_noted_with_its_revision_from_its_begin_to_its_end(rig: GuardedRig) -> None:
-    otto = rig.user("otto")
-    otto.take()
-    rig.core.cell.program = RunningProgram("pick", ProgramState.RUNNING, 1, 7)
-    rig.wait(20)
-    rig.core.cell.program = None
-    rig.wait(20)
-    noted = {entry.event: entry for entry in rig.desk.log}
-    began, ended = noted[AuditEvent.PROGRAM_BEGAN], noted[AuditEvent.PROGRAM_ENDED]
-    assert (began.who, began.detail) == ("otto", {"program": "pick", "revision": 7})
-    assert (ended.who, ended.detail) == ("otto", {"program": "pick"})
 
 
 def test_a_motion_that_is_refused_is_noted_with_who_what_and_why(rig: GuardedRig) -> None:

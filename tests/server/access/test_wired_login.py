@@ -116,7 +116,7 @@ def test_who_loses_the_authority_is_told_whether_it_was_for_the_role_or_the_logi
     ann = rig.user("ann")
     rig.follow(AccountBook([*BOOK, after]))
     assert ann.all(AuthorityChanged)[-1].reason == reason
-    assert otto.all(Outcome)[-1].text == f"the motion authority ended: {word}"
+    assert otto.all(Outcome)[0].text == f"the motion authority ended: {word}"
 
 
 def test_an_account_that_is_disabled_loses_the_authority_and_its_motion(rig: GuardedRig) -> None:
@@ -124,7 +124,7 @@ def test_an_account_that_is_disabled_loses_the_authority_and_its_motion(rig: Gua
     otto.take()
     otto.move(1.0, 0.0)
     rig.follow(AccountBook([*BOOK, account("otto", Role.OPERATOR, disabled=True)]))
-    assert otto.outcomes()[-1][1] is VerdictCode.AUTHORITY_LOST
+    assert otto.outcomes()[0][1] is VerdictCode.AUTHORITY_LOST
     assert otto.take() is VerdictCode.LOGIN_NEEDED
 
 

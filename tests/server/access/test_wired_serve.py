@@ -80,8 +80,10 @@ def test_without_tls_a_server_that_others_reach_warns_of_clear_text(tmp_path: Pa
         assert access.door.book.find("ann") is not None
 
 
-def test_a_broken_store_makes_nobody_the_single_user(tmp_path: Path) -> None:
-    (tmp_path / "store.db").write_bytes(b"SQLite format 3\0" + b"rubbish" * 999)
+@pytest.mark.parametrize("content", [b"SQLite format 3\0" + b"rubbish" * 999, b""])
+def test_a_broken_store_makes_nobody_the_single_user(tmp_path: Path, content: bytes) -> None:
+    """Nor an empty file, such as a copy that was cut short and put back."""
+    (tmp_path / "store.db").write_bytes(content)
     with opened_access(settings_of(tmp_path), "test") as access:
         assert not access.door.single_user
 

@@ -9,6 +9,10 @@ import pytest
 from server_clients import Pendant
 from server_rig import ServerRig, ready
 
+from openpendant.server.outgoing import Send
+from openpendant.server.pendant.management import Failure
+from openpendant.server.playback.operations import Asker
+from openpendant.server.refusal import Refusal
 from openpendant.simplemsg import ReplyCode
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Capability, HelloReply, Management
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -93,3 +97,29 @@ def test_anything_else_is_refused_with_code_and_text(body: bytes) -> None:
     assert code == ReplyCode.FAILURE
     assert answer["code"] == VerdictCode.BAD_ARGUMENT
     assert answer["text"]
+
+
+def _refusals() -> list[dict[str, Any]]:
+    """Return the bodies of a request that is refused at once, later, and for a program's text."""
+    asker = Asker(1, 7, "ann")
+    later = asker.refuse(Refusal(VerdictCode.OUT_OF_RANGE, "too far", 2, 1.5, 1.25))
+    in_text = asker.refuse(Refusal(VerdictCode.PROGRAM_SYNTAX), line=3, column=4)
+    bodies = [ask(ready().pendant(), b'{"op": "nonsense"}')[1]]
+    for (out,) in (later, in_text):
+        assert isinstance(out, Send)
+        assert isinstance(out.message, Management)
+        bodies.append(json.loads(out.message.body))
+    return bodies
+
+
+def test_a_refusal_names_the_joint_the_value_and_the_limit() -> None:
+    at_once, later, in_text = _refusals()
+    told = [(body["joint"], body["value"], body["limit"]) for body in (at_once, later, in_text)]
+    assert told == [(-1, 0.0, 0.0), (2, 1.5, 1.25), (-1, 0.0, 0.0)]
+    assert "line" not in later
+    assert (in_text["line"], in_text["column"]) == (3, 4)
+
+
+def test_every_refusal_is_of_the_published_schema() -> None:
+    for body in _refusals():
+        assert Failure.model_validate(body).model_dump(exclude_none=True) == body

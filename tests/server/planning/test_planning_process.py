@@ -23,7 +23,7 @@ from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.verdicts import VerdictCode
 
 JOB = JointPathJob(1, (0.0,), ((1.0,),), 0.5)
-PLANNED = ("ur5", JOB)
+PLANNED = ("ur5", JOB, 0)
 FAILED = Refusal(VerdictCode.PLANNER_FAILED)
 
 Ask = Callable[[int], Awaitable[list[Any]]]

@@ -43,7 +43,7 @@ def _waved(seconds: float = 6.0, amplitude: float = 0.3) -> tuple[Array, Array]:
 
 def _job(times: Array, positions: Array) -> RecordingJob:
     rows = [(time, *row, 0.0) for time, row in zip(times.tolist(), positions.tolist(), strict=True)]
-    return RecordingJob(1, HOME, "wave", pack_rows(rows), EXTRACT, 0.01)
+    return RecordingJob(1, HOME, "wave", (pack_rows(rows),), EXTRACT, 0.01)
 
 
 WAVE = _job(*_waved())

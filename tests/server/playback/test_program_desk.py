@@ -185,7 +185,7 @@ def test_steps_go_forward_and_back_to_the_same_places() -> None:
 
 def test_a_step_that_is_paused_stays_a_step() -> None:
     cell = ProgramCell(main=THERE_AND_BACK)
-    cell.run(kind=FORWARD)
+    cell.run(kind=FORWARD, speed=0.1)
     cell.pass_time(200)
     cell.control(PAUSE)
     cell.pass_time(300)

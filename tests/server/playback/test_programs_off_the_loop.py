@@ -35,7 +35,7 @@ from openpendant.server.programs.work import (
 )
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import DocumentKind
-from openpendant.simplemsg.pendant import RunKind
+from openpendant.simplemsg.pendant import MotionControlAction, RunKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 LARGEST = large_text()
@@ -188,10 +188,12 @@ def test_a_program_stop_while_a_long_program_is_loaded_ends_it(cell: WorkingCell
     cell.run(kind=RunKind.STEP_FORWARD)
     cell.pass_time(50)
     assert cell.core.pendants.programs.desk.is_under_way
-    cell.core.pendants.programs.desk.shut_down(cell.now)
+    request = cell.user.last_request
+    assert cell.control(MotionControlAction.PROGRAM_STOP) is V.ACCEPTED
     cell.work()
     cell.pass_time(2_000)
-    assert cell.user.verdicts()[-1][1] is V.PROGRAM_STOPPED
+    assert (request, V.PROGRAM_STOPPED) in cell.user.verdicts()
+    assert cell.motions == []
 
 
 def test_programs_that_are_too_long_together_are_refused_with_number_and_limit(

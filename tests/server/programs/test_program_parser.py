@@ -168,7 +168,7 @@ def test_every_statement_knows_its_line() -> None:
         ("pose 1 2 3 mm quat 0 0 0 1.1", 20, "the quaternion has length 1.1; accepted: 1"),
         ("# a\x07bell", 1, "the comment holds U+0007"),
         (f"# {'x' * 201}", 1, "the comment has 201 characters; accepted: up to 200"),
-        (f"# {'x' * 4096}", 4097, "the line has 4098 characters; accepted: up to 4096"),
+        (f"# {'x' * 8192}", 8193, "the line has 8194 characters; accepted: up to 8192"),
     ],
 )
 def test_an_error_says_where_what_was_found_and_what_is_accepted(

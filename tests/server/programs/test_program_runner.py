@@ -167,6 +167,7 @@ def test_an_input_that_comes_too_late_fails_the_run_with_both_times() -> None:
     rig.start()
     rig.value(False)
     rig.after(1.99)
+    rig.value(False)
     assert rig.after(0.01) == ["failed INPUT_TIMEOUT"]
     failure = rig.runner.status.failure
     assert failure is not None
@@ -195,11 +196,14 @@ def test_a_flag_is_known_in_every_program_of_the_run() -> None:
 @pytest.mark.parametrize("statements", ["loop\nend", "loop\ncall x\nend", "loop\nloop 9\nend\nend"])
 def test_a_program_that_goes_round_without_doing_anything_fails(statements: str) -> None:
     rig = ProgramRig(statements, {"x": "# nothing"})
-    assert rig.start() == ["failed PROGRAM_STUCK"]
+    assert rig.start() == []
+    assert rig.ticks() == ["failed PROGRAM_STUCK"]
 
 
 def test_comments_without_an_end_of_passes_fail_as_well() -> None:
-    assert ProgramRig("# nothing").start(passes=None) == ["failed PROGRAM_STUCK"]
+    rig = ProgramRig("# nothing")
+    assert rig.start(passes=None) == []
+    assert rig.ticks() == ["failed PROGRAM_STUCK"]
 
 
 @pytest.mark.parametrize(

@@ -70,6 +70,7 @@ def test_a_pause_holds_the_time_limit_of_an_input() -> None:
     assert rig.after(100.0) == []
     rig.do(Resume())
     assert rig.after(0.99) == ["ask 1"]
+    rig.value(False)
     assert rig.after(0.01) == ["failed INPUT_TIMEOUT"]
 
 

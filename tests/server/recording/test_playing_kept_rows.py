@@ -30,10 +30,14 @@ def cell() -> Iterator[EmulatedCell]:
 
 def _keep(cell: EmulatedCell, **about: Any) -> None:
     """Keep two seconds of one joint turning, from where the robot stands."""
-    body = json.dumps({"columns": COLUMNS} | about)
+    columns = about.setdefault("columns", COLUMNS)
+    body = json.dumps(about)
     cell.store.save(DocumentKind.RECORDING, "arc", body, expected_revision=0, author="ann")
-    first, *others = cell.position
-    rows = [(0.01 * n, first + 0.001 * n, *others) for n in range(201)]
+    standing = dict(zip(COLUMNS[1:], cell.position, strict=True))
+    rows = []
+    for n in range(201):
+        values = standing | {"t": 0.01 * n, "j1": standing["j1"] + 0.001 * n}
+        rows.append([values.get(column, 0.0) for column in columns])
     cell.store.append_chunk("arc", 0, pack_rows(rows))
 
 
@@ -72,6 +76,33 @@ def test_a_recording_of_another_robot_or_of_none_is_refused(
     assert not done
     assert told["code"] == V.RECORDING_WRONG_ROBOT
     assert re.search(why, told["text"])
+
+
+@pytest.mark.parametrize(
+    ("columns", "why"),
+    [
+        (
+            ["t", "j2", "j1", "j3", "j4", "j5", "temperature"],
+            r"columns\[6\]: is 'temperature'; acc",
+        ),
+        (["t", "j1", "j2", "j3", "j4", "j5", "j5"], r"columns\[6\]: is 'j5' once more"),
+        (["j6", "j1", "j2", "j3", "j4", "j5", "t"], r"columns\[0\]: is 'j6'; accepted: 't' first"),
+    ],
+)
+def test_columns_that_are_no_joints_are_not_played_as_joints(
+    cell: EmulatedCell, columns: list[str], why: str
+) -> None:
+    _keep(cell, robot="ur5", columns=columns)
+    done, told = _play(cell.holder())
+    assert (done, told["code"]) == (False, V.BAD_DOCUMENT)
+    assert re.search(why, told["text"])
+
+
+def test_joints_in_another_order_are_played_as_they_are_named(cell: EmulatedCell) -> None:
+    _keep(cell, robot="ur5", columns=["t", "j6", "j2", "gap", "j1", "j4", "j5", "j3"])
+    done, told = _play(cell.holder())
+    assert done, told
+    assert told["approach"] == 0.0  # the robot stands at the first sample
 
 
 def test_a_recording_under_way_is_not_played_and_the_refusal_says_so(cell: EmulatedCell) -> None:

@@ -11,6 +11,7 @@ from recorded_cell import RecordedCell
 from openpendant.server.recording import recorder
 from openpendant.server.recording.document import RecordingDocument, read_document
 from openpendant.server.refusal import Refusal
+from openpendant.server.store import documents, samples
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.errors import DiskFull, StoreBusy, StoreFailed
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -183,6 +184,118 @@ def test_a_busy_disk_only_delays(cell: RecordedCell) -> None:
     cell.report((1.0, 0.0))
     cell.stop()
     assert [row[1] for row in cell.rows()] == pytest.approx([n / 100 for n in range(101)])
+
+
+@pytest.fixture
+def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Chunks of at most 100 rows of two joints."""
+    for module in (documents, samples):
+        monkeypatch.setattr(module, "MOST_CHUNK_BYTES", 100 * 4 * 8)
+
+
+@pytest.mark.usefixtures("small_chunks")
+def test_rows_that_waited_for_a_busy_disk_are_kept_however_many_chunks_they_take(
+    cell: RecordedCell,
+) -> None:
+    cell.start()
+    cell.refuse_with = StoreBusy("busy")
+    for step in range(500):
+        cell.report((step / 500, 0.0))
+    cell.refuse_with = None
+    cell.report((1.0, 0.0))
+    cell.stop()
+    assert cell.lost == []
+    assert [row[1] for row in cell.rows()] == pytest.approx([n / 500 for n in range(501)])
+
+
+@pytest.mark.usefixtures("small_chunks")
+def test_rows_that_waited_for_a_slow_disk_are_kept_however_many_chunks_they_take(
+    cell: RecordedCell,
+) -> None:
+    cell.start()
+    cell.answers_at_once = False
+    for step in range(500):
+        cell.report((step / 500, 0.0))
+    cell.answers_at_once = True
+    cell.answer()
+    status = cell.recorder.status
+    assert status is not None
+    assert status.kept >= 450
+    cell.stop()
+    assert len(cell.rows()) == 500
+
+
+@pytest.mark.usefixtures("small_chunks")
+@pytest.mark.parametrize("answered", [True, False])
+def test_all_that_waits_is_written_when_the_server_goes_down(
+    cell: RecordedCell, answered: bool
+) -> None:
+    cell.start()
+    cell.answers_at_once = False
+    for _ in range(500):
+        cell.report((0.0, 0.0))
+    if answered:
+        cell.answer()
+    cell.perform(cell.recorder.flush())
+    while cell.asked:
+        cell.answer()
+    assert len(cell.rows()) == 500
+
+
+def _stopped_at_a_busy_disk(cell: RecordedCell, is_description: bool) -> None:
+    """Stop a recording whose last rows, or whose final description, find the disk busy."""
+    cell.start()
+    for _ in range(10):
+        cell.report((0.0, 0.0))
+    busy = StoreBusy("busy")
+    if not is_description:
+        cell.refuse_with = busy
+        cell.stop()
+        return
+    cell.answers_at_once = False
+    cell.stop()
+    cell.answer()
+    cell.refuse_with = busy
+    cell.answer()
+    cell.answers_at_once = True
+
+
+at_rows_and_description = pytest.mark.parametrize("is_description", [False, True])
+
+
+@at_rows_and_description
+def test_the_end_of_a_recording_waits_for_a_busy_disk(
+    cell: RecordedCell, is_description: bool
+) -> None:
+    _stopped_at_a_busy_disk(cell, is_description)
+    for _ in range(2_900):
+        cell.tick()
+    assert cell.told[1:] == cell.lost == []
+    cell.refuse_with = None
+    cell.tick()
+    assert (_ended(cell).samples, _ended(cell).finished, len(cell.rows())) == (10, True, 10)
+    assert cell.recorder.status is None
+
+
+@at_rows_and_description
+def test_a_disk_that_stays_busy_ends_the_recording_half_a_minute_after_the_stop(
+    cell: RecordedCell, is_description: bool
+) -> None:
+    _stopped_at_a_busy_disk(cell, is_description)
+    for _ in range(3_001):
+        cell.tick()
+    (why,) = cell.lost
+    assert why.code is V.STORE_BUSY
+    assert cell.told[1:] == [why]
+    assert cell.recorder.status is None
+
+
+def test_a_busy_disk_is_asked_one_thing_at_a_time(cell: RecordedCell) -> None:
+    _stopped_at_a_busy_disk(cell, is_description=False)
+    cell.answers_at_once = False
+    for _ in range(3):
+        cell.tick()
+    assert len(cell.asked) == 1
 
 
 def test_a_disk_that_never_answers_ends_the_recording(

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import logging
 import os
 import random
+import signal
 import sqlite3
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from busy_machine import PATIENCE
 from stored_documents import opened, save
 
-from openpendant.server.store import sqlite_file
+from openpendant.server.store import cli, sqlite_file
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.errors import (
     ForeignFile,
@@ -45,7 +50,8 @@ def fill(path: Path) -> None:
 
 
 def names(path: Path) -> list[str]:
-    return sorted(file.name for file in path.parent.iterdir())
+    beside = ("store.db-wal", "store.db-shm")  # readers may leave them behind, empty
+    return sorted(file.name for file in path.parent.iterdir() if file.name not in beside)
 
 
 def test_a_new_file_and_its_folder_are_made_for_the_owner_only(tmp_path: Path) -> None:
@@ -230,9 +236,82 @@ def test_a_copy_of_a_store_in_use_is_a_store_of_its_own(path: Path) -> None:
 def test_a_copy_overwrites_nothing(path: Path) -> None:
     with opened(path) as store:
         path.with_name("copy.db").write_text("mine")
-        with pytest.raises(StoreFailed, match="exists"):
+        with pytest.raises(StoreFailed, match=r"copy\.db: File exists"):
             sqlite_file.copy(store.connection, path.with_name("copy.db"))
     assert path.with_name("copy.db").read_text() == "mine"
+    assert names(path) == ["copy.db", "store.db", "store.db-reserve"]
+
+
+def no_links(source: Path, target: Path) -> None:
+    raise PermissionError(errno.EPERM, "Operation not permitted", str(source), str(target))
+
+
+@pytest.mark.parametrize("has_links", [True, False], ids=["links", "no links, as on a USB stick"])
+def test_of_two_copies_of_one_name_the_later_is_refused_and_the_first_is_whole(
+    path: Path, monkeypatch: pytest.MonkeyPatch, has_links: bool
+) -> None:
+    if not has_links:
+        monkeypatch.setattr(os, "link", no_links)
+    copy = path.with_name("copy.db")
+    fill(path)
+    look = sqlite_file.integrity
+
+    def other_is_faster(connection: sqlite3.Connection, *, thorough: bool) -> list[str]:
+        with monkeypatch.context() as patch, contextlib.closing(open_for_reading(path)) as other:
+            patch.setattr(sqlite_file, "integrity", look)
+            sqlite_file.copy(other.connection, copy)
+        return look(connection, thorough=thorough)
+
+    with contextlib.closing(open_for_reading(path)) as store:
+        monkeypatch.setattr(sqlite_file, "integrity", other_is_faster)
+        with pytest.raises(StoreFailed, match=r"copy\.db: File exists"):
+            sqlite_file.copy(store.connection, copy)
+    monkeypatch.undo()
+    assert names(path) == ["copy.db", "store.db", "store.db-reserve"]
+    with opened(copy) as store:
+        assert len(store.headings()) == 20
+
+
+@pytest.mark.parametrize("has_links", [True, False], ids=["links", "no links, as on a USB stick"])
+def test_a_copy_that_fails_leaves_nothing_behind(
+    path: Path, monkeypatch: pytest.MonkeyPatch, has_links: bool
+) -> None:
+    if not has_links:
+        monkeypatch.setattr(os, "link", no_links)
+    fill(path)
+    monkeypatch.setattr(sqlite_file, "integrity", lambda connection, thorough: ["page 7 is torn"])
+    with contextlib.closing(open_for_reading(path)) as store:
+        with pytest.raises(StoreFailed, match="page 7 is torn"):
+            sqlite_file.copy(store.connection, path.with_name("copy.db"))
+    assert names(path) == ["store.db", "store.db-reserve"]
+
+
+BACKUP = """
+import os, signal, sys
+from openpendant.server.store import cli, sqlite_file
+
+def kill(*arguments, **named):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+where, store, copy = sys.argv[1:]
+setattr(sqlite_file if where == "integrity" else os, where, kill)
+cli.main(["backup", copy, "--store", store])
+"""
+
+
+@pytest.mark.parametrize("where", ["integrity", "link"])
+def test_a_backup_that_is_killed_takes_no_name_and_the_next_one_succeeds(
+    path: Path, where: str
+) -> None:
+    fill(path)
+    copy = path.with_name("monday.db")
+    command = [sys.executable, "-c", BACKUP, where, str(path), str(copy)]
+    killed = subprocess.run(command, capture_output=True, timeout=PATIENCE, check=False)
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
+    assert not copy.exists()
+    assert cli.main(["backup", str(copy), "--store", str(path)]) == 0
+    with opened(copy) as store:
+        assert len(store.headings()) == 20
 
 
 def test_what_is_opened_for_reading_cannot_be_changed(path: Path) -> None:
@@ -251,8 +330,42 @@ def test_reading_what_is_not_there_makes_no_file(path: Path) -> None:
     assert names(path) == []
 
 
-def test_an_empty_file_is_a_new_store(path: Path) -> None:
+def test_an_empty_file_is_no_new_store_but_set_aside_aloud(
+    path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Such as a copy that was cut short and put back: nobody knows who had an account in it."""
     os.close(os.open(path, os.O_CREAT))
+    with caplog.at_level(logging.ERROR), opened(path) as store:
+        assert store.set_aside == path.with_name("store.db.broken-1")
+        assert save(store, "weld") == 1
+    assert "0 bytes" in caplog.text
+
+
+def test_reading_an_empty_file_says_that_it_is_none(path: Path) -> None:
+    path.touch()
+    with pytest.raises(StoreFailed, match="0 bytes"):
+        open_for_reading(path)
+    assert path.stat().st_size == 0
+
+
+START = """
+import os, signal, sys
+from pathlib import Path
+from openpendant.server.store import cli, sqlite_file
+from openpendant.server.store.sqlite_store import open_store
+
+def kill(*arguments, **named):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+sqlite_file._upgrade = kill
+open_store(Path(sys.argv[1]))
+"""
+
+
+def test_a_first_start_that_is_killed_is_a_first_start_again(path: Path) -> None:
+    command = [sys.executable, "-c", START, str(path)]
+    killed = subprocess.run(command, capture_output=True, timeout=PATIENCE, check=False)
+    assert killed.returncode == -signal.SIGKILL, killed.stderr
     with opened(path) as store:
         assert store.set_aside is None
         assert save(store, "weld") == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 from pathlib import Path
@@ -23,8 +24,11 @@ from openpendant.server.recording.document import (
     extract_for,
     read_document,
 )
+from openpendant.server.store import csv_export
 from openpendant.server.store.cli import main
 from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.recording_rows import recording_rows
+from openpendant.server.store.samples import time_fault
 from openpendant.server.store.text_export import FORMAT
 from openpendant.tools.cli import main as openpendant
 
@@ -94,6 +98,14 @@ GOOD = document("setting", "good", {})
         (document("scene", "left", {}), "body.schema: scene 'left'"),
         (document("recording", "r", {"columns": ["x", "j1"]}), "body.columns[0]: recording 'r'"),
         (document("recording", "r", {}), "body.columns: recording 'r': Field required"),
+        (
+            document("recording", "r", {"columns": ["t", "j2", "j1", "temperature"]}),
+            "body.columns[3]: recording 'r': is 'temperature'; accepted: t, j1 to j3, and gap",
+        ),
+        (
+            document("recording", "r", {"columns": ["t", "gap"]}),
+            "body.columns: recording 'r': no column is 'j1'; accepted: t, j1, and gap",
+        ),
         (document("setting", "ü" * 33, {}), "has 66 bytes of UTF-8; accepted: up to 64"),
     ],
 )
@@ -264,7 +276,11 @@ def test_samples_make_a_recording_that_the_robot_that_is_named_can_play(path: Pa
     [
         ([], "recording 'r': samples do not name their robot; say --robot"),
         (["--robot", "nobody"], "recording 'r': no robot or robot file is called 'nobody'"),
-        (["--robot", "rail_kr5_arc"], "samples.csv: line 1: recording 'r' has the columns t, j1"),
+        (
+            ["--robot", "rail_kr5_arc"],
+            "samples.csv: line 1: recording 'r' of 'rail_kr5_arc': no column is 'j7'; accepted: t,"
+            " j1 to j7, and gap if you like, each once",
+        ),
     ],
 )
 def test_samples_of_no_robot_or_of_another_stay_out(
@@ -281,8 +297,92 @@ def test_samples_without_a_time_are_no_recording(
 ) -> None:
     Path("samples.csv").write_text("j1,j2\n1,2\n")
     assert main([*SAMPLES, "--robot", "ur5"]) == 2
-    assert "columns[0]: recording 'r': is 'j1'; accepted: 't'" in capsys.readouterr().err
+    assert (
+        "samples.csv: line 1: recording 'r' of 'ur5': no column is 't'" in capsys.readouterr().err
+    )
     assert names(path) == []
+
+
+@pytest.mark.parametrize(
+    ("columns", "says"),
+    [
+        ("t,j1,j2,j3,j4,j5,temperature", "line 1, column 7: recording 'r' of 'ur5': is 'temp"),
+        ("t,j1,j2,j3,j4,j5,j6,current", "column 8: recording 'r' of 'ur5': is 'current'; accepted"),
+        ("t,j1,j2,j3,j4,j5,j7", "column 7: recording 'r' of 'ur5': is 'j7'; accepted: t, j1 to j6"),
+        ("t,j0,j1,j2,j3,j4,j5", "column 2: recording 'r' of 'ur5': is 'j0'; accepted"),
+        ("t,J1,j2,j3,j4,j5,j6", "column 2: recording 'r' of 'ur5': is 'J1'; accepted"),
+        ("t, j1,j2,j3,j4,j5,j6", "column 2: recording 'r' of 'ur5': is ' j1'; accepted"),
+        ("t,j1,j2,j3,j4,j5", "line 1: recording 'r' of 'ur5': no column is 'j6'; accepted"),
+    ],
+)
+def test_columns_that_are_no_joints_of_the_robot_stay_out(
+    path: Path, capsys: pytest.CaptureFixture[str], columns: str, says: str
+) -> None:
+    Path("samples.csv").write_text(f"{columns}\n{','.join('0' * len(columns.split(',')))}\n")
+    assert main([*SAMPLES, "--robot", "ur5"]) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert says in err
+    assert "and gap if you like" in err
+    assert names(path) == []
+
+
+def _joints_of_rows(path: Path) -> list[tuple[float, ...]]:
+    """Return the positions of the kept recording as a UR5 would play them."""
+    with opened(path) as store:
+        document = read_document("r", store.load(DocumentKind.RECORDING, "r").body)
+        assert isinstance(document, RecordingDocument)
+        extract = extract_for("r", document, "ur5", 6)
+        assert isinstance(extract, Extract)
+        rows = list(recording_rows(store, "r", extract.width))
+    assert [row[0] for row in rows] == [0.0, 0.5]
+    return [tuple(row[place] for place in extract.joints) for row in rows]
+
+
+SHUFFLED = ["gap", "j2", "t", "j6", "j1", "j5", "j3", "j4"]
+SHUFFLED_ROWS: list[list[float]] = [[0, 2, 0, 6, 1, 5, 3, 4], [0, 20, 0.5, 60, 10, 50, 30, 40]]
+IN_ORDER = [(1, 2, 3, 4, 5, 6), (10, 20, 30, 40, 50, 60)]
+
+
+def test_columns_of_a_table_are_taken_by_their_names_in_any_order(path: Path) -> None:
+    lines = [SHUFFLED, *([str(value) for value in row] for row in SHUFFLED_ROWS)]
+    Path("samples.csv").write_text("\n".join(map(",".join, lines)))
+    assert main([*SAMPLES, "--robot", "ur5"]) == 0
+    assert _joints_of_rows(path) == IN_ORDER
+
+
+def test_columns_in_json_are_taken_by_their_names_in_any_order(path: Path) -> None:
+    recording = document("recording", "r", {"columns": SHUFFLED, "robot": "ur5"})
+    assert main(["import", str(documents(recording | {"samples": SHUFFLED_ROWS}))]) == 0
+    assert _joints_of_rows(path) == IN_ORDER
+
+
+def test_a_server_saves_while_a_table_is_read(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = "".join(f"{number / 100},{ZEROS}\n" for number in range(2_000))
+    Path("samples.csv").write_text(f"t,{JOINTS}\n{rows}")
+    with opened(path) as server:
+        server.connection.execute("PRAGMA busy_timeout = 0")
+        numbers = itertools.count()
+
+        def saved_between(before: float | None, time: float) -> str:
+            save(server, f"p{next(numbers)}")
+            return time_fault(before, time)
+
+        monkeypatch.setattr(csv_export, "time_fault", saved_between)
+        assert main([*SAMPLES, "--robot", "ur5"]) == 0
+        assert server.extent("r").size == 2_000 * 7 * 8
+    assert next(numbers) == 2_000
+
+
+def test_a_name_that_is_taken_is_told_before_a_table_is_read(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("samples.csv").write_text(f"t,{JOINTS}\n0,{ZEROS}\n")
+    assert main([*SAMPLES, "--robot", "ur5"]) == 0
+    Path("samples.csv").unlink()
+    capsys.readouterr()
+    assert main([*SAMPLES, "--robot", "ur5"]) == 3
+    assert "recording 'r': the change was of a new document" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("suffix", ["json", "csv", "program"])

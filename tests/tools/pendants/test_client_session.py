@@ -219,3 +219,17 @@ async def test_a_server_that_hangs_up_ends_what_waits(
         await motion.done()
     with pytest.raises(ConnectionLost):
         await pendant.stop()
+
+
+async def test_whoever_is_sent_away_waits_for_no_state_until_he_has_logged_in(
+    server: ScriptedPendantServer, pendant: PendantClient
+) -> None:
+    waiting = asyncio.create_task(pendant.wait_until(lambda state: state.sequence < 0))
+    await asyncio.sleep(0)
+    server.end_motion(0, VerdictCode.LOGIN_NEEDED)
+    for wait in (waiting, pendant.next_state()):
+        with pytest.raises(Refused) as refused:
+            await wait
+        assert refused.value.code is VerdictCode.LOGIN_NEEDED
+    await pendant.login("kim", pairing="ABC234")
+    assert isinstance(await pendant.next_state(), State)

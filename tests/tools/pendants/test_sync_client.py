@@ -195,8 +195,9 @@ def test_a_closed_client_says_so_and_leaves_no_thread(server: ScriptedPendantSer
     pendant.close()
     pendant.close()
     assert threading.active_count() == before
-    with pytest.raises(RuntimeError, match="closed"):
-        pendant.pause()
+    for call in (pendant.pause, pendant.next_state, pendant.snapshot):
+        with pytest.raises(ConnectionLost, match="the client is closed"):
+            call()
 
 
 def test_a_connection_that_nobody_takes_leaves_no_thread() -> None:

@@ -18,7 +18,7 @@ from textual.widgets import Static
 
 from ..client import PendantError
 from . import lcd, screen_text
-from .connection import Connect, Connection
+from .connection import Connect, Connection, SignIn, as_nobody
 from .keyboard import legend
 from .panel import Panel
 
@@ -137,16 +137,19 @@ class PendantApp(App[PendantError | None]):
     #keys { border-top: solid $secondary; color: $text-muted; }
     """
 
-    def __init__(self, connect: Connect, panel: Panel | None = None) -> None:
+    def __init__(
+        self, connect: Connect, sign_in: SignIn = as_nobody, panel: Panel | None = None
+    ) -> None:
         """Make a pendant.
 
         Args:
             connect: makes a connection to the server.
+            sign_in: logs in on it.
             panel: the core; a new one if None.
         """
         super().__init__()
         self.panel = Panel() if panel is None else panel
-        self._connection = Connection(self.panel, connect)
+        self._connection = Connection(self.panel, connect, sign_in)
 
     def get_default_screen(self) -> PendantScreen:
         """Return the one screen."""

@@ -14,6 +14,7 @@ from openpendant.simplemsg.pendant import (
     HelloReply,
     LinkState,
     OperatingMode,
+    ProgramReport,
     ProgramState,
     State,
     StateField,
@@ -27,12 +28,28 @@ STALE_NS = 300_000_000
 """A state that came longer ago is called stale, and nothing is jogged on it."""
 
 
+@dataclass(frozen=True, slots=True)
+class ProgramPlace:
+    """Where the run of a program is.
+
+    Attributes:
+        name: of the program, or of the one that it calls right now.
+        revision: the one of that program that runs.
+        line: its line in that program's text, from 1; 0 before the first statement.
+    """
+
+    name: str
+    revision: int
+    line: int
+
+
 @dataclass(slots=True)
 class CellView:
     """One cell, as far as it is known.
 
     Attributes:
-        is_connected: whether the connection to the pendant server stands.
+        is_greeted: whether a server has answered our hello, and so takes a stop.
+        is_connected: whether it has also let us in.
         absence: why it does not, and what happens next.
         robot: name of the robot.
         cell: name of the cell.
@@ -45,6 +62,7 @@ class CellView:
         stop_reason: why.
     """
 
+    is_greeted: bool = False
     is_connected: bool = False
     absence: str = "connecting"
     robot: str = ""
@@ -57,10 +75,22 @@ class CellView:
     stopped_by: str = ""
     stop_reason: str = ""
     _heard: int = field(default=0)
+    _place: ProgramPlace | None = field(default=None)
+    _is_told: bool = field(default=False)
+
+    def greeted(self) -> None:
+        """Take note that a server has answered hello; it has not let us in yet."""
+        self.is_greeted, self.absence = True, "logging in"
+        self._is_told = False
+
+    def turned_away(self, reason: str) -> None:
+        """Take note that the server does not let us in, or no longer; it still takes a stop."""
+        self.is_connected, self.absence = False, reason
 
     def connected(self, hello: HelloReply, snapshot: Snapshot) -> None:
         """Begin with a new connection: nothing of the last one counts any more."""
-        self.is_connected, self.absence = True, ""
+        self.is_greeted = self.is_connected = True
+        self.absence = ""
         self.robot, self.cell, self.session = hello.robot, hello.cell, hello.session
         self.joints = tuple(snapshot["joints"])
         named = (name for name in snapshot["frames"] if name not in ("base", "tool"))
@@ -70,10 +100,15 @@ class CellView:
         self.owner = "" if owner is None else owner["client"]
         self.stopped_by = "" if stop is None else stop["client"]
         self.stop_reason = "" if stop is None else stop["reason"]
+        run = snapshot["program"]
+        if not self._is_told:  # a report may overtake the snapshot, and is never older
+            place = None if run is None else ProgramPlace(run["name"], run["revision"], run["line"])
+            self._place = place
 
     def lost(self, reason: str) -> None:
         """The connection ended, or none came about; the last values stay, and are stale."""
-        self.is_connected, self.absence = False, reason
+        self.is_greeted = self.is_connected = False
+        self.absence = reason
 
     def take_state(self, state: State, now: int) -> None:
         """Take a state message that came [ns]."""
@@ -86,6 +121,12 @@ class CellView:
     def stop_changed(self, change: StopChanged) -> None:
         """Take the news of a stop."""
         self.stopped_by, self.stop_reason = change.client, change.reason
+
+    def program_moved(self, report: ProgramReport) -> None:
+        """Take the news of where the run of a program is."""
+        ended = report.state == ProgramState.NONE
+        place = ProgramPlace(report.program, report.revision, report.line)
+        self._place, self._is_told = None if ended else place, True
 
     def message_age(self, now: int) -> float | None:
         """Return how long ago the newest state message came [s]; None before the first."""
@@ -130,6 +171,13 @@ class CellView:
         program = (ProgramState.PAUSED, ProgramState.AT_BREAKPOINT, ProgramState.STEPPED)
         paused = (Activity.PAUSED, Activity.PAUSING)
         return self.state.activity in paused or self.state.program_state in program
+
+    @property
+    def program_place(self) -> ProgramPlace | None:
+        """Where the run of a program is; None where none is under way, or it is not known."""
+        if self.state is None or self.state.program_state == ProgramState.NONE:
+            return None
+        return self._place
 
     @property
     def positions(self) -> tuple[float, ...] | None:

@@ -20,7 +20,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..client import DEFAULT_PORT, PendantClient, PendantError, Refused, WrongArgument
 from ..signing_in import PASSWORD_VARIABLE, guest_name, pairing_code, password_of, trusted
-from .connection import Connect
+from .connection import Connect, SignIn
 from .hang_up import end_with_terminal
 from .plain_status import status_once
 from .refusals import connection_refused
@@ -125,21 +125,25 @@ def pendant(
             cell=cell,
             state_rate=_STATE_RATE,
             tls=tls,
-            user=user,
-            password=None if pairing else secret,
-            pairing=secret if pairing else None,
         )
 
+    async def sign_in(client: PendantClient) -> None:
+        if pairing:
+            await client.login(user, pairing=secret)
+        elif secret is not None:
+            await client.login(user, password=secret)
+
     if plain:
-        print(_status(connect))
+        print(_status(connect, sign_in))
     else:
         from .app import PendantApp
 
         end_with_terminal([sys.stdin.fileno(), sys.stderr.fileno()])
-        screen = PendantApp(connect)
+        screen = PendantApp(connect, sign_in)
         gave_up = screen.run(mouse=False)
         if screen.panel.stop_key.is_owed:
-            raise _Failed(f"it was left before its stop was confirmed: {REMEDY}")
+            how, why = ("was left", "") if gave_up is None else ("ended", f" ({gave_up})")
+            raise _Failed(f"it {how} before its stop was confirmed: {REMEDY}{why}")
         if gave_up is not None:
             _give_up(gave_up)
 
@@ -153,14 +157,14 @@ def _check_textual() -> None:
     importlib.import_module("textual")
 
 
-def _status(connect: Connect) -> str:
+def _status(connect: Connect, sign_in: SignIn) -> str:
     """Return how the robot stands.
 
     Raises:
         _Failed: the server is not there, or does not want us.
     """
     try:
-        return asyncio.run(status_once(connect))
+        return asyncio.run(status_once(connect, sign_in))
     except (Refused, WrongArgument) as error:
         _give_up(error)
     except (OSError, PendantError, TimeoutError) as error:

@@ -215,20 +215,20 @@ class StopProgram:
     """End the program or motion; nothing is latched."""
 
 
+BeginsMotion: TypeAlias = (
+    Pulse | Step | UndoJog | GoHome | MoveJoints | MoveTool | RunProgram | Resume
+)
+"""Whatever lets the robot begin to move, or go on; asked for on fresh values only."""
+
 Command: TypeAlias = (
-    SoftwareStop
+    BeginsMotion
+    | SoftwareStop
     | ResetStop
     | TakeControl
     | GiveControl
     | Enable
     | SetMode
     | SetSpeed
-    | Pulse
-    | Step
-    | UndoJog
-    | GoHome
-    | MoveJoints
-    | MoveTool
     | AskWhy
     | ListPrograms
     | CreateProgram
@@ -236,8 +236,6 @@ Command: TypeAlias = (
     | ReloadProgram
     | EditProgram
     | AskDryRun
-    | RunProgram
     | Pause
-    | Resume
     | StopProgram
 )

@@ -1,7 +1,8 @@
-"""Keeps the pendant connected: connect, tell the core what comes, and again after a loss.
+"""Keeps the pendant connected: connect, log in, tell the core what comes, and again after a loss.
 
-Owns the way from news of the client library to the core. A new connection begins as an observer;
-nothing that moved or was held before comes back by itself.
+Owns the way from news of the client library to the core, and that a stop needs no login: it leaves
+before one is tried, and while one waits. A new connection begins as an observer; nothing that moved
+or was held before comes back by itself.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..client import PendantClient, PendantError, Refused, WrongArgument
+from ..client import ConnectionLost, PendantClient, PendantError, Refused, WrongArgument
 from .commands import Command
 from .panel import Panel
 from .performer import Performer
@@ -36,26 +37,44 @@ ATTEMPT = 10.0
 """An attempt to connect that takes longer is given up and made anew: a cable may be back, which a
 system that sends ever more rarely would find out late [s]."""
 
+_LOOK = 0.05
+"""Time between two looks at whether a stop was answered [s]."""
+
 Connect = Callable[[], Awaitable[PendantClient]]
+"""Connects and says hello, no more: whoever logs in there keeps a stop waiting."""
+
+SignIn = Callable[[PendantClient], Awaitable[None]]
+"""Shows who is at the pendant; raises what `PendantClient.login` does."""
+
+
+async def as_nobody(client: PendantClient) -> None:
+    """Sign in as nobody, which a server without accounts lets in."""
 
 
 class Connection:
     """The connection of one pendant, while there is one."""
 
     def __init__(
-        self, panel: Panel, connect: Connect, clock: Callable[[], int] = time.monotonic_ns
+        self,
+        panel: Panel,
+        connect: Connect,
+        sign_in: SignIn = as_nobody,
+        clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:
         """Make one that has not begun.
 
         Args:
             panel: the core that is told everything.
             connect: makes a connection; raises `OSError` or `PendantError`.
+            sign_in: logs in on it.
             clock: returns monotonic time [ns].
         """
         self._clock = clock
         self._panel = panel
         self._connect = connect
+        self._sign_in = sign_in
         self._performer: Performer | None = None
+        self._turned_away: Refused | WrongArgument | None = None
 
     def perform(self, commands: list[Command]) -> None:
         """Carry out commands; without a connection there is nobody to ask."""
@@ -90,20 +109,48 @@ class Connection:
 
     async def _once(self) -> None:
         async with await self._connected() as client:
-            performer = Performer(client, self._panel)
+            performer = self._performer = Performer(client, self._panel)
             try:
                 self._listen(client)
                 performer.perform(self._panel.greeted())
-                # So that a stop leaves before the question, and the answer knows of it.
+                # So that a stop leaves before the login, and the snapshot knows of it.
                 await asyncio.sleep(0)
-                self._panel.cell.connected(client.hello, await client.snapshot())
-                self._performer = performer
-                performer.perform(self._panel.connected())
-                async for _ in client.states():
-                    pass
+                await self._stay(client)
+            except (Refused, WrongArgument) as error:
+                if self._panel.stop_key.is_awaited:
+                    performer.perform(self._panel.turned_away(str(error)))
+                    await self._stop_answered(client)
+                raise
             finally:
                 self._performer = None
                 await performer.close()
+
+    async def _stay(self, client: PendantClient) -> None:
+        """Log in, and be a pendant until the connection ends or we are turned away."""
+        if self._turned_away is not None:
+            raise self._turned_away
+        try:
+            await self._sign_in(client)
+            self._panel.cell.connected(client.hello, await client.snapshot())
+            self.perform(self._panel.connected())
+            async for _ in client.states():
+                pass
+        except (Refused, WrongArgument) as error:
+            if isinstance(error, WrongArgument) or is_hopeless(error):
+                # Not tried again on a later connection for the stop: wrong secrets are counted.
+                self._turned_away = error
+            raise
+
+    async def _stop_answered(self, client: PendantClient) -> None:
+        """Wait for the verdict on the stop that is owed.
+
+        Raises:
+            ConnectionLost: the connection ended, and the stop has to leave on another one.
+        """
+        while self._panel.stop_key.is_awaited:
+            if not client.is_open:
+                raise ConnectionLost("the connection ended before the stop was answered")
+            await asyncio.sleep(_LOOK)
 
     async def _connected(self) -> PendantClient:
         try:

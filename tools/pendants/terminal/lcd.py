@@ -22,6 +22,7 @@ from .panel import Panel
 from .program_choice import ProgramChoice
 from .prompts import Choice, Entry
 from .reachability import REACHABLE
+from .under_way import open_state, other_program, running_statement
 
 COLUMNS, ROWS = 20, 4
 
@@ -75,7 +76,7 @@ def _head(panel: Panel, now: int) -> str:
     """Return the first row of most pages: what is wrong, else mode, frame, step and enabling."""
     cell = panel.cell
     if not cell.is_connected:
-        return "NO LINK"
+        return "NO LOGIN" if cell.is_greeted else "NO LINK"
     if cell.is_stopped:
         return f"STOP {cell.stopped_by}"
     if cell.is_stale(now):
@@ -162,24 +163,23 @@ def _speed(panel: Panel, now: int) -> list[str]:
 
 
 def _program(panel: Panel, now: int) -> list[str]:
-    program = panel.teaching.program
+    program, other = panel.teaching.program, _other_program(panel)
     if program is None:
-        return [_head(panel, now), "No program is open"]
-    head = _spread(program.name, words.program_state(panel.cell) or f"r{program.revision}")
+        return [_head(panel, now), "No program is open", *other]
+    head = _spread(program.name, open_state(panel) or f"r{program.revision}")
     if not program.lines:
-        return [head, "empty"]
+        return [head, *other, "empty"]
     running = running_statement(panel)
-    first = max(0, min(panel.teaching.selected - 1, len(program.lines) - (ROWS - 1)))
-    shown = range(first, min(first + ROWS - 1, len(program.lines)))
-    return [head, *(_statement(panel, index, running) for index in shown)]
+    room = ROWS - 1 - len(other)
+    first = max(0, min(panel.teaching.selected - 1, len(program.lines) - room))
+    shown = range(first, min(first + room, len(program.lines)))
+    return [head, *other, *(_statement(panel, index, running) for index in shown)]
 
 
-def running_statement(panel: Panel) -> int | None:
-    """Return the statement that is run now, from 0; None for none of the open program."""
-    state = panel.cell.state
-    if panel.teaching.program is None or state is None or not state.program_line:
-        return None
-    return panel.teaching.program.index_of(state.program_line)
+def _other_program(panel: Panel) -> list[str]:
+    """Return the row of a program that is under way and not the open one; none without one."""
+    name = other_program(panel)
+    return [_spread(f"={name}", f" {words.program_state(panel.cell)}")] if name else []
 
 
 def _statement(panel: Panel, index: int, running: int | None) -> str:

@@ -44,13 +44,20 @@ class Panel(PanelNews):
             now: monotonic time [ns].
 
         Returns:
-            What is to be done, in order.
+            What is to be done, in order; nothing that moves the robot on values that may be old.
         """
         if key == STOP_KEY:
             return self._stop(now)
+        asked = self._asked(key, now)
+        # Here and not at each key, so that no answer to a question gets round it.
+        moves = any(isinstance(each, do.BeginsMotion) for each in asked)
+        return [] if moves and not self.jog.is_fresh(now) else asked
+
+    def _asked(self, key: str, now: int) -> list[Command]:
+        """Return what a key but that of the stop asks for, fresh values or not."""
         self.enabling.key(now)
         if self.question is not None:
-            return self._answer(self.question, key, now)
+            return self._answer(self.question, key)
         meaning = self._keyboard.get(key)
         match meaning:
             case AxisKey():
@@ -80,9 +87,7 @@ class Panel(PanelNews):
     def _stop(self, now: int) -> list[Command]:
         self.jog.let_go()
         self.question = None
-        stop = self.stop_key.struck(now)
-        let_go = self._let_go()
-        return [*stop, *let_go] if self.cell.is_connected else []
+        return [*self.stop_key.struck(now), *self._let_go()]
 
     def _toggle_enabling(self, now: int) -> list[Command]:
         if self.enabling.is_on:
@@ -173,27 +178,26 @@ class Panel(PanelNews):
 
     # Questions.
 
-    def _answer(self, question: Question, key: str, now: int) -> list[Command]:
+    def _answer(self, question: Question, key: str) -> list[Command]:
         answer = question.struck(key)
         self.question = None
         match answer:
             case Choice() | Entry() | ProgramChoice():
                 self.question = answer
             case Entered():
-                return self._entered(answer, now)
+                return self._entered(answer)
             case _ if answer is not None and self.cell.is_connected:
                 if isinstance(answer, do.OpenProgram | do.CreateProgram):
                     self._show(Page.PROGRAM)
                 return [answer]
         return []
 
-    def _entered(self, entered: Entered, now: int) -> list[Command]:
+    def _entered(self, entered: Entered) -> list[Command]:
         try:
             if entered.wanted is Wanted.STEP:
                 self.jog.step = self.jog.step.typed(entered.text)
                 return []
-            target = read_target(entered.text, self.cell)
-            return [target] if self.jog.is_fresh(now) else []
+            return [read_target(entered.text, self.cell)]
         except (NotASize, NotATarget) as error:
             self.messages.add(str(error))
             return []

@@ -65,14 +65,22 @@ class PanelNews:
 
     def greeted(self) -> list[Command]:
         """Take note that a server has answered hello; a stop that is owed leaves at once."""
+        self.cell.greeted()
         return [*self.stop_key.linked()]
+
+    def turned_away(self, reason: str) -> list[Command]:
+        """Take note that the server does not let us in, and has a stop to answer before we go."""
+        self.cell.turned_away(reason)
+        self.question = None
+        self.messages.add(f"no login: {reason}")
+        return self._let_go()
 
     def connected(self) -> list[Command]:
         """Take note that the cell is connected, after `cell.connected`."""
         self.jog.check_frame()
         self.messages.add(f"connected to {self.cell.cell}, robot {self.cell.robot}")
-        # Once more: it may have been pressed since, and a second stop does no harm.
-        return self.greeted()
+        # Once more: a second stop does no harm.
+        return [*self.stop_key.linked()]
 
     def lost(self, reason: str) -> None:
         """Take note that the connection ended: nothing that was held is held any more."""
@@ -131,10 +139,13 @@ class PanelNews:
 
     def program_moved(self, report: ProgramReport) -> list[Command]:
         """Take the news of a program that runs; where it runs another revision, that is told."""
+        self.cell.program_moved(report)
         if report.text:
             self.messages.add(f"{report.program}: {in_screen_units(report.text)}")
         shown = self.teaching.program
         if shown is None or shown.name != report.program or report.revision <= shown.revision:
+            return []
+        if not self.cell.is_connected:
             return []
         return [do.ReloadProgram(shown.name)]
 

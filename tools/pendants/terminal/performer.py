@@ -94,6 +94,10 @@ class Performer:
 
     async def _pulse(self, pulse: do.Pulse) -> None:
         """Press and never beat: the server ends the press at its deadline."""
+        if not self._client.has_quotable_state:
+            # The library would wait for a state, and move for a key that was let go long ago.
+            self._panel.messages.add("STALE: no jog on values that are too old for a held key")
+            return
         signs = {axis: float(sign) for axis, sign in pulse.axes}
         if pulse.frame == JOINTS:
             jog = self._client.jog(signs, deadline=pulse.deadline, longest=0.0)
@@ -161,9 +165,8 @@ class Performer:
     async def _stop(self, stop: do.SoftwareStop) -> None:
         try:
             await self._client.stop(stop.reason)
-        except PendantError as error:
-            told = refusal_line(error) if isinstance(error, Refused) else str(error)
-            self._panel.stop_key.failed(stop.press, told)
+        except Refused as refused:
+            self._panel.stop_key.refused(stop.press, refusal_line(refused))
             raise
         self._panel.stop_key.confirmed(stop.press)
 

@@ -8,17 +8,18 @@ from __future__ import annotations
 import time
 
 from . import screen_text, words
-from .connection import Connect
+from .connection import Connect, SignIn
 from .panel import Panel
 
 _PATIENCE = 5.0
 
 
-async def status_once(connect: Connect) -> str:
+async def status_once(connect: Connect, sign_in: SignIn) -> str:
     """Connect, wait for one state, and return it in words.
 
     Args:
         connect: makes a connection.
+        sign_in: logs in on it.
 
     Raises:
         OSError: nobody listens there.
@@ -27,6 +28,7 @@ async def status_once(connect: Connect) -> str:
     """
     panel = Panel()
     async with await connect() as client:
+        await sign_in(client)
         panel.cell.connected(client.hello, await client.snapshot())
         state = await client.wait_until(lambda _: True, within=_PATIENCE)
         now = time.monotonic_ns()

@@ -24,7 +24,8 @@ _HERE = {
     VerdictCode.PRESS_DEAD: "Strike the key again.",
     VerdictCode.PRESS_STALE: "Strike the key again once the values are fresh.",
     VerdictCode.OVERRIDE_ZERO: "Press +, then ask for the motion again.",
-    VerdictCode.OUTSIDE_LIMITS: "Press m and 4, recovery, and jog the joint back inside.",
+    VerdictCode.OUTSIDE_LIMITS: "Jog the joint back inside; where m sets the mode, press m and 4"
+    " first, recovery.",
     VerdictCode.REVISION_CONFLICT: "It was loaded anew: look at it, then ask again.",
     VerdictCode.PROGRAM_UNKNOWN: "Press n, which lists the programs.",
     VerdictCode.PROGRAM_RUNNING: "Press 9 to end it; to step it or run it on, 8 pauses it.",

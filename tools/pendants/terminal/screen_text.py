@@ -12,11 +12,11 @@ from . import words
 from .commands import JOINTS
 from .enabling_toggle import TIMEOUT_NS
 from .jog_keys import PULSE_NS, JogKind
-from .lcd import running_statement
 from .panel import Panel
 from .program_choice import ProgramChoice
 from .reachability import REACHABLE
 from .teaching import Teaching
+from .under_way import open_state, other_line, running_statement
 
 _BAR = 16
 _SHOWN_LINES = 6
@@ -97,17 +97,22 @@ def _bar(part: float) -> str:
 
 
 def program_list(panel: Panel) -> str:
-    """Return the statements round the selected one; `>` is selected, `=` runs."""
+    """Return the statements round the selected one; `>` is selected, `=` runs.
+
+    Where another program is under way, it is named instead of a mark.
+    """
     if isinstance(panel.question, ProgramChoice):
         return _program_choice(panel.question)
     program = panel.teaching.program
+    other = [line] if (line := other_line(panel)) else []
     if program is None:
-        return "no program is open; n opens one"
+        return "\n".join(["no program is open; n opens one", *other])
     running = running_statement(panel)
     selected = panel.teaching.selected
-    first = max(0, min(selected - _SHOWN_LINES // 2, len(program.lines) - _SHOWN_LINES))
-    shown = list(enumerate(program.lines))[first : first + _SHOWN_LINES]
-    state = words.program_state(panel.cell)
+    room = _SHOWN_LINES - len(other)
+    first = max(0, min(selected - room // 2, len(program.lines) - room))
+    shown = list(enumerate(program.lines))[first : first + room]
+    state = open_state(panel)
     head = f"{program.name}, revision {program.revision}{f', {state}' if state else ''}"
     rows = [
         f"{'>' if i == selected else ' '}{'=' if i == running else ' '}{i + 1:4} {line}"
@@ -115,8 +120,8 @@ def program_list(panel: Panel) -> str:
         for i, line in shown
     ]
     if not rows:
-        return f"{head}\nempty; 1 records where the robot stands"
-    return "\n".join([head, _dry_run(panel.teaching), *rows])
+        return "\n".join([head, *other, "empty; 1 records where the robot stands"])
+    return "\n".join([head, *other, _dry_run(panel.teaching), *rows])
 
 
 def _program_choice(choice: ProgramChoice) -> str:

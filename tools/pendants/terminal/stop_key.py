@@ -38,13 +38,18 @@ class StopKey:
         self._press = 0
         self._since: int | None = None
         self._sent = 0
-        self._failure = ""
+        self._refusal = ""
         self._is_told = False
 
     @property
     def is_owed(self) -> bool:
         """Whether a stop was pressed that nobody has confirmed."""
         return self._since is not None
+
+    @property
+    def is_awaited(self) -> bool:
+        """Whether a stop is owed that was not refused: its verdict may still come."""
+        return self.is_owed and not self._refusal
 
     def struck(self, now: int) -> list[SoftwareStop]:
         """Take a stroke of the key.
@@ -53,21 +58,22 @@ class StopKey:
             now: monotonic time [ns].
 
         Returns:
-            The stop, to be sent at once; nothing without a link, where it is sent later.
+            The stop, to be sent at once, logged in or not; nothing without a link, where it is
+            sent later.
         """
         self._press += 1
-        self._failure, self._is_told = "", False
+        self._refusal, self._is_told = "", False
         if self._since is None:
             self._since = now
         self._sent = now
         self._tell(now)
-        return [SoftwareStop(REASON, self._press)] if self._cell.is_connected else []
+        return [SoftwareStop(REASON, self._press)] if self._cell.is_greeted else []
 
     def linked(self) -> list[SoftwareStop]:
         """Return what must leave first on a new connection: the stop that is owed."""
         if not self.is_owed:
             return []
-        self._failure = ""
+        self._refusal = ""
         return [SoftwareStop(f"{REASON}, sent again", self._press)]
 
     def tick(self, now: int) -> list[SoftwareStop]:
@@ -81,7 +87,7 @@ class StopKey:
             repeated on the same connection.
         """
         self._tell(now)
-        waits = self.is_owed and self._cell.is_connected and not self._failure
+        waits = self.is_awaited and self._cell.is_greeted
         if not waits or now - self._sent < AGAIN_NS:
             return []
         self._sent = now
@@ -101,15 +107,15 @@ class StopKey:
         """Take the news that a stop is latched, whoever asked for it."""
         self._settle()
 
-    def failed(self, press: int, why: str) -> None:
-        """Take the news that the stop of a press was refused, or not answered."""
+    def refused(self, press: int, why: str) -> None:
+        """Take the verdict that the stop of a press was refused."""
         if self.is_owed and press == self._press:
-            self._failure = why
+            self._refusal = why
 
     def _settle(self) -> None:
         if self.is_owed and self._is_told:
             self._messages.add("the stop is confirmed")
-        self._since, self._failure, self._is_told = None, "", False
+        self._since, self._refusal, self._is_told = None, "", False
 
     def doubt(self, now: int) -> str:
         """Return that a stop is not confirmed, why, and what to do; empty where none is in doubt.
@@ -121,10 +127,12 @@ class StopKey:
         return f"STOP NOT CONFIRMED, {REMEDY}: {why}" if why else ""
 
     def _why(self, since: int, now: int) -> str:
-        if not self._cell.is_connected:
+        if not self._cell.is_greeted:
             return f"no link, it leaves again once linked ({self._cell.absence})"
-        if self._failure:
-            return self._failure
+        if self._refusal:
+            return self._refusal
+        if not self._cell.is_connected:
+            return f"sent, and not answered yet ({self._cell.absence})"
         if self._cell.is_silent(now):
             age = self._cell.message_age(now)
             return "no state came yet" if age is None else f"the server is silent for {age:.1f} s"

@@ -63,6 +63,8 @@ def lamps(cell: CellView, now: int) -> tuple[Lamp, Lamp, Lamp]:
 
 def _server_lamp(cell: CellView, now: int) -> Lamp:
     name = "pendant–server"
+    if cell.is_greeted and not cell.is_connected:
+        return Lamp(name, Light.DOUBTFUL, "no login")
     if not cell.is_connected:
         return Lamp(name, Light.BAD, "down")
     age = cell.message_age(now)
@@ -165,6 +167,8 @@ def staleness(cell: CellView, now: int) -> str:
 
 def banner(cell: CellView, now: int) -> str:
     """Return the one sentence that matters most, with what to do; empty where all is well."""
+    if cell.is_greeted and not cell.is_connected:
+        return f"NO LOGIN: {cell.absence}; the space bar stops the robot all the same"
     if not cell.is_connected:
         return f"NO LINK: {cell.absence}; to stop the robot, use the hardware button"
     if cell.is_stopped:

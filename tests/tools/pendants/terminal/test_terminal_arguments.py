@@ -17,7 +17,11 @@ from openpendant.tools.pendants.client import (
     Refused,
     WrongArgument,
 )
+from openpendant.tools.pendants.terminal import cli
 from openpendant.tools.pendants.terminal.cli import FAILED, USAGE, _address, main
+from openpendant.tools.pendants.terminal.keyboard import STOP_KEY
+from openpendant.tools.pendants.terminal.panel import Panel
+from openpendant.tools.pendants.terminal.stop_key import REMEDY
 
 
 @pytest.mark.parametrize(
@@ -119,17 +123,27 @@ def test_a_guest_is_asked_for_a_name_that_no_option_says(
         def isatty(self) -> bool:
             return typed is not None
 
-    shown: dict[str, object] = {}
+    shown: list[tuple[str, object]] = []
+
+    class Guest(PendantClient):
+        async def login(
+            self, user: str, *, password: str | None = None, pairing: str | None = None
+        ) -> None:
+            assert password is None
+            shown.append((user, pairing))
+            raise WrongArgument("seen enough")
 
     async def connect(*_: object, **given: object) -> PendantClient:
-        shown.update(given)
-        raise WrongArgument("seen enough")
+        assert not {"user", "password", "pairing"} & given.keys()
+        guest = Guest()
+        guest.abort()
+        return guest
 
     monkeypatch.setattr(PendantClient, "connect", connect)
     monkeypatch.setattr("getpass.getpass", lambda _: "ABC234")
     monkeypatch.setattr(sys, "stdin", Terminal(typed or ""))
     main(["--plain", "--pairing", *arguments])
-    assert (shown["user"], shown["pairing"], shown["password"]) == (name, "ABC234", None)
+    assert shown == [(name, "ABC234")]
     assert ("Your name" in capsys.readouterr().err) == (typed is not None)
 
 
@@ -169,3 +183,33 @@ def test_without_textual_it_says_what_to_install(
     assert "-m pip install -e '" in errors.getvalue()
     assert "[terminal]'" in errors.getvalue()
     assert errors.getvalue().count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("gave_up", "text"),
+    [
+        (None, f"it was left before its stop was confirmed: {REMEDY}"),
+        (WrongArgument("no"), f"it ended before its stop was confirmed: {REMEDY} (no)"),
+    ],
+)
+def test_a_stop_that_is_owed_at_the_end_is_told_before_why_it_ended(
+    gave_up: PendantError | None,
+    text: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    class Left:
+        def __init__(self, *_: object) -> None:
+            self.panel = Panel()
+
+        def run(self, *, mouse: bool) -> PendantError | None:
+            self.panel.key(STOP_KEY, 0)
+            return gave_up
+
+    for number, stream in enumerate((sys.stdin, sys.stdout, sys.stderr)):
+        monkeypatch.setattr(stream, "isatty", lambda: True)
+        monkeypatch.setattr(stream, "fileno", lambda number=number: number)
+    monkeypatch.setattr("openpendant.tools.pendants.terminal.app.PendantApp", Left)
+    monkeypatch.setattr(cli, "end_with_terminal", lambda _: None)
+    assert main([]) == FAILED
+    assert capsys.readouterr().err == f"openpendant pendant: {text}\n"

@@ -17,6 +17,7 @@ from openpendant.simplemsg.pendant import (
     JogReason,
     LinkState,
     OperatingMode,
+    ProgramReport,
     ProgramState,
     StateField,
     StopKind,
@@ -84,7 +85,7 @@ def test_the_mode_page_says_how_the_keys_jog(rig: PanelRig) -> None:
 
 def test_the_program_page_marks_what_is_selected_and_what_runs(rig: PanelRig) -> None:
     rig.open()
-    rig.state(program_state=ProgramState.PAUSED, program_line=11)
+    rig.runs("pick", 11, program_state=ProgramState.PAUSED)
     rig.strike("f5", "down")
     assert shown(rig, Page.PROGRAM) == [
         "pick          paused",
@@ -178,6 +179,7 @@ def test_every_page_is_four_rows_of_twenty_ascii_characters_whatever_comes(
         age=values[9],
         program_line=activity,
     )
+    panel.program_moved(ProgramReport(program, activity, 1, 2 + link % 2, name, ""))
     panel.cell.take_state(changed, rig.now)
     panel.page = page
     rows = lcd.page(panel, rig.now)

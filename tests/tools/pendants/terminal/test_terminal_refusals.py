@@ -72,6 +72,7 @@ def test_a_joint_at_fault_is_told_in_its_unit(
     [
         (VerdictCode.NOT_ENABLED, "Press v, which holds it until 5 s without a key"),
         (VerdictCode.NOT_IN_CONTROL, "Press c, which asks for control."),
+        (VerdictCode.OUTSIDE_LIMITS, "Jog the joint back inside; where m sets the mode,"),
         (VerdictCode.PLANNING, "Wait for its outcome, or stop it."),
     ],
 )

@@ -59,6 +59,7 @@ SNAPSHOT = {
         {"name": f"joint {n}", "unit": "rad", "lower": -2.0, "upper": 2.0} for n in range(1, 7)
     ],
     "frames": ["base"],
+    "program": None,
     "owner": None,
     "stop": None,
 }

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
 
 import pytest
+from driven_pendant import driven
 from panel_rig import HELLO, PanelRig, snapshot
-from scripted_pendant_server import ScriptedPendantServer, scripted_server
 
 from openpendant.simplemsg.pendant import (
     Hello,
@@ -113,7 +111,7 @@ def test_a_stop_that_was_pressed_without_a_link_leaves_once_linked() -> None:
 
 def test_a_refusal_leaves_the_stop_owed_and_is_told_with_the_button(rig: PanelRig) -> None:
     stop = press(rig)
-    rig.panel.stop_key.failed(stop.press, "HELLO_FIRST: who are you?")
+    rig.panel.stop_key.refused(stop.press, "HELLO_FIRST: who are you?")
     assert banner(rig) == f"{DOUBT}HELLO_FIRST: who are you?"
     assert rig.panel.greeted() == [do.SoftwareStop("space bar, sent again")]
 
@@ -123,7 +121,7 @@ def test_what_is_owed_leaves_every_second_and_what_was_refused_does_not(rig: Pan
     assert rig.wait(980) == []
     assert rig.wait(20) == [do.SoftwareStop("space bar, sent again")]
     assert len(rig.wait(3000)) == 3
-    rig.panel.stop_key.failed(stop.press, "refused")
+    rig.panel.stop_key.refused(stop.press, "refused")
     assert rig.wait(3000) == []
 
 
@@ -153,65 +151,6 @@ def test_the_answer_to_an_earlier_press_does_not_confirm_the_last(rig: PanelRig)
 
 
 # With a server.
-
-
-def loop_ns() -> int:
-    return int(asyncio.get_running_loop().time() * 1e9)
-
-
-class Driven:
-    """A pendant on a connection to a scripted server, on the clock of the loop."""
-
-    def __init__(self, server: ScriptedPendantServer) -> None:
-        self.server = server
-        self.panel = Panel()
-        self.connection = Connection(self.panel, self.connect, loop_ns)
-
-    async def connect(self) -> PendantClient:
-        return await PendantClient.connect("127.0.0.1", self.server.port, state_rate=25)
-
-    async def run(self) -> None:
-        await self.connection.run()
-
-    async def tick(self) -> None:
-        while True:
-            self.connection.perform(self.panel.tick(loop_ns()))
-            await asyncio.sleep(0.04)
-
-    def strike(self, key: str) -> None:
-        self.connection.perform(self.panel.key(key, loop_ns()))
-
-    @property
-    def banner(self) -> str:
-        return screen_text.banner(self.panel, loop_ns())
-
-    @property
-    def reasons(self) -> list[str]:
-        return [stop.reason for stop in self.server.all(SoftwareStop)]
-
-    async def until(self, holds: Callable[[], object], within: float) -> float:
-        """Wait until something holds, at most so long; return how long it took [s]."""
-        began = asyncio.get_running_loop().time()
-        async with asyncio.timeout(within):
-            while True:
-                if holds():
-                    return asyncio.get_running_loop().time() - began
-                await asyncio.sleep(0.01)
-
-
-@asynccontextmanager
-async def driven() -> AsyncIterator[Driven]:
-    async with scripted_server() as server:
-        server.answers["snapshot"] = {**snapshot()}
-        made = Driven(server)
-        tasks = [asyncio.create_task(each) for each in (made.run(), made.tick())]
-        try:
-            await made.until(lambda: made.panel.cell.state is not None, 5.0)
-            yield made
-        finally:
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
 
 
 @pytest.mark.asyncio

@@ -1,0 +1,183 @@
+"""On values that may be old no key begins or resumes a motion, by whichever way it is asked for."""
+
+from __future__ import annotations
+
+import asyncio
+from typing import Any, get_args
+
+import pytest
+from panel_rig import MS, PanelRig
+from scripted_pendant_server import scripted_server
+
+from openpendant.simplemsg.pendant import (
+    Activity,
+    JogBeat,
+    JogRelease,
+    JogStart,
+    LinkState,
+    RunKind,
+)
+from openpendant.tools.pendants.client import PendantClient
+from openpendant.tools.pendants.terminal import commands as do
+from openpendant.tools.pendants.terminal.commands import Command
+from openpendant.tools.pendants.terminal.panel import Panel
+from openpendant.tools.pendants.terminal.performer import Performer
+
+ENTER = "enter"
+LATER = 100 * MS
+
+MOVING: list[tuple[type[Command], tuple[str, ...]]] = [
+    (do.Step, ("q",)),
+    (do.Pulse, ("/", "q")),
+    (do.UndoJog, ("b",)),
+    (do.GoHome, ("0", "1")),
+    (do.GoHome, ("0", "2")),
+    (do.MoveJoints, ("=", *"3=5", ENTER)),
+    (do.MoveTool, ("=", *"z=400", ENTER)),
+    (do.RunProgram, ("5", "1")),
+    (do.RunProgram, ("5", "2")),
+    (do.RunProgram, ("5", "3")),
+    (do.RunProgram, ("6",)),
+    (do.RunProgram, ("7",)),
+    (do.Resume, ("8",)),
+]
+"""Every command that begins or resumes a motion, with the keys that ask for it."""
+
+
+def ready(kind: type[Command], *, walked: bool = True) -> PanelRig:
+    """Return a pendant on which everything could be asked for."""
+    rig = PanelRig()
+    rig.open()
+    if walked:
+        rig.walk()
+    rig.state(activity=Activity.PAUSED if kind is do.Resume else Activity.IDLE)
+    return rig
+
+
+def struck(rig: PanelRig, *keys: str) -> list[Command]:
+    """Strike keys at one moment on values as they are, and let a step leave."""
+    asked = [command for key in keys for command in rig.panel.key(key, rig.now)]
+    return [*asked, *rig.panel.tick(rig.now + LATER)]
+
+
+@pytest.mark.parametrize(("kind", "keys"), MOVING)
+def test_keys_move_on_fresh_values(kind: type[Command], keys: tuple[str, ...]) -> None:
+    (asked,) = struck(ready(kind), *keys)
+    assert type(asked) is kind
+
+
+@pytest.mark.parametrize(("kind", "keys"), MOVING)
+def test_the_same_keys_move_nothing_on_values_of_0_3_s(
+    kind: type[Command], keys: tuple[str, ...]
+) -> None:
+    rig = ready(kind)
+    rig.now += 301 * MS
+    assert struck(rig, *keys) == []
+    assert rig.said.startswith("STALE")
+
+
+@pytest.mark.parametrize("changes", [{"link": LinkState.STALE}, {"age": 0.4}])
+@pytest.mark.parametrize(("kind", "keys"), MOVING)
+def test_nor_on_fresh_messages_about_an_old_report(
+    kind: type[Command], keys: tuple[str, ...], changes: dict[str, Any]
+) -> None:
+    rig = ready(kind)
+    rig.state(activity=rig.panel.cell.state and rig.panel.cell.state.activity, **changes)
+    assert struck(rig, *keys) == []
+    assert rig.said.startswith("STALE")
+
+
+@pytest.mark.parametrize(("kind", "keys"), [each for each in MOVING if len(each[1]) > 1])
+def test_a_yes_after_the_values_went_stale_moves_nothing(
+    kind: type[Command], keys: tuple[str, ...]
+) -> None:
+    rig = ready(kind)
+    *question, answer = keys
+    assert struck(rig, *question) == []
+    rig.now += 301 * MS
+    assert struck(rig, answer) == []
+    assert rig.panel.question is None
+    assert rig.said.startswith("STALE")
+
+
+def test_nor_does_the_second_yes_that_a_run_without_a_dry_run_wants() -> None:
+    rig = ready(do.RunProgram, walked=False)
+    assert struck(rig, "5", "1") == []
+    rig.now += 301 * MS
+    assert struck(rig, "5") == []
+    rig.state()
+    assert struck(rig, "5", "1", "5") == [do.RunProgram("pick", 3, RunKind.ALL)]
+
+
+def test_the_table_has_every_command_that_moves_and_all_others_are_known_to_move_nothing() -> None:
+    assert {kind for kind, _ in MOVING} == set(get_args(do.BeginsMotion))
+    assert set(get_args(Command)) - set(get_args(do.BeginsMotion)) == {
+        do.SoftwareStop,
+        do.ResetStop,
+        do.TakeControl,
+        do.GiveControl,
+        do.Enable,
+        do.SetMode,
+        do.SetSpeed,
+        do.AskWhy,
+        do.ListPrograms,
+        do.CreateProgram,
+        do.OpenProgram,
+        do.ReloadProgram,
+        do.EditProgram,
+        do.AskDryRun,
+        do.Pause,
+        do.StopProgram,
+    }
+
+
+@pytest.mark.parametrize("key", ["9", "x", "c", "?"])
+def test_what_moves_nothing_is_asked_for_on_stale_values_too(key: str) -> None:
+    rig = ready(do.Step)
+    rig.now += 301 * MS
+    assert len(struck(rig, key)) == 1
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+@pytest.mark.parametrize(("age", "presses"), [(0.24, 1), (0.26, 0), (0.29, 0)])
+async def test_a_held_key_waits_for_no_state_and_moves_on_none_that_comes_later(
+    age: float, presses: int
+) -> None:
+    async with (
+        scripted_server() as server,
+        await PendantClient.connect("127.0.0.1", server.port, state_rate=25) as client,
+    ):
+        panel = Panel()
+        performer = Performer(client, panel)
+        await client.next_state()
+        server.mutes = True
+        await asyncio.sleep(age)
+        performer.perform([do.Pulse(do.JOINTS, ((0, 1),), 0.25)])
+        await asyncio.sleep(0.005)
+        server.mutes = False
+        await asyncio.sleep(0.2)
+        assert len(server.all(JogStart)) == presses
+        assert panel.messages.newest.startswith("STALE") == (not presses)
+        await performer.close()
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_a_press_that_nobody_beats_is_not_taken_back_where_its_verdict_is_late() -> None:
+    async with (
+        scripted_server() as server,
+        await PendantClient.connect("127.0.0.1", server.port, state_rate=25) as client,
+    ):
+        panel = Panel()
+        performer = Performer(client, panel)
+        await client.next_state()
+        server.mutes = True
+        performer.perform([do.Pulse(do.JOINTS, ((0, 1),), 0.25)])
+        await asyncio.sleep(0.02)
+        server.mutes = False
+        server.take(server.lines[-1], server.one(JogStart))
+        await asyncio.sleep(0.02)
+        assert server.all(JogRelease) == server.all(JogBeat) == []
+        assert panel.messages.lines == ()
+        await performer.close()
