@@ -290,7 +290,7 @@ int main(int argc, char **argv) {
             if (polled[LINKS].revents) accept_on(polled[LINKS].fd, links);
             if (polled[LINKS + 1].revents) accept_on(polled[LINKS + 1].fd, links + PER_PORT);
         } while (now() < next);
-        if (pressed[SIGUSR1] || pressed[SIGTERM]) e_stopped = 1, break_off(NO_ERROR);
+        if (pressed[SIGUSR1] || pressed[SIGTERM]) e_stopped = 1, break_off(NO_ERROR), report();
         else if (pressed[SIGUSR2] && is_idle()) e_stopped = 0, error_code = NO_ERROR;
         pressed[SIGUSR1] = pressed[SIGUSR2] = 0;
         control_period();

@@ -137,8 +137,7 @@ class AuditTrail:
         session = 0 if by is None else by.session
         visitor = self._login.visitors.find(session)
         if visitor is not None and not self._had_another_name(by, visitor):
-            claimed: dict[str, Detail] = {} if visitor.grant else {"client": visitor.client}
-            self._login.visitors.note(event, visitor, now, **claimed, **detail)
+            self._login.visitors.note(event, visitor, now, **detail)
             return
         entry = AuditEntry(
             event,

@@ -148,8 +148,10 @@ class Visitors:
         return Ended(visitor.session, reason)
 
     def note(self, event: AuditEvent, visitor: Visitor, now: int, **detail: Detail) -> None:
-        """Note what a connection did."""
+        """Note what a connection did; of one without a login, what it calls itself."""
         grant = visitor.grant
+        if grant is None:
+            detail.setdefault("client", visitor.client)
         entry = AuditEntry(
             event,
             now,

@@ -50,6 +50,21 @@ def test_nobody_signs_a_stop_in_the_audit_log_with_the_name_of_another(
     assert (entry.detail["client"], entry.detail["reason"]) == ("ann", "boo")
 
 
+def test_what_is_refused_to_whoever_has_not_logged_in_is_noted_with_what_he_calls_himself(
+    rig: GuardedRig,
+) -> None:
+    impostor(rig).move(0.1, 0.0)
+    entry = noted(rig, AuditEvent.REFUSED)
+    assert (entry.who, entry.detail["client"]) == ("", "ann")
+
+
+def test_a_failed_login_is_noted_with_what_the_pendant_calls_itself(rig: GuardedRig) -> None:
+    pendant = impostor(rig)
+    log_in(pendant, "ann", "wrong")
+    entry = noted(rig, AuditEvent.LOGIN_FAILED)
+    assert (entry.who, entry.detail["client"]) == ("", "ann")
+
+
 def test_everybody_is_shown_that_whoever_stopped_has_not_logged_in(rig: GuardedRig) -> None:
     ann = rig.user("ann")
     impostor(rig).stop("boo")
