@@ -16,16 +16,16 @@ coarse: on a UR5 they would meet in a quarter of all positions.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from itertools import combinations
 from typing import Any, NamedTuple
 
 import numpy as np
 import pinocchio as pin
 
+from .collision_pairs import Body, checked_pairs, sweep_of
 from .collision_shapes import link_geometry, object_geometry
-from .errors import DuplicateObject, FrameUnknown, UnknownObject
+from .errors import DuplicateObject, FrameUnknown, SceneTooLarge, UnknownObject
 from .kinematics import Array, Kinematics
 from .model_map import greatest_travel, model_map
 from .scene import Scene, SceneObject
@@ -61,17 +61,6 @@ class Proximity(NamedTuple):
         return self.distance <= TOUCHING
 
 
-@dataclass(frozen=True, slots=True)
-class _Body:
-    """A shape on the model: the joint that carries it, 0 for none, and its bounding ball there."""
-
-    name: str
-    geometry: int
-    joint: int
-    reach: float
-    standing: bool
-
-
 class CollisionModel:
     """A robot and a scene, for one thread: calls share scratch memory.
 
@@ -85,10 +74,22 @@ class CollisionModel:
             positions.
     """
 
-    def __init__(self, kinematics: Kinematics, scene: Scene | None = None) -> None:
+    def __init__(
+        self,
+        kinematics: Kinematics,
+        scene: Scene | None = None,
+        *,
+        most_pairs: float = math.inf,
+    ) -> None:
         """Build the model.
 
+        Args:
+            kinematics: the robot.
+            scene: what stands around it; nothing where left out.
+            most_pairs: how many pairs with an object of the scene may have to be checked.
+
         Raises:
+            SceneTooLarge: more pairs would have to be checked.
             DuplicateObject: an object bears the name of a link.
             UnknownObject: an allowed pair or a held object names what is neither object nor link.
             MeshFileError: a mesh cannot be read.
@@ -101,14 +102,21 @@ class CollisionModel:
         self._plain = np.array_equal(self._gain, np.eye(kinematics.dof)) and not self._offset.any()
         self._geometry = pin.GeometryModel()
         _check_names(self.scene, kinematics.robot.links)
-        bodies = [*self._links(), *self._objects()]
-        checked = list(self._pairs(bodies))
-        for first, second in checked:
-            self._geometry.addCollisionPair(pin.CollisionPair(first.geometry, second.geometry))
-        self.pairs = tuple((first.name, second.name) for first, second in checked)
-        self._travel = greatest_travel(kinematics.robot)
-        self.sweep: Array = np.array([self._sweep(*pair) for pair in checked])
-        self.sweep = self.sweep.reshape(len(checked), self._model.njoints - 1)
+        bodies = tuple(self._bodies())
+        allowed = (*kinematics.robot.allowed_collisions, *self.scene.allowed)
+        checked = checked_pairs(bodies, allowed, self._wrist)
+        self._check_size(bodies, checked, most_pairs)
+        reaches = [*self._place_links(), *self._place_objects()]
+        self._geometry.setCollisionPairs(checked)
+        pairs = np.argwhere(checked)
+        self.pairs = tuple((bodies[one].name, bodies[other].name) for one, other in pairs.tolist())
+        self.sweep: Array = sweep_of(
+            np.array([body.joint for body in bodies], dtype=np.intp)[pairs],
+            np.array(reaches)[pairs],
+            [float(np.linalg.norm(each.translation)) for each in self._model.jointPlacements[1:]],
+            greatest_travel(kinematics.robot),
+            [each.prismatic for each in kinematics.robot.moving],
+        )
         self._exact = pin.GeometryData(self._geometry)
         self._padded: dict[float, Any] = {}
 
@@ -217,18 +225,32 @@ class CollisionModel:
             self._padded[margin] = data
         return self._padded[margin]
 
-    def _links(self) -> Iterator[_Body]:
+    def _bodies(self) -> Iterator[Body]:
+        """Return the shapes in the order of the geometry model."""
+        links = self.kinematics.robot.links
+        for link, shapes in self.kinematics.robot.collision.items():
+            for _ in shapes:
+                yield Body(link, self._joint(link), is_link=True, is_held=False)
+        for each in self.scene.objects:
+            if each.link is not None and each.link not in links:
+                raise FrameUnknown(each.link, links)
+            joint = 0 if each.link is None else self._joint(each.link)
+            yield Body(each.name, joint, is_link=False, is_held=each.link is not None)
+
+    def _joint(self, link: str) -> int:
+        """Return the number of the moving joint that carries a link, 0 for none."""
+        return int(self._model.frames[self._model.getFrameId(link)].parentJoint)
+
+    def _place_links(self) -> Iterator[float]:
         for link, shapes in self.kinematics.robot.collision.items():
             for shape in shapes:
                 placement = pin.SE3(pin.rpy.rpyToMatrix(*shape.rpy), np.array(shape.xyz))
-                yield self._body(link, link, placement, link_geometry(shape))
+                yield self._place(link, link, placement, link_geometry(shape))
 
-    def _objects(self) -> Iterator[_Body]:
+    def _place_objects(self) -> Iterator[float]:
         for each in self.scene.objects:
-            if each.link is not None and each.link not in self.kinematics.robot.links:
-                raise FrameUnknown(each.link, self.kinematics.robot.links)
             geometry = object_geometry(each.shape)
-            yield self._body(each.name, each.link, self._placement(each), geometry)
+            yield self._place(each.name, each.link, self._placement(each), geometry)
 
     def _placement(self, each: SceneObject) -> Any:
         pose = each.pose
@@ -236,59 +258,31 @@ class CollisionModel:
             pose = self.kinematics.to_base(pose, each.frame)
         return pin.SE3(pose.rotation, pose.position)
 
-    def _body(self, name: str, link: str | None, placement: Any, geometry: Any) -> _Body:
+    def _place(self, name: str, link: str | None, placement: Any, geometry: Any) -> float:
+        """Add a shape; return the radius of a ball about its joint that holds it [m]."""
         joint = 0
         if link is not None:
             frame = self._model.frames[self._model.getFrameId(link)]
             joint, placement = frame.parentJoint, frame.placement * placement
-        added = self._geometry.addGeometryObject(
+        self._geometry.addGeometryObject(
             pin.GeometryObject(f"{name}/{self._geometry.ngeoms}", joint, placement, geometry)
         )
         geometry.computeLocalAABB()
-        reach = float(np.linalg.norm(placement.act(geometry.aabb_center))) + geometry.aabb_radius
-        held = link is not None and name != link
-        return _Body(name, added, joint, reach, standing=joint == 0 and not held)
+        centre = placement.act(geometry.aabb_center)
+        return float(np.linalg.norm(centre)) + float(geometry.aabb_radius)
 
-    def _pairs(self, bodies: Sequence[_Body]) -> Iterator[tuple[_Body, _Body]]:
-        links = frozenset(self.kinematics.robot.links)
-        pairs = self.kinematics.robot.allowed_collisions
-        allowed = {frozenset(pair[:2]) for pair in pairs} | set(map(frozenset, self.scene.allowed))
-        for first, second in combinations(bodies, 2):
-            if first.name == second.name or {first.name, second.name} in allowed:
-                continue
-            if first.standing and second.standing:
-                continue
-            of_links = first.name in links and second.name in links
-            if of_links and abs(first.joint - second.joint) <= 1:
-                continue
-            if of_links and {first.joint, second.joint} == self._wrist:
-                continue
-            held_together = first.joint == second.joint and not {first.name, second.name} & links
-            if not held_together:
-                yield first, second
+    def _check_size(self, bodies: Sequence[Body], checked: Any, most_pairs: float) -> None:
+        """Refuse what takes too long before any of it is built."""
+        of_links = [number for number, body in enumerate(bodies) if body.is_link]
+        pairs = int(checked.sum()) - int(checked[np.ix_(of_links, of_links)].sum())
+        if pairs > most_pairs:
+            raise SceneTooLarge(pairs, int(most_pairs), len(self.scene.objects))
 
     @property
-    def _wrist(self) -> set[int]:
+    def _wrist(self) -> tuple[int, ...]:
         """The first and last joint of the wrist, counted from 1; none of a shorter arm."""
         last = self._model.njoints - 1
-        return {last - 2, last} if last >= _LEAST_WITH_WRIST else set()
-
-    def _sweep(self, first: _Body, second: _Body) -> list[float]:
-        """Return the pair's row of `sweep`.
-
-        A point at p on the farther body is moved by a turning joint by at most its distance to the
-        axis. Links being rigid, that is at most the lengths of the links between and its own reach.
-        """
-        near, far = sorted((first, second), key=lambda body: body.joint)
-        row = [0.0] * (self._model.njoints - 1)
-        lever = far.reach
-        for joint in range(far.joint, near.joint, -1):
-            moving = self.kinematics.robot.moving[joint - 1]
-            row[joint - 1] = 1.0 if moving.prismatic else lever
-            lever += float(np.linalg.norm(self._model.jointPlacements[joint].translation))
-            if moving.prismatic:
-                lever += self._travel[joint - 1]
-        return row
+        return (last - 2, last) if last >= _LEAST_WITH_WRIST else ()
 
 
 def _check_names(scene: Scene, links: Sequence[str]) -> None:

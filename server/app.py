@@ -161,11 +161,18 @@ class App:
     def tick(self) -> None:
         """Run one control tick of every cell."""
         now = self.journal.begin("tick")
+        # The beat goes with the time that the cores judge a freeze by: what the watchdog finds too
+        # long they find too long as well, however a delay is spread over ticks.
+        watchdog, cores = self._watchdog, self._router.cores
+        has_stopped = watchdog is not None and watchdog.beat([core.may_move for core in cores])
+        if self.journal.answer("stopped", "watchdog", has_stopped):
+            for core in cores:
+                core.watchdog_stopped()
         for cell in self.cells:
             cell.tick(now)
         self.clients.check_deadlines(now)
-        if self._watchdog is not None:
-            self._watchdog.beat([core.may_move for core in self._router.cores])
+        if watchdog is not None:
+            watchdog.news([core.may_move for core in cores])
 
     def _on_timer(self) -> None:
         """Run a control tick and set the timer to the next absolute deadline."""

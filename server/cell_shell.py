@@ -41,11 +41,12 @@ from .outgoing import (
     Query,
     Send,
     Spread,
+    Withdraw,
 )
 from .planning.jobs import Planned
 from .planning.plan_record import plan_to_json
 from .planning.plan_store import PlanStore
-from .planning.process import Planner
+from .planning.task import Planner
 from .refusal import Refusal
 from .settings import CellSettings
 from .store.door import StoreDoor
@@ -148,6 +149,9 @@ class CellShell:
                     if self.journal.is_kept:
                         self.journal.out(f"{self.label}planner", repr(job).encode())
                     self._planner.submit(job, self.take_plan)
+                case Withdraw(job_id=job_id):
+                    # Not in the journal: whether an answer came on its way is noted there.
+                    self._planner.withdraw(job_id)
                 case Errand(errand_id=errand_id, request=request):
                     if self.journal.is_kept:
                         self.journal.out(f"{self.label}store", request_to_bytes(request))

@@ -26,6 +26,7 @@ from openpendant.motion.robot import SerialRobot, serial_robot
 from openpendant.simplemsg import __version__
 from openpendant.simplemsg.journal import Journal
 
+from .access.log_queue import LogQueue, standard_error
 from .access.process_log import LimitedHandler
 from .configuration_file import OFF, ConfigurationError, load_settings
 from .event_loop import loop_factory
@@ -121,9 +122,9 @@ def serve(
         provide_files(settings, source)
     except (ConfigurationError, MotionError) as error:
         raise _failure(str(error), USAGE) from None
-    logging.basicConfig(
-        level=logging.INFO if verbose else logging.WARNING, handlers=[LimitedHandler(sys.stderr)]
-    )
+    # Through a queue: a terminal that is held must hold up no robot's server.
+    handler = LimitedHandler(LogQueue(standard_error()))
+    logging.basicConfig(level=logging.INFO if verbose else logging.WARNING, handlers=[handler])
     # Imported here so that --help and a wrong configuration answer without loading pinocchio.
     from .access.opening import opened_access
     from .ports import ListenFailed

@@ -20,9 +20,13 @@ from .access.opening import exposure_of
 from .cells import Cells, Routed
 from .client_connection import ClientConnection
 from .core import Port
+from .loop_turns import LoopTurns
 from .refusal import Refusal
 from .settings import CellSettings
 from .turned_away import TurnedAway
+
+MOST_ORDERS = 256
+"""Addresses without a connection whose byte order is remembered; of more the oldest go."""
 
 
 class Clients:
@@ -31,6 +35,7 @@ class Clients:
     Attributes:
         by_session: the connections by their numbers.
         journal: tells the time of the event at hand.
+        turns: what pendants' requests use of the event loop.
     """
 
     def __init__(
@@ -54,6 +59,7 @@ class Clients:
         """
         self.by_session: dict[int, ClientConnection] = {}
         self.journal = journal
+        self.turns = LoopTurns()
         self._router = router
         self._settings = settings
         self._login = login
@@ -170,9 +176,20 @@ class Clients:
         could make the reference client read a length of millions.
         """
         order = motion.wire.byte_order or ByteOrder.LITTLE
-        self._orders[motion.cell, motion.address] = order
+        self._remember(motion, order)
         for client in list(self.by_session.values()):
             mismatch = client.wire.byte_order is not order
             is_same = (client.cell, client.address) == (motion.cell, motion.address)
             if client.port is Port.ROS_STATE and is_same and mismatch:
                 client.close("its motion connection speaks the other byte order")
+
+    def _remember(self, motion: ClientConnection, order: ByteOrder) -> None:
+        """Note an address as the newest; forget the oldest that have no connection."""
+        self._orders.pop((motion.cell, motion.address), None)
+        self._orders[motion.cell, motion.address] = order
+        if len(self._orders) <= MOST_ORDERS:
+            return
+        here = {(client.cell, client.address) for client in self.by_session.values()}
+        absent = [known for known in self._orders if known not in here]
+        for known in absent[: max(len(absent) - MOST_ORDERS, 0)]:
+            del self._orders[known]

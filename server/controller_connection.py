@@ -83,7 +83,7 @@ class ControllerConnection(asyncio.Protocol):
             try:
                 async with asyncio.timeout(_CONNECT_TIMEOUT):
                     await loop.create_connection(lambda: self, self._link.host, self._port)
-            except (OSError, TimeoutError) as error:
+            except Exception as error:  # whatever it is: an end here would leave the robot for good
                 self._complain(error)
             else:
                 await self._lost.wait()
@@ -93,12 +93,14 @@ class ControllerConnection(asyncio.Protocol):
         """Log the first failure of a series only."""
         if not self._complained:
             self._complained = True
-            log.warning(
+            is_usual, name = isinstance(error, OSError), type(error).__name__
+            log.log(
+                logging.WARNING if is_usual else logging.ERROR,
                 "controller %s link to %s:%d: %s",
                 self.link,
                 self._link.host,
                 self._port,
-                error or type(error).__name__,
+                (str(error) or name) if is_usual else f"{name}: {error}",
             )
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:

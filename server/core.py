@@ -227,11 +227,15 @@ class ServerCore:
         self._was_told = self.may_move
         return out
 
+    def watchdog_stopped(self) -> None:
+        """The watchdog has sent STOP: the next event latches a stop, as after any freeze."""
+        if self.fault is None and self.cell.stop is None:
+            self._ticks.stopped()
+
     def _after_a_freeze(self, now: int) -> list[Outgoing]:
         """Latch a stop after the event loop stood still, where the watchdog has sent one meanwhile.
 
-        To be asked first of all: nothing may begin before that stop. What began after the watchdog
-        was told last counts too.
+        To be asked first of all: nothing may begin before it. What began since it was told counts.
         """
         if now < self._ticks.late_from:
             return []
@@ -249,9 +253,8 @@ class ServerCore:
     @property
     def may_move(self) -> bool:
         """Whether the robot may move before the next tick: by this a freeze stops it, or not."""
-        return self.fault is None and (
-            self.cell.authority.holder is not None or self.cell.is_moving
-        )
+        is_held = self.cell.authority.holder is not None
+        return self.fault is None and (is_held or self.cell.is_moving)
 
     @property
     def is_moving(self) -> bool:
@@ -259,15 +262,12 @@ class ServerCore:
         return self.fault is None and self.cell.is_moving
 
     def misheard(self, session: int, incident: str, now: int) -> list[Outgoing]:
-        """Stop the robot and part with a client, because we failed on a message of it.
+        """Stop the robot first and part with a client, because we failed on a message of it.
 
         Args:
             session: number of the connection.
             incident: under which the log tells more.
             now: monotonic time, ns.
-
-        Returns:
-            The stop first.
         """
         text = f"a fault of the server, incident {incident} of its log"
         if self.fault is not None:

@@ -119,7 +119,7 @@ class Listening:
         self._loop.remove_reader(door.socket)
         self._waiting.append(door)
         if self._timer is None:
-            self._timer = self._loop.call_later(wait / 1e9, self._go_on)
+            self._go_on_in(wait / 1e9)
 
     def _go_on(self) -> None:
         """Take as many as may be taken by now, one from each port in turn."""
@@ -127,33 +127,43 @@ class Listening:
         while self._waiting:
             wait = self._rate.take(self._now())
             if wait:
-                self._timer = self._loop.call_later(wait / 1e9, self._go_on)
+                self._go_on_in(wait / 1e9)
                 return
             door = self._waiting.popleft()
             self._loop.add_reader(door.socket, self._knocked, door)
-            self._take(door)
+            if not self._take(door):
+                return
+
+    def _go_on_in(self, pause: float) -> None:
+        """Set the only timer there is [s]."""
+        if self._timer is not None:
+            self._timer.cancel()
+        self._timer = self._loop.call_later(pause, self._go_on)
 
     def _now(self) -> int:
         return int(self._loop.time() * 1e9)
 
-    def _take(self, door: _Door) -> None:
+    def _take(self, door: _Door) -> bool:
+        """Take a connection that may be there; tell whether the system has means for more."""
         try:
             accepted, address = door.socket.accept()
         except OSError as error:
             if error.errno in _EXHAUSTED:
                 self._pause(error)
-            elif not isinstance(error, BlockingIOError | ConnectionAbortedError):
+                return False
+            if not isinstance(error, BlockingIOError | ConnectionAbortedError):
                 log.info("a connection was lost before it was taken: %s", error.strerror)
-            return
+            return True
         self._is_exhausted = False
         accepted.setblocking(False)
         if len(self._greetings) >= MOST_STRANGERS:
             log.info("%s: more than %d connections agree on TLS", address[0], MOST_STRANGERS)
             accepted.close()
-            return
+            return True
         greeting = self._loop.create_task(self._greet(accepted, door))
         self._greetings.add(greeting)
         greeting.add_done_callback(self._greetings.discard)
+        return True
 
     def _pause(self, error: OSError) -> None:
         """Take nobody for a while; said once, however long it lasts."""
@@ -164,9 +174,7 @@ class Listening:
         for door in self._doors:
             self._loop.remove_reader(door.socket)
             self._waiting.append(door)
-        if self._timer is not None:
-            self._timer.cancel()
-        self._timer = self._loop.call_later(EXHAUSTED_PAUSE, self._go_on)
+        self._go_on_in(EXHAUSTED_PAUSE)
 
     async def _greet(self, accepted: socket.socket, door: _Door) -> None:
         """Join a connection with its protocol, which may take until TLS is agreed on."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import resource
 
+from .accept_rate import MOST_STRANGERS
 from .configuration_file import ConfigurationError
 from .server_settings import ServerSettings
 from .turned_away import MOST_TURNED_AWAY
@@ -22,7 +23,9 @@ _FOR_ALL = 64
 def files_needed(settings: ServerSettings) -> int:
     """Return how many descriptors may be open at once, every place taken."""
     connections = settings.cells[0].listen.max_connections
-    return connections + MOST_TURNED_AWAY + _PER_CELL * len(settings.cells) + _FOR_ALL
+    # Those that agree on TLS, or wait for their answer, have no place yet, or none any more.
+    passing = MOST_STRANGERS + MOST_TURNED_AWAY
+    return connections + passing + _PER_CELL * len(settings.cells) + _FOR_ALL
 
 
 def provide_files(settings: ServerSettings, source: str) -> None:

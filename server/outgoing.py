@@ -115,6 +115,19 @@ class Plan:
 
 
 @dataclass(frozen=True, slots=True)
+class Withdraw:
+    """Tell the planning process that nobody waits for the answer to a job any more.
+
+    One that comes all the same is ignored.
+
+    Attributes:
+        job_id: number of the job.
+    """
+
+    job_id: int
+
+
+@dataclass(frozen=True, slots=True)
 class Keep:
     """Store a motion that began, with its certificate.
 
@@ -182,6 +195,7 @@ Outgoing = (
     | Answer
     | DropLink
     | Plan
+    | Withdraw
     | Keep
     | Errand
     | CheckPassword

@@ -29,6 +29,9 @@ from .refusal import Refusal
 if TYPE_CHECKING:
     from .cell_motions import CellMotions
 
+PASSING = (VerdictCode.MOVING, VerdictCode.PLANNING, VerdictCode.CHANGE_WHILE_MOVING)
+"""Obstacles that end by themselves, so that a face that keeps what was sent may wait for it."""
+
 _AT_LIMIT = 1e-3
 """Reports are rounded to four bytes, and a joint at rest on its limit may overshoot a hair."""
 
@@ -47,7 +50,7 @@ class Condition(Enum):
     ENABLING = "the enabling device (training) is held where the mode asks for it"
     CONTROLLER = "the controller can move"
     OVERRIDE = "the speed override is above 0"
-    SCENE = "the robot touches nothing of itself or of its scene"
+    SCENE = "frames, tools and scene are in force, and the robot touches nothing"
     PROGRAM = "no program is under way"
     STANDING = "nothing else moves or is planned, and frames and tools do not change"
 
@@ -82,6 +85,7 @@ class Situation(Protocol):
     stop: LatchedStop | None
     program: RunningProgram | None
     awaited: str
+    unread: str
 
     @property
     def motion_activity(self) -> Activity:
@@ -125,19 +129,21 @@ def examine(
         asked: what is found elsewhere; None to look at the cell alone.
     """
     modes, controller = cell.modes, cell.mode
+    recovers = _recovers(cell, kind)
     yield from _connection(cell, now)
     if asked is not None:
         yield Finding(Condition.ROLE, asked.role(session))
     yield Finding(Condition.AUTHORITY, permission(cell.authority, session, now))
-    yield Finding(Condition.LIMITS, None if _recovers(cell, kind) else outside_limits(cell))
+    yield Finding(Condition.LIMITS, None if recovers else outside_limits(cell))
     yield Finding(Condition.MODE, modes.forbids(kind, controller))
     yield _stop(cell)
     yield Finding(Condition.ENABLING, modes.not_enabled(session, controller, now))
     yield _controller(cell)
     held = planned and _is_paused(cell.program)
     yield Finding(Condition.OVERRIDE, None if held else modes.override_fault())
-    if asked is not None:
-        yield Finding(Condition.SCENE, asked.contact())
+    unread = None if recovers else _unread(cell)
+    contact = None if unread is not None or asked is None else asked.contact()
+    yield Finding(Condition.SCENE, unread or contact)
     yield Finding(Condition.PROGRAM, _program_fault(cell.program, kind))
     if not steered:
         yield _standing(cell, now, planned=planned)
@@ -183,7 +189,13 @@ def examine_cell(cell: Situation, now: int) -> Iterator[Finding]:
     yield _stop(cell)
     yield _controller(cell)
     yield Finding(Condition.OVERRIDE, cell.modes.override_fault())
+    yield Finding(Condition.SCENE, _unread(cell))
     yield _standing(cell, now, planned=False)
+
+
+def _unread(cell: Situation) -> Refusal | None:
+    """Return why nobody knows which tool the robot holds, or what stands around it."""
+    return Refusal(VerdictCode.BAD_DOCUMENT, cell.unread) if cell.unread else None
 
 
 def _connection(cell: Situation, now: int) -> Iterator[Finding]:

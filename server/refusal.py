@@ -61,6 +61,7 @@ CODE_OF_ERROR: dict[type[errors.MotionError], VerdictCode] = {
     errors.PoorGeometry: VerdictCode.POOR_GEOMETRY,
     errors.FrameFileError: VerdictCode.BAD_FILE,
     errors.SceneFileError: VerdictCode.BAD_FILE,
+    errors.SceneTooLarge: VerdictCode.TOO_LARGE,
     errors.MeshFileError: VerdictCode.BAD_FILE,
     errors.PlatformLimit: VerdictCode.PLATFORM_LIMIT,
     errors.NoAssembly: VerdictCode.NO_ASSEMBLY,
@@ -93,6 +94,8 @@ def refusal_of(error: errors.MotionError) -> Refusal:
             return Refusal(code, str(error), error.index, error.value, error.limit)
         case errors.TooFast() | errors.TooSharp():
             return Refusal(code, str(error), error.index, error.value, error.limit)
+        case errors.SceneTooLarge():
+            return Refusal(code, str(error), value=float(error.pairs), limit=float(error.limit))
         case errors.WrongJointCount():
             return Refusal(code, str(error), value=float(error.got), limit=float(error.expected))
         case errors.NotFinite():

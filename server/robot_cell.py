@@ -56,6 +56,7 @@ class RobotCell:
         stop: the latched stop, None where there is none.
         program: the program under way, None where there is none; the program desk says it.
         awaited: what of frames and tools awaits the store's answer, in words; the world says it.
+        unread: what is kept of frames, tools and scene and is not in force, in words; likewise.
         limits: the robot's joint limits, controller side.
         slots: reads the joint positions of messages.
     """
@@ -75,7 +76,7 @@ class RobotCell:
         self.modes = OperatingModes(settings.modes)
         self.stop: LatchedStop | None = None
         self.program: RunningProgram | None = None
-        self.awaited = ""
+        self.awaited = self.unread = ""
         self.is_closing = False
         self._tell = tell
         self._driving = Driving(

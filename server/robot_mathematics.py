@@ -40,6 +40,14 @@ _JointMotion = tuple[tuple[float, ...], tuple[float, ...]]
 _ToolMotion = tuple[tuple[float, ...], tuple[float, ...], float]
 """Place [m], quaternion and speed [m/s] of the tool in the base frame."""
 
+MOST_PAIRS = 2_000
+"""How many pairs of bodies a scene may have to be checked, as its model is built on the event loop.
+
+That takes ten milliseconds or so, one look at all of them five, on a slow machine a few times as
+long: less than the 100 ms after which the watchdog stops the robots. On an arm of eight moving
+shapes 250 standing objects make so many; each held one makes one more with each that stands.
+"""
+
 _NAMED_POSITIONS = ("home", "zero")
 
 
@@ -67,13 +75,14 @@ class RobotMathematics:
         """Let frames, tools and scene rule from now on; a jog under way keeps those that it has.
 
         Raises:
-            MotionError: the scene does not fit the robot; all stays as it was.
+            MotionError: the scene does not fit the robot or is too large; all stays as it was.
         """
-        collision = CollisionModel(self._kinematics, scene)
+        if scene != self.scene:
+            collision = CollisionModel(self._kinematics, scene, most_pairs=MOST_PAIRS)
+            self._collision, self._free_way = collision, FreeWay(collision)
         tcp = frames[TOOL].pose or Pose.identity()
-        self._jogs = JogModel(self._kinematics, tcp, collision)
+        self._jogs = JogModel(self._kinematics, tcp, self._collision)
         self.frames, self.scene = frames, scene
-        self._collision, self._free_way = collision, FreeWay(collision)
         self._mount(tcp)
 
     def _mount(self, tcp: Pose) -> None:

@@ -6,10 +6,13 @@ for all, and what two cells may not have in common. What a cell may say is `sett
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from .configuration_file import ConfigurationError, checked, settings_as_toml
+from .controller_addresses import addresses_of
 from .settings import (
     CellName,
     CellSettings,
@@ -106,18 +109,39 @@ def _check_apart(cells: list[CellSettings], source: str) -> None:
         ConfigurationError: two cells share what belongs to one.
     """
     names: set[str] = set()
-    owners: dict[tuple[str, int], str] = {}
-    for cell in cells:
+    addresses = cache(addresses_of)
+    for number, cell in enumerate(cells):
         if cell.name in names:
             problem = "each cell needs a name of its own; this one is taken"
             raise ConfigurationError(source, f"name of cell {cell.name!r}", problem)
         names.add(cell.name)
-        link = cell.controller
-        for key, port in (("motion_port", link.motion_port), ("state_port", link.state_port)):
-            owner = owners.setdefault((link.host, port), cell.name)
-            if owner != cell.name:
-                problem = f"{link.host} port {port} is the controller of cell {owner!r} already"
-                raise ConfigurationError(source, f"controller.{key} of cell {cell.name!r}", problem)
+        for owner in cells[:number]:
+            _check_controllers_apart(cell, owner, addresses, source)
+
+
+def _check_controllers_apart(
+    cell: CellSettings,
+    owner: CellSettings,
+    addresses: Callable[[str], frozenset[str]],
+    source: str,
+) -> None:
+    """Refuse a cell with the controller of one before it, by whatever name.
+
+    Raises:
+        ConfigurationError: they would be two masters of one robot.
+    """
+    link, taken = cell.controller, owner.controller
+    for key, port in (("motion_port", link.motion_port), ("state_port", link.state_port)):
+        # Only where it matters is the name service asked, which may take long.
+        if port not in (taken.motion_port, taken.state_port):
+            continue
+        shared = addresses(link.host) & addresses(taken.host)
+        if not shared:
+            continue
+        problem = f"{link.host} port {port} is the controller of cell {owner.name!r} already"
+        if link.host != taken.host:
+            problem += f", where it is called {taken.host}; both are {min(shared)}"
+        raise ConfigurationError(source, f"controller.{key} of cell {cell.name!r}", problem)
 
 
 def server_settings_as_toml(settings: ServerSettings) -> str:

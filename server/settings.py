@@ -24,7 +24,22 @@ from .configuration_file import OFF, checked
 from .event_loop import EventLoop
 
 Port = Annotated[int, Field(ge=0, le=65_535, description="TCP port, 0 for any free one")]
-Seconds = Annotated[float, Field(gt=0, le=3_600)]
+
+_LONGEST_HOST = 253
+
+
+def _check_host(host: str) -> str:
+    try:
+        # The system's own calls fail on such names with errors that nobody connects to a name.
+        is_possible = 0 < len(host.encode("idna")) <= _LONGEST_HOST
+    except UnicodeError:
+        is_possible = False
+    if not is_possible or not host.isprintable() or " " in host:
+        raise ValueError("accepted: an address or a host name")
+    return host
+
+
+Host = Annotated[str, AfterValidator(_check_host)]
 
 
 def _port_or_off(value: object) -> object:
@@ -47,7 +62,7 @@ class Table(BaseModel):
 class ListenForAll(Table):
     """Where the server listens for the pendants of all cells."""
 
-    host: str = "127.0.0.1"
+    host: Host = "127.0.0.1"
     """Address to bind; loopback unless credentials are configured."""
     pendant_port: Port = 11010
     """Pendant protocol."""
@@ -67,7 +82,7 @@ class Listen(ListenForAll):
 class ControllerLink(Table):
     """The robot controller and how to talk to it."""
 
-    host: str = "127.0.0.1"
+    host: Host = "127.0.0.1"
     """Its address."""
     motion_port: Port = 12000
     """Its motion port."""
@@ -85,13 +100,13 @@ class ControllerLink(Table):
     """Keep a second motion connection for nothing but STOP."""
     points_in_flight: Annotated[int, Field(ge=1, le=8)] = 1
     """How many points may wait for their answers at once; more than 1 only where it takes them."""
-    reply_deadline: Seconds = 0.5
-    """A point not answered by then aborts the motion, s."""
-    state_period: Annotated[float, Field(ge=0.001, le=1.0)] = 0.01
-    """How often it reports its state, s."""
+    reply_deadline: Annotated[float, Field(ge=0.05, le=2.0)] = 0.5
+    """A point not answered by then aborts the motion, s; no robot sets off later than that."""
+    state_period: Annotated[float, Field(ge=0.001, le=0.2)] = 0.01
+    """How often it reports its state, s; a robot that is not seen for four of them is stopped."""
     lead: Annotated[float, Field(ge=0.02, le=0.1)] = 0.09
     """How far points are sent ahead of the robot, s."""
-    reconnect_period: Seconds = 0.5
+    reconnect_period: Annotated[float, Field(ge=0.05, le=60)] = 0.5
     """Pause between attempts to connect, s."""
 
     @property
@@ -123,9 +138,9 @@ class RosFace(Table):
     """Joint positions and status, Hz."""
     trajectory_gap: Annotated[float, Field(ge=0.02, le=5)] = 0.15
     """A trajectory ends when no point follows for so long after the last reply, s."""
-    resume_window: Seconds = 2.0
+    resume_window: Annotated[float, Field(gt=0, le=10)] = 2.0
     """How long points of a lost connection wait for it to come back, s."""
-    idle_release: Seconds = 3.0
+    idle_release: Annotated[float, Field(gt=0, le=60)] = 3.0
     """The authority ends after so long at rest with nothing queued, s."""
     approach_speed: Annotated[float, Field(gt=0, le=0.1)] = 0.1
     """Speed towards a first point where the robot does not stand, of the joints' limits."""
@@ -140,9 +155,9 @@ class Pendants(Table):
     """The motion authority expires so long after its holder's last beat, s."""
     max_state_rate: Annotated[float, Field(ge=1, le=125)] = 100.0
     """Fastest state messages, Hz."""
-    hello_deadline: Seconds = 2.0
+    hello_deadline: Annotated[float, Field(ge=0.5, le=30)] = 2.0
     """A connection must say hello by then, s."""
-    idle_timeout: Seconds = 30.0
+    idle_timeout: Annotated[float, Field(ge=3, le=3_600)] = 30.0
     """A connection without any message for so long is closed, s."""
 
 

@@ -505,7 +505,7 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "Read an input into the flag before the condition.",
     ),
     VerdictCode.STEP_FORWARD_REFUSED: _entry(
-        "The robot stands in the middle of moves that zones join, where no single step ends.",
+        "Several moves that zones join are left, and no single step ends between them.",
         "Resume; or end the run with a program stop, and step from the line that is wanted.",
     ),
     VerdictCode.NO_JOG_TO_UNDO: _entry(

@@ -20,7 +20,7 @@ from openpendant.server.app import App
 from openpendant.server.cell_shell import ServedCell
 from openpendant.server.planning.jobs import Job
 from openpendant.server.planning.planner import answer
-from openpendant.server.planning.process import Deliver
+from openpendant.server.planning.task import Deliver
 from openpendant.server.server_settings import ServerSettings
 from openpendant.server.settings import make_settings
 from openpendant.simplemsg import Ping, codec_for
@@ -36,9 +36,16 @@ PINGS = codec_for().encode(Ping()) * 20_000
 class PlannerInLine:
     """Plans at once, and delivers as late as a real planner would."""
 
+    def __init__(self) -> None:
+        self._deliveries: dict[int, asyncio.TimerHandle] = {}
+
     def submit(self, job: Job, deliver: Deliver) -> None:
-        planned = answer(ROBOT, job)
-        asyncio.get_running_loop().call_later(0.03, deliver, planned)
+        planned, loop = answer(ROBOT, job), asyncio.get_running_loop()
+        self._deliveries[job.job_id] = loop.call_later(0.03, deliver, planned)
+
+    def withdraw(self, job_id: int) -> None:
+        """Deliver no answer."""
+        self._deliveries[job_id].cancel()
 
 
 @dataclass

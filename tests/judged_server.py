@@ -14,7 +14,7 @@ from openpendant.server.app import App
 from openpendant.server.cell_shell import ServedCell
 from openpendant.server.planning.jobs import Job
 from openpendant.server.planning.planner import answer
-from openpendant.server.planning.process import Deliver
+from openpendant.server.planning.task import Deliver
 from openpendant.server.settings import make_settings
 from openpendant.tools.packets.conformance.server.checks import Profile
 from openpendant.tools.packets.conformance.server.target import Options
@@ -30,6 +30,9 @@ class LoopPlanner:
     def submit(self, job: Job, deliver: Deliver) -> None:
         planned = answer(ROBOT, job)
         asyncio.get_running_loop().call_later(_PLANNING, deliver, planned)
+
+    def withdraw(self, job_id: int) -> None:
+        """An answer nobody waits for is ignored by the cell."""
 
 
 @asynccontextmanager

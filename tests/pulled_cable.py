@@ -33,6 +33,9 @@ class _NoPlanner:
     def submit(self, job: object, deliver: object) -> None:
         raise AssertionError("nothing was asked")
 
+    def withdraw(self, job_id: object) -> None:
+        raise AssertionError("nothing was asked")
+
 
 async def main() -> None:
     loopback("up")

@@ -19,8 +19,8 @@ of the joint they belong to (`rad` for a revolute joint, `m` for a prismatic one
     │       FrameUnknown, FrameExists, FrameCycle, FramePredefined, FrameInUse,
     │       NotInHistory, PoorGeometry, FrameFileError
     ├── scene:     the scene: a name, a file, two bodies that touch
-    │       UnknownObject, DuplicateObject, SceneFileError, MeshFileError,
-    │       StartInCollision, GoalInCollision, PathInCollision
+    │       UnknownObject, DuplicateObject, SceneTooLarge, SceneFileError,
+    │       MeshFileError, StartInCollision, GoalInCollision, PathInCollision
     └── platform:  a parallel robot's own limits
             PlatformLimit, NoAssembly
 """
@@ -50,6 +50,7 @@ from .scene import (
     MeshFileError,
     PathInCollision,
     SceneFileError,
+    SceneTooLarge,
     StartInCollision,
     UnknownObject,
 )
@@ -84,6 +85,7 @@ __all__ = [
     "PoorGeometry",
     "RobotFileError",
     "SceneFileError",
+    "SceneTooLarge",
     "SegmentRefused",
     "StartInCollision",
     "TooFast",

@@ -34,6 +34,23 @@ class DuplicateObject(MotionError):
 
 
 @dataclass(eq=False)
+class SceneTooLarge(MotionError):
+    """More pairs of bodies with an object would have to be checked than are accepted."""
+
+    code: ClassVar[str] = "scene-too-large"
+    pairs: int
+    limit: int
+    objects: int
+
+    def __str__(self) -> str:
+        return (
+            f"the scene of {self.objects} objects makes {self.pairs} pairs of bodies to check;"
+            f" accepted: {self.limit} at most. Remove objects, put one around several, have"
+            " fewer held, or allow pairs that need no check to touch"
+        )
+
+
+@dataclass(eq=False)
 class SceneFileError(MotionError):
     """A scene file cannot be used; `more` holds the further (field, problem) pairs found."""
 

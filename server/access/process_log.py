@@ -16,6 +16,7 @@ from typing import TextIO
 from ..printable import printable
 from .line_limit import MOST_LINES
 from .lockout import SECOND_NS
+from .log_queue import LogQueue
 
 FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 
@@ -73,14 +74,16 @@ class SafeFormatter(logging.Formatter):
         return "\n".join(f"    {printable(line)}" for line in lines)
 
 
-class LimitedHandler(logging.StreamHandler[TextIO]):
+class LimitedHandler(logging.StreamHandler[TextIO | LogQueue]):
     """Writes entries to a stream; a flood of them is summed up."""
 
-    def __init__(self, stream: TextIO, clock: Callable[[], int] = time.monotonic_ns) -> None:
+    def __init__(
+        self, stream: TextIO | LogQueue, clock: Callable[[], int] = time.monotonic_ns
+    ) -> None:
         """Make a handler of safe lines.
 
         Args:
-            stream: where they go.
+            stream: where they go; a queue where the writer must not wait for the reader.
             clock: monotonic time, ns.
         """
         super().__init__(stream)
@@ -100,6 +103,8 @@ class LimitedHandler(logging.StreamHandler[TextIO]):
         """Say how much was left out at the end."""
         self._tell_suppressed(self._clock() + SECOND_NS)
         super().close()
+        if isinstance(self.stream, LogQueue):
+            self.stream.close()
 
     def _tell_suppressed(self, now: int) -> None:
         count = self._budget.summary(now)

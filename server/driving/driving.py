@@ -17,7 +17,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..controller_path import ControllerPath
 from ..jog.jogging import JogRows
 from ..news import Begun, Ended, News, Refused, Request
-from ..outgoing import DropLink, Forward, ForwardStop, Keep, Outgoing
+from ..outgoing import DropLink, Forward, ForwardStop, Keep, Outgoing, Withdraw
 from ..planning.plan_store import StoredMotion
 from ..refusal import Refusal
 from ..settings import ControllerLink
@@ -247,7 +247,7 @@ class Driving:
             return []
         self.work = None
         if work.execution is None:
-            return self._tell(Refused(work.request, refusal), now)
+            return [Withdraw(work.job_id), *self._tell(Refused(work.request, refusal), now)]
         out = self._halt(now)
         self._awaits_rest = self._feedback.position is not None
         return out + self._tell(self._ended(work, refusal, now), now)

@@ -26,6 +26,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..driving.feedback import Feedback
 from ..jog.jogging import JogRows
+from ..readiness import PASSING
 from ..robot_cell import RobotCell
 from ..robot_view import RobotView
 from .replies import stop_kind
@@ -162,7 +163,7 @@ def status_message(cell: RobotCell, refused: VerdictCode | None, now: int) -> St
     """
     status = cell.feedback.status or _UNKNOWN_STATUS
     obstacle = cell.obstacle(now)
-    busy = obstacle is not None and obstacle.code in (VerdictCode.MOVING, VerdictCode.PLANNING)
+    busy = obstacle is not None and obstacle.code in PASSING
     moving = cell.activity is not Activity.IDLE or status.in_motion == TriState.TRUE
     error_code, in_error = status.error_code, status.in_error
     if in_error != TriState.TRUE and refused is not None:

@@ -1,14 +1,16 @@
 """Keeping what was moved: each certified trajectory with its certificate, as files.
 
-Writing happens in a thread, because a disk may take its time; a disk that is full or gone is
-reported once and never holds up a motion.
+Writing happens in a thread, because a disk may take its time; a disk that is slow, full or gone
+never holds up a motion. The motions that wait for it are bounded: the ones that find no more room
+are not kept, and the log tells which. A disk that refuses is reported once.
 """
 
 from __future__ import annotations
 
 import json
 import logging
-from concurrent.futures import ThreadPoolExecutor
+import threading
+from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +19,11 @@ import numpy as np
 from ..driving.certified import Certified
 
 log = logging.getLogger("openpendant.server")
+
+MOST_WAITING = 100
+"""Motions of a cell that may wait for the disk; one of a minute is about a megabyte."""
+
+_FAREWELL = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,22 +46,70 @@ class StoredMotion:
 class PlanStore:
     """A folder with two files for each motion: `N.npz` with the samples, `N.json` with the rest."""
 
-    def __init__(self, folder: Path) -> None:
-        """Make a store; the folder is made when the first motion is kept."""
+    def __init__(self, folder: Path, *, most_waiting: int = MOST_WAITING) -> None:
+        """Make a store; the folder is made when the first motion is kept.
+
+        Args:
+            folder: where to.
+            most_waiting: motions that may wait for the disk.
+        """
         self._folder = folder
         # A second run in the same folder goes on counting; nothing is overwritten.
         kept = [int(path.stem) for path in folder.glob("*.json") if path.stem.isdigit()]
         self._before = max(kept, default=0)
-        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="plan-store")
+        self._most_waiting = most_waiting
+        self._turn = threading.Condition()
+        self._waiting: deque[StoredMotion] = deque()
+        self._first_dropped: int | None = None  # since the disk last took one in time
+        self._is_closing = False
         self._complained = False
+        self._thread = threading.Thread(target=self._run, name="plan-store", daemon=True)
+        self._thread.start()
+
+    @property
+    def waiting(self) -> int:
+        """How many motions wait for the disk."""
+        return len(self._waiting)
 
     def keep(self, motion: StoredMotion) -> None:
-        """Write a motion some time soon; returns at once."""
-        self._thread.submit(self._write, motion)
+        """Write a motion some time soon, where there is room; returns at once."""
+        number = self._before + motion.number
+        with self._turn:
+            waiting = len(self._waiting)
+            has_room = waiting < self._most_waiting
+            if has_room:
+                self._waiting.append(motion)
+                self._turn.notify()
+        if not has_room and self._first_dropped is None:
+            self._first_dropped = number
+            text = "the disk is too slow: motions are not kept from %04d on; %d wait, at most %d"
+            log.warning(text, number, waiting, self._most_waiting)
+        elif has_room and self._first_dropped is not None:
+            text = "motions are kept again from %04d on; %04d to %04d are missing"
+            log.warning(text, number, self._first_dropped, number - 1)
+            self._first_dropped = None
 
     def close(self) -> None:
-        """Wait until everything is written."""
-        self._thread.shutdown(wait=True)
+        """Write what is left, for at most two seconds."""
+        with self._turn:
+            self._is_closing = True
+            self._turn.notify()
+        self._thread.join(_FAREWELL)
+        if self._thread.is_alive():
+            # The one that is being written is out of the queue already.
+            left = len(self._waiting) + 1
+            log.error("the disk did not take the last %d motions in time: they are not kept", left)
+
+    def _run(self) -> None:
+        while (motion := self._next()) is not None:
+            self._write(motion)
+
+    def _next(self) -> StoredMotion | None:
+        """Wait for a motion; return None once all are written and no more comes."""
+        with self._turn:
+            while not self._waiting and not self._is_closing:
+                self._turn.wait()
+            return self._waiting.popleft() if self._waiting else None
 
     def _write(self, motion: StoredMotion) -> None:
         trajectory = motion.certified.trajectory.trajectory()

@@ -3,7 +3,7 @@
 A job goes to a child process on its standard input (`question`), the answer comes back on its
 standard output as a length-prefixed pickle, so that neither side ever blocks the event loop and the
 death of either ends the other: the child sees the end of its input, the server the end of its
-output. It has one job in hand at a time; who waits for a process is `planning_pool`'s business.
+output. It has one job in hand at a time; who waits for a process is `pool`'s business.
 
 Run as a module it is the child: `python -m openpendant.server.planning.process ROBOT...`.
 """
@@ -18,14 +18,14 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
-from typing import BinaryIO, Protocol
+from typing import BinaryIO
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
-from .jobs import Job, Planned
+from .jobs import Planned
 from .question import LENGTH, read_question, split_question
+from .task import Task, TaskInHand
 
 log = logging.getLogger("openpendant.server")
 
@@ -33,35 +33,8 @@ _NICENESS = 10
 _RESTART_PAUSE = 0.5
 _LONGEST_PAUSE = 10.0
 _LONGEST_PLAN = 30.0
+_LONGEST_WASTE = 1.0  # for what nobody waits for, where others wait
 _FAREWELL = 0.5
-
-Deliver = Callable[[Planned], None]
-
-
-class Planner(Protocol):
-    """Takes jobs and delivers answers later; tests supply one that answers at once."""
-
-    def submit(self, job: Job, deliver: Deliver) -> None:
-        """Plan a job; `deliver` is called with the answer."""
-
-
-@dataclass(frozen=True, slots=True)
-class Task:
-    """A job on its way.
-
-    Attributes:
-        robot: name or file of the robot that it is for.
-        job: what to plan.
-        deliver: called with the answer.
-    """
-
-    robot: str
-    job: Job
-    deliver: Deliver
-
-    def fail(self) -> None:
-        """Answer that no plan will come."""
-        self.deliver(Planned(self.job.job_id, Refusal(VerdictCode.PLANNER_FAILED), 0.0))
 
 
 class PlanningProcess:
@@ -84,18 +57,25 @@ class PlanningProcess:
         self._robots = robots
         self._on_change = on_change
         self._process: asyncio.subprocess.Process | None = None
-        self._in_hand: tuple[Task, asyncio.TimerHandle] | None = None
+        self._in_hand: TaskInHand | None = None
+        self._is_doomed = False  # killed, though its end was not seen yet
         self._writing: asyncio.Task[None] | None = None
 
     @property
     def is_free(self) -> bool:
         """Whether it would begin a job at once, or as soon as it is warm."""
-        if self._process is None or self._in_hand is not None:
+        if self._process is None or self._in_hand is not None or self._is_doomed:
             return False
         # The loop may have seen its input closed some turns before the end of its output, which
         # `keep_up` waits for.
         assert self._process.stdin is not None
         return not self._process.stdin.is_closing()
+
+    @property
+    def wasted_on(self) -> int | None:
+        """Number of the cell whose withdrawn job it is busy with; None for none."""
+        in_hand = self._in_hand
+        return in_hand.task.cell if in_hand is not None and in_hand.is_withdrawn else None
 
     def give(self, task: Task) -> bool:
         """Have a free process plan a job.
@@ -114,7 +94,7 @@ class PlanningProcess:
             _kill(self._process)
             return False
         timer = asyncio.get_running_loop().call_later(_LONGEST_PLAN, self._give_up, task)
-        self._in_hand = (task, timer)
+        self._in_hand = TaskInHand(task, timer)
         if pieces:
             self._writing = asyncio.ensure_future(self._write_rest(self._process, pieces))
         return True
@@ -140,8 +120,43 @@ class PlanningProcess:
     def _give_up(self, task: Task) -> None:
         """End a process that has not answered for too long; `keep_up` starts another."""
         log.error("planning job %d took more than %g s", task.job.job_id, _LONGEST_PLAN)
+        self._doom()
+
+    def _doom(self) -> None:
+        """End the process, and give it nothing more until another is there."""
         if self._process is not None:
+            self._is_doomed = True
             _kill(self._process)
+
+    def withdraw(self, cell: int, job_id: int) -> None:
+        """Deliver no answer to a job of a cell, where it is the one in hand."""
+        in_hand = self._in_hand
+        if in_hand is None or (in_hand.task.cell, in_hand.task.job.job_id) != (cell, job_id):
+            return
+        in_hand.is_withdrawn = True
+        self._be_patient()
+
+    def _be_patient(self) -> None:
+        """Let some time pass before a withdrawn job counts as overdue; it may be done soon."""
+        in_hand = self._in_hand
+        # What gets warm is not ended: that costs more time than most plans.
+        if in_hand is None or not in_hand.is_withdrawn or not self.is_warm:
+            return
+        loop = asyncio.get_running_loop()
+        in_hand.patience = loop.call_later(_LONGEST_WASTE, self._lose_patience, in_hand)
+
+    def _lose_patience(self, in_hand: TaskInHand) -> None:
+        in_hand.is_overdue = True
+        self._on_change()
+
+    def cut_short(self) -> None:
+        """End a process that is overdue with a withdrawn job; `keep_up` starts another."""
+        in_hand = self._in_hand
+        if in_hand is None or not in_hand.is_overdue or self._is_doomed:
+            return
+        job_id = in_hand.task.job.job_id
+        log.warning("planning job %d was withdrawn and goes on; its process is replaced", job_id)
+        self._doom()
 
     async def keep_up(self) -> None:
         """Run the process, and another when it ends; until cancelled."""
@@ -164,7 +179,7 @@ class PlanningProcess:
 
     async def _run_once(self) -> None:
         self._process = process = await _start(self._robots)
-        self.is_down = False
+        self.is_down = self._is_doomed = False
         self._on_change()
         try:
             await self._read_answers(process)
@@ -184,21 +199,22 @@ class PlanningProcess:
                 return
             if planned is None:
                 self.is_warm = True
+                self._be_patient()
                 continue
-            assert self._in_hand is not None
-            task, timer = self._in_hand
-            timer.cancel()
-            self._in_hand = None
-            task.deliver(planned)
+            in_hand, self._in_hand = self._in_hand, None
+            assert in_hand is not None
+            in_hand.end()
+            if not in_hand.is_withdrawn:
+                in_hand.task.deliver(planned)
             self._on_change()
 
     def _fail_in_hand(self) -> None:
-        if self._in_hand is None:
+        in_hand, self._in_hand = self._in_hand, None
+        if in_hand is None:
             return
-        task, timer = self._in_hand
-        self._in_hand = None
-        timer.cancel()
-        task.fail()
+        in_hand.end()
+        if not in_hand.is_withdrawn:
+            in_hand.task.fail()
 
 
 async def _start(robots: Sequence[str]) -> asyncio.subprocess.Process:

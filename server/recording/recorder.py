@@ -142,12 +142,16 @@ class Recorder:
         return self._finish(run)
 
     def flush(self) -> list[Outgoing]:
-        """Have written what waits, and record no more, because the server is going down."""
+        """Have written what waits, and record no more, because the server is going down.
+
+        Of one that was stopped, and waited for the disk, the rows are kept without its final
+        description, as of one that nobody stopped: there is no time to try again.
+        """
         run = self._run
         if run is None or not run.revision:
             return []
-        if run.told is not None:
-            return self._finish(run)
+        if run.told is not None and run.is_asked and not run.chunk and not run.waiting:
+            return []  # the description is on its way, behind all rows
         self._run = None
         out: list[Outgoing] = []
         # A chunk that the store was asked to keep already may be asked for twice.
@@ -157,7 +161,10 @@ class Recorder:
                 out += self._ask(chunk, lambda answer, at: [])
                 run.chunks += 1
             run.next_chunk()
-        return out
+        if run.told is None:
+            return out
+        text = f"recording {run.name!r} was stopped, and the disk was still busy with its end"
+        return out + run.told(Refusal(VerdictCode.SHUTTING_DOWN, text), run.last)
 
     # Rows.
 

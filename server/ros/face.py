@@ -28,7 +28,7 @@ from openpendant.simplemsg import (
 from openpendant.simplemsg.pendant import AuthorityReason
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..news import Begun, Ended, News, Refused, StopMoved
+from ..news import Begun, Ended, Interrupted, News, Refused, StopMoved
 from ..outgoing import Outgoing, Send
 from ..pendant.state_report import status_message
 from ..refusal import Refusal
@@ -135,6 +135,8 @@ class RosFace:
                 self._show(news.refusal)
             case StopMoved(stop=stop) if stop is not None:
                 trajectories.discard_all(VerdictCode.STOP_LATCHED)
+            case Interrupted(refusal=refusal):
+                return trajectories.interrupt(refusal)
         return []
 
     def _show(self, refusal: Refusal | None) -> None:

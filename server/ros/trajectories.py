@@ -27,13 +27,12 @@ from ..news import Request
 from ..operating_mode import MotionKind
 from ..outgoing import Close, Outgoing, Send
 from ..planning.jobs import RosPathJob
+from ..readiness import PASSING
 from ..refusal import Refusal
 from ..robot_cell import RobotCell
 from ..settings import RosFace as RosSettings
 from .link import Link, Orphan
 from .trajectory import Collection, PointMessage, begins, streamed
-
-_BUSY = (VerdictCode.MOVING, VerdictCode.PLANNING)
 
 
 class RosTrajectories:
@@ -162,7 +161,7 @@ class RosTrajectories:
 
     def _take_authority(self, session: int, link: Link, now: int) -> list[Outgoing] | Refusal:
         obstacle = self._cell.obstacle(now)
-        if obstacle is not None and obstacle.code in _BUSY:
+        if obstacle is not None and obstacle.code in PASSING:
             obstacle = None
         refusal = obstacle or self._ineligible(link)
         if refusal is not None:
@@ -196,6 +195,19 @@ class RosTrajectories:
         for link in self._links.values():
             if link.collection is not None:
                 self.discard(link, code)
+
+    def interrupt(self, refusal: Refusal) -> list[Outgoing]:
+        """Forget the same because the controller broke off; who waits to move is closed for it."""
+        sessions = [session for session, link in self._links.items() if link.collection is not None]
+        if self._waiting is not None:
+            sessions.append(self._waiting[0])
+        self.discard_all(refusal.code)
+        out: list[Outgoing] = []
+        for session in sessions:
+            why = self._ineligible(self._links[session]) or refusal  # it names what to mend
+            self.refused = why.code
+            out.append(Close(session, why.sentence))
+        return out
 
     def _stop(
         self,
@@ -235,7 +247,7 @@ class RosTrajectories:
         obstacle = self._ineligible(self._links[session]) or cell.check(
             session, now, MotionKind.ROS
         )
-        if obstacle is not None and obstacle.code in _BUSY:
+        if obstacle is not None and obstacle.code in PASSING:
             return []
         self._waiting = None
         if obstacle is not None:

@@ -1,139 +1,54 @@
 """The watchdog process itself: beats in through its standard input, stops out to the controllers.
 
 Keeps a connection of its own to each controller, and sends the controller's STOP there when the
-beats stay away or the server is gone. Owns pipe, sockets and clock; when a robot is to be stopped
-is `watchdog`'s rule. Imports the standard library, `pipe` and `watchdog` only, so it starts in an
-instant; what a STOP looks like it is told in bytes.
+beats stay away or the server is gone; tells on its standard output that it is alive. Owns pipe and
+clock; when a robot is to be stopped is `watchdog`'s rule. Imports the standard library and its
+neighbours only, so it starts in an instant; what a STOP looks like it is told in bytes.
 """
 
 from __future__ import annotations
 
-import errno
 import os
 import selectors
 import signal
-import socket
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 
-from .pipe import BEAT, IS_FAREWELL, StopTarget, read_orders
-from .watchdog import BeatWatch
+from .pipe import ALIVE, BEAT, IS_FAREWELL, IS_NEWS, STOPPED, StopTarget, read_orders
+from .stop_connection import StopConnection
+from .voice import Voice
+from .watchdog import ALIVE_NS, BeatWatch
 
-_RECONNECT_NS = 500_000_000
-_DELIVERY_NS = 1_000_000_000
-"""A server that is gone leaves the watchdog this long to get its stops out."""
-
-
-class _StopConnection:
-    """The child's connection to one controller."""
-
-    def __init__(self, target: StopTarget, selector: selectors.BaseSelector) -> None:
-        self._target = target
-        self._selector = selector
-        self._socket: socket.socket | None = None
-        self._is_up = False
-        self._next_attempt = 0
-        self._unsent = b""
-
-    @property
-    def is_done(self) -> bool:
-        """Whether no stop waits for its connection."""
-        return not self._unsent
-
-    def stop(self, now: int) -> None:
-        """Send the STOP, now or as soon as there is a connection."""
-        self._unsent = bytes.fromhex(self._target.stop)
-        self._next_attempt = 0
-        self.keep_up(now)
-        self._flush()
-
-    def keep_up(self, now: int) -> None:
-        """Begin to connect where that is due."""
-        is_wanted = self._target.is_kept or bool(self._unsent)
-        if self._socket is not None or not is_wanted or now < self._next_attempt:
-            return
-        self._next_attempt = now + _RECONNECT_NS
-        try:
-            family, kind, protocol, _, address = socket.getaddrinfo(
-                self._target.host, self._target.port, type=socket.SOCK_STREAM
-            )[0]
-            self._socket = connection = socket.socket(family, kind, protocol)
-            connection.setblocking(False)
-            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-            code = connection.connect_ex(address)
-        except OSError:
-            self._drop()
-            return
-        if code not in (0, errno.EINPROGRESS):
-            self._drop()
-            return
-        # Writable means connected, or failed; both are found out by writing.
-        events = selectors.EVENT_READ | selectors.EVENT_WRITE
-        self._selector.register(connection, events, self)
-
-    def ready(self, events: int) -> None:
-        """Take what the selector found: a connection, answers nobody waits for, or the end."""
-        assert self._socket is not None
-        if events & selectors.EVENT_WRITE:
-            if self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
-                self._drop()
-                return
-            self._is_up = True
-            self._selector.modify(self._socket, selectors.EVENT_READ, self)
-            self._flush()
-        if events & selectors.EVENT_READ and self._socket is not None:
-            try:
-                if not self._socket.recv(65_536):
-                    self._drop()
-            except BlockingIOError:
-                return
-            except OSError:
-                self._drop()
-
-    def _flush(self) -> None:
-        if not self._unsent or not self._is_up or self._socket is None:
-            return
-        try:
-            sent = self._socket.send(self._unsent)
-        except OSError:
-            self._drop()
-            return
-        # A frame in parts would be no stop; a new connection begins it anew.
-        if sent < len(self._unsent):
-            self._drop()
-            return
-        self._unsent = b""
-        _say(f"cell {self._target.cell}: STOP sent to the controller")
-
-    def _drop(self) -> None:
-        connection, self._socket, self._is_up = self._socket, None, False
-        if connection is None:
-            return
-        if connection.fileno() in self._selector.get_map():
-            self._selector.unregister(connection)
-        connection.close()
+_OWING = 0.02
+_DELIVERY_NS = 3_000_000_000
+"""After the server came back, or is gone, STOP is sent for so long to one that answers none."""
 
 
 class _Child:
     """The process: beats in, stops out."""
 
-    def __init__(self, deadline: float, targets: Sequence[StopTarget], rest: bytes) -> None:
+    def __init__(
+        self, deadline: float, targets: Sequence[StopTarget], rest: bytes, voice: Voice
+    ) -> None:
         self._selector = selectors.DefaultSelector()
         self._selector.register(0, selectors.EVENT_READ, None)
-        self._connections = [_StopConnection(target, self._selector) for target in targets]
+        self._say = voice.say
+        self._connections = [
+            StopConnection(target, self._selector, voice.say) for target in targets
+        ]
         self._watch = BeatWatch(round(deadline * 1e9), time.monotonic_ns())
         self._buffer = rest
+        self._told_alive = 0
 
     def run(self) -> None:
         """Watch until the server ends; then see its last stops out."""
         while True:
             now = time.monotonic_ns()
-            for connection in self._connections:
-                connection.keep_up(now)
-            remaining = self._watch.remaining(now)
-            pause = _RECONNECT_NS / 1e9 if remaining is None else remaining
-            events = self._selector.select(pause)
+            self._keep_up(now)
+            self._tell_alive(now)
+            events = self._selector.select(self._pause(now))
             now = time.monotonic_ns()
             alive = True
             # Beats before deadlines: a watchdog that was late itself must not blame the server.
@@ -141,10 +56,27 @@ class _Child:
                 if key.data is None:
                     alive = self._take_beats(now)
                 else:
-                    key.data.ready(mask)
-            if not alive:
-                return
+                    key.data.ready(mask, now)
+                if not alive:
+                    return
             self._stop(self._watch.overdue(now), "no beat of the server in time", now)
+
+    def _pause(self, now: int) -> float:
+        """Return for how long there is nothing to do but to wait [s]."""
+        is_owing = any(not connection.is_done for connection in self._connections)
+        pause = _OWING if is_owing else ALIVE_NS / 1e9
+        remaining = self._watch.remaining(now)
+        return pause if remaining is None else min(pause, remaining)
+
+    def _keep_up(self, now: int) -> None:
+        for connection in self._connections:
+            connection.keep_up(now)
+
+    def _tell_alive(self, now: int) -> None:
+        if now - self._told_alive < ALIVE_NS:
+            return
+        self._told_alive = now
+        _tell(ALIVE)
 
     def _take_beats(self, now: int) -> bool:
         """Read what the server wrote; tell whether it is still there."""
@@ -159,37 +91,42 @@ class _Child:
         for moving, kind in BEAT.iter_unpack(frames):
             if kind == IS_FAREWELL:
                 return False
+            if kind == IS_NEWS:
+                self._watch.news(moving)
+                continue
             silence = self._watch.beat(moving, now)
             if silence is not None:
-                _say(f"the server is back after {silence / 1e6:.0f} ms")
+                self._limit(now + _DELIVERY_NS)
+                self._say(f"the server is back after {silence / 1e6:.0f} ms")
         return True
 
     def _stop(self, cells: int, why: str, now: int) -> None:
         if not cells:
             return
-        _say(f"{why}: stopping")
         for number, connection in enumerate(self._connections):
             if cells >> number & 1:
                 connection.stop(now)
+        _tell(STOPPED)
+        self._say(f"{why}: stopping")
+
+    def _limit(self, until: int) -> None:
+        for connection in self._connections:
+            connection.limit(until)
 
     def _deliver(self, until: int) -> None:
-        """Wait for stops that still look for a connection."""
+        """Wait for stops that still look for a connection or for their answer."""
         self._selector.unregister(0)
-        while (now := time.monotonic_ns()) < until:
-            if all(connection.is_done for connection in self._connections):
-                return
-            for connection in self._connections:
-                connection.keep_up(now)
-            for key, mask in self._selector.select(0.05):
-                key.data.ready(mask)
+        self._limit(until)
+        while not all(connection.is_done for connection in self._connections):
+            for key, mask in self._selector.select(_OWING):
+                key.data.ready(mask, time.monotonic_ns())
+            self._keep_up(time.monotonic_ns())
 
 
-def _say(text: str) -> None:
-    """Write a line into the server's log stream; one that nobody reads must not matter."""
-    try:
-        os.write(2, f"openpendant watchdog: {text}\n".encode())
-    except OSError:
-        return
+def _tell(what: bytes) -> None:
+    """Tell the server; one that is frozen reads nothing, and nobody blames the watchdog for it."""
+    with suppress(OSError):
+        os.write(1, what)
 
 
 def _first_line() -> tuple[bytes, bytes]:
@@ -207,11 +144,14 @@ def _first_line() -> tuple[bytes, bytes]:
 def main() -> int:
     """Run as the child of a server."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.set_blocking(1, False)
     line, rest = _first_line()
     if not line:
         return 0
     deadline, targets = read_orders(line)
-    _Child(deadline, targets, rest).run()
+    voice = Voice()
+    _Child(deadline, targets, rest, voice).run()
+    voice.close()
     return 0
 
 

@@ -1,6 +1,7 @@
 """What the server tells its watchdog process through a pipe: its orders once, then a beat a tick.
 
-Owns the form of both. Must import the standard library only, so that the process starts at once.
+Owns the form of both, and of what comes back. Must import the standard library only, so that the
+process starts at once.
 """
 
 from __future__ import annotations
@@ -9,11 +10,19 @@ import json
 import struct
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from typing import Literal
 
 BEAT = struct.Struct("<QB")
 """One bit for each cell whose robot may move, and which kind of beat it is."""
 
-IS_BEAT, IS_FAREWELL = 0, 1
+IS_BEAT, IS_FAREWELL, IS_NEWS = 0, 1, 2
+"""A tick begins; the server ends in good order; which robots may move, and no beat."""
+
+ALIVE = b"."
+"""What the process says through its own pipe, again and again."""
+
+STOPPED = b"S"
+"""What it says there when it has stopped robots."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,6 +36,8 @@ class StopTarget:
         stop: the bytes of its STOP, hexadecimal.
         is_kept: keep a connection up; else one is made when it is needed, because the controller
             takes only one at a time.
+        answer: how a frame goes on behind its length that answers STOP, hexadecimal.
+        order: byte order of the length of a frame.
     """
 
     cell: str
@@ -34,6 +45,8 @@ class StopTarget:
     port: int
     stop: str
     is_kept: bool
+    answer: str
+    order: Literal["little", "big"]
 
 
 def orders(deadline: float, targets: Sequence[StopTarget]) -> bytes:

@@ -1,8 +1,9 @@
 """The watchdog process: stops the robots when the server's event loop stands still (promise 26).
 
 A process and no thread, because a loop that hangs may hold the interpreter. The server writes a
-beat into its standard input each tick. Owns the server's end: the process, its life and the pipe to
-it. Must not know how a robot is stopped; that is what the process itself does, `child`.
+beat into its standard input each tick, and hears from it that it is alive. Owns the server's end:
+the process, its life and the pipes. Must not know how a robot is stopped; that is what the process
+itself does, `child`.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ import sys
 import time
 from collections.abc import Sequence
 
-from .pipe import BEAT, IS_BEAT, IS_FAREWELL, StopTarget, orders
-from .watchdog import LagLog
+from .pipe import BEAT, IS_BEAT, IS_FAREWELL, IS_NEWS, STOPPED, StopTarget, orders
+from .watchdog import AnswerWatch, LagLog
 
 log = logging.getLogger("openpendant.server")
 
@@ -40,7 +41,10 @@ class Watchdog:
         self.process: subprocess.Popen[bytes] | None = None
         self._orders = orders(deadline, targets)
         self._lags = LagLog(round(period * 1e9))
+        self._answers = AnswerWatch(round(period * 1e9))
         self._started = 0
+        self._told = 0
+        self._ended: list[subprocess.Popen[bytes]] = []
 
     def __enter__(self) -> Watchdog:
         """Start the process."""
@@ -51,38 +55,65 @@ class Watchdog:
         """Let it go: the server ends in good order, with every robot at rest."""
         process = self.process
         self.process = None
-        if process is None:
-            return
-        self._write(process, BEAT.pack(0, IS_FAREWELL))
-        _close(process)
-        try:
-            process.wait(2.0)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
+        if process is not None:
+            self._write(process, BEAT.pack(0, IS_FAREWELL))
+            _close(process)
+            self._ended.append(process)
+        for process in self._ended:
+            try:
+                process.wait(2.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        self._ended.clear()
 
-    def beat(self, moving: Sequence[bool]) -> None:
-        """Say that the loop is alive; to be called each tick.
+    def beat(self, moving: Sequence[bool]) -> bool:
+        """Say that the loop is alive; to be called first in each tick.
+
+        Args:
+            moving: for each cell whether its robot may move before the next tick.
+
+        Returns:
+            Whether the process has stopped robots since the last beat.
+        """
+        now = time.monotonic_ns()
+        line = self._lags.tick(now)
+        process, heard = self.process, b""
+        if process is None:
+            if now - self._started >= _RESTART_NS:
+                self._start(now)
+        else:
+            self._told = _bits(moving)
+            heard = _heard(process)
+            if not self._write(process, BEAT.pack(self._told, IS_BEAT)):
+                self._part(process, "is gone or does not read")
+            elif self._answers.tick(now, was_heard=bool(heard)):
+                self._part(process, "does not answer")
+        self._ended = [each for each in self._ended if each.poll() is None]
+        if line:
+            log.warning("%s", line)
+        return STOPPED in heard
+
+    def news(self, moving: Sequence[bool]) -> None:
+        """Say what may move now, which is no beat; to be called last in each tick.
 
         Args:
             moving: for each cell whether its robot may move before the next tick.
         """
-        now = time.monotonic_ns()
-        line = self._lags.tick(now)
-        if line:
-            log.warning("%s", line)
-        process = self.process
-        if process is None:
-            if now - self._started >= _RESTART_NS:
-                self._start(now)
+        cells = _bits(moving)
+        if self.process is None or cells == self._told:
             return
-        cells = sum(1 << number for number, moves in enumerate(moving) if moves)
-        if not self._write(process, BEAT.pack(cells, IS_BEAT)):
-            log.error("the watchdog process is gone or does not read; starting another")
-            self.process = None
-            _close(process)
-            process.kill()
-            process.wait()
+        self._told = cells
+        if not self._write(self.process, BEAT.pack(cells, IS_NEWS)):
+            self._part(self.process, "is gone or does not read")
+
+    def _part(self, process: subprocess.Popen[bytes], why: str) -> None:
+        """Let a process go that is of no use, without waiting for its end."""
+        log.error("the watchdog process %s; starting another", why)
+        self.process = None
+        _close(process)
+        process.kill()
+        self._ended.append(process)
 
     def _start(self, now: int) -> None:
         self._started = now
@@ -90,7 +121,7 @@ class Watchdog:
             process = subprocess.Popen(
                 [sys.executable, "-m", f"{__package__}.child"],
                 stdin=subprocess.PIPE,
-                stdout=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
                 # A signal for the server's terminal is none for its watchdog.
                 start_new_session=True,
             )
@@ -98,8 +129,12 @@ class Watchdog:
             log.error("no watchdog process: %s", error.strerror or error)
             return
         assert process.stdin is not None
+        assert process.stdout is not None
         os.set_blocking(process.stdin.fileno(), False)
+        os.set_blocking(process.stdout.fileno(), False)
         self._write(process, self._orders)
+        self._answers.begin(now)
+        self._told = 0
         self.process = process
 
     @staticmethod
@@ -112,6 +147,21 @@ class Watchdog:
             return False
 
 
+def _bits(moving: Sequence[bool]) -> int:
+    return sum(1 << number for number, moves in enumerate(moving) if moves)
+
+
+def _heard(process: subprocess.Popen[bytes]) -> bytes:
+    """Return what the process has said. Never waits."""
+    assert process.stdout is not None
+    try:
+        return os.read(process.stdout.fileno(), 65_536)
+    except BlockingIOError:
+        return b""
+
+
 def _close(process: subprocess.Popen[bytes]) -> None:
     assert process.stdin is not None
+    assert process.stdout is not None
     process.stdin.close()
+    process.stdout.close()

@@ -6,11 +6,16 @@ Apart from `process`, so that the process itself needs neither settings nor code
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 from openpendant.simplemsg import (
     STANDARD,
+    ByteOrder,
+    CommType,
     Connection,
     JointTrajPt,
+    MsgType,
+    ReplyCode,
     Role,
     SpecialSequence,
     joint_array,
@@ -26,12 +31,16 @@ def stop_target(settings: CellSettings) -> StopTarget:
     link = settings.controller
     wire = Connection(Role.CLIENT, STANDARD, link.order, real_size=link.real_size)
     stop = JointTrajPt(SpecialSequence.STOP, joint_array(()), velocity=0.0, duration=0.0)
+    order: Literal["little", "big"] = "big" if link.order is ByteOrder.BIG else "little"
+    answer = (MsgType.JOINT_TRAJ_PT, CommType.REPLY, ReplyCode.SUCCESS)
     return StopTarget(
         cell=settings.name,
         host=link.host,
         port=link.motion_port,
         stop=wire.send(stop).hex(),
         is_kept=link.stop_connection,
+        answer=b"".join(code.to_bytes(4, order) for code in answer).hex(),
+        order=order,
     )
 
 

@@ -31,6 +31,13 @@ class TickWatch:
         self._ticked = now
         self.late_from = now + self._deadline_ns
 
+    def stopped(self) -> None:
+        """Take note that the watchdog has stopped the robots, whatever the clock says here.
+
+        It measures when beats arrive, so of a delay close to the deadline it may judge otherwise.
+        """
+        self.late_from = -math.inf
+
     def lateness(self, now: int) -> int:
         """Return for how long the loop was away [ns], and take note that this was found out.
 

@@ -10,6 +10,12 @@ from __future__ import annotations
 LOGGED_LATENESS_NS = 30_000_000
 """A tick that is later than this is worth a line in the log."""
 
+ALIVE_NS = 100_000_000
+"""The watchdog process says so often that it is alive."""
+
+_SILENT_NS = 500_000_000
+_STARTING_NS = 3_000_000_000
+
 MOST_CELLS = 64
 """Cells that one watchdog can tell apart; a beat carries one bit for each."""
 
@@ -44,6 +50,10 @@ class BeatWatch:
         self._is_answered = True
         return silence if was_stopped else None
 
+    def news(self, moving: int) -> None:
+        """Take note of which robots may move from now on; the silence is that since the beat."""
+        self._moving = moving
+
     def overdue(self, now: int) -> int:
         """Return, once for each silence, the cells to be stopped because no beat came in time."""
         if now - self._heard < self._deadline_ns:
@@ -62,6 +72,37 @@ class BeatWatch:
         if not self._is_answered or not self._moving:
             return None
         return max(self._heard + self._deadline_ns - now, 0) / 1e9
+
+
+class AnswerWatch:
+    """The server's judgement of its watchdog: is it alive, as far as the loop could have heard?"""
+
+    def __init__(self, period_ns: int) -> None:
+        """Make a watch for a loop that ticks every `period_ns`."""
+        self._most_ns = 2 * period_ns
+        self._silent = 0
+        self._allowed = _STARTING_NS
+        self._ticked = 0
+
+    def begin(self, now: int) -> None:
+        """Take note that another process starts."""
+        self._silent, self._allowed, self._ticked = 0, _STARTING_NS, now
+
+    def tick(self, now: int, *, was_heard: bool) -> bool:
+        """Tell whether the process has been silent for too long.
+
+        Time in which the loop did not run is not the process's: of each gap between two ticks two
+        periods count at most.
+
+        Args:
+            now: monotonic time, ns.
+            was_heard: whether it said anything since the last tick.
+        """
+        self._silent += min(now - self._ticked, self._most_ns)
+        self._ticked = now
+        if was_heard:
+            self._silent, self._allowed = 0, _SILENT_NS
+        return self._silent >= self._allowed
 
 
 class LagLog:

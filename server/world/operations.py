@@ -158,8 +158,8 @@ class CalibrateTool(OperationBody):
     """Asks for the tool centre point from joint positions that touch one point; keeps nothing."""
 
     op: Literal["tools.calibrate"]
-    positions: Annotated[tuple[tuple[Real, ...], ...], Field(min_length=4, max_length=100)]
-    """Joints, controller side, rad or m."""
+    positions: Annotated[tuple[tuple[Real, ...], ...], Field(min_length=4, max_length=20)]
+    """Joints, controller side, rad or m; 4 to 20 positions, each compared with each other."""
 
 
 class ShowScene(OperationBody):

@@ -17,7 +17,7 @@ from openpendant.simplemsg.pendant import Activity, JogEnd
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..driving.row_sources import StoredRows
-from ..outgoing import Outgoing, Plan
+from ..outgoing import Outgoing, Plan, Withdraw
 from ..planning.jobs import Planned
 from ..planning.way_check_job import WayCheckJob
 from ..refusal import Refusal
@@ -73,7 +73,7 @@ class SceneGuard:
         if jog is not None:
             jog.release(JogEnd.STOPPED, now)
             return []
-        if cell.activity is Activity.PLANNING:
+        if cell.motion_activity is Activity.PLANNING:
             self._is_planned_before = True
             return []
         rows = cell.motions.playing
@@ -99,11 +99,20 @@ class SceneGuard:
         return self._ask(self._look, at - _BEHIND, at + NEAR)
 
     def _ask(self, look: _Look, begins: float, ends: float) -> list[Outgoing]:
+        out = self._withdraw()
         self._job_id = self._cell.motions.new_job_id()
         self._jobs.add(self._job_id)
         positions = look.rows.ahead(begins, ends)
         start = tuple(positions[0].tolist())
-        return [Plan(WayCheckJob(self._job_id, start, positions.tobytes(), look.scene))]
+        out.append(Plan(WayCheckJob(self._job_id, start, positions.tobytes(), look.scene)))
+        return out
+
+    def _withdraw(self) -> list[Outgoing]:
+        """Wait no longer for what was asked before, if it was not answered."""
+        if self._job_id not in self._jobs:
+            return []
+        self._jobs.discard(self._job_id)
+        return [Withdraw(self._job_id)]
 
     def planned(self, planned: Planned, now: int) -> list[Outgoing] | None:
         """Take the answer to a look.
@@ -143,7 +152,7 @@ class SceneGuard:
         rows = look.rows
         if rows is not self._cell.motions.playing:
             self._look = None
-            return []
+            return self._withdraw()
         is_late = now - look.asked >= DEADLINE_NS
         # A robot that is paused is held too, or else a resume would send it on.
         if not is_late or rows.is_held or rows.path_time <= look.free_until - _ROOM:

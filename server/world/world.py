@@ -90,7 +90,7 @@ class World:
         return self._load_next()
 
     def _load_next(self) -> list[Outgoing]:
-        self._tell_awaited()
+        self._tell_cell()
         if not self._reading:
             return []
         kind = self._reading[0]
@@ -229,23 +229,32 @@ class World:
         saved: Callable[[Answer, int], list[Outgoing]],
     ) -> list[Outgoing]:
         self._saving.add(kind)
-        self._tell_awaited()
+        self._tell_cell()
         body = document_of(kind, frames, scene)
         return self._ask(Save(kind, self._name, body, self.revisions[kind], author), saved)
 
     def _saved(self, kind: DocumentKind, answer: Answer) -> Refusal | None:
         self._saving.discard(kind)
-        self._tell_awaited()
         if isinstance(answer, Heading):
             self.revisions[kind] = answer.revision
+            self.problems.pop(kind, None)
+        self._tell_cell()
+        if isinstance(answer, Heading):
             return None
         if isinstance(answer, StoreError):
             return answer.refusal()
         text = f"the store answered with a {type(answer).__name__}"
         return Refusal(VerdictCode.STORE_FAILED, text)
 
-    def _tell_awaited(self) -> None:
-        """Tell the cell what the store is asked about that comes into force with its answer."""
+    def _tell_cell(self) -> None:
+        """Tell the cell what is not in force: yet, or because it could not be read."""
+        texts = [
+            f"what is kept as {kind} is not in force: {problem.sentence};"
+            f" accepted: motion once a change of the {kind} is saved"
+            for kind, problem in self.problems.items()
+            if self.revisions[kind]  # else the store could not even say that there is any
+        ]
+        self._ground.unread = "; ".join(texts)
         self._ground.awaited = self._being_read() or self._being_saved(_IN_ONE_TREE)
 
     def _being_read(self) -> str:

@@ -50,9 +50,12 @@ class Ground(Protocol):
     Attributes:
         awaited: which frames and tools the store is asked about, in words; until it has answered
             no motion begins. Empty for none.
+        unread: what the store keeps and could not be put in force, in words; until it is changed no
+            motion begins either. Empty for nothing.
     """
 
     awaited: str
+    unread: str
 
     def under_way(self) -> str:
         """Return what is planned or moves, in words; empty where nothing is."""

@@ -129,6 +129,47 @@ async def test_promise_21_without_descriptors_nobody_is_taken_for_a_second_and_t
     ]
 
 
+def timers_of(listening: Listening) -> int:
+    """Return how many timers of the listening sockets are set."""
+    scheduled: list[asyncio.TimerHandle] = vars(asyncio.get_running_loop())["_scheduled"]
+    callbacks = [callback_of(timer) for timer in scheduled if not timer.cancelled()]
+    return sum(getattr(callback, "__self__", None) is listening for callback in callbacks)
+
+
+def callback_of(timer: asyncio.TimerHandle) -> object:
+    return getattr(timer, "_callback", None)
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+@pytest.mark.parametrize("ports", [1, 3])
+async def test_promise_21_without_descriptors_one_is_tried_a_second_by_one_timer(
+    monkeypatch: pytest.MonkeyPatch, ports: int
+) -> None:
+    tried: list[float] = []
+    loop = asyncio.get_running_loop()
+
+    def accept(_: socket.socket) -> None:
+        tried.append(loop.time())
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    monkeypatch.setattr(socket.socket, "accept", accept)
+    listening = Listening()
+    sockets: list[socket.socket] = []
+    for _ in range(ports):
+        sockets += knock(await listening.listen("127.0.0.1", 0, lambda: Noted("", [])), 2)
+    timers = []
+    for _ in range(5):
+        await asyncio.sleep(EXHAUSTED_PAUSE)
+        timers.append(timers_of(listening))
+    listening.close()
+    for sock in sockets:
+        sock.close()
+    assert len(tried) in (5, 6)  # the first is tried at once
+    assert timers == [1] * 5
+    assert timers_of(listening) == 0
+
+
 @pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_promise_20_ticks_go_on_through_a_storm() -> None:

@@ -23,6 +23,7 @@ from openpendant.server.listening import BACKLOG
 from openpendant.server.open_files import files_needed, provide_files
 from openpendant.server.server_settings import ServerSettings, make_server_settings
 from openpendant.server.settings import make_settings
+from openpendant.server.turned_away import MOST_TURNED_AWAY
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Received, Role
 from openpendant.simplemsg.pendant import Verdict
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -154,6 +155,11 @@ async def test_promise_21_strangers_take_64_places_and_are_gone_after_their_dead
 
 def settings(connections: int = 256) -> ServerSettings:
     return make_server_settings({"listen": {"max_connections": connections}}, "cell.toml")
+
+
+def test_promise_21_connections_that_agree_on_tls_are_counted_beside_all_places() -> None:
+    at_once = 256 + MOST_TURNED_AWAY + MOST_STRANGERS
+    assert files_needed(settings()) - at_once >= 64
 
 
 @pytest.fixture

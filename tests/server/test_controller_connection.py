@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import socket
 from collections.abc import Iterator
-from unittest.mock import Mock
+from unittest.mock import AsyncMock, Mock
 
 import pytest
 
@@ -87,3 +87,33 @@ def test_what_is_sent_because_of_an_answer_counts_for_those_behind_it(wire: sock
     cell.hear.side_effect = lambda *_: connection.send(point(2)) if len(owed(cell)) == 1 else None
     connection.data_received(controller.send(answer) + controller.send(answer))
     assert owed(cell) == [1, 1]
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        (OSError(111, "Connection refused"), "Connection refused"),
+        (UnicodeError("label empty"), "UnicodeError: label empty"),
+        (RuntimeError("of ours"), "RuntimeError: of ours"),
+    ],
+)
+async def test_whatever_keeps_it_from_connecting_is_said_once_and_it_tries_again(
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    fault: Exception,
+    said: str,
+) -> None:
+    loop = asyncio.get_running_loop()
+    connect = AsyncMock(side_effect=fault)
+    monkeypatch.setattr(loop, "create_connection", connect)
+    connection = ControllerConnection(Mock(label=""), ControllerPath.MOTION, ControllerLink())
+    keeper = asyncio.create_task(connection.keep_up())
+    await asyncio.sleep(1.7)
+    assert not keeper.done()
+    keeper.cancel()
+    assert connect.await_count == 4
+    (record,) = caplog.records
+    assert said in record.getMessage()
+    assert "127.0.0.1:12000" in record.getMessage()

@@ -16,7 +16,7 @@ from openpendant.server.app import App
 from openpendant.server.cell_shell import ServedCell
 from openpendant.server.planning.jobs import Job
 from openpendant.server.planning.planner import answer
-from openpendant.server.planning.process import Deliver
+from openpendant.server.planning.task import Deliver
 from openpendant.server.settings import make_settings
 from openpendant.simplemsg.pendant import Activity, StopKind
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -32,6 +32,9 @@ class LaterPlanner:
 
     def submit(self, job: Job, deliver: Deliver) -> None:
         asyncio.get_running_loop().call_later(0.03, deliver, answer(ROBOT, job))
+
+    def withdraw(self, job_id: int) -> None:
+        """An answer nobody waits for is ignored by the cell."""
 
 
 @asynccontextmanager

@@ -57,6 +57,7 @@ def test_the_way_back_inside_needs_no_mode_where_none_is_set_here() -> None:
         ),
         (errors.TooFast("wrist", 9.0, 3.0, "rad", 2), (VerdictCode.TOO_FAST, 2, 9.0, 3.0)),
         (errors.TooSharp("wrist", 9.0, 3.0, "rad", 2), (VerdictCode.TOO_SHARP, 2, 9.0, 3.0)),
+        (errors.SceneTooLarge(2_400, 2_000, 300), (VerdictCode.TOO_LARGE, -1, 2_400.0, 2_000.0)),
         (errors.NoMotion(), (VerdictCode.NO_MOTION, -1, 0.0, 0.0)),
     ],
 )

@@ -75,6 +75,14 @@ def already_moving(rig: ServerRig, pendant: Pendant) -> None:
     pendant.move(0.5, 0.5)
 
 
+def tool_being_saved(rig: ServerRig, pendant: Pendant) -> None:
+    rig.core.cell.awaited = "a change of the tools is being saved"
+
+
+def scene_not_in_force(rig: ServerRig, pendant: Pendant) -> None:
+    rig.core.cell.unread = "what is kept as scene is not in force"
+
+
 def lease_run_out(rig: ServerRig, pendant: Pendant) -> None:
     rig.wait(2_990)
     rig.now += TICK
@@ -96,6 +104,8 @@ def lease_run_out(rig: ServerRig, pendant: Pendant) -> None:
         (no_power, V.CONTROLLER_NOT_READY),
         (shutting_down, V.SHUTTING_DOWN),
         (already_moving, V.MOVING),
+        (tool_being_saved, V.CHANGE_WHILE_MOVING),
+        (scene_not_in_force, V.BAD_DOCUMENT),
     ],
 )
 def test_no_motion_starts_where_a_condition_is_missing(

@@ -97,7 +97,7 @@ def test_a_file_of_several_cells_is_printed_as_one(
     file.write_text(ROOM.replace("motion_port = 1", "state_port = 1"), encoding="utf-8")
     assert main(["--config", str(file), "--print-config"]) == 2
     assert "controller.motion_port of cell 'right'" in capsys.readouterr().err
-    other = ROOM.replace("motion_port = 1", "host = '127.0.0.2'")
+    other = ROOM.replace("motion_port = 1", "host = '10.0.0.2'")
     file.write_text(other, encoding="utf-8")
     assert main(["--config", str(file), "--pendant-port", "11", "--print-config"]) == 0
     printed = capsys.readouterr().out

@@ -20,7 +20,7 @@ from openpendant.server.cell_shell import ServedCell
 from openpendant.server.outgoing import Outgoing
 from openpendant.server.planning.jobs import Job
 from openpendant.server.planning.planner import answer
-from openpendant.server.planning.process import Deliver
+from openpendant.server.planning.task import Deliver
 from openpendant.server.server_settings import ServerSettings, make_server_settings
 from openpendant.simplemsg.journal import Journal
 from openpendant.tools.packets.rerun import main as rerun
@@ -35,6 +35,9 @@ class LaterPlanner:
 
     def submit(self, job: Job, deliver: Deliver) -> None:
         asyncio.get_running_loop().call_later(0.03, deliver, answer(ROBOT, job))
+
+    def withdraw(self, job_id: int) -> None:
+        """An answer nobody waits for is ignored by the cell."""
 
 
 @dataclass

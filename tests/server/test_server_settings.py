@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import tomllib
 from typing import Any
 
@@ -110,6 +111,81 @@ def test_two_cells_that_drive_one_controller_are_refused() -> None:
         "room.toml: controller.motion_port of cell 'right': 127.0.0.1 port 12000 is the controller"
         " of cell 'left' already"
     )
+
+
+NAMES = {"arm.plant": ["10.1.2.3"], "arm-old.plant": ["fe80::7", "10.1.2.3"]}
+"""What the name service of these tests knows."""
+
+
+@pytest.fixture
+def name_service(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Know these names, and addresses in all forms as the system does."""
+    ask = socket.getaddrinfo
+
+    def answer(host: str, *more: Any, **named: Any) -> Any:
+        if host[:1].isdecimal() or ":" in host or host.lower() == "localhost":
+            return ask(host, *more, **named)
+        if host not in NAMES:
+            raise socket.gaierror(socket.EAI_NONAME, "Name or service not known")
+        return [answer for ip in NAMES[host] for answer in ask(ip, *more, **named)]
+
+    monkeypatch.setattr(socket, "getaddrinfo", answer)
+
+
+def with_hosts(left: str, right: str, port: int = 12000) -> dict[str, Any]:
+    data = room()
+    data["cells"][0]["controller"]["host"] = left
+    data["cells"][1]["controller"] |= {"host": right, "state_port": port}
+    return data
+
+
+@pytest.mark.usefixtures("name_service")
+@pytest.mark.parametrize(
+    ("left", "right", "both"),
+    [
+        ("127.0.0.1", "localhost", "127.0.0.1"),
+        ("LOCALHOST", "localhost", "127.0.0.1"),
+        ("127.0.0.1", "127.1", "127.0.0.1"),
+        ("127.0.0.1", "127.0.0.2", "127.0.0.1"),
+        ("::1", "127.0.0.1", "127.0.0.1"),
+        ("0.0.0.0", "127.0.0.1", "127.0.0.1"),
+        ("::ffff:10.1.2.3", "10.1.2.3", "10.1.2.3"),
+        ("fe80::0007", "fe80::7", "fe80::7"),
+        ("arm.plant", "10.1.2.3", "10.1.2.3"),
+        ("arm.plant", "ARM.Plant.", "10.1.2.3"),
+        ("arm.plant", "arm-old.plant", "10.1.2.3"),
+        ("unknown.plant", "Unknown.plant.", "unknown.plant"),
+    ],
+)
+def test_one_controller_by_two_names_is_refused_with_both_cells_and_its_address(
+    left: str, right: str, both: str
+) -> None:
+    said = refusal(with_hosts(left, right))
+    assert said == (
+        f"room.toml: controller.state_port of cell 'right': {right} port 12000 is the controller"
+        f" of cell 'left' already, where it is called {left}; both are {both}"
+    )
+
+
+@pytest.mark.usefixtures("name_service")
+@pytest.mark.parametrize(
+    ("left", "right"),
+    [
+        ("10.1.2.3", "10.1.2.4"),
+        ("arm.plant", "10.1.2.4"),
+        ("unknown.plant", "arm.plant"),
+        ("unknown.plant", "other.plant"),
+        ("fe80::7%1", "fe80::7%2"),
+    ],
+)
+def test_controllers_that_differ_are_taken_on_the_same_port(left: str, right: str) -> None:
+    cells = make_server_settings(with_hosts(left, right), "room.toml").cells
+    assert [cell.controller.host for cell in cells] == [left, right]
+
+
+def test_no_name_is_asked_for_where_no_port_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(socket, "getaddrinfo")
+    make_server_settings(with_hosts("arm.plant", "arm-old.plant", 12006), "room.toml")
 
 
 @pytest.mark.parametrize("key", ["name", "robot", "controller", "ros_i", "modes", "jog"])

@@ -57,10 +57,22 @@ def test_an_unknown_key_is_refused_with_file_key_and_what_is_known(
         ({"controller": {"lead": 0.101}}, "controller.lead"),
         ({"controller": {"reply_deadline": float("nan")}}, "controller.reply_deadline"),
         ({"controller": {"reply_deadline": float("inf")}}, "controller.reply_deadline"),
+        ({"controller": {"reply_deadline": 2.01}}, "controller.reply_deadline"),
+        ({"controller": {"reply_deadline": 0.04}}, "controller.reply_deadline"),
+        ({"controller": {"state_period": 0.21}}, "controller.state_period"),
+        ({"controller": {"reconnect_period": 1e-6}}, "controller.reconnect_period"),
+        ({"controller": {"reconnect_period": 61}}, "controller.reconnect_period"),
         ({"controller": {"byte_order": "middle"}}, "controller.byte_order"),
         ({"controller": {"real_size": 5}}, "controller.real_size"),
         ({"ros_i": {"approach_speed": 0.11}}, "ros_i.approach_speed"),
         ({"ros_i": {"trajectory_gap": 0}}, "ros_i.trajectory_gap"),
+        ({"ros_i": {"resume_window": 11}}, "ros_i.resume_window"),
+        ({"ros_i": {"idle_release": 61}}, "ros_i.idle_release"),
+        ({"watchdog": {"deadline": 0.04}}, "watchdog.deadline"),
+        ({"watchdog": {"deadline": 1.1}}, "watchdog.deadline"),
+        ({"pendants": {"hello_deadline": 0.4}}, "pendants.hello_deadline"),
+        ({"pendants": {"hello_deadline": 31}}, "pendants.hello_deadline"),
+        ({"pendants": {"idle_timeout": 2}}, "pendants.idle_timeout"),
         ({"pendants": {"authority_timeout": "3 s"}}, "pendants.authority_timeout"),
         ({"name": ""}, "name"),
         ({"name": "ü" * 17}, "name"),
@@ -71,6 +83,23 @@ def test_a_value_out_of_bounds_is_refused_with_its_key(data: dict[str, Any], key
     error = refusal(data)
     assert error.key == key
     assert "got" in error.problem
+
+
+@pytest.mark.parametrize("table", ["controller", "listen"])
+@pytest.mark.parametrize(
+    "host", ["", "a..b", ".a", "a" * 64, "a." * 127, "two words", "a\0b", "a\n", "ü..b"]
+)
+def test_what_can_be_no_host_is_refused_with_what_would_be_one(table: str, host: str) -> None:
+    error = refusal({table: {"host": host}})
+    assert error.key == f"{table}.host"
+    assert "accepted: an address or a host name" in error.problem
+
+
+@pytest.mark.parametrize(
+    "host", ["10.0.0.1", "127.1", "::1", "fe80::1%eth0", "ARM.plant.", "bär.de"]
+)
+def test_addresses_and_names_are_taken_as_hosts(host: str) -> None:
+    assert make_settings({"controller": {"host": host}}, "cell.toml").controller.host == host
 
 
 @pytest.mark.parametrize(

@@ -117,6 +117,9 @@ class _NoPlanner:
     def submit(self, job: Any, deliver: Any) -> None:
         raise RuntimeError("nothing is planned here")
 
+    def withdraw(self, job_id: int) -> None:
+        raise RuntimeError("nothing is planned here")
+
 
 @contextmanager
 def _tick(listeners: int) -> Iterator[Sides]:

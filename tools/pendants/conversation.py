@@ -7,10 +7,9 @@ lost. What the requests mean is the business of `session` and of what is built o
 from __future__ import annotations
 
 import asyncio
-import json
 import socket
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import TypeVar, cast
 
 from openpendant.simplemsg import (
     PENDANT,
@@ -22,7 +21,6 @@ from openpendant.simplemsg import (
     LocalProtocolError,
     Malformed,
     Message,
-    ReplyCode,
     Role,
     Unasked,
 )
@@ -35,14 +33,8 @@ from openpendant.simplemsg.pendant import (
     Verdict,
 )
 
-from .failures import (
-    ConnectionLost,
-    NotUnderstood,
-    PendantError,
-    Refused,
-    Unanswered,
-    WrongArgument,
-)
+from .failures import ConnectionLost, NotUnderstood, PendantError, WrongArgument
+from .judging import judged
 from .motions import MotionHandle
 
 REPLY_TIMEOUT = 35.0
@@ -185,24 +177,41 @@ class Conversation(asyncio.Protocol):
             Unanswered: no verdict came in time.
             ConnectionLost: the connection ended.
         """
-        future = self._verdicts[request_id] = self.expect(Message)
+        verdict = self.send(request, request_id)
+        try:
+            await asyncio.wait({verdict}, timeout=within)
+            return judged(verdict, within)
+        finally:
+            verdict.cancel()
+
+    def send(self, request: Message, request_id: int) -> asyncio.Future[Message]:
+        """Send a request at once; return what its verdict completes, for `judged`.
+
+        Raises:
+            ConnectionLost: the connection is over.
+            WrongArgument: the message cannot be written.
+        """
+        verdict = self._verdicts[request_id] = self.expect(Message)
+        verdict.add_done_callback(lambda _: self._verdicts.pop(request_id, None))
         try:
             self.write(request)
-            async with asyncio.timeout(within):
-                reply = await future
-        except TimeoutError:
-            text = f"no verdict within {within:g} s; the request may be carried out all the same"
-            raise Unanswered(f"{text}: look at the state before you ask again") from None
-        finally:
-            self._verdicts.pop(request_id, None)
-        if isinstance(reply, Verdict) and reply.reply_code != ReplyCode.SUCCESS:
-            raise Refused(reply.code, reply.text, reply.joint, reply.value, reply.limit)
-        if isinstance(reply, Management) and reply.reply_code != ReplyCode.SUCCESS:
-            raise _refused(json.loads(reply.body))
-        return reply
+        except PendantError:
+            verdict.cancel()
+            raise
+        return verdict
+
+    def expect_outcome(self, request_id: int) -> asyncio.Future[Outcome]:
+        """Return what the outcome of a motion completes; whoever expects it no more cancels it.
+
+        Raises:
+            ConnectionLost: the connection is over already.
+        """
+        outcome = self._outcomes[request_id] = self.expect(Outcome)
+        outcome.add_done_callback(lambda _: self._outcomes.pop(request_id, None))
+        return outcome
 
     async def begin_motion(self, request: Message, request_id: int) -> tuple[Message, MotionHandle]:
-        """Send a motion request; return what accepted it, and the motion, which has begun.
+        """Send a request that is planned; return what accepted it, and the motion, which has begun.
 
         The wait has no bound: a motion that nobody waits for any more would begin unseen.
 
@@ -210,11 +219,10 @@ class Conversation(asyncio.Protocol):
             Refused: the verdict is a failure.
             ConnectionLost: the connection ended.
         """
-        outcome = self._outcomes[request_id] = self.expect(Outcome)
+        outcome = self.expect_outcome(request_id)
         try:
             reply = await self.ask(request, request_id, within=None)
         except BaseException:
-            self._outcomes.pop(request_id, None)
             outcome.cancel()
             raise
         return reply, MotionHandle(request_id, outcome)
@@ -230,7 +238,7 @@ class Conversation(asyncio.Protocol):
             case HelloReply():
                 _complete(self._verdicts.get(HELLO), message)
             case Outcome(request_id=request_id) if request_id != HELLO:
-                _complete(self._outcomes.pop(request_id, None), message)
+                _complete(self._outcomes.get(request_id), message)
             case HeaderOnly(comm_type=CommType.REPLY):
                 self._end(NotUnderstood(f"the server does not know type {message.msg_type}"))
             case _:
@@ -249,17 +257,6 @@ class Conversation(asyncio.Protocol):
         self._waiting.clear()
         if isinstance(cause, FramingFault):
             self.abort()
-
-
-def _refused(answer: dict[str, Any]) -> Refused:
-    """Return the refusal that the answer to a management request tells."""
-    return Refused(
-        answer.get("code", 0),
-        answer.get("text", ""),
-        answer.get("joint", -1),
-        answer.get("value", 0.0),
-        answer.get("limit", 0.0),
-    )
 
 
 def _complete(future: asyncio.Future[_T] | None, value: _T) -> None:

@@ -19,8 +19,8 @@ from typing import Self
 from openpendant.simplemsg.pendant import JogEnd
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from .beats import Beats
 from .failures import Aborted, ConnectionLost, PendantError, Refused, WrongArgument
+from .held_presses import HeldPresses
 from .joint_values import JogValues
 from .motions import JOG_ENDS, JogAccount, PressHandle
 from .operating import BEAT_PERIOD
@@ -50,10 +50,7 @@ class Jog:
         self._deadline = deadline
         self._longest = longest
         self._motion: PressHandle | None = None
-        # While one press takes over from another, both are beaten: the server may refuse the new.
-        self._beats: dict[int, Beats] = {}
-        # Sent, and given up before their verdict: the server may have taken them.
-        self._doubtful: set[int] = set()
+        self._held = HeldPresses(line, deadline)
         self._taken_over: PressHandle | None = None
         self._aiming = asyncio.Lock()
         self._is_released = False
@@ -66,6 +63,7 @@ class Jog:
         try:
             await self._press(self._first_aim)
         except BaseException:
+            self._held.let_go()
             await end_task(self._beating)
             raise
         return self
@@ -101,6 +99,7 @@ class Jog:
         Raises:
             Refused: a value is out of bounds; PRESS_DEAD, the jog is over; PRESS_STALE, no new
                 state came within 0.25 s.
+            Unanswered: no verdict came within 5 s; the jog was let go.
             ConnectionLost: the connection ended.
         """
         await self._press(JogValues.of_joints(joints, self._line.dof))
@@ -130,6 +129,7 @@ class Jog:
         Raises:
             Refused: a value is out of bounds, nobody knows the frame; PRESS_DEAD, the jog is over;
                 PRESS_STALE, no new state came within 0.25 s.
+            Unanswered: no verdict came within 5 s; the jog was let go.
             ConnectionLost: the connection ended.
         """
         await self._press(JogValues.of_tool((x, y, z, a, b, c), frame))
@@ -162,13 +162,14 @@ class Jog:
             account = await motion.rested()
             if account.reason == JogEnd.RELEASED and self._is_released:
                 return
-            raise _aborted(JOG_ENDS[account.reason])
+            raise _aborted(self._held.why_given_up or JOG_ENDS[account.reason])
 
     async def release(self) -> JogAccount:
         """Let the key go and wait until the robot stands; a second call returns the same.
 
         Raises:
             Aborted: something else ended the jog.
+            Unanswered: the server did not say within 35 s that the robot stands.
             ConnectionLost: the connection ended.
         """
         motion = self._begun()
@@ -176,12 +177,10 @@ class Jog:
         if self._beating is not None:
             self._beating.cancel()
         # With a take-over under way either press may be the one that drives.
-        presses = {*self._beats, *self._doubtful}
-        if motion.is_over:
-            presses.discard(motion.press)
-        self._beats.clear()
-        self._doubtful.clear()
-        for press in sorted(presses, reverse=True):
+        rested = {motion.press} if motion.is_over else set()
+        for press in self._held.unbeaten():
+            if press in rested:
+                continue
             try:
                 await self._line.release(press)
             except Refused as refused:
@@ -189,7 +188,8 @@ class Jog:
                 if refused.code != VerdictCode.NOTHING_TO_CONTROL:
                     raise
         async with self._aiming:
-            return await self._begun().rested()
+            self._motion = await self._held.newest(self._begun())
+            return await self._motion.rested()
 
     def _begun(self) -> PressHandle:
         if self._motion is None:
@@ -205,17 +205,18 @@ class Jog:
     def _why_unbeaten(self) -> str:
         """Return why this side has let go of the press by itself; empty where it has not."""
         now = asyncio.get_running_loop().time()
-        if self._longest is not None and now - self._until > self._longest:
+        if self._held.why_given_up:
+            return self._held.why_given_up
+        if self._has_run_out(now):
             return f"nothing called it for {self._longest:g} s, and it let go"
         before = self._taken_over
         if before is not None and before.account is not None:
             if before.account.reason != JogEnd.REPLACED:
                 return f"press {before.press} had ended before: {JOG_ENDS[before.account.reason]}"
-        beats = None if self._motion is None else self._beats.get(self._motion.press)
-        if beats is not None and beats.are_late(now):
-            gap = beats.longest_gap(now)
-            return f"no beat left for {gap:.3f} s; the deadline is {self._deadline:g} s"
-        return ""
+        return self._held.why_late(now)
+
+    def _has_run_out(self, now: float) -> bool:
+        return self._longest is not None and now - self._until > self._longest
 
     def _check_beaten(self) -> None:
         """Raise where this side let go, though the end may not have been heard yet."""
@@ -230,7 +231,7 @@ class Jog:
         self._line.check_link()
         if self._is_released:
             why = JOG_ENDS[JogEnd.RELEASED]
-        elif motion.is_over:
+        elif motion.is_over and not self._held.why_given_up:
             why = JOG_ENDS[JogEnd.STOPPED if motion.account is None else motion.account.reason]
         else:
             why = self._why_unbeaten()
@@ -241,22 +242,15 @@ class Jog:
 
     async def _press(self, aim: JogValues) -> None:
         """Send a press of this aim; it takes over from the one before."""
+        if not self._has_run_out(asyncio.get_running_loop().time()):
+            self._touch()  # the wait for a state and for the verdict is a call too
         async with self._aiming:
             state = await self._line.quotable_state()
             # Nothing is awaited between this look and the sending.
             self._check_held()
             self._touch()
-            press, before, earlier = self._line.next_press(), self._motion, list(self._beats)
-            self._beats[press] = Beats(self._deadline, asyncio.get_running_loop().time())
-            try:
-                motion = await self._line.press(press, aim, self._deadline, state)
-            except BaseException as error:
-                self._beats.pop(press, None)
-                if not isinstance(error, Exception):
-                    self._doubtful.add(press)
-                raise
-            for dead in earlier:
-                self._beats.pop(dead, None)
+            before = self._motion
+            motion = await self._held.press(aim, state)
             self._motion, self._taken_over = motion, before
             why = self._why_unbeaten()
             if why and before is not None and not self._is_released:
@@ -266,7 +260,7 @@ class Jog:
 
     async def _withdraw(self, motion: PressHandle) -> None:
         """Let go of a press that began a motion of its own, and wait until the robot stands."""
-        self._beats.clear()
+        self._held.unbeaten()
         with contextlib.suppress(PendantError):
             await self._line.release(motion.press)
         with contextlib.suppress(PendantError):
@@ -281,10 +275,7 @@ class Jog:
                 await asyncio.sleep(due - loop.time())
                 if self._why_unbeaten():
                     return  # the server ends the press at its deadline
-                for press, beats in self._beats.items():
-                    if beats.are_late(loop.time()):
-                        continue
-                    self._line.beat(press, beats.next(loop.time()))
+                self._held.beat(loop.time())
 
 
 def _dead(why: str) -> Refused:

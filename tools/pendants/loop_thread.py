@@ -10,7 +10,7 @@ import asyncio
 import concurrent.futures
 import contextlib
 import threading
-from collections.abc import Coroutine, Iterator
+from collections.abc import Callable, Coroutine, Iterator
 from contextlib import AbstractAsyncContextManager
 from typing import Any, TypeVar
 
@@ -33,6 +33,7 @@ class LoopThread:
         # Guards both: what is handed to the loop is there when the loop is told to end.
         self._lock = threading.Lock()
         self._has_ended = False
+        self._is_closed = False
         self._open: set[concurrent.futures.Future[Any]] = set()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
@@ -77,8 +78,22 @@ class LoopThread:
         raise ConnectionLost(_CLOSED)
 
     @contextlib.contextmanager
-    def entered(self, manager: AbstractAsyncContextManager[_T]) -> Iterator[_T]:
-        """Hold an asynchronous context for the length of this one."""
+    def entered(
+        self,
+        manager: AbstractAsyncContextManager[_T],
+        misses: Callable[[], bool] = lambda: False,
+    ) -> Iterator[_T]:
+        """Hold an asynchronous context for the length of this one.
+
+        Where the loop was ended inside, there is nothing left to leave.
+
+        Args:
+            manager: the context.
+            misses: tells whether a context that could not be left owes its user something.
+
+        Raises:
+            ConnectionLost: the same, where the context owes something; or the loop broke.
+        """
         value = self.call(_enter(manager))
         try:
             yield value
@@ -90,7 +105,11 @@ class LoopThread:
             if not is_handled:
                 raise
         else:
-            self.call(_leave(manager, None))
+            try:
+                self.call(_leave(manager, None))
+            except ConnectionLost:
+                if not self._is_closed or misses():
+                    raise
 
     def end(self) -> None:
         """Cancel what is under way and end the thread; a second call waits for that too.
@@ -102,6 +121,7 @@ class LoopThread:
             raise RuntimeError("a callback must not close the client: it runs on the loop")
         with self._lock:
             is_first, self._has_ended = not self._has_ended, True
+            self._is_closed = self._is_closed or is_first
             if is_first:
                 self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()

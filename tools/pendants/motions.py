@@ -7,7 +7,10 @@ from dataclasses import dataclass
 
 from openpendant.simplemsg.pendant import JogEnd, JogEnded, Outcome, OutcomeKind
 
-from .failures import Aborted, PendantError
+from .failures import Aborted, PendantError, Unanswered
+
+_REST_WITHIN = 35.0
+"""A robot that was let go stands long before; no word of it for so long is a fault [s]."""
 
 JOG_ENDS = {
     JogEnd.RELEASED: "it was released",
@@ -135,13 +138,22 @@ class PressHandle(MotionHandle):
         """How the robot came to rest; None before."""
         return self._account.result() if self._account.done() else None
 
+    def forget(self) -> None:
+        """Expect no end any more: it was never begun."""
+        self._outcome.cancel()
+        self._account.cancel()
+
     async def rested(self) -> JogAccount:
-        """Wait until the robot stands again.
+        """Wait until the robot stands again, once it was let go.
 
         Raises:
             Aborted: something else than the release ended it: a stop, the enabling device, …
+            Unanswered: the server did not say within 35 s that the robot stands.
             ConnectionLost: the connection ended first.
         """
+        if not await self.over_within(_REST_WITHIN):
+            text = f"no word within {_REST_WITHIN:g} s that the robot stands"
+            raise Unanswered(f"{text}; look at it before you ask for anything")
         await self.done()
         if self.account is None:
             raise PendantError(f"the server gave no account of press {self.press}")

@@ -12,6 +12,7 @@ from openpendant.simplemsg import JOINT_SLOTS, Message
 from openpendant.simplemsg.pendant import Management, State, StateField, Subscribe
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from .conversation import REPLY_TIMEOUT
 from .failures import PendantError, Refused, StateSilent, WrongArgument
 from .management.calls import AsyncCalls
 from .management.cell import CellCalls
@@ -27,8 +28,20 @@ It waits no longer for one either: a press that leaves late would move the robot
 _PERIODS = 2
 """Of the state, that a press waits for one."""
 
+_PATIENCE = 0.1
+"""A press waits at least so long for one: a busy machine delays what comes more often [s]."""
+
 _STATES_WITHIN = 5.0
 """Who sends none for so long, and answers, sends none any more [s]; the slowest rate is 1 Hz."""
+
+_LOGIN_WITHIN = 60.0
+"""Likewise, before the first state: who may not look on without a login is sent none, and may be
+typing the secret meanwhile [s]."""
+
+_PLANNED = frozenset({"programs.dry_run", "recordings.play"})
+"""Operations that are planned, behind those of others, and so are waited for without a bound."""
+
+_UNASKED = "no states were asked for: subscribe to the state first"
 
 
 class Observing(PendantSession, CellCalls, AsyncCalls):
@@ -50,21 +63,32 @@ class Observing(PendantSession, CellCalls, AsyncCalls):
 
     def _misses_states(self, now: float, heard: float) -> bool:
         is_missed = False
+        may_be_nobody = self.state is None and self._logged_in is None
+        within = _LOGIN_WITHIN if may_be_nobody else _STATES_WITHIN
         for future, since in list(self._waiting.items()):
-            latest = max(since, self._last_state) + _STATES_WITHIN
-            is_missed = is_missed or now > latest
-            if heard > latest and not future.done():
-                text = f"no state for {now - latest + _STATES_WITHIN:.0f} s, though the server"
-                future.set_exception(StateSilent(f"{text} answers; connect again and look"))
+            begun = max(since, self._last_state, self._logged_in or 0.0)
+            is_missed = is_missed or now > begun + within
+            if heard > begun + within and not future.done():
+                future.set_exception(self._silence(now - begun))
         return is_missed
 
+    def _silence(self, seconds: float) -> StateSilent:
+        text = f"no state for {seconds:.0f} s, though the server answers"
+        if self._logged_in is None:
+            text += "; this connection never logged in: log in where the server has accounts, else"
+            return StateSilent(f"{text} connect again and look")
+        return StateSilent(f"{text}; connect again and look")
+
     def _sent_away(self, why: Refused) -> None:
+        self._end_waits(why)
+
+    def _end_waits(self, why: PendantError) -> None:
         for future in list(self._waiting):
             if not future.done():
                 future.set_exception(why)
 
     async def subscribe(self, state_rate: float) -> None:
-        """Choose the rate of state messages, Hz; 0 for none.
+        """Choose the rate of state messages, Hz; 0 for none, which ends every wait for one.
 
         Raises:
             Refused: the rate is not 0 or 1 to 125.
@@ -72,18 +96,21 @@ class Observing(PendantSession, CellCalls, AsyncCalls):
         """
         await self._ask(lambda request_id: Subscribe(request_id=request_id, state_rate=state_rate))
         self._state_rate = state_rate
+        if not state_rate:
+            self._end_waits(WrongArgument(_UNASKED))
 
     async def next_state(self) -> State:
         """Wait for the next state message.
 
         Raises:
             Refused: our login ended, and without one we may not look on; log in again.
-            StateSilent: the server answers and sends none, for about 5 s.
-            WrongArgument: none were asked for: the rate is 0.
+            StateSilent: the server answers and sends none, for about 5 s; before the first one
+                and without a login, which we may have to show first, for about 60 s.
+            WrongArgument: none were asked for: the rate is 0, or became 0 meanwhile.
             ConnectionLost: the connection ended.
         """
         if not self._state_rate:
-            raise WrongArgument("no states were asked for: subscribe to the state first")
+            raise WrongArgument(_UNASKED)
         if self._away is not None:
             raise self._away
         future = self._conversation.expect(State)
@@ -147,11 +174,13 @@ class Observing(PendantSession, CellCalls, AsyncCalls):
             return self.state
         loop = asyncio.get_running_loop()
         pressed = loop.time()
-        patience = min(_PERIODS / self._state_rate, _QUOTABLE)
+        patience = self._patience()
         state = None
         with contextlib.suppress(TimeoutError):
             async with asyncio.timeout(patience):
-                state = await self.next_state()
+                await self.next_state()
+                # What came at once with it, after a stall of this program, is newer.
+                state = self.state
         # A program that hung meanwhile finds both a state and that it is too late for it.
         waited = loop.time() - pressed
         if state is None or waited > patience:
@@ -159,19 +188,27 @@ class Observing(PendantSession, CellCalls, AsyncCalls):
             raise Refused(VerdictCode.PRESS_STALE, text, -1, waited, patience)
         return state
 
+    def _patience(self) -> float:
+        """Return how long a press waits for a state, by the rate that was granted [s]."""
+        rate = min(self._state_rate, self.hello.max_state_rate)
+        if rate * _QUOTABLE <= _PERIODS:
+            return _QUOTABLE
+        return max(_PERIODS / rate, _PATIENCE)
+
     async def manage(self, request: dict[str, Any]) -> dict[str, Any]:
         """Send a management request, a JSON object with its `op`, and return the answer.
 
         Raises:
             Refused: the server refused it.
             WrongArgument: it is no JSON, or larger than a frame.
+            Unanswered: no answer came within 35 s to what is not planned.
             ConnectionLost: the connection ended.
         """
         body = _body(request)
         request_id = self._conversation.new_request()
         message = Management(request_id=request_id, body=body)
-        # A dry run and its like are planned, behind those of others.
-        return _answer(await self._conversation.ask(message, request_id, within=None))
+        within = None if str(request.get("op")) in _PLANNED else REPLY_TIMEOUT
+        return _answer(await self._conversation.ask(message, request_id, within=within))
 
     async def _manage_motion(self, request: dict[str, Any]) -> tuple[dict[str, Any], MotionHandle]:
         """Send a management request that moves the robot; return the answer and the motion.

@@ -80,6 +80,8 @@ class PendantSession:
         self._client = ""
         self._state_rate = 0.0
         self._keeping: asyncio.Task[None] | None = None
+        self._logged_in: float | None = None
+        """When the last login was granted, by the loop's clock [s]; None where none was."""
         self._away: Refused | None = None
         """Why no state comes until we have logged in again."""
 
@@ -228,6 +230,7 @@ class PendantSession:
         name = user if pairing is None else user or self._client
         request = Login(request_id=request_id, kind=kind, name=name, secret=secret or "")
         await self._conversation.ask(request, request_id)
+        self._logged_in = asyncio.get_running_loop().time()
         self._away = None
 
     @property

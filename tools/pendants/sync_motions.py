@@ -57,8 +57,8 @@ class SyncJog:
     @classmethod
     @contextlib.contextmanager
     def held(cls, thread: LoopThread, jog: Jog) -> Iterator[SyncJog]:
-        """Press, and release on the way out."""
-        with thread.entered(jog):
+        """Press, and release on the way out; only its account tells how the robot came to rest."""
+        with thread.entered(jog, misses=lambda: jog.account is None):
             yield cls(thread, jog)
 
     @property

@@ -359,7 +359,7 @@ def test_logins_and_failures_are_noted_with_who_and_from_where() -> None:
         (AuditEvent.LOGIN, "ann", LAN),
         (AuditEvent.DISCONNECTED, "ann", LAN),
     ]
-    assert desk.log[1].detail == {"account": "ann", "known": True}
+    assert desk.log[1].detail == {"account": "ann", "known": True, "client": "app 1"}
 
 
 def test_no_secret_is_in_any_note_answer_or_state() -> None:

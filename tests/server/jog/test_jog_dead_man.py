@@ -396,6 +396,19 @@ def test_a_joint_outside_its_limits_is_moved_in_recovery_only(mode: str) -> None
     assert pad.pendant.move(0.0, 0.0) is V.OUTSIDE_LIMITS
 
 
+@pytest.mark.parametrize(
+    ("mode", "code"), [("recovery", V.ACCEPTED), ("manual_reduced", V.BAD_DOCUMENT)]
+)
+def test_with_a_scene_that_cannot_be_read_a_robot_is_led_out_in_recovery_only(
+    mode: str, code: V
+) -> None:
+    rig = ready(modes={"initial": mode})
+    rig.core.cell.unread = "what is kept as scene is not in force"
+    pad = JogPad(rig)
+    pad.squeeze()
+    assert pad.press(1.0, 0.0) is code
+
+
 # A real controller's own selector.
 
 

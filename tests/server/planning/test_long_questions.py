@@ -13,9 +13,9 @@ import pytest
 
 from openpendant.server.planning.jobs import JointPathJob
 from openpendant.server.planning.pool import PlanningPool
-from openpendant.server.planning.process import Task
 from openpendant.server.planning.question import read_question, split_question
 from openpendant.server.planning.recording_job import RecordingJob
+from openpendant.server.planning.task import Task
 from openpendant.server.recording.document import Extract
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.verdicts import VerdictCode

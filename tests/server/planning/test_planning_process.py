@@ -4,52 +4,26 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import os
-import signal
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine
-from contextlib import asynccontextmanager, suppress
-from importlib.util import find_spec
+from collections.abc import AsyncIterator, Awaitable, Callable
+from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
+from planning_children import JOB, MUTE, Children, on_both_loops, run
 
-from openpendant.server.event_loop import EventLoop, loop_factory
+from openpendant.server.event_loop import EventLoop
 from openpendant.server.planning import process as planning_process
-from openpendant.server.planning.jobs import JointPathJob
 from openpendant.server.planning.pool import PlanningPool
-from openpendant.server.planning.process import PlanningProcess, Task
+from openpendant.server.planning.process import PlanningProcess
+from openpendant.server.planning.task import Task
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.verdicts import VerdictCode
 
-JOB = JointPathJob(1, (0.0,), ((1.0,),), 0.5)
 PLANNED = ("ur5", JOB, 0)
 FAILED = Refusal(VerdictCode.PLANNER_FAILED)
 
 Ask = Callable[[int], Awaitable[list[Any]]]
-
-WARM = r"printf '\004\000\000\000\200\004N.';"
-"""The pickled None of a planning process that is warm, behind its length; for a shell."""
-
-ECHO = f"{WARM} exec cat"
-"""A planning process whose answer is what it is sent, without the seconds that a real one takes."""
-
-MUTE = f"{WARM} exec cat >/dev/null"
-"""One that never answers."""
-
-on_both_loops = pytest.mark.parametrize(
-    "loop",
-    [
-        "asyncio",
-        pytest.param(
-            "uvloop",
-            marks=pytest.mark.skipif(
-                find_spec("uvloop") is None,
-                reason="uvloop is not installed: the extra 'fast' of openpendant adds it",
-            ),
-        ),
-    ],
-)
 
 turns_after_the_death = pytest.mark.parametrize("turns", range(6))
 
@@ -74,45 +48,9 @@ def test_a_process_that_cannot_be_started_is_logged_and_tried_again(
     assert "temporarily unavailable" in caplog.text
 
 
-class Children:
-    """Starts shell commands in place of planning processes, and kills them."""
-
-    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        self.command = ECHO
-        self.started: list[asyncio.subprocess.Process] = []
-        self._start = asyncio.create_subprocess_exec
-        monkeypatch.setattr(asyncio, "create_subprocess_exec", self._start_another)
-        monkeypatch.setattr(planning_process, "_RESTART_PAUSE", 0.001)
-
-    async def _start_another(self, *_: str, **pipes: int) -> asyncio.subprocess.Process:
-        self.started.append(await self._start("sh", "-c", self.command, **pipes))  # type: ignore[arg-type]
-        return self.started[-1]
-
-    def kill(self) -> None:
-        """Kill all, and come back when they are dead; the loop has seen nothing of it yet."""
-        for child in self.started:
-            os.kill(child.pid, signal.SIGKILL)
-            with suppress(ChildProcessError):  # where a thread of the loop was the first to ask
-                os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
-
-
 @pytest.fixture
 def children(monkeypatch: pytest.MonkeyPatch) -> Children:
     return Children(monkeypatch)
-
-
-def run(loop: EventLoop, test: Coroutine[Any, Any, None]) -> list[dict[str, Any]]:
-    """Run a test on a loop; return what the loop caught in its callbacks."""
-    caught: list[dict[str, Any]] = []
-
-    async def watched() -> None:
-        asyncio.get_running_loop().set_exception_handler(lambda _, context: caught.append(context))
-        async with asyncio.timeout(30):
-            await test
-
-    with asyncio.Runner(loop_factory=loop_factory(loop)) as runner:
-        runner.run(watched())
-    return caught
 
 
 @asynccontextmanager

@@ -12,7 +12,7 @@ import pytest
 from large_programs import large_text
 
 from openpendant.server.planning.jobs import Planned, ProgramJob
-from openpendant.server.planning.pool import PlanningPool, RobotPlanner
+from openpendant.server.planning.pool import CellPlanner, PlanningPool
 from openpendant.server.programs.document import program_to_json
 from openpendant.server.programs.parser import parse
 from openpendant.server.programs.work import PrintBody, ReadSource, Task, UnpackBody, perform
@@ -57,7 +57,7 @@ async def _watched() -> list[tuple[list[object], float]]:
             await keeping
 
 
-async def _round(planner: RobotPlanner) -> tuple[list[object], float]:
+async def _round(planner: CellPlanner) -> tuple[list[object], float]:
     answers: list[Planned] = []
     gc.collect()
     longest, before = 0.0, time.thread_time()

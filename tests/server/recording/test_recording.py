@@ -332,3 +332,24 @@ def test_what_waits_is_written_when_the_server_goes_down(cell: RecordedCell) -> 
         cell.report((0.0, 0.0))
     cell.perform(cell.recorder.flush())
     assert len(cell.rows()) == 7
+
+
+@pytest.mark.usefixtures("small_chunks")
+def test_all_of_a_recording_that_waits_for_a_busy_disk_is_written_when_the_server_goes_down(
+    cell: RecordedCell,
+) -> None:
+    cell.start()
+    cell.answers_at_once = False
+    for _ in range(500):
+        cell.report((0.0, 0.0))
+    cell.stop()
+    cell.refuse_with = StoreBusy("busy")
+    cell.answer()
+    cell.refuse_with = None
+    cell.perform(cell.recorder.flush())
+    while cell.asked:
+        cell.answer()
+    assert len(cell.rows()) == 500
+    (told,) = cell.told[1:]
+    assert isinstance(told, Refusal)
+    assert told.code is V.SHUTTING_DOWN

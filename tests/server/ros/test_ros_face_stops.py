@@ -10,7 +10,9 @@ from server_clients import RosClient
 from server_rig import FAILURE, SUCCESS, ServerRig
 
 from openpendant.server.outgoing import ForwardStop
-from openpendant.simplemsg import JointTrajPt, joint_array
+from openpendant.server.pendant.state_report import status_message
+from openpendant.simplemsg import JointTrajPt, TriState, joint_array
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 @pytest.mark.parametrize("phase", [idle, collecting, planning, moving, superseding])
@@ -102,3 +104,29 @@ def test_the_third_trajectory_replaces_the_second_that_waits() -> None:
     assert [len(job.points) for job in jobs(rig)] == [3, 3]
     assert rig.controller.position == (-0.2, 0.0)
     assert client.closed_for == []
+
+
+def test_what_waits_for_the_robot_to_rest_does_not_begin_after_a_fault_that_came_and_went() -> None:
+    rig, client = superseding()
+    for error in (7, 0):
+        rig.controller.error_code = error
+        rig.report()
+    rig.controller.coasts = False
+    rig.controller.stop(rig.now)
+    rig.wait(1_000)
+    assert len(jobs(rig)) == 1
+    assert rig.core.ros.refused is V.CONTROLLER_STOPPED
+    assert client.closed_for
+
+
+def test_what_was_sent_while_frames_or_tools_are_saved_waits_for_that() -> None:
+    rig, client = idle()
+    rig.core.cell.awaited = "the tools are being saved"
+    assert client.trajectory(*PATH) == [SUCCESS] * 3
+    rig.wait(1_000)
+    assert (jobs(rig), client.closed_for) == ([], [])
+    status = status_message(rig.core.cell, rig.core.ros.refused, rig.now)
+    assert (status.in_error, status.motion_possible) == (TriState.FALSE, TriState.TRUE)
+    rig.core.cell.awaited = ""
+    rig.wait(20)
+    assert len(jobs(rig)) == 1

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from openpendant.server.watchdog.tick_watch import TickWatch, late_refusal
-from openpendant.server.watchdog.watchdog import BeatWatch, LagLog
+from openpendant.server.watchdog.watchdog import AnswerWatch, BeatWatch, LagLog
 from openpendant.simplemsg.verdicts import VerdictCode
 
 MS = 1_000_000
@@ -64,6 +64,51 @@ def test_the_watchdog_sleeps_no_longer_than_to_the_deadline() -> None:
     beats.beat(FIRST, 0)
     assert beats.remaining(30 * MS) == pytest.approx(0.07)
     assert beats.remaining(2 * DEADLINE) == 0.0
+
+
+def test_news_of_what_moves_is_no_beat() -> None:
+    beats = watch()
+    beats.beat(FIRST, 0)
+    beats.news(FIRST | THIRD)
+    assert beats.overdue(DEADLINE - 1) == 0
+    assert beats.overdue(DEADLINE) == FIRST | THIRD
+    beats.news(FIRST)
+    assert beats.overdue(2 * DEADLINE) == 0
+
+
+# The server's look at its watchdog.
+
+
+def answering() -> AnswerWatch:
+    """Return the watch of a process that answered at 0."""
+    answers = AnswerWatch(10 * MS)
+    answers.begin(0)
+    assert not answers.tick(0, was_heard=True)
+    return answers
+
+
+def test_a_watchdog_that_says_nothing_for_half_a_second_is_found_out() -> None:
+    answers = answering()
+    late = [answers.tick(at * 10 * MS, was_heard=False) for at in range(1, 51)]
+    assert late == [False] * 49 + [True]
+
+
+def test_a_watchdog_that_answers_now_and_then_is_left_alone() -> None:
+    answers = answering()
+    assert not any(answers.tick(at * 10 * MS, was_heard=at % 40 == 0) for at in range(1, 500))
+
+
+def test_a_frozen_loop_does_not_blame_its_watchdog() -> None:
+    answers = answering()
+    assert not answers.tick(60_000 * MS, was_heard=False)
+    assert not answers.tick(60_010 * MS, was_heard=True)
+
+
+def test_a_watchdog_that_starts_is_given_three_seconds() -> None:
+    answers = AnswerWatch(10 * MS)
+    answers.begin(0)
+    late = [answers.tick(at * 10 * MS, was_heard=False) for at in range(1, 301)]
+    assert late == [False] * 299 + [True]
 
 
 # The server's own look.

@@ -12,6 +12,7 @@ import time
 from collections.abc import Iterator
 
 import pytest
+from full_pipe import filled_pipe
 
 from openpendant.server.settings import make_settings
 from openpendant.server.watchdog.pipe import StopTarget
@@ -22,6 +23,8 @@ from openpendant.simplemsg import MsgType
 pytestmark = pytest.mark.realtime
 
 STOP = b"stop the robot"
+ANSWER = struct.pack("<3i", 11, 3, 1)
+FRAME = struct.pack("<i", len(ANSWER)) + ANSWER
 SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
 DEADLINE = 0.1
 
@@ -29,7 +32,8 @@ SERVER = """
 import sys, time
 from openpendant.server.watchdog.pipe import StopTarget
 from openpendant.server.watchdog.process import Watchdog
-target = StopTarget("cell", "127.0.0.1", int(sys.argv[1]), sys.argv[2], True)
+answer = "0b0000000300000001000000"
+target = StopTarget("cell", "127.0.0.1", int(sys.argv[1]), sys.argv[2], True, answer, "little")
 with Watchdog([target], 0.1, 0.01) as watchdog:
     while True:
         watchdog.beat([True])
@@ -48,7 +52,7 @@ def controller() -> Iterator[socket.socket]:
 
 def target(controller: socket.socket, *, is_kept: bool = True) -> StopTarget:
     port = controller.getsockname()[1]
-    return StopTarget("cell", "127.0.0.1", port, STOP.hex(), is_kept)
+    return StopTarget("cell", "127.0.0.1", port, STOP.hex(), is_kept, ANSWER.hex(), "little")
 
 
 def beat_for(watchdog: Watchdog, seconds: float, *, moving: bool = True) -> None:
@@ -76,6 +80,12 @@ def test_promise_26_a_blocked_loop_is_stopped_for(controller: socket.socket) -> 
             assert received(connection, 5 * SCALE) == STOP
             waited = time.monotonic() - blocked
             assert waited <= 3 * 2 * DEADLINE * SCALE
+            connection.sendall(FRAME)
+            # It tells, so that a server that found nothing late knows of the stop as well.
+            until = time.monotonic() + 5 * SCALE
+            while not watchdog.beat([True]):
+                assert time.monotonic() < until, "it does not tell"
+                time.sleep(0.01)
             beat_for(watchdog, 0.1)
             assert received(connection, 5 * SCALE) == STOP
 
@@ -120,6 +130,46 @@ def test_a_watchdog_that_died_is_started_again(controller: socket.socket) -> Non
         assert watchdog.process.pid != first.pid
 
 
+def test_a_watchdog_that_hangs_is_killed_and_another_started(
+    controller: socket.socket, caplog: pytest.LogCaptureFixture
+) -> None:
+    with Watchdog([target(controller)], DEADLINE, 0.01) as watchdog:
+        first = watchdog.process
+        assert first is not None
+        connection, _ = controller.accept()
+        connection.close()
+        # It is up, so it answers; from its first answer on half a second is allowed.
+        beat_for(watchdog, 0.3 * SCALE)
+        first.send_signal(signal.SIGSTOP)
+        until = time.monotonic() + 10 * SCALE
+        while watchdog.process is first or watchdog.process is None:
+            assert time.monotonic() < until, "nobody noticed"
+            beat_for(watchdog, 0.1)
+    assert first.returncode == -signal.SIGKILL
+    assert "does not answer" in caplog.text
+
+
+def test_promise_26_a_log_that_nobody_reads_delays_no_stop(controller: socket.socket) -> None:
+    port = str(controller.getsockname()[1])
+    with filled_pipe() as writing:
+        server = subprocess.Popen(
+            [sys.executable, "-c", SERVER, port, STOP.hex()],
+            stdout=subprocess.PIPE,
+            stderr=writing,
+        )
+        try:
+            connection, _ = controller.accept()
+            with connection:
+                assert server.stdout is not None
+                server.stdout.read(20)
+                server.send_signal(signal.SIGSTOP)
+                assert received(connection, 5 * SCALE) == STOP
+                connection.sendall(FRAME)
+        finally:
+            server.kill()
+            server.communicate()
+
+
 def test_an_orderly_end_stops_nothing_and_leaves_no_process(controller: socket.socket) -> None:
     deadline = 1.0 * SCALE
     with Watchdog([target(controller)], deadline, 0.01) as watchdog:
@@ -149,6 +199,7 @@ def test_promise_26_a_server_that_is_frozen_or_killed_is_stopped_for(
             server.stdout.read(20)
             server.send_signal(ending)
             assert received(connection, 5 * SCALE) == STOP
+            connection.sendall(FRAME)
     finally:
         server.kill()
         _, log = server.communicate()
@@ -159,5 +210,6 @@ def test_the_stop_of_a_cell_is_a_point_of_sequence_minus_4_in_its_controllers_by
     settings = make_settings({"name": "left", "controller": {"byte_order": "big"}}, "test")
     told = stop_target(settings)
     assert (told.cell, told.host, told.port, told.is_kept) == ("left", "127.0.0.1", 12000, True)
+    assert bytes.fromhex(told.answer) == struct.pack(">3i", MsgType.JOINT_TRAJ_PT, 3, 1)
     frame = bytes.fromhex(told.stop)
     assert frame[:20] == struct.pack(">5i", len(frame) - 4, MsgType.JOINT_TRAJ_PT, 2, 0, -4)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import suppress
 
@@ -224,7 +225,7 @@ async def test_an_aim_on_a_lost_connection_says_that_it_is_lost(
 # A press quotes a fresh state, or does not leave.
 
 
-@pytest.mark.parametrize(("rate", "within"), [(25.0, 0.08), (2.0, 0.25)])
+@pytest.mark.parametrize(("rate", "within"), [(10.0, 0.2), (2.0, 0.25), (25.0, 0.1), (125.0, 0.1)])
 async def test_a_press_during_a_stall_is_refused_soon_and_never_sent(
     rate: float, within: float, server: ScriptedPendantServer, pendant: PendantClient
 ) -> None:
@@ -238,6 +239,32 @@ async def test_a_press_during_a_stall_is_refused_soon_and_never_sent(
     assert loop.time() - pressed == pytest.approx(within, abs=0.001)
     await asyncio.sleep(1.0)
     assert server.all(JogStart) == []
+
+
+async def test_the_patience_of_a_press_follows_the_rate_that_was_granted(
+    server: ScriptedPendantServer, pendant: PendantClient
+) -> None:
+    pendant.hello = dataclasses.replace(pendant.hello, max_state_rate=10.0)
+    await pendant.subscribe(125.0)
+    server.mutes = True
+    await asyncio.sleep(1.0)
+    pressed = asyncio.get_running_loop().time()
+    assert await refusal(pendant.jog({0: 1.0}).__aenter__()) is VerdictCode.PRESS_STALE
+    assert asyncio.get_running_loop().time() - pressed == pytest.approx(0.2, abs=0.001)
+
+
+async def test_a_press_after_a_stall_quotes_the_newest_of_the_states_that_come_at_once(
+    server: ScriptedPendantServer, pendant: PendantClient
+) -> None:
+    server.lines[-1].telling.cancel()  # type: ignore[union-attr]
+    await asyncio.sleep(1.0)
+    pressing = asyncio.create_task(pendant.jog({0: 1.0}).__aenter__())
+    await asyncio.sleep(0)
+    for _ in range(3):
+        server.tell_state()
+    jog = await pressing
+    assert server.one(JogStart).state_sequence == server.sequence
+    await jog.release()
 
 
 async def test_an_aim_during_a_stall_is_refused_and_the_held_press_goes_on(

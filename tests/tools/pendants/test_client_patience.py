@@ -106,6 +106,20 @@ async def test_what_is_not_planned_and_not_answered_does_not_claim_a_lost_link(
     await pendant.pause()
 
 
+HUNG = ["snapshot", "why", "users.list", "access.sessions", "programs.list", "programs.load"]
+
+
+@pytest.mark.parametrize("op", HUNG)
+async def test_an_operation_that_is_not_planned_and_not_answered_is_given_up_after_35_s(
+    op: str, server: ScriptedPendantServer, pendant: PendantClient
+) -> None:
+    think(server, Management, 2 * LONG)
+    began = asyncio.get_running_loop().time()
+    with pytest.raises(Unanswered, match="no verdict within 35 s"):
+        await asyncio.wait_for(pendant.manage({"op": op}), LONG)
+    assert asyncio.get_running_loop().time() - began == pytest.approx(35.0, abs=0.1)
+
+
 # What ends while somebody waits.
 
 
@@ -180,6 +194,49 @@ async def test_whoever_waits_for_states_that_a_living_server_does_not_send_hears
     server.tell_state()
     asyncio.get_running_loop().call_later(3.0, server.tell_state)
     assert isinstance(await pendant.next_state(), State)
+
+
+async def first_without(server: ScriptedPendantServer) -> PendantClient:
+    """Connect to a server that shows its state to nobody who has not logged in."""
+    server.tell_state = lambda: None  # type: ignore[method-assign]
+    pendant = await PendantClient.connect("127.0.0.1", server.port)
+    server.lines[-1].telling.cancel()  # type: ignore[union-attr]
+    return pendant
+
+
+async def test_whoever_never_logged_in_and_sees_nothing_is_told_to_log_in(
+    server: ScriptedPendantServer,
+) -> None:
+    async with await first_without(server) as pendant:
+        with pytest.raises(StateSilent, match="never logged in: log in where"):
+            await asyncio.wait_for(pendant.next_state(), LONG)
+
+
+async def test_a_task_that_waits_for_states_is_not_failed_while_somebody_types_a_secret(
+    server: ScriptedPendantServer,
+) -> None:
+    async with await first_without(server) as pendant:
+        waiting = asyncio.create_task(pendant.next_state())
+        await asyncio.sleep(50.0)
+        await pendant.login("kim", password="secret")
+        await asyncio.sleep(4.0)
+        assert not waiting.done()
+        await asyncio.sleep(4.0)
+        with pytest.raises(StateSilent, match="answers; connect again and look"):
+            await waiting
+
+
+async def test_a_wait_for_states_that_are_given_up_meanwhile_ends_at_once(
+    server: ScriptedPendantServer, pendant: PendantClient
+) -> None:
+    server.lines[-1].telling.cancel()  # type: ignore[union-attr]
+    waiting = asyncio.create_task(pendant.next_state())
+    await asyncio.sleep(0.1)
+    began = asyncio.get_running_loop().time()
+    await pendant.subscribe(0)
+    with pytest.raises(WrongArgument, match="subscribe to the state first"):
+        await waiting
+    assert asyncio.get_running_loop().time() - began < 0.1
 
 
 async def test_states_at_the_slowest_rate_are_waited_for(

@@ -108,6 +108,42 @@ def test_leaving_a_block_after_the_close_keeps_the_error_of_the_block(
     assert isinstance(failure(begun(close_and_stumble)), ZeroDivisionError)
 
 
+def close_in_control(pendant: SyncPendantClient) -> None:
+    with pendant.control(), pendant.enabling():
+        pendant.close()
+
+
+def close_after_the_release(pendant: SyncPendantClient) -> None:
+    with pendant.control(), pendant.enabling(), pendant.jog({0: 0.5}) as held:
+        held.release()
+        pendant.close()
+
+
+def close_under_the_key(pendant: SyncPendantClient) -> None:
+    with pendant.control(), pendant.enabling(), pendant.jog({0: 0.5}):
+        pendant.close()
+
+
+Leave = Callable[[SyncPendantClient], None]
+
+
+@pytest.mark.parametrize(
+    ("leave", "told"),
+    [
+        (close_in_control, None),
+        (close_after_the_release, None),
+        (close_under_the_key, ConnectionLost),
+    ],
+)
+def test_a_block_that_closes_its_client_ends_well_unless_a_jog_owes_its_account(
+    leave: Leave, told: type[Exception] | None, server: ScriptedPendantServer
+) -> None:
+    pendant = SyncPendantClient.connect("127.0.0.1", server.port)
+    pendant.next_state()
+    left = failure(begun(lambda: leave(pendant)))
+    assert left is None if told is None else isinstance(left, told)
+
+
 # The loop alone.
 
 

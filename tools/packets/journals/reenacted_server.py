@@ -29,7 +29,7 @@ from openpendant.server.errand_record import ErrandRecordError, answer_from_json
 from openpendant.server.pendant.snapshot import snapshot
 from openpendant.server.planning.jobs import Job
 from openpendant.server.planning.plan_record import PlanRecordError, plan_from_json
-from openpendant.server.planning.process import Deliver
+from openpendant.server.planning.task import Deliver
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings import CellSettings
 from openpendant.server.store.requests import Answer, Request
@@ -46,6 +46,9 @@ class _NotedPlanner:
 
     def submit(self, job: Job, deliver: Deliver) -> None:
         self.jobs[str(job.job_id)] = job
+
+    def withdraw(self, job_id: int) -> None:
+        """Keep the job: journals of older servers have answers to such jobs, too."""
 
 
 class _NotedStore:

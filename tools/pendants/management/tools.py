@@ -90,7 +90,7 @@ class ToolCalls:
         """Return the centre point of the tool that touched one point; keeps nothing, `add` does.
 
         Args:
-            positions: four joint positions or more that touch it [rad, m for a linear axis].
+            positions: 4 to 20 joint positions that touch it [rad, m for a linear axis].
 
         Raises:
             Refused: POOR_GEOMETRY, WRONG_JOINT_COUNT.

@@ -95,6 +95,15 @@ class Panel(PanelNews):
         self.enabling.turn_on(now)
         return [do.Enable(True)]
 
+    def _pause_or_resume(self, now: int) -> Command:
+        if not self.cell.is_paused:
+            return do.Pause()
+        if not self.cell.is_stale(now):
+            return do.Resume()
+        # It may have gone on since: a needless pause does no harm, a dropped one might.
+        self.messages.add("STALE: asked for a pause; nothing resumes on values that may be old")
+        return do.Pause()
+
     def _turn_page(self, by: int) -> None:
         pages = list(Page)
         self._show(pages[(pages.index(self.page) + by) % len(pages)])
@@ -131,7 +140,7 @@ class Panel(PanelNews):
                 state = self.cell.state
                 return [] if state is None else [speed_asked(intent, state)]
             case Intent.PAUSE:
-                return [do.Resume() if self.cell.is_paused else do.Pause()]
+                return [self._pause_or_resume(now)]
             case Intent.PROGRAM_STOP:
                 return [do.StopProgram()]
             case Intent.PROGRAM:

@@ -1,0 +1,208 @@
+"""The watchdog's connection to one controller: a STOP is owed there until it has been answered.
+
+Owns the socket, and when STOP is sent again. That a kernel took the bytes says nothing: a
+controller that lost its power leaves a connection that looks well. So an answer is waited for, and
+without one STOP goes out on a new connection. Imports the standard library only; never waits.
+"""
+
+from __future__ import annotations
+
+import errno
+import selectors
+import socket
+from collections.abc import Callable
+
+from .address import ControllerAddress
+from .pipe import StopTarget
+
+_MS = 1_000_000
+_RECONNECT_NS = 500 * _MS
+_REPEAT_NS = 50 * _MS
+_CONNECT_NS = 1_000 * _MS
+_ANSWER_NS = 100 * _MS
+_MOST_PATIENCE_NS = 1_000 * _MS
+_UNANSWERED_MS = 2_500
+_LONGEST_FRAME = 65_536
+
+
+class StopConnection:
+    """The child's connection to one controller."""
+
+    def __init__(
+        self, target: StopTarget, selector: selectors.BaseSelector, say: Callable[[str], None]
+    ) -> None:
+        """Prepare a connection; `keep_up` begins it.
+
+        Args:
+            target: the controller.
+            selector: calls `ready`, with the connection as its data.
+            say: logs a line without waiting.
+        """
+        self._target = target
+        self._stop = bytes.fromhex(target.stop)
+        self._answer = bytes.fromhex(target.answer)
+        self._address = ControllerAddress(target.host, target.port)
+        self._selector = selector
+        self._say = say
+        self._socket: socket.socket | None = None
+        self._is_up = False
+        self._begun = 0
+        self._next_attempt = 0
+        self._received = b""
+        self._owed = False
+        self._owed_until: int | None = None
+        self._sent_at: int | None = None
+        self._patience = _ANSWER_NS
+        self._was_told = False
+
+    @property
+    def is_done(self) -> bool:
+        """Whether no stop waits for its connection or for its answer."""
+        return not self._owed
+
+    def stop(self, now: int) -> None:
+        """Send STOP, now or as soon as there is a connection, until it is answered."""
+        self._owed, self._owed_until = True, None
+        self._patience = _ANSWER_NS
+        self._was_told = False
+        # An attempt under way may wait in the kernel for a controller that was away.
+        if not self._is_up:
+            self._drop()
+        self._next_attempt = 0
+        self._connect(now)
+        self._send(now)
+
+    def limit(self, until: int) -> None:
+        """Give up a stop that nobody has answered by then: the server has taken over, or ended."""
+        self._owed_until = until
+
+    def keep_up(self, now: int) -> None:
+        """Do what is due by the clock: connect, send again, give up."""
+        if self._owed and self._owed_until is not None and now >= self._owed_until:
+            self._say(f"cell {self._target.cell}: STOP was not answered")
+            self._settle()
+        if self._socket is not None:
+            if not self._is_up and now - self._begun >= _CONNECT_NS:
+                self._fail()
+            elif self._owed and self._is_silent(now):
+                # A controller may answer when its robot stands: each time it is given longer.
+                self._patience = min(2 * self._patience, _MOST_PATIENCE_NS)
+                self._fail()
+        self._connect(now)
+
+    def ready(self, events: int, now: int) -> None:
+        """Take what the selector found: a connection, an answer, or the end."""
+        if events & selectors.EVENT_WRITE and self._socket is not None:
+            if self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR):
+                self._fail()
+                return
+            self._is_up = True
+            self._selector.modify(self._socket, selectors.EVENT_READ, self)
+            self._send(now)
+        if events & selectors.EVENT_READ and self._socket is not None:
+            self._receive()
+
+    def _is_silent(self, now: int) -> bool:
+        return self._sent_at is not None and now - self._sent_at >= self._patience
+
+    def _connect(self, now: int) -> None:
+        is_wanted = self._target.is_kept or self._owed
+        if self._socket is not None or not is_wanted or now < self._next_attempt:
+            return
+        self._next_attempt = now + (_REPEAT_NS if self._owed else _RECONNECT_NS)
+        where = self._address.current
+        if where is None:
+            return
+        family, address = where
+        try:
+            self._socket = connection = socket.socket(family, socket.SOCK_STREAM)
+            connection.setblocking(False)
+            _find_dead_peers(connection)
+            code = connection.connect_ex(address)
+        except OSError:
+            self._fail()
+            return
+        if code not in (0, errno.EINPROGRESS):
+            self._fail()
+            return
+        self._begun = now
+        # Writable means connected, or failed; the socket's error tells which.
+        events = selectors.EVENT_READ | selectors.EVENT_WRITE
+        self._selector.register(connection, events, self)
+
+    def _send(self, now: int) -> None:
+        if not self._owed or not self._is_up or self._socket is None:
+            return
+        try:
+            sent = self._socket.send(self._stop)
+        except OSError:
+            sent = 0
+        # A frame in parts would be no stop; a new connection begins it anew.
+        if sent < len(self._stop):
+            self._fail()
+            self._connect(now)
+            return
+        self._sent_at = now
+        if not self._was_told:
+            self._was_told = True
+            self._say(f"cell {self._target.cell}: STOP sent to the controller")
+
+    def _receive(self) -> None:
+        assert self._socket is not None
+        try:
+            data = self._socket.recv(65_536)
+        except BlockingIOError:
+            return
+        except OSError:
+            data = b""
+        if not data:
+            self._fail()
+            return
+        self._received += data
+        while len(self._received) >= 4:
+            end = 4 + int.from_bytes(self._received[:4], self._target.order)
+            if end > _LONGEST_FRAME:
+                self._fail()
+                return
+            if len(self._received) < end:
+                return
+            frame, self._received = self._received[4:end], self._received[end:]
+            if self._sent_at is not None and frame.startswith(self._answer):
+                self._say(f"cell {self._target.cell}: the controller answered STOP")
+                self._settle()
+
+    def _settle(self) -> None:
+        """Owe nothing any more."""
+        self._owed, self._owed_until, self._sent_at = False, None, None
+        if not self._target.is_kept:
+            self._drop()
+
+    def _fail(self) -> None:
+        """Part with a connection that is of no use."""
+        if not self._is_up:
+            self._address.failed()
+        self._drop()
+
+    def _drop(self) -> None:
+        connection, self._socket, self._is_up = self._socket, None, False
+        self._received, self._sent_at = b"", None
+        if connection is None:
+            return
+        if connection.fileno() in self._selector.get_map():
+            self._selector.unregister(connection)
+        connection.close()
+
+
+def _find_dead_peers(connection: socket.socket) -> None:
+    """Send at once, and find a peer without power within seconds, as the server's own links do."""
+    connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    for option, value in (
+        ("TCP_KEEPIDLE", 1),
+        ("TCP_KEEPINTVL", 1),
+        ("TCP_KEEPCNT", 2),
+        ("TCP_USER_TIMEOUT", _UNANSWERED_MS),
+    ):
+        number = getattr(socket, option, None)
+        if number is not None:
+            connection.setsockopt(socket.IPPROTO_TCP, number, value)

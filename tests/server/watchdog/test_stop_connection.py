@@ -1,0 +1,214 @@
+"""The watchdog's connection to a controller: STOP is owed until it is answered."""
+
+from __future__ import annotations
+
+import selectors
+import socket
+import struct
+from collections.abc import Iterator
+
+import pytest
+
+from openpendant.server.watchdog.pipe import StopTarget
+from openpendant.server.watchdog.stop_connection import StopConnection
+
+MS = 1_000_000
+STOP = b"stop the robot"
+ANSWER = struct.pack("<3i", 11, 3, 1)
+REFUSAL = struct.pack("<3i", 11, 3, 2)
+HOST = "127.0.0.1"
+WAIT_S = 10.0
+
+
+def frame(body: bytes) -> bytes:
+    return struct.pack("<i", len(body)) + body
+
+
+class Rig:
+    """A connection on a clock that is set by hand, and the controller's listener."""
+
+    def __init__(self, *, is_kept: bool = True, backlog: int = 8) -> None:
+        self.listener = socket.create_server((HOST, 0), backlog=backlog)
+        self.listener.settimeout(WAIT_S)
+        self.selector = selectors.DefaultSelector()
+        self.said: list[str] = []
+        self.now = 1_000 * MS
+        port = self.listener.getsockname()[1]
+        target = StopTarget("cell", HOST, port, STOP.hex(), is_kept, ANSWER.hex(), "little")
+        self.link = StopConnection(target, self.selector, self.said.append)
+        self.accepted: list[socket.socket] = []
+
+    @property
+    def own(self) -> socket.socket:
+        """The socket that the connection uses."""
+        (key,) = self.selector.get_map().values()
+        assert isinstance(key.fileobj, socket.socket)
+        return key.fileobj
+
+    def wait(self, milliseconds: int) -> None:
+        self.now += milliseconds * MS
+        self.link.keep_up(self.now)
+
+    def take(self) -> None:
+        """Have the connection take what comes next from the network."""
+        events = self.selector.select(WAIT_S)
+        assert events, "nothing came"
+        for key, mask in events:
+            key.data.ready(mask, self.now)
+
+    def accept(self) -> socket.socket:
+        connection, _ = self.listener.accept()
+        connection.settimeout(WAIT_S)
+        self.accepted.append(connection)
+        return connection
+
+    def connected(self) -> socket.socket:
+        """Return the controller's end of a connection that is up."""
+        self.link.keep_up(self.now)
+        connection = self.accept()
+        self.take()
+        return connection
+
+    def close(self) -> None:
+        for each in [*self.accepted, self.listener]:
+            each.close()
+        for key in list(self.selector.get_map().values()):
+            assert isinstance(key.fileobj, socket.socket)
+            key.fileobj.close()
+        self.selector.close()
+
+
+@pytest.fixture
+def rig() -> Iterator[Rig]:
+    made = Rig()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def full() -> Iterator[tuple[Rig, list[socket.socket]]]:
+    """A controller that takes no connection for now: a connect hangs in the kernel."""
+    made = Rig(backlog=0)
+    others = [socket.create_connection(made.listener.getsockname())]
+    yield made, others
+    for each in others:
+        each.close()
+    made.close()
+
+
+def test_an_answered_stop_is_owed_no_longer(rig: Rig) -> None:
+    peer = rig.connected()
+    rig.link.stop(rig.now)
+    assert peer.recv(100) == STOP
+    assert not rig.link.is_done
+    peer.sendall(frame(ANSWER))
+    rig.take()
+    assert rig.link.is_done
+
+
+@pytest.mark.parametrize("heard", [b"", frame(REFUSAL), frame(ANSWER)[:-1]])
+def test_a_stop_without_its_answer_is_sent_again_on_a_new_connection(
+    rig: Rig, heard: bytes
+) -> None:
+    peer = rig.connected()
+    rig.link.stop(rig.now)
+    if heard:
+        peer.sendall(heard)
+        rig.take()
+    rig.wait(99)
+    first = rig.own
+    rig.wait(1)
+    assert rig.own is not first
+    again = rig.accept()
+    rig.take()
+    assert again.recv(100) == STOP
+    assert not rig.link.is_done
+
+
+def test_each_time_the_controller_is_given_longer_to_answer(rig: Rig) -> None:
+    rig.connected()
+    rig.link.stop(rig.now)
+    gaps = []
+    for _ in range(6):
+        used, gap = rig.own, 0
+        while rig.own is used:
+            rig.wait(10)
+            gap += 10
+        gaps.append(gap)
+        rig.accept()
+        rig.take()
+    assert gaps == [100, 200, 400, 800, 1_000, 1_000]
+
+
+def test_a_stop_into_a_reset_connection_is_sent_again_at_once(rig: Rig) -> None:
+    peer = rig.connected()
+    rig.link.stop(rig.now)
+    peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+    peer.close()
+    rig.take()
+    rig.wait(0)
+    again = rig.accept()
+    rig.take()
+    assert again.recv(100) == STOP
+
+
+def test_a_stop_waits_for_no_attempt_that_hangs(full: tuple[Rig, list[socket.socket]]) -> None:
+    rig, _ = full
+    rig.link.keep_up(rig.now)
+    hanging = rig.own.getsockname()
+    rig.wait(10)
+    rig.accept()
+    rig.link.stop(rig.now)
+    assert rig.own.getsockname() != hanging
+    peer = rig.accept()
+    rig.take()
+    assert peer.recv(100) == STOP
+
+
+def test_an_attempt_is_given_up_after_a_second(full: tuple[Rig, list[socket.socket]]) -> None:
+    rig, _ = full
+    rig.link.keep_up(rig.now)
+    hanging = rig.own.getsockname()
+    rig.wait(999)
+    assert rig.own.getsockname() == hanging
+    rig.wait(1)
+    assert rig.own.getsockname() != hanging
+
+
+def test_a_stop_that_nobody_answers_is_given_up_at_its_limit(rig: Rig) -> None:
+    rig.connected()
+    rig.link.stop(rig.now)
+    rig.link.limit(rig.now + 50 * MS)
+    done = []
+    for milliseconds in (49, 1):
+        rig.wait(milliseconds)
+        done.append(rig.link.is_done)
+    assert done == [False, True]
+    assert "not answered" in rig.said[-1]
+
+
+def test_a_controller_that_takes_one_connection_is_left_once_it_answered() -> None:
+    rig = Rig(is_kept=False)
+    try:
+        rig.link.keep_up(rig.now)
+        rig.link.stop(rig.now)
+        peer = rig.accept()
+        rig.take()
+        assert peer.recv(100) == STOP
+        peer.sendall(frame(ANSWER))
+        rig.take()
+        assert peer.recv(100) == b""
+    finally:
+        rig.close()
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("TCP_KEEPIDLE", 1), ("TCP_KEEPINTVL", 1), ("TCP_KEEPCNT", 2), ("TCP_USER_TIMEOUT", 2_500)],
+)
+def test_an_idle_connection_to_a_controller_without_power_is_found_dead(
+    rig: Rig, option: str, value: int
+) -> None:
+    rig.connected()
+    assert rig.own.getsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE)
+    assert rig.own.getsockopt(socket.IPPROTO_TCP, getattr(socket, option)) == value

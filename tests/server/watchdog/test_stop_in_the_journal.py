@@ -1,0 +1,46 @@
+"""A stop that the watchdog told of is in the journal, so that a run repeats to the byte."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Sequence
+from pathlib import Path
+from typing import cast
+
+from journalled_cell import journalled_cell
+from virtual_clock import VirtualLoop
+
+from openpendant.server.watchdog.process import Watchdog
+from openpendant.tools.packets.rerun import main as rerun
+
+
+class TellsOnce:
+    """A watchdog that has stopped the robots, and says so in the next beat."""
+
+    has_stopped = True
+
+    def beat(self, moving: Sequence[bool]) -> bool:
+        told, self.has_stopped = self.has_stopped, False
+        return told
+
+    def news(self, moving: Sequence[bool]) -> None:
+        """Nothing is watched here."""
+
+
+def test_a_run_in_which_the_watchdog_stopped_is_run_again_exactly(
+    tmp_path: Path, virtual_loop: VirtualLoop
+) -> None:
+    file = tmp_path / "server.journal"
+
+    async def live() -> None:
+        async with journalled_cell(tmp_path / "emulator.journal", file) as cell:
+            pendant = await cell.pendant()
+            async with pendant.control():
+                cell.app._watchdog = cast(Watchdog, TellsOnce())
+                await asyncio.sleep(0.1)
+                assert cell.app.cells[0].core.cell.stop is not None
+            await pendant.close()
+
+    virtual_loop.run_until_complete(live())
+    assert '"ask": "stopped"' in file.read_text()
+    assert rerun([str(file)]) == 0
