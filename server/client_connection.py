@@ -9,8 +9,6 @@ from __future__ import annotations
 import asyncio
 import logging
 import socket
-from collections import deque
-from functools import partial
 from typing import TYPE_CHECKING, cast
 
 from openpendant.simplemsg import (
@@ -19,14 +17,12 @@ from openpendant.simplemsg import (
     STANDARD,
     Connection,
     Message,
-    Received,
     Role,
 )
 from openpendant.simplemsg.masking import SecretMask
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
 
 from .core import Port
-from .loop_turns import is_prompt, stops_first
 
 if TYPE_CHECKING:
     from .clients import Clients
@@ -42,11 +38,12 @@ STATE_BACKLOG = 16 * 1024
 DRAIN_DEADLINE_NS = 2_000_000_000
 """A client that reads nothing of a full backlog for so long is cut off (promise 4)."""
 
+REQUESTS_PER_TURN = 16
+"""Frames of a pendant that are taken in a turn of the loop: the costliest, such as the check of a
+program, take two or three milliseconds, and the watchdog allows a hundred."""
+
 REPLY_BACKLOG = 256 * 1024
 """A client that asks but does not read is cut off at so many unread bytes."""
-
-MOST_DECODED = 1_024
-"""No more frames are decoded while so many wait for their turn; that a stop is seen among them."""
 
 
 class ClientConnection(asyncio.Protocol):
@@ -70,7 +67,6 @@ class ClientConnection(asyncio.Protocol):
         self._clients = clients
         self._transport: asyncio.Transport | None = None
         self._frame_begun: int | None = None
-        self._decoded: deque[Received] = deque()
         self._is_behind = False
         self._clogged_since: int | None = None
         self._is_ending = False
@@ -86,7 +82,12 @@ class ClientConnection(asyncio.Protocol):
         self.address = peer[0] if peer else ""
         prepare_socket(transport.get_extra_info("socket"))
         if self.port is Port.PENDANT:
-            self.wire = Connection(Role.SERVER, PENDANT, max_frame=MAX_PENDANT_FRAME)
+            self.wire = Connection(
+                Role.SERVER,
+                PENDANT,
+                max_frame=MAX_PENDANT_FRAME,
+                frames_per_call=REQUESTS_PER_TURN,
+            )
         else:
             known = self._clients.state_byte_order(self) if self.port is Port.ROS_STATE else None
             self.wire = Connection(
@@ -106,19 +107,14 @@ class ClientConnection(asyncio.Protocol):
             self._clients.failed(self, error, now)
 
     def _take(self, data: bytes, now: int) -> None:
-        """Decode what came and hand on as many messages as the turn of the loop has time for."""
+        """Decode what came and hand each message to the core, on this call stack."""
         wire = self.wire
         order = wire.byte_order
-        if data or len(self._decoded) < MOST_DECODED:
-            self._decoded = stops_first((*self._decoded, *wire.receive(data)))
-        has_any = bool(self._decoded)
-        if not self._hand_on(now):
-            return
-        if self._decoded:
-            # Nothing is read meanwhile, so that no begun frame can be completed.
-            self._frame_begun = None
-            self._yield_to_others()
-            return
+        complete = wire.receive(data)
+        for received in complete:
+            if self.is_closing:
+                return
+            self._clients.receive(self.session, received, now)
         if wire.fault is not None:
             self.close(str(wire.fault))
             return
@@ -128,28 +124,8 @@ class ClientConnection(asyncio.Protocol):
             self._yield_to_others()
         if not wire.partial:
             self._frame_begun = None
-        elif self._frame_begun is None or has_any:
+        elif self._frame_begun is None or complete:
             self._frame_begun = now
-
-    def _hand_on(self, now: int) -> bool:
-        """Hand decoded messages to the core until the turn is used up; False where we closed."""
-        clients, turns = self._clients, self._clients.turns
-        while self._decoded:
-            if self.is_closing:
-                self._decoded.clear()
-                return False
-            if self._waits_for_turn(self._decoded[0]):
-                break
-            received = self._decoded.popleft()
-            turns.handle(partial(clients.receive, self.session, received, now))
-        return True
-
-    def _waits_for_turn(self, received: Received) -> bool:
-        """Tell whether a message waits for the next turn; a controller's program never does."""
-        if self.port is not Port.PENDANT or is_prompt(received):
-            return False
-        clients = self._clients
-        return clients.journal.answer("spent", self.session, clients.turns.is_spent())
 
     @property
     def is_closing(self) -> bool:
@@ -161,13 +137,9 @@ class ClientConnection(asyncio.Protocol):
         return self._clients.journal.answer("gone", self.session, transport.is_closing())
 
     def _yield_to_others(self) -> None:
-        """Go on with the rest in the next turn of the loop, reading nothing before."""
-        if self._transport is None or self.is_closing:
-            return
-        self._transport.pause_reading()
-        if self.port is Port.PENDANT:
-            self._clients.turns.wait(self._go_on)
-        else:
+        """Go on with the rest of a large chunk in the next turn of the loop."""
+        if self._transport is not None and not self.is_closing:
+            self._transport.pause_reading()
             asyncio.get_running_loop().call_soon(self._go_on)
 
     def _go_on(self) -> None:
@@ -183,7 +155,6 @@ class ClientConnection(asyncio.Protocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Tell the core that the client is gone."""
         self._transport = None
-        self._decoded.clear()
         if exc is not None:
             log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, exc)
         self._clients.dismiss(self)

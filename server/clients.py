@@ -20,7 +20,6 @@ from .access.opening import exposure_of
 from .cells import Cells, Routed
 from .client_connection import ClientConnection
 from .core import Port
-from .loop_turns import LoopTurns
 from .refusal import Refusal
 from .settings import CellSettings
 from .turned_away import TurnedAway
@@ -35,7 +34,6 @@ class Clients:
     Attributes:
         by_session: the connections by their numbers.
         journal: tells the time of the event at hand.
-        turns: what pendants' requests use of the event loop.
     """
 
     def __init__(
@@ -59,7 +57,6 @@ class Clients:
         """
         self.by_session: dict[int, ClientConnection] = {}
         self.journal = journal
-        self.turns = LoopTurns()
         self._router = router
         self._settings = settings
         self._login = login

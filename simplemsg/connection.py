@@ -101,6 +101,7 @@ class Connection:
         byte_order: ByteOrder | None = None,
         real_size: int = 4,
         max_frame: int = MAX_REFERENCE_FRAME,
+        frames_per_call: int = FRAMES_PER_CALL,
     ) -> None:
         """Make a conversation that has not begun.
 
@@ -110,6 +111,7 @@ class Connection:
             byte_order: order of the wire; a server may leave it out and learn it.
             real_size: bytes of a real, 4 or 8.
             max_frame: largest frame to send or accept, prefix included.
+            frames_per_call: most frames that a call of `receive` returns, 1 or more.
 
         Raises:
             ValueError: a client without byte order, or a bound that leaves no room.
@@ -126,6 +128,7 @@ class Connection:
         self._dialect = dialect
         self._real_size = real_size
         self._max_frame = max_frame
+        self._frames_per_call = frames_per_call
         self._max_length = max_frame - PREFIX_SIZE
         self._pending = bytearray()
         self._needed = PREFIX_SIZE
@@ -147,7 +150,7 @@ class Connection:
         return bool(self._pending) and not self.more
 
     def receive(self, data: Bytes) -> list[Received]:
-        """Take bytes and return what they complete, at most 64 frames.
+        """Take bytes and return what they complete, at most `frames_per_call`.
 
         After a framing fault `fault` is set, nothing more is decoded and further bytes are
         dropped; what was complete before the fault is still returned. No more than one unfinished
@@ -197,7 +200,7 @@ class Connection:
                 break
             received.append(take(buffer[start:end], decode))
             start = end
-            if len(received) == FRAMES_PER_CALL:
+            if len(received) == self._frames_per_call:
                 self.more = start <= last_prefix
                 break
             known = usual.get(buffer[start : start + HEADER_SIZE])

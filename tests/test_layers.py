@@ -74,7 +74,6 @@ SHELLS = {
     "server/controller_connection.py",
     "server/event_loop.py",
     "server/listening.py",
-    "server/loop_turns.py",
     "server/planning/plan_store.py",
     "server/planning/pool.py",
     "server/planning/process.py",
@@ -91,7 +90,6 @@ SHELLS = {
     "simplemsg/journal_writer.py",
 }
 CLOCK_READERS = {
-    "server/loop_turns.py",  # what requests used of a turn of the loop
     "server/access/process_log.py",  # how many lines went out in the last second
     "server/watchdog/child.py",
     "server/watchdog/process.py",

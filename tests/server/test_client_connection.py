@@ -1,14 +1,19 @@
-"""The shell round a client's connection: what it says about a connection that was lost."""
+"""The shell round a client's connection: lost ones are logged, bursts taken in parts."""
 
 from __future__ import annotations
 
+import asyncio
 import logging
+import struct
 from unittest.mock import Mock
 
 import pytest
 
 from openpendant.server.client_connection import ClientConnection
 from openpendant.server.core import Port
+from openpendant.simplemsg import CommType, MsgType
+
+PING = struct.pack("<4i", 12, MsgType.PING, CommType.REQUEST, 0)
 
 
 @pytest.mark.parametrize(
@@ -23,3 +28,26 @@ def test_why_a_connection_was_lost_is_logged(
         client.connection_lost(reason)
     assert caplog.text.count("reset by peer") == said
     clients.dismiss.assert_called_once_with(client)
+
+
+@pytest.mark.asyncio
+@pytest.mark.parametrize(
+    ("port", "taken"), [(Port.PENDANT, [16, 32, 40]), (Port.ROS_MOTION, [40, 40, 40])]
+)
+async def test_a_pendants_burst_leaves_each_turn_of_the_loop_time_for_others(
+    port: Port, taken: list[int]
+) -> None:
+    clients, transport = Mock(), Mock()
+    clients.journal.is_kept = False
+    clients.journal.begin.return_value = 0
+    clients.journal.answer.side_effect = lambda kind, session, found: found
+    transport.get_extra_info.side_effect = {"peername": None, "socket": Mock()}.get
+    transport.is_closing.return_value = False
+    client = ClientConnection(clients, port)
+    client.connection_made(transport)
+    counts = []
+    client.data_received(PING * 40)
+    for _ in taken:
+        counts.append(clients.receive.call_count)
+        await asyncio.sleep(0)
+    assert counts == taken

@@ -163,6 +163,14 @@ def test_one_call_decodes_64_frames_and_says_that_there_are_more() -> None:
     assert connection.partial
 
 
+def test_whoever_wants_fewer_frames_at_once_gets_all_of_them_one_call_after_the_other() -> None:
+    connection = Connection(Role.SERVER, frames_per_call=16)
+    counts = [len(connection.receive(PING * 40))]
+    while connection.more:
+        counts.append(len(connection.receive(b"")))
+    assert counts == [16, 16, 8]
+
+
 def test_exactly_64_frames_leave_no_more() -> None:
     connection = _server()
     assert len(connection.receive(PING * 64)) == 64
