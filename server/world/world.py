@@ -258,7 +258,7 @@ class World:
         self._ground.awaited = self._being_read() or self._being_saved(_IN_ONE_TREE)
 
     def _being_read(self) -> str:
-        return f"the {', '.join(self._reading)} of the cell are being read" if self._reading else ""
+        return f"what is kept as {', '.join(self._reading)} is being read" if self._reading else ""
 
     def _being_saved(self, kinds: tuple[DocumentKind, ...]) -> str:
         """Return which of some kinds is being saved, in words; empty for none."""
