@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import dataclasses
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import Awaitable, Callable
 from contextlib import suppress
 
 import pytest
-import pytest_asyncio
-from scripted_pendant_server import ScriptedPendantServer, scripted_server
+from hanging_program import hang
+from scripted_pendant_server import ScriptedPendantServer
 
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import JogBeat, JogEnd, JogRelease, JogStart
@@ -26,25 +26,6 @@ pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
 
 HANG = 0.3
 """A program whose loop hangs so long has missed every deadline [s]."""
-
-
-@pytest_asyncio.fixture
-async def server() -> AsyncIterator[ScriptedPendantServer]:
-    async with scripted_server() as running:
-        yield running
-
-
-@pytest_asyncio.fixture
-async def pendant(server: ScriptedPendantServer) -> AsyncIterator[PendantClient]:
-    async with await PendantClient.connect("127.0.0.1", server.port) as connected:
-        await connected.next_state()
-        yield connected
-
-
-def hang(seconds: float) -> None:
-    """Let time pass without the event loop, as a program does that computes."""
-    loop = asyncio.get_running_loop()
-    loop._selector.now_ns += round(seconds * 1e9)  # type: ignore[attr-defined]
 
 
 async def refusal(call: Awaitable[object]) -> VerdictCode | int:

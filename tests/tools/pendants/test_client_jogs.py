@@ -5,11 +5,9 @@ from __future__ import annotations
 import asyncio
 import itertools
 import time
-from collections.abc import AsyncIterator
 
 import pytest
-import pytest_asyncio
-from scripted_pendant_server import ScriptedPendantServer, scripted_server
+from scripted_pendant_server import ScriptedPendantServer
 
 from openpendant.simplemsg.pendant import (
     JogBeat,
@@ -24,19 +22,6 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import Aborted, PendantClient, Refused, WrongArgument
 
 pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
-
-
-@pytest_asyncio.fixture
-async def server() -> AsyncIterator[ScriptedPendantServer]:
-    async with scripted_server() as running:
-        yield running
-
-
-@pytest_asyncio.fixture
-async def pendant(server: ScriptedPendantServer) -> AsyncIterator[PendantClient]:
-    async with await PendantClient.connect("127.0.0.1", server.port) as connected:
-        await connected.next_state()
-        yield connected
 
 
 async def test_a_press_quotes_the_newest_state_and_declares_its_deadline(

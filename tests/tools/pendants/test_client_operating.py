@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
 
 import pytest
-import pytest_asyncio
-from scripted_pendant_server import SESSION, ScriptedPendantServer, scripted_server
+from scripted_pendant_server import SESSION, ScriptedPendantServer
 
 from openpendant.simplemsg.pendant import (
     Authority,
@@ -34,19 +32,6 @@ from openpendant.tools.pendants.client import Aborted, PendantClient, Refused
 pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
 
 RELEASED, HELD, PANIC = EnablingPosition
-
-
-@pytest_asyncio.fixture
-async def server() -> AsyncIterator[ScriptedPendantServer]:
-    async with scripted_server() as running:
-        yield running
-
-
-@pytest_asyncio.fixture
-async def pendant(server: ScriptedPendantServer) -> AsyncIterator[PendantClient]:
-    async with await PendantClient.connect("127.0.0.1", server.port) as connected:
-        await connected.next_state()
-        yield connected
 
 
 def has_control(pendant: PendantClient) -> bool:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import ssl
-from collections.abc import AsyncIterator, Awaitable, Callable
+from collections.abc import Awaitable, Callable
 
 import pytest
-import pytest_asyncio
-from scripted_pendant_server import SESSION, ScriptedPendantServer, scripted_server
+from scripted_pendant_server import SESSION, ScriptedPendantServer
 
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import (
@@ -34,19 +33,6 @@ pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
 
 LONG = 300.0
 """A class that asks for dry runs waits so long, and longer [s]."""
-
-
-@pytest_asyncio.fixture
-async def server() -> AsyncIterator[ScriptedPendantServer]:
-    async with scripted_server() as running:
-        yield running
-
-
-@pytest_asyncio.fixture
-async def pendant(server: ScriptedPendantServer) -> AsyncIterator[PendantClient]:
-    async with await PendantClient.connect("127.0.0.1", server.port) as connected:
-        await connected.next_state()
-        yield connected
 
 
 def think(server: ScriptedPendantServer, kind: type[Message], seconds: float) -> None:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import itertools
-from collections.abc import AsyncIterator
 from typing import Any
 
 import pytest
-import pytest_asyncio
-from scripted_pendant_server import SESSION, ScriptedPendantServer, scripted_server
+from scripted_pendant_server import SESSION, ScriptedPendantServer
 
 from openpendant.simplemsg import Ping
 from openpendant.simplemsg.pendant import (
@@ -37,19 +35,6 @@ from openpendant.tools.pendants.client import (
 )
 
 pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
-
-
-@pytest_asyncio.fixture
-async def server() -> AsyncIterator[ScriptedPendantServer]:
-    async with scripted_server() as running:
-        yield running
-
-
-@pytest_asyncio.fixture
-async def pendant(server: ScriptedPendantServer) -> AsyncIterator[PendantClient]:
-    async with await PendantClient.connect("127.0.0.1", server.port) as connected:
-        await connected.next_state()
-        yield connected
 
 
 async def test_hello_says_cell_name_and_rate(server: ScriptedPendantServer) -> None:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator
 
 import pytest
-import pytest_asyncio
-from scripted_pendant_server import ScriptedPendantServer, scripted_server
+from hanging_program import hang
+from scripted_pendant_server import ScriptedPendantServer
 
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import JogBeat, JogEnd, JogRelease, JogStart
@@ -19,25 +18,6 @@ pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
 NEVER = 1e6
 VERDICT_WITHIN = 5.0
 """What a press has to be judged in, as the documentation says [s]."""
-
-
-@pytest_asyncio.fixture
-async def server() -> AsyncIterator[ScriptedPendantServer]:
-    async with scripted_server() as running:
-        yield running
-
-
-@pytest_asyncio.fixture
-async def pendant(server: ScriptedPendantServer) -> AsyncIterator[PendantClient]:
-    async with await PendantClient.connect("127.0.0.1", server.port) as connected:
-        await connected.next_state()
-        yield connected
-
-
-def hang(seconds: float) -> None:
-    """Let time pass without the event loop, as a program does that computes."""
-    loop = asyncio.get_running_loop()
-    loop._selector.now_ns += round(seconds * 1e9)  # type: ignore[attr-defined]
 
 
 def judge_late(server: ScriptedPendantServer, late: int, seconds: float) -> None:

@@ -1,0 +1,23 @@
+"""A scripted server and a pendant client on it, for the tests of the client library."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+
+import pytest_asyncio
+from scripted_pendant_server import ScriptedPendantServer, scripted_server
+
+from openpendant.tools.pendants.client import PendantClient
+
+
+@pytest_asyncio.fixture
+async def server() -> AsyncIterator[ScriptedPendantServer]:
+    async with scripted_server() as running:
+        yield running
+
+
+@pytest_asyncio.fixture
+async def pendant(server: ScriptedPendantServer) -> AsyncIterator[PendantClient]:
+    async with await PendantClient.connect("127.0.0.1", server.port) as connected:
+        await connected.next_state()
+        yield connected
