@@ -55,34 +55,36 @@ def test_a_program_takes_no_object_that_makes_too_many_pairs(cell: SurroundedCel
     assert cell.mathematics.scene.get("b0").link is None
 
 
-def test_a_stored_scene_that_is_too_large_is_not_in_force_after_a_start_and_that_is_told(
+@pytest.fixture
+def again(
     cell: SurroundedCell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+) -> Iterator[SurroundedCell]:
+    """Return the cell after a new start, for which its stored scene is too large."""
     cell.ask("scene.import", content=balls(20), expected_revision=0)
     cell.store.close()
     monkeypatch.setattr(robot_mathematics, "MOST_PAIRS", 100)
     again = SurroundedCell(tmp_path)
     again.report()
+    yield again
+    again.store.close()
+
+
+def test_a_stored_scene_that_is_too_large_is_not_in_force_after_a_start_and_that_is_told(
+    again: SurroundedCell,
+) -> None:
     problems = again.ask("frames.show")["problems"]
     assert "160 pairs" in problems["scene"]
     assert "100 at most" in problems["scene"]
     assert again.mathematics.scene.objects == ()
-    again.store.close()
 
 
 def test_nothing_moves_by_a_stored_scene_that_is_not_in_force_until_another_is_saved(
-    cell: SurroundedCell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    again: SurroundedCell,
 ) -> None:
-    cell.ask("scene.import", content=balls(20), expected_revision=0)
-    cell.store.close()
-    monkeypatch.setattr(robot_mathematics, "MOST_PAIRS", 100)
-    again = SurroundedCell(tmp_path)
-    again.report()
     assert "160 pairs" in again.cell.unread
     again.ask("scene.import", content=balls(3), expected_revision=1)
     assert again.cell.unread == ""
     assert again.ask("frames.show")["problems"] == {}
-    again.store.close()
 
 
 def test_another_tool_needs_no_new_model_of_the_same_scene(
