@@ -16,6 +16,7 @@ from foreign_robots import FOREIGN
 from urdf_files import written
 
 from openpendant.motion.cli import main as robots
+from openpendant.tools.demo import Interruptions
 from openpendant.tools.packets.rerun import main as rerun
 
 pytestmark = pytest.mark.realtime
@@ -105,10 +106,15 @@ def left_over(mark: str) -> dict[int, str]:
 def mark(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
     monkeypatch.setenv("OPENPENDANT_DEMO_TEST", str(tmp_path))
     mark = f"OPENPENDANT_DEMO_TEST={tmp_path}"
-    # Tests in the background of a shell inherit an ignored SIGINT and would hand it down.
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    # Tests in the background of a shell inherit an ignored SIGINT, those under nohup an ignored
+    # SIGHUP, and would hand it down. What is handled here has its default in the demo.
+    before = [
+        (signal.SIGINT, signal.signal(signal.SIGINT, signal.default_int_handler)),
+        (signal.SIGHUP, signal.signal(signal.SIGHUP, lambda number, frame: None)),
+    ]
     yield mark
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before:
+        signal.signal(number, handler)
     for pid in processes_marked(mark).keys() - {os.getpid()}:
         os.kill(pid, signal.SIGKILL)
 
@@ -148,6 +154,17 @@ def test_a_signal_ends_the_demo_and_all_its_processes(
     assert demo.wait(PATIENCE) == 128 + number
     assert left_over(mark) == {}
     assert "Traceback" not in (tmp_path / "stderr").read_text()
+
+
+def test_a_signal_that_is_ignored_stays_ignored_as_nohup_wants() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with Interruptions().installed():
+            assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+            assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
 
 
 @linux_only
