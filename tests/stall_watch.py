@@ -7,20 +7,33 @@ import subprocess
 import sys
 import time
 
-_WATCH = """
+NOTED = 0.02
+"""Lateness from which on it is told [s]."""
+
+_WATCH = f"""
 import time
+asleep = 0.01
 last = time.monotonic()
 while True:
-    time.sleep(0.01)
+    time.sleep(asleep)
     now = time.monotonic()
-    if now - last >= 0.03:
-        print(now, now - last, flush=True)
+    if now - last - asleep >= {NOTED}:
+        print(last + asleep, now, flush=True)
     last = now
 """
 
+_TELLING = 0.03
+"""What holds the process up at this moment it can only tell afterwards [s]."""
+
 
 class StallWatch:
-    """An idle control beside tests on the real clock: a process that sleeps 10 ms at a time."""
+    """An idle control beside tests on the real clock: a process that sleeps 10 ms at a time.
+
+    It has the priority of whoever starts it.
+
+    Attributes:
+        pid: its process id.
+    """
 
     def __init__(self) -> None:
         """Start it."""
@@ -28,23 +41,32 @@ class StallWatch:
             [sys.executable, "-I", "-S", "-c", _WATCH], stdout=subprocess.PIPE
         )
         assert self._process.stdout is not None
+        self.pid = self._process.pid
         self._told = self._process.stdout.fileno()
         os.set_blocking(self._told, False)
         self._rest = b""
         self._stalls: list[tuple[float, float]] = []
 
-    def worst_since(self, began: float) -> float:
-        """Return the longest wait that ended after a time of the monotonic clock [s].
+    def now(self) -> float:
+        """Return the time of the clock that it goes by [s]."""
+        return time.monotonic()
 
-        Waits of less than 30 ms are not counted.
-        """
-        now = time.monotonic()
+    def stalls(self, more_than: float) -> list[tuple[float, float]]:
+        """Return when it was due and when it was woken [s], each time it was later than so much."""
+        time.sleep(_TELLING)
         while chunk := self._read():
             *lines, self._rest = (self._rest + chunk).split(b"\n")
             for line in lines:
-                ended, took = map(float, line.split())
-                self._stalls.append((ended, took))
-        return max((took for ended, took in self._stalls if began <= ended <= now), default=0.0)
+                due, woke = map(float, line.split())
+                self._stalls.append((due, woke))
+        return [(due, woke) for due, woke in self._stalls if woke - due > more_than]
+
+    def worst_since(self, began: float) -> float:
+        """Return by how much the latest wake-up since a time of the clock was late [s].
+
+        Lateness of less than `NOTED` is none.
+        """
+        return max((woke - due for due, woke in self.stalls(0.0) if woke >= began), default=0.0)
 
     def _read(self) -> bytes:
         try:
