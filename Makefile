@@ -61,17 +61,18 @@ format: $(VENV)/dev.stamp
 	$(PY) -m ruff check --fix .
 	$(PY) -m ruff format .
 
-## soak     the long tests: thousands of random examples each, and tests marked soak
+## soak     the long tests: thousands of random examples each, tests marked soak, and every promise
 soak: $(VENV)/dev.stamp
-	$(PY) -m pytest -m "soak or hypothesis" --hypothesis-profile=soak --timeout=3600 $(PYTEST_ARGS)
+	$(PY) -m pytest -m "soak or hypothesis or promise" --hypothesis-profile=soak --timeout=3600 $(PYTEST_ARGS)
 
 ## fuzz     atheris on decoder, connection, JSON bodies and capture loader, FUZZ_SECONDS=60 in all
 fuzz: $(VENV)/fuzz.stamp
 	$(PY) tests/fuzz/run.py --seconds $(FUZZ_SECONDS)
 
-## reference  write docs/protocol.md and docs/generated anew from the declarations
+## reference  write docs/protocol.md, docs/generated and the tables of docs/promises.md anew
 reference: $(VENV)/dev.stamp
 	$(PY) -m openpendant.tools.reference
+	$(PY) tests/promise_page.py
 
 ## clean    remove the environment and everything generated
 clean:

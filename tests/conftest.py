@@ -6,13 +6,17 @@ import asyncio
 import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 
 import pytest
 from busy_machine import Attempts
 from hypothesis import HealthCheck, settings
+from promise_table import tests_of_promises
 from virtual_clock import VirtualLoop
 
 from openpendant.server.store.location import STORE_VARIABLE
+
+TESTS = Path(__file__).parent
 
 # The same examples in every run, and no deadline: a busy machine is not a failing test.
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=40)
@@ -27,8 +31,27 @@ settings.load_profile("repeatable")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Have tests on the real clock tried again."""
+    """Have tests on the real clock tried again, and those of promises marked."""
     config.pluginmanager.register(Attempts(), "attempts")
+    config.pluginmanager.register(PromisesMarked(), "promises")
+
+
+class PromisesMarked:
+    """Plugin of pytest: marks the tests that the table of promises names, before any are chosen."""
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Mark them."""
+        named = tests_of_promises()
+        for item in items:
+            file = item.path.relative_to(TESTS).as_posix()
+            if file in named or f"{file}::{_defined_as(item)}" in named:
+                item.add_marker(pytest.mark.promise)
+
+
+def _defined_as(item: pytest.Item) -> str:
+    """Return the name at the top of its file that a test is collected from."""
+    return item.nodeid.partition("::")[2].partition("::")[0].partition("[")[0]
 
 
 @pytest.hookimpl(trylast=True)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from promise_table import figure
 
 from openpendant.motion.collision import CollisionModel
 from openpendant.motion.jog import Jogger, JogStep, JogTarget
@@ -22,7 +23,8 @@ from openpendant.motion.tool_speed import elbow_link
 
 Array = NDArray[np.float64]
 
-POINT_LIMIT = 0.25 * (1.0 + 1e-6)
+POINT_LIMIT = figure(12, "speed").bound / 1e3 * (1.0 + figure(12, "excess").bound)
+CLEAR = figure(16, "clear").bound / 1e3
 NOISE = 5e-5
 
 
@@ -149,7 +151,7 @@ class Referee:
             self._floor = self.collision.clearances(np.array(self.position))
         # What was nearer than 5 mm may only part: it never comes nearer than it was, but for the
         # curvature between two looks.
-        floor = np.minimum(self._floor, 0.005)
+        floor = np.minimum(self._floor, CLEAR)
         for pair in np.flatnonzero(now < floor - NOISE).tolist():
             names = self.collision.pairs[pair]
             self.faults.append(f"{names} are {now[pair]} m apart, {floor[pair]} before")

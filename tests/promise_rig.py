@@ -14,94 +14,27 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from busy_machine import SCALE
+from promise_figures import Figures
 from recording_controller import RecordingController
 from wire_pendant import WirePendant
 
 from openpendant.tools.bench.jogging_pendants import lateness
 
-SLACK = 3.0
-"""Times the bound in `make test`, where a few trials run on a machine that does other things."""
-
-_ENOUGH = 120
-"""Of so many trials the 99th percentile is not the greatest."""
-
 _TURN = 0.01
 """Between two measurements of the idle control while ticks are watched, less where asked [s]."""
 
+_SLICE = 0.5
+"""Ticks of so long are void together [s]."""
+
+PRIORITY = 0
+"""Niceness of the server: that of the idle control, and of all else that the tests start."""
+
 _PEERS = Path(__file__).with_name("promise_peers.py")
-
-
-@dataclass
-class Figures:
-    """Delays of one kind [ms], and those of the idle control in the same run."""
-
-    name: str
-    delays: list[float] = field(default_factory=list)
-    idle: list[float] = field(default_factory=list)
-
-    def need_more(self, trials: int, bound: float, slack: float = 1.0) -> bool:
-        """Tell whether there are too few trials to judge.
-
-        The 99th percentile of a hundred or fewer is the greatest of them: where that alone is over
-        its bound [ms], there are more trials, until one of them does not decide any more.
-        """
-        count = len(self.delays)
-        if count < trials:
-            return True
-        return count < _ENOUGH and _p99(self.delays) > bound * slack * SCALE
-
-    def judge(self, bound: float, *, slack: float = 1.0, most: float | None = None) -> None:
-        """Print all figures; fail where the 99th percentile, or the most, is over its bound [ms].
-
-        The idle control excuses nothing: it is told beside, so that a machine that was busy with
-        something else is not mistaken for a slow server.
-        """
-        said = f"{self.name}: {_figures(self.delays)}; idle control {_figures(self.idle)} ms"
-        said += f"; p99 {_p99(self.delays) / _p99(self.idle):.1f} times the idle control's"
-        tell(said)
-        allowed = bound * slack * SCALE
-        assert _p99(self.delays) <= allowed, f"{said}; allowed: p99 {allowed:g} ms"
-        if most is not None:
-            allowed = most * slack * SCALE
-            assert max(self.delays) <= allowed, f"{said}; allowed: max {allowed:g} ms"
-
-
-class Void:
-    """Trials that a busy machine made void before they began; to five that count, one at most.
-
-    Attributes:
-        count: how many there were.
-    """
-
-    def __init__(self, figures: Figures, trials: int) -> None:
-        self.count = 0
-        self._figures = figures
-        self._trials = trials
-
-    def add(self) -> None:
-        """Count one more; fail where there are too many for the trials that there are to be."""
-        self.count += 1
-        most = max(self._trials, len(self._figures.delays)) // 5
-        assert self.count <= most, f"{self._figures.name}: {self.count} trials were void"
-
-
-def tell(text: str) -> None:
-    """Write figures where `pytest -s` and the report of a failure show them."""
-    sys.stdout.write(f"{text}\n")
-
-
-def _p99(values: list[float]) -> float:
-    return sorted(values)[len(values) * 99 // 100]
-
-
-def _figures(values: list[float]) -> str:
-    middle = sorted(values)[len(values) // 2]
-    return f"p50 {middle:.2f} p99 {_p99(values):.2f} max {max(values):.2f} (n={len(values)})"
 
 
 @dataclass
@@ -163,13 +96,19 @@ class PromiseRig:
         pendant.ticks.clear()
         latest = 0.0
         until = time.monotonic() + seconds
+        slice_began = time.monotonic_ns()
         while (began := time.monotonic()) < until:
             if meanwhile is not None:
                 meanwhile()
             pendant.listen(turn)
             figures.idle.append(self.idle_delay())
             latest = max(latest, time.monotonic() - began - turn)
-        figures.delays += [late / 1e6 for late in lateness(pendant.ticks)]
+            if time.monotonic_ns() - slice_began > _SLICE * 1e9:
+                figures.take(slice_began, *_late(pendant.ticks))
+                # The last one stays, so that no silence falls between two slices.
+                pendant.ticks[:-1] = []
+                slice_began = time.monotonic_ns()
+        figures.take(slice_began, *_late(pendant.ticks))
         return latest * 1e3
 
 
@@ -205,6 +144,11 @@ def promise_rig(folder: Path, **settings: Any) -> Iterator[PromiseRig]:
         )
 
 
+def _late(ticks: list[int]) -> list[float]:
+    """Return how late ticks were [ms]; none of fewer than two, between which there is no rhythm."""
+    return [late / 1e6 for late in lateness(ticks)] if len(ticks) > 1 else []
+
+
 def _config(controller: RecordingController, folder: Path, settings: dict[str, Any]) -> str:
     listen = {
         "pendant_port": 0,
@@ -220,7 +164,7 @@ def _config(controller: RecordingController, folder: Path, settings: dict[str, A
     }
     for table, values in settings.items():
         tables.setdefault(table, {}).update(values)
-    lines = ['robot = "ur5"']
+    lines = ['robot = "ur5"', f"niceness = {PRIORITY}"]
     for table, values in tables.items():
         lines += [f"[{table}]", *(f"{key} = {json.dumps(value)}" for key, value in values.items())]
     return "\n".join(lines) + "\n"

@@ -81,3 +81,11 @@ def figure(row: int | str, name: str) -> Figure:
         KeyError: there is none of that name.
     """
     return figures(row)[name]
+
+
+def tests_of_promises() -> frozenset[str]:
+    """Return all tests that the table names: files, and `file::name`."""
+    scales = ("virtual", "sockets", "soak")
+    return frozenset(
+        test for entry in table().values() for scale in scales for test in entry.get(scale, ())
+    )

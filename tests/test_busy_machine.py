@@ -1,4 +1,4 @@
-"""Tests on the real clock are tried again where the machine was late, openly, and nothing else is."""
+"""Tests on the real clock are tried again where the machine was late, openly; no other is."""
 
 from __future__ import annotations
 

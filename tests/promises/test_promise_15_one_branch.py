@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from promise_rig import tell
+from promise_figures import tell
 
 from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.robot import serial_robot

@@ -14,12 +14,16 @@ import pytest
 from app_on_loop import app_on_loop, said, until
 from hypothesis import given
 from hypothesis import strategies as st
+from promise_table import figure
 
-from openpendant.server.accept_rate import BURST, PER_SECOND, AcceptRate
-from openpendant.server.listening import BACKLOG, EXHAUSTED_PAUSE, Listening
+from openpendant.server.accept_rate import AcceptRate
+from openpendant.server.listening import Listening
 
 MS = 1_000_000
-INTERVAL = 1_000 // PER_SECOND * MS
+BURST, PER_SECOND = figure(20, "burst").count, figure(20, "rate").count
+INTERVAL = figure(20, "interval").ns
+BACKLOG = figure(20, "queue").count
+EXHAUSTED_PAUSE = figure(21, "pause").seconds
 START = 5_000_000_000
 
 

@@ -1,31 +1,36 @@
-"""Every promise has its tests, they exist, and they say which promise they show."""
+"""Every promise has its tests, they exist and say which; page, table and tests have one number."""
 
 from __future__ import annotations
 
 import ast
 import re
-import tomllib
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
+import promise_page
 import pytest
+from promise_table import COMMON, Figure, figures, table
 
 TESTS = Path(__file__).parent.parent
-PAGE = TESTS.parent / "docs" / "promises.md"
-TABLE: dict[str, dict[str, list[str]]] = tomllib.loads(
-    (Path(__file__).parent / "table.toml").read_text(encoding="utf-8")
-)
+MAKEFILE = TESTS.parent / "Makefile"
 
-PROMISED = {*range(1, 5), *range(11, 25), *range(26, 33)}
-"""Those that are kept by what there is now; 5 to 10 and 25 belong to links and serial lines."""
+PROMISED = {*range(1, 25), *range(26, 33)}
+"""Those of the first versions; 25 belongs to serial lines."""
 
-SCALES = {"virtual", "sockets", "soak"}
+SCALES = ("virtual", "sockets", "soak")
+TEXTS = ("when", "then", "exact_bound", "socket_bound")
 
 NAMED = [
-    pytest.param(int(number), test, id=f"{number}: {test.rpartition('::')[2]}")
-    for number, scales in TABLE.items()
-    for tests in scales.values()
-    for test in tests
+    pytest.param(row, test, id=f"{row}: {test.rpartition('::')[2]}")
+    for row, entry in table().items()
+    for scale in SCALES
+    for test in entry.get(scale, ())
+]
+FIGURES = [
+    pytest.param(row, name, promised, id=f"{row}: {name}")
+    for row in table()
+    for name, promised in figures(row).items()
 ]
 
 
@@ -57,34 +62,119 @@ def says(text: str, number: int) -> bool:
     return False
 
 
-def test_each_promise_has_tests_at_exact_scale_and_no_other_row_is_there() -> None:
-    assert {int(number) for number in TABLE} == PROMISED
-    for number, scales in TABLE.items():
-        assert set(scales) <= SCALES, number
-        assert scales["virtual"], number
+def texts(row: str) -> list[str]:
+    entry = table()[row]
+    names = ("method", "besides") if row == COMMON else TEXTS
+    return [*(entry.get(name, "") for name in names), *entry.get("notes", ())]
 
 
-@pytest.mark.parametrize(("number", "test"), NAMED)
-def test_a_test_that_is_named_exists_and_names_its_promise(number: int, test: str) -> None:
+def reads(tree: ast.Module) -> Iterator[tuple[str, str]]:
+    """Yield which figures a file reads, by row and name."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Call(func=ast.Name(id="figure"), args=[ast.Constant(row), ast.Constant(name)]):
+                yield str(row), str(name)
+            case ast.Call(func=ast.Name(id="figure"), args=[ast.Name(), ast.Constant(name)]):
+                yield COMMON, str(name)
+
+
+@cache
+def readers() -> dict[tuple[str, str], set[str]]:
+    """Return which files read a figure."""
+    found: dict[tuple[str, str], set[str]] = {}
+    for path in sorted(TESTS.rglob("*.py")):
+        file = path.relative_to(TESTS).as_posix()
+        for read in reads(parsed(file)):
+            found.setdefault(read, set()).add(file)
+    return found
+
+
+def test_each_promise_has_tests_at_exact_scale() -> None:
+    assert set(promise_page.rows()) >= PROMISED
+    for row in promise_page.rows():
+        assert table()[str(row)]["virtual"], row
+
+
+@pytest.mark.parametrize("row", list(table()))
+def test_an_entry_holds_nothing_that_nobody_reads(row: str) -> None:
+    known = {*TEXTS, *SCALES, "notes", "figures"}
+    assert set(table()[row]) <= (known | {"method", "besides"} if row == COMMON else known)
+
+
+@pytest.mark.parametrize("row", list(table()))
+def test_the_page_says_no_number_that_is_not_a_figure(row: str) -> None:
+    """But for the length of a tick at the default rate, and words such as T1."""
+    for text in texts(row):
+        allowed = r"\{\w+\}|\bT1\b|99th|10 ms at the default 100 Hz|row \d+"
+        without = re.sub(allowed, "", text)
+        assert not re.search(r"\d", without), text
+
+
+@pytest.mark.parametrize(("row", "name", "promised"), FIGURES)
+def test_a_figure_is_on_the_page_and_asserted_by_a_test_of_its_row(
+    row: str, name: str, promised: Figure
+) -> None:
+    assert any(f"{{{name}}}" in text for text in texts(row)), "the page does not say it"
+    files = readers().get((row, name), set())
+    helpers = {file for file in files if not Path(file).name.startswith("test_")}
+    named = {test.partition("::")[0] for scale in SCALES for test in table()[row].get(scale, ())}
+    assert files & (named | helpers), f"no test of row {row} reads it; {sorted(files)} do"
+    assert promised.trials >= 0
+
+
+@pytest.mark.parametrize("reading", sorted(readers()), ids=": ".join)
+def test_what_a_test_reads_is_a_figure(reading: tuple[str, str]) -> None:
+    row, name = reading
+    assert name in figures(row)
+
+
+def test_the_page_is_what_the_table_says() -> None:
+    page = promise_page.PAGE.read_text(encoding="utf-8")
+    assert page == promise_page.written_anew(page), "write it anew: make reference"
+
+
+@pytest.mark.parametrize(
+    ("promised", "text"),
+    [
+        (Figure(20, "ms"), "20 ms"),
+        (Figure(1_024), "1,024"),
+        (Figure(2.5), "2.5"),
+        (Figure(1e-6), "10⁻⁶"),
+        (Figure(1, "tick"), "1 tick"),
+        (Figure(2, "tick"), "2 ticks"),
+        (Figure(250, "mm/s"), "250 mm/s"),
+    ],
+)
+def test_a_figure_is_printed_with_its_unit(promised: Figure, text: str) -> None:
+    assert promise_page.printed(promised) == text
+
+
+def test_the_soak_runs_every_test_of_the_table_in_one_process() -> None:
+    (line,) = [
+        line for line in MAKEFILE.read_text(encoding="utf-8").splitlines() if "profile=soak" in line
+    ]
+    assert '-m "soak or hypothesis or promise"' in line
+    assert "--numprocesses" not in line
+
+
+@pytest.mark.parametrize(("row", "test"), NAMED)
+def test_a_test_that_is_named_exists_and_names_its_promise(row: str, test: str) -> None:
     file, _, name = test.partition("::")
     tree = parsed(file)
     about_file = ast.get_docstring(tree) or ""
+    found = defined(tree).get(name)
+    assert found is not None or not name, f"{file} has no {name}"
+    if row == COMMON:
+        return
+    number = int(row)
     if not name:
         source = (TESTS / file).read_text(encoding="utf-8")
         assert says(source, number), f"{file} does not name promise {number}"
         return
-    found = defined(tree).get(name)
-    assert found is not None, f"{file} has no {name}"
     about = ""
     if isinstance(found, ast.FunctionDef | ast.AsyncFunctionDef):
         about = ast.get_docstring(found) or ""
     assert any(says(text, number) for text in (name, about, about_file)), test
-
-
-@pytest.mark.parametrize("number", sorted(PROMISED))
-def test_the_page_for_users_has_a_row_for_each(number: int) -> None:
-    page = PAGE.read_text(encoding="utf-8")
-    assert re.search(rf"^\| {number} \|", page, re.MULTILINE), number
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,7 @@
 """Promises 1, 2, 18 to 21, and the press that begins a motion, measured where bytes arrive.
 
 A recording controller stands between server and emulated robot; each trial is measured there, and
-beside each an event loop that has nothing to do. `make test` allows three times the bound over few
-trials, `make soak` the bound over a thousand.
+beside each an event loop that has nothing to do. Bounds and trials are those of the table.
 """
 
 from __future__ import annotations
@@ -18,7 +17,9 @@ from pathlib import Path
 
 import pytest
 from busy_machine import SCALE
-from promise_rig import SLACK, Figures, PromiseRig, Void, promise_rig, tell
+from promise_figures import Figures, Void, tell, trials_of
+from promise_rig import PromiseRig, promise_rig
+from promise_table import COMMON, figure
 from recording_controller import Arrival
 from wire_pendant import WirePendant
 
@@ -37,17 +38,22 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 pytestmark = [pytest.mark.realtime, pytest.mark.timeout(3_600)]
 
-LISTENERS = 200
+LISTENERS = figure(19, "listeners").count
 LISTENER_RATE = 25.0
 
-FEW, MANY = 20, 1_000
-TRIALS = [
-    pytest.param(FEW, SLACK, id="few"),
-    pytest.param(MANY, 1.0, id="many", marks=pytest.mark.soak),
-]
+RAMP, STOPPED = figure(1, "late"), figure(2, "stop")
+PRESSED, REFUSED = figure(COMMON, "press"), figure(18, "refused")
+OBSERVED_STOP = figure(19, "stop")
 
 BY_DEADLINE = 150.0
 """The deadline that a press declares [ms]."""
+
+STORMED = figure(20, "late")
+STORM = 2.0
+"""How long a storm lasts [s]."""
+
+MOST_ENDED_EARLY = 2
+"""So many storms may end a jog on a machine that was late."""
 
 MACHINE_LATE = 25.0 * SCALE
 """A machine that delays others so long can end a jog: half of what points are sent ahead [ms]."""
@@ -143,7 +149,7 @@ def lose(rig: PromiseRig, end: End, chance: random.Random, trial: int) -> int:
     return now
 
 
-@pytest.mark.parametrize(("trials", "slack"), TRIALS)
+@pytest.mark.parametrize(("trials", "slack"), trials_of(STOPPED))
 @pytest.mark.parametrize("end", End)
 def test_promise_2_a_lost_connection_stops_within_20_ms(
     rig: PromiseRig, end: End, trials: int, slack: float
@@ -151,19 +157,19 @@ def test_promise_2_a_lost_connection_stops_within_20_ms(
     chance = random.Random(2)
     figures = Figures(f"promise 2, {end.value}")
     void = Void(figures, trials)
-    while figures.need_more(trials, 20.0, slack):
+    while figures.need_more(trials, STOPPED.ms, slack):
         ended = lose(rig, end, chance, len(figures.delays) + void.count)
         stop = rig.controller.first(is_stop, ended, 1.0)
         if stop is None:
             no_motion(rig, ended)
             void.add()
             continue
-        figures.delays.append((stop.time - ended) / 1e6)
+        figures.take(ended, (stop.time - ended) / 1e6)
         figures.idle.append(rig.idle_delay())
-    figures.judge(20.0, slack=slack)
+    figures.judge(STOPPED.ms, slack=slack)
 
 
-@pytest.mark.parametrize(("trials", "slack"), TRIALS)
+@pytest.mark.parametrize(("trials", "slack"), trials_of(RAMP))
 def test_promise_1_a_silent_press_ramps_down_by_its_deadline_and_two_ticks(
     rig: PromiseRig, trials: int, slack: float
 ) -> None:
@@ -173,7 +179,7 @@ def test_promise_1_a_silent_press_ramps_down_by_its_deadline_and_two_ticks(
     void = Void(figures, trials)
     pendant = rig.pendant("silent")
     pendant.take_control()
-    while figures.need_more(trials, 20.0, slack):
+    while figures.need_more(trials, RAMP.ms, slack):
         hold_key(rig, pendant, chance, len(figures.delays))
         last_beat = pendant.beat()
         pendant.beats = False
@@ -185,13 +191,13 @@ def test_promise_1_a_silent_press_ramps_down_by_its_deadline_and_two_ticks(
             no_motion(rig, last_beat)
             void.add()
             continue
-        figures.delays.append((ramp.time - last_beat) / 1e6 - BY_DEADLINE)
+        figures.take(last_beat, (ramp.time - last_beat) / 1e6 - BY_DEADLINE)
         figures.idle.append(rig.idle_delay())
     pendant.close()
-    figures.judge(20.0, slack=slack)
+    figures.judge(RAMP.ms, slack=slack)
 
 
-@pytest.mark.parametrize(("trials", "slack"), TRIALS)
+@pytest.mark.parametrize(("trials", "slack"), trials_of(PRESSED))
 def test_a_press_changes_the_set_point_within_30_ms(
     rig: PromiseRig, trials: int, slack: float
 ) -> None:
@@ -200,7 +206,7 @@ def test_a_press_changes_the_set_point_within_30_ms(
     void = Void(figures, trials)
     pendant = rig.pendant("presser")
     pendant.take_control()
-    while figures.need_more(trials, 30.0, slack):
+    while figures.need_more(trials, PRESSED.ms, slack):
         pendant.listen(chance.random() * 0.02)
         before = len(pendant.got)
         pressed = pendant.press(0.5 if len(figures.delays) % 2 else -0.5)
@@ -213,14 +219,14 @@ def test_a_press_changes_the_set_point_within_30_ms(
             void.add()
             pendant.come_to_rest()
             continue
-        figures.delays.append((moved.time - pressed) / 1e6)
+        figures.take(pressed, (moved.time - pressed) / 1e6)
         figures.idle.append(rig.idle_delay())
         pendant.come_to_rest()
     pendant.close()
-    figures.judge(30.0, slack=slack)
+    figures.judge(PRESSED.ms, slack=slack)
 
 
-@pytest.mark.parametrize(("trials", "slack"), TRIALS)
+@pytest.mark.parametrize(("trials", "slack"), trials_of(OBSERVED_STOP))
 def test_promise_19_a_stop_passes_200_listeners_and_a_planning_job_within_20_ms(
     tmp_path: Path, trials: int, slack: float
 ) -> None:
@@ -232,18 +238,18 @@ def test_promise_19_a_stop_passes_200_listeners_and_a_planning_job_within_20_ms(
         observer = rig.pendant("observer", rate=0.0)
         pendant = rig.pendant("mover")
         pendant.take_control()
-        while figures.need_more(trials, 20.0, slack):
+        while figures.need_more(trials, OBSERVED_STOP.ms, slack):
             hold_key(rig, pendant, chance, len(figures.delays))
             asked = observer.stop()
             stop = rig.controller.first(is_stop, asked)
             assert stop is not None
-            figures.delays.append((stop.time - asked) / 1e6)
+            figures.take(asked, (stop.time - asked) / 1e6)
             figures.idle.append(rig.idle_delay())
             pendant.come_to_rest()
             observer.listen(0.001)
             assert pendant.reset() is VerdictCode.ACCEPTED
             pendant.wait_until(lambda state: state.stop == StopKind.NONE)
-    figures.judge(20.0, slack=slack, most=50.0)
+    figures.judge(OBSERVED_STOP.ms, slack=slack, most=figure(19, "most").ms)
 
 
 def test_promise_18_of_thirty_that_ask_at_once_one_gets_it_and_the_others_hear_who(
@@ -265,23 +271,23 @@ def test_promise_18_of_thirty_that_ask_at_once_one_gets_it_and_the_others_hear_w
         pendant.close()
 
 
-@pytest.mark.parametrize(("trials", "slack"), TRIALS)
+@pytest.mark.parametrize(("trials", "slack"), trials_of(REFUSED))
 def test_promise_18_a_second_one_is_refused_within_20_ms(
     rig: PromiseRig, trials: int, slack: float
 ) -> None:
     figures = Figures("promise 18, request to refusal")
     holder, second = rig.pendant("holder"), rig.pendant("second", rate=0.0)
     holder.take_control()
-    while figures.need_more(trials, 20.0, slack):
+    while figures.need_more(trials, REFUSED.ms, slack):
         holder.listen(0.01)
         asked = time.monotonic_ns()
         code = second.verdict(Authority(second.request(), AuthorityAction.REQUEST))
-        figures.delays.append((time.monotonic_ns() - asked) / 1e6)
+        figures.take(asked, (time.monotonic_ns() - asked) / 1e6)
         figures.idle.append(rig.idle_delay())
         assert code is VerdictCode.HELD_BY_OTHER
     holder.close()
     second.close()
-    figures.judge(20.0, slack=slack)
+    figures.judge(REFUSED.ms, slack=slack)
 
 
 def broke_off_late(message: Message) -> bool:
@@ -302,16 +308,17 @@ def is_jogging(pendant: WirePendant) -> bool:
     return pendant.state.activity == Activity.JOGGING
 
 
-def storm_on_jog(rig: PromiseRig, pendant: WirePendant, figures: Figures) -> float:
-    """Hold a key in a storm for two seconds; return how late the machine let others be [ms]."""
+def storm_on_jog(rig: PromiseRig, pendant: WirePendant, figures: Figures, seconds: float) -> float:
+    """Hold a key in a storm; return how late the machine let others be [ms]."""
     with rig.storm():
         pendant.hold_anew()
         pendant.press(0.3)
-        return rig.watch_ticks(pendant, 2.0, figures)
+        return rig.watch_ticks(pendant, seconds, figures)
 
 
+@pytest.mark.parametrize(("trials", "slack"), trials_of(STORMED))
 def test_promise_20_a_storm_of_connections_neither_delays_ticks_nor_ends_a_jog(
-    rig: PromiseRig,
+    rig: PromiseRig, trials: int, slack: float
 ) -> None:
     """Ticks count whatever became of the jog.
 
@@ -321,29 +328,34 @@ def test_promise_20_a_storm_of_connections_neither_delays_ticks_nor_ends_a_jog(
     figures = Figures("promise 20, ticks late in a storm")
     pendant = rig.pendant("in the storm")
     pendant.take_control()
-    for _ in range(3):
-        latest = storm_on_jog(rig, pendant, figures)
+    held = ended_early = 0
+    while figures.need_more(trials, STORMED.ms, slack) or not held:
+        latest = storm_on_jog(rig, pendant, figures, STORM)
         if is_jogging(pendant):
-            break
-        said = f"the machine was {latest:.1f} ms late at most; {pendant.got[-4:]}"
-        assert any(broke_off_late(each) for each in pendant.got[-4:]), said
-        assert latest > MACHINE_LATE, said
-        tell(f"promise 20, another run: {said}")
+            held += 1
+        else:
+            said = f"the machine was {latest:.1f} ms late at most; {pendant.got[-4:]}"
+            assert any(broke_off_late(each) for each in pendant.got[-4:]), said
+            assert latest > MACHINE_LATE, said
+            ended_early += 1
+            assert ended_early <= MOST_ENDED_EARLY, said
+            tell(f"promise 20, another run: {said}")
         pendant.come_to_rest()
-    assert is_jogging(pendant), (latest, pendant.got[-4:])
-    pendant.come_to_rest()
     pendant.close()
-    figures.judge(10.0, slack=SLACK)
+    figures.judge(STORMED.ms, slack=slack)
 
 
 @pytest.mark.soak
 def test_promise_21_a_jog_goes_on_beside_a_thousand_idle_connections(tmp_path: Path) -> None:
-    figures = Figures("promise 21, ticks late beside 1,000")
-    with promise_rig(tmp_path, listen={"max_connections": 1_024}) as rig:
-        rig.beside("listeners", 1_000, 0.0)
+    figures, late = Figures("promise 21, ticks late beside 1,000"), figure(21, "late")
+    with promise_rig(tmp_path, listen={"max_connections": figure(21, "most").count}) as rig:
+        rig.beside("listeners", figure(21, "crowd").count, 0.0)
         pendant = rig.pendant("one more")
         pendant.take_control()
-        pendant.press(-0.3)
-        rig.watch_ticks(pendant, 5.0, figures)
-        assert is_jogging(pendant)
-    figures.judge(10.0)
+        while figures.need_more(late.trials, late.ms):
+            pendant.hold_anew()
+            pendant.press(0.3 if len(figures.delays) % 200 < 100 else -0.3)
+            rig.watch_ticks(pendant, 1.0, figures)
+            assert is_jogging(pendant)
+            pendant.come_to_rest()
+    figures.judge(late.ms)

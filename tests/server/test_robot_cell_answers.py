@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from promise_table import figure
 from robot_cell_situations import (
     GOAL,
     codes,
@@ -18,7 +19,7 @@ from robot_cell_situations import (
 )
 from scripted_controller import Fault
 from server_clients import Pendant
-from server_rig import MS, ServerRig, ready
+from server_rig import ServerRig, ready
 
 from openpendant.server.controller_path import ControllerPath
 from openpendant.server.outgoing import Answer, DropLink, Forward, ForwardStop, Outgoing
@@ -48,7 +49,7 @@ FAULT_CODES = {
 
 @pytest.mark.parametrize("fault", Fault)
 @pytest.mark.parametrize("place", ["first", "middle", "last"])
-def test_a_faulty_answer_ends_the_motion_with_a_stop_and_no_further_point(
+def test_promise_6_a_faulty_answer_ends_the_motion_with_a_stop_and_no_further_point(
     fault: Fault, place: str
 ) -> None:
     rig = ready()
@@ -71,14 +72,16 @@ def test_a_faulty_answer_ends_the_motion_with_a_stop_and_no_further_point(
 
 @pytest.mark.parametrize("fault", [Fault.SILENT, Fault.LATE])
 @pytest.mark.parametrize("index", [0, 50])
-def test_silence_ends_the_motion_500_ms_after_the_point_left(fault: Fault, index: int) -> None:
+def test_promise_6_silence_ends_the_motion_500_ms_after_the_point_left(
+    fault: Fault, index: int
+) -> None:
     rig = ready()
     pendant = rig.holder()
     rig.controller.faults = {index: fault}
     pendant.move(*GOAL)
     rig.wait(1_500)
     sent = next(time for time, item in rig.log if _is_point(item, index))
-    assert rig.stops[0] == sent + 500 * MS
+    assert rig.stops[0] == sent + figure(6, "silence").ns
     assert any(isinstance(item, DropLink) for _, item in rig.log)
 
 
@@ -105,7 +108,7 @@ def test_an_answer_nobody_asked_for_counts_only_while_points_are_at_stake(
 
 @pytest.mark.parametrize("path", [ControllerPath.MOTION, ControllerPath.STATE])
 @pytest.mark.parametrize("phase", [in_motion, in_settling])
-def test_a_lost_link_aborts_at_once(
+def test_promise_5_a_lost_link_aborts_at_once(
     phase: Callable[[ServerRig, Pendant], None], path: ControllerPath
 ) -> None:
     rig = ready()
@@ -123,7 +126,7 @@ def test_losing_the_stop_connection_aborts_nothing() -> None:
     assert codes(pendant) == [V.ACCEPTED]
 
 
-def test_nothing_resumes_when_the_link_is_back() -> None:
+def test_promise_5_nothing_resumes_when_the_link_is_back() -> None:
     rig, pendant = moving()
     rig.path(ControllerPath.MOTION, False)
     before = len(rig.points)

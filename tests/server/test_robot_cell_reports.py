@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
+from promise_table import figure
 from robot_cell_situations import (
     GOAL,
     codes,
@@ -27,14 +28,15 @@ from openpendant.simplemsg.pendant import Activity, Outcome
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
-def test_stale_feedback_aborts_on_the_first_tick_after_250_ms() -> None:
+def test_promise_5_stale_feedback_aborts_on_the_first_tick_after_250_ms() -> None:
     rig, pendant = moving()
     seen = rig.now
     rig.controller.reports = False
-    rig.wait(250)
+    lost = figure(5, "lost").ns
+    rig.wait(lost // MS)
     assert rig.stops == []
     rig.wait(10)
-    assert rig.stops == [seen + 260 * MS]
+    assert rig.stops == [seen + lost + figure(5, "ticks").count * TICK]
     assert codes(pendant) == [V.FEEDBACK_STALE]
 
 

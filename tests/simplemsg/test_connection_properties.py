@@ -1,3 +1,5 @@
+"""What holds for any bytes, cut in any way (promises 7 and 9)."""
+
 from __future__ import annotations
 
 import tracemalloc

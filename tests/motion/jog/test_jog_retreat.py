@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from jog_referee import Referee
 from jogged_robots import FAST, REDUCED, model, opposite, random_place, random_press, robot
+from promise_table import figure
 
 from openpendant.motion.jog import JogCause, Jogger, JogReason, JogTarget, JointJog
 from openpendant.motion.robot import robot_names
 
 SPEEDS = {None, JogReason.JOINT_SPEED, JogReason.TOOL_SPEED, JogReason.ELBOW_SPEED}
 
-ONE_SECOND = 100  # ticks
+ONE_SECOND = round(100 * figure(14, "left").seconds)  # ticks
 
 
 def jog_into(name: str, random: np.random.Generator) -> None:

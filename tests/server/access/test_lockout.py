@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from promise_table import figure
 
 from openpendant.server.access.lockout import (
     FORGET_NS,
@@ -38,12 +39,15 @@ def lock(lockout: Lockout, now: int) -> int:
     return fail(lockout, now)
 
 
-def test_five_failures_within_a_minute_lock_for_a_minute() -> None:
+def test_promise_29_five_failures_within_a_minute_lock_for_a_minute() -> None:
     lockout = Lockout()
-    assert [fail(lockout, START + n * SECOND_NS) for n in range(5)] == [0] * 5
-    assert fail(lockout, START + 5 * SECOND_NS) == MINUTE - SECOND_NS
-    assert fail(lockout, START + 4 * SECOND_NS + MINUTE - 1) == 1
-    assert fail(lockout, START + 4 * SECOND_NS + MINUTE) == 0
+    failures, lock = figure(29, "failures").count, figure(29, "lock").ns
+    within = (figure(29, "window").ns - SECOND_NS) // (failures - 1)
+    assert [fail(lockout, START + n * within) for n in range(failures)] == [0] * failures
+    last = START + (failures - 1) * within
+    assert fail(lockout, last + SECOND_NS) == lock - SECOND_NS
+    assert fail(lockout, last + lock - 1) == 1
+    assert fail(lockout, last + lock) == 0
 
 
 def test_failures_that_are_far_apart_lock_nobody() -> None:

@@ -1,10 +1,11 @@
-"""What the controller reported, how old it is, and whether the robot stands."""
+"""What the controller reported, how old it is, and whether the robot stands (promises 5, 10)."""
 
 from __future__ import annotations
 
 import math
 
 import pytest
+from promise_table import figure
 
 from openpendant.server.driving.feedback import Feedback
 from openpendant.server.settings import ControllerLink
@@ -18,6 +19,8 @@ from openpendant.simplemsg import (
 )
 
 MS = 1_000_000
+FRESH, LOST = figure(5, "fresh").ns, figure(5, "lost").ns
+GREATEST = figure(10, "greatest").bound
 
 
 @pytest.fixture
@@ -47,14 +50,26 @@ def test_nothing_is_fresh_before_the_first_report(feedback: Feedback) -> None:
     assert feedback.is_lost(0)
 
 
-@pytest.mark.parametrize(("age", "fresh", "lost"), [(100, True, False), (250, False, False)])
+@pytest.mark.parametrize(("age", "fresh", "lost"), [(FRESH, True, False), (LOST, False, False)])
 def test_a_report_is_fresh_up_to_100_ms_and_lost_after_250(
     feedback: Feedback, age: int, fresh: bool, lost: bool
 ) -> None:
     feedback.take(full((0.0, 0.0), (0.0, 0.0)), 0)
-    assert (feedback.is_fresh(age * MS), feedback.is_lost(age * MS)) == (fresh, lost)
-    assert not feedback.is_fresh(100 * MS + 1)
-    assert feedback.is_lost(250 * MS + 1)
+    assert (feedback.is_fresh(age), feedback.is_lost(age)) == (fresh, lost)
+    assert not feedback.is_fresh(FRESH + 1)
+    assert feedback.is_lost(LOST + 1)
+
+
+def test_promise_5_a_controller_that_reports_rarely_is_given_so_many_of_its_periods() -> None:
+    period = 0.1
+    slow = Feedback(2, ControllerLink(state_period=period))
+    slow.take(full((0.0, 0.0), (0.0, 0.0)), 0)
+    fresh = round(figure(5, "fresh_periods").bound * period * 1e9)
+    lost = round(figure(5, "lost_periods").bound * period * 1e9)
+    assert slow.is_fresh(fresh)
+    assert not slow.is_fresh(fresh + 1)
+    assert not slow.is_lost(lost)
+    assert slow.is_lost(lost + 1)
 
 
 @pytest.mark.parametrize(
@@ -78,7 +93,9 @@ def test_it_stands_after_10_ms_by_what_was_told_since(
     assert feedback.stands_after(10 * MS, asked * MS) is stands
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1001.0, 3e38])
+@pytest.mark.parametrize(
+    "bad", [math.nan, math.inf, -math.inf, GREATEST + 1.0, -GREATEST - 1.0, 3e38]
+)
 def test_a_position_that_no_joint_has_is_not_taken(feedback: Feedback, bad: float) -> None:
     feedback.take(full((0.1, 0.2), (0.0, 0.0)), 0)
     feedback.take(full((0.1, bad), (0.0, 0.0)), 10 * MS)

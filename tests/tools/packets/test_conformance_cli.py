@@ -120,6 +120,23 @@ def test_an_interrupted_run_prints_what_it_has_and_is_exit_code_130(
     assert "STOP is sent" in captured.err
 
 
+def test_a_hang_up_that_is_ignored_as_under_nohup_stays_ignored(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    async def judge(*_: object, on_start: Callable[..., None], **__: object) -> Judgement:
+        on_start(lambda: None)
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+        return Judgement("server x", "server", ())
+
+    monkeypatch.setattr(cli, "judge", judge)
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        main(["robot:1", "--yes-it-may-move", "--json"])
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
 def test_help_tells_the_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--help"]) == ExitCode.OK
     told = capsys.readouterr().out

@@ -167,7 +167,9 @@ class _Interruption:
 
         loop = asyncio.get_running_loop()
         for number in _SIGNALS:
-            loop.add_signal_handler(number, take)
+            # One that is ignored stays so: under nohup a run outlives its terminal.
+            if signal.getsignal(number) is not signal.SIG_IGN:
+                loop.add_signal_handler(number, take)
 
 
 def _list() -> None:
