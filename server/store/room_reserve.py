@@ -17,7 +17,7 @@ RESERVE_BYTES = 256 << 10
 """Room that is kept: a deletion takes some 30 KiB, that of a recording 4 KiB for each 4 MiB."""
 
 _PIECE = 64 << 10
-_IN_MEMORY = ":memory:"
+IN_MEMORY = ":memory:"
 _OWNER_ONLY = 0o600
 
 
@@ -31,7 +31,7 @@ class RoomReserve:
     def __init__(self, store: Path) -> None:
         """Take the store's file; nothing is made before `fill`."""
         self.is_whole = True
-        self._needed = 0 if str(store) == _IN_MEMORY else RESERVE_BYTES
+        self._needed = 0 if str(store) == IN_MEMORY else RESERVE_BYTES
         self._path = store.with_name(store.name + "-reserve")
 
     def fill(self) -> None:

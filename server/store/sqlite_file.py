@@ -8,14 +8,17 @@ version, is refused and left alone.
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import logging
 import os
+import shutil
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from .errors import ForeignFile, ReadOnly, StoreFailed, StoreTooNew
+from .file_identity import check_is_file
 from .room_reserve import RESERVE_BYTES
 from .schema import APPLICATION_ID, Migration
 from .sqlite_faults import BrokenFile, translated
@@ -71,6 +74,7 @@ def open_file(path: Path, migrations: Sequence[Migration]) -> OpenFile:
     set_aside = None
     while True:
         with translated(path):
+            check_is_file(path)
             _make(path)
         try:
             _check_writable(path)
@@ -98,7 +102,8 @@ def open_read_only(path: Path, migrations: Sequence[Migration]) -> sqlite3.Conne
             version.
     """
     with translated(path):
-        if not path.is_file():
+        check_is_file(path)
+        if not path.exists():
             raise StoreFailed(f"{path}: there is no such file")
         _check_size(path)
         try:
@@ -150,12 +155,15 @@ def _check_writable(path: Path) -> None:
 def _open_writable(path: Path, migrations: Sequence[Migration]) -> OpenFile:
     with translated(path):
         _check_size(path)
+        had_log = _log_of(path).exists() and _log_of(path).stat().st_size > 0
         connection = _connect(path, "mode=rw")
     try:
         with translated(path):
             version = _version(connection, path)
             _check_version(path, version, migrations)
-            problems = integrity(connection, thorough=False)
+            # A log that was left behind may be of another file than the one that is there now,
+            # which only the thorough check finds.
+            problems = integrity(connection, thorough=had_log)
             if problems:
                 raise BrokenFile(f"{path}: {problems[0]}")
             for statement in _SETTINGS:
@@ -248,9 +256,50 @@ def _make(path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.exists():
         return
-    with contextlib.suppress(FileExistsError):  # another process was faster
+    with _one_at_a_time(path.parent):
+        if path.exists():  # another process was faster
+            return
+        # Of a file that has gone; SQLite would take it for that of the new one.
+        set_log_aside(path)
         with whole_file(path) as beside, contextlib.closing(_connect(beside, "mode=rw")) as new:
             new.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+
+
+@contextlib.contextmanager
+def _one_at_a_time(folder: Path) -> Iterator[None]:
+    """Keep other processes waiting that make a file in a folder."""
+    opened = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(opened, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(opened)
+
+
+def set_log_aside(path: Path) -> None:
+    """Keep the log that a file left behind under another name, where it belongs to it no more."""
+    log_file = _log_of(path)
+    if log_file.exists() and log_file.stat().st_size:
+        kept = _free_name(path, "lost", "-wal")
+        log_file.rename(kept)
+        log.error("the log of a store that is there no more is kept as %s", kept)
+    path.with_name(path.name + "-shm").unlink(missing_ok=True)
+    sync_folder(path)
+
+
+def let_go_of_lost(path: Path) -> None:
+    """Keep the log of an open file away from the one that has its name now; then it is closed.
+
+    SQLite would move the log into a file that was written over, as that is still the one it opened;
+    so it gets another place on the disk first, and SQLite leaves alone what was moved.
+
+    Raises:
+        OSError: the folder cannot be changed.
+    """
+    set_log_aside(path)
+    if path.is_file():
+        with whole_file(path.resolve(), replace=True) as beside:
+            shutil.copyfile(path, beside)
 
 
 def _check_size(path: Path) -> None:
@@ -276,9 +325,9 @@ def _set_aside(path: Path) -> Path:
     return kept
 
 
-def _free_name(path: Path, what: str) -> Path:
+def _free_name(path: Path, what: str, ending: str = "") -> Path:
     for number in range(1, _MOST_KEPT):
-        free = path.with_name(f"{path.name}.{what}-{number}")
+        free = path.with_name(f"{path.name}.{what}-{number}{ending}")
         if not free.exists():
             return free
     raise StoreFailed(f"{path}: {_MOST_KEPT} files {path.name}.{what}-* are kept already")

@@ -8,6 +8,7 @@ Blocks until the disk has answered; used by one thread at a time, the one that o
 from __future__ import annotations
 
 import contextlib
+import logging
 import sqlite3
 from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
@@ -27,11 +28,14 @@ from .documents import (
     check_new_name,
 )
 from .errors import BadDocument, DiskFull, NotFound, OutOfSequence, ReadOnly
+from .file_identity import FileIdentity
 from .revisions import check_revision, revision_after
-from .room_reserve import RoomReserve
+from .room_reserve import IN_MEMORY, RoomReserve
 from .schema import MIGRATIONS, Migration
 from .sqlite_faults import translated
-from .sqlite_file import OpenFile, open_file, open_read_only
+from .sqlite_file import OpenFile, let_go_of_lost, open_file, open_read_only
+
+log = logging.getLogger("openpendant.server")
 
 _HEADING = "kind, name, revision, size, saved_by, saved_at, body IS NULL"
 _LARGEST_INTEGER = 2**63 - 1
@@ -60,8 +64,11 @@ class SqliteStore:
         self.before_upgrade = opened.before_upgrade
         self._database = opened.connection
         self._reserve = RoomReserve(path)
+        self._identity: FileIdentity | None = None
         if not self.is_read_only:
             self._reserve.fill()
+            if str(path) != IN_MEMORY:
+                self._identity = FileIdentity(path)
         self._wall_clock = wall_clock
 
     @property
@@ -202,8 +209,13 @@ class SqliteStore:
             yield
 
     def close(self) -> None:
-        """Close the file; its log is merged into it."""
+        """Close the file; its log is merged into it, unless another file has its name."""
         with translated(self.path):
+            if self._identity is not None and self._identity.is_lost():
+                try:
+                    let_go_of_lost(self.path)
+                except OSError as error:
+                    log.error("the log of a store that is there no more stays: %s", error)
             self._database.close()
 
     @contextlib.contextmanager
@@ -216,9 +228,12 @@ class SqliteStore:
             return
         try:
             with translated(self.path):
+                self._check_identity()
                 self._database.execute("BEGIN IMMEDIATE")
                 yield
                 self._database.execute("COMMIT")
+                # What went into a file that lost its name meanwhile is not acknowledged.
+                self._check_identity()
         except BaseException as error:
             self._undo()
             if isinstance(error, DiskFull):
@@ -227,6 +242,10 @@ class SqliteStore:
         if not self._reserve.is_whole:
             self._merge_log()
             self._reserve.fill()
+
+    def _check_identity(self) -> None:
+        if self._identity is not None:
+            self._identity.check()
 
     def _undo(self) -> None:
         # Secondary faults of a disk that fails already tell nothing new; the first one is raised.

@@ -1,0 +1,216 @@
+"""Whether a store that is open is still the file of its name.
+
+SQLite goes on with the file that it opened, whatever becomes of its name: what is saved into one
+that was deleted, moved away or replaced is gone with it, and what is written into one that a copy
+was written over damages both. Owns how that is found out, and the sentence about it; the store asks
+before a change and before it acknowledges one, and before it closes.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sqlite3
+import stat
+import time
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Literal
+
+from .errors import StoreFailed
+from .schema import APPLICATION_ID
+
+_BESIDE = ("-wal", "-shm")
+"""What SQLite keeps beside an open file: its log and the index of that."""
+
+_LOOKS = 5
+_BETWEEN_LOOKS = 0.02
+"""Another process may be moving its log into the file just now [s]."""
+
+_CONSEQUENCE = "nothing is saved until it is back, or the server is started anew"
+
+
+class NotOurFile(StoreFailed):
+    """The file that is open is no longer the one of its name; what was asked was not saved."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """A name and what it stands for, by device and inode; a link is told from its target."""
+
+    name: tuple[int, int]
+    target: tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class _Progress:
+    """How far the documents of a file go; it never goes back in a file that is only changed.
+
+    Attributes:
+        revision: row of the newest revision.
+        chunk: row of the newest chunk of a recording; only a new revision takes chunks away.
+    """
+
+    revision: int
+    chunk: int
+
+    def is_before(self, other: _Progress) -> bool:
+        return (self.revision, self.chunk) < (other.revision, other.chunk)
+
+
+def check_is_file(path: Path) -> None:
+    """Refuse a name that no store can have, in words; one that is not in use is fine.
+
+    Raises:
+        StoreFailed: it is a directory, a device, or a link to nothing.
+    """
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        if path.is_symlink():
+            there = os.readlink(path)
+            raise StoreFailed(f"{path}: is a link to {there}, which is not there") from None
+        return
+    if not stat.S_ISREG(mode):
+        raise StoreFailed(f"{path}: is {_kind(mode)}; a store is a file")
+
+
+class FileIdentity:
+    """What an open file was when it was opened, and what has become of its name since."""
+
+    def __init__(self, path: Path) -> None:
+        """Take note of a file, its log and the index of that; SQLite has them open.
+
+        Raises:
+            NotOurFile: the name has gone already.
+        """
+        self._path = path
+        self._place = self._placed(path)
+        beside = (path.with_name(path.name + ending) for ending in _BESIDE)
+        self._beside = {name: self._placed(name) for name in beside if name.exists()}
+        self._seen: tuple[int, int] | None = None
+        self._progress = _Progress(0, 0)
+        self._check_content()
+
+    def check(self) -> None:
+        """Look at the names, and where the file was written to at what is in it.
+
+        Raises:
+            NotOurFile: it is another one now; the sentence says what.
+        """
+        for path, place in ((self._path, self._place), *self._beside.items()):
+            if self._placed(path) != place:
+                raise NotOurFile(f"{path}: {self._what_it_is(path)}; {_CONSEQUENCE}")
+        self._check_content()
+
+    def is_lost(self) -> bool:
+        """Tell whether the name stands for another file, or for another one's content."""
+        if self._placed(self._path) != self._place:
+            return True
+        try:
+            self._check_content()
+        except (NotOurFile, OSError):
+            return True
+        return False
+
+    def _check_content(self) -> None:
+        """Refuse a file that somebody wrote something else over, which keeps its inode.
+
+        Where a full disk ended the move of the log into the file, its content is torn; SQLite
+        mends that, and it is no reason to refuse.
+        """
+        for look in range(_LOOKS):
+            now = self._path.stat()
+            written = (now.st_mtime_ns, now.st_size)
+            if written == self._seen:
+                return
+            if look:
+                time.sleep(_BETWEEN_LOOKS)
+            with contextlib.closing(self._plain()) as plain:
+                content = _content(plain)
+                if content is _Content.FOREIGN:
+                    raise NotOurFile(
+                        f"{self._path}: is no store any more, something else was written over it;"
+                        f" {_CONSEQUENCE}"
+                    )
+                if content is _Content.TORN:
+                    continue
+                if content.is_before(self._progress):
+                    if not _is_whole(plain):
+                        continue
+                    raise NotOurFile(
+                        f"{self._path}: holds an older state than was saved in it, as of a copy"
+                        f" that was written over it; {_CONSEQUENCE}"
+                    )
+            self._seen, self._progress = written, content
+            return
+        self._seen = written
+
+    def _plain(self) -> sqlite3.Connection:
+        """Open the file itself, without its log and without what SQLite remembers of it."""
+        uri = f"{self._path.absolute().as_uri()}?mode=ro&immutable=1"
+        return sqlite3.connect(uri, uri=True)
+
+    def _placed(self, path: Path) -> _Place | None:
+        try:
+            name, target = path.lstat(), path.stat()
+        except OSError:
+            return None
+        return _Place((name.st_dev, name.st_ino), (target.st_dev, target.st_ino))
+
+    def _what_it_is(self, path: Path) -> str:
+        try:
+            mode = path.lstat().st_mode
+        except OSError:
+            return "is not there any more; it was deleted or moved away"
+        if stat.S_ISLNK(mode):
+            return f"is a link to {os.readlink(path)} now, which is not the file that was opened"
+        if not stat.S_ISREG(mode):
+            return f"is {_kind(mode)} now, and not the file that was opened"
+        return "is another file now than the one that was opened"
+
+
+class _Content(Enum):
+    """What was found where no progress can be read."""
+
+    FOREIGN = "foreign"
+    TORN = "torn"
+
+
+def _content(plain: sqlite3.Connection) -> _Progress | Literal[_Content.FOREIGN, _Content.TORN]:
+    try:
+        (application,) = plain.execute("PRAGMA application_id").fetchone()
+    except sqlite3.DatabaseError as error:
+        is_none = error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_NOTADB
+        return _Content.FOREIGN if is_none else _Content.TORN
+    if application != APPLICATION_ID:
+        return _Content.FOREIGN
+    try:
+        found = plain.execute(
+            "SELECT (SELECT max(rowid) FROM revision), (SELECT max(rowid) FROM recording_chunk)"
+        ).fetchone()
+    except sqlite3.OperationalError as error:
+        # Tables are made in the log; a file whose first log is not moved yet has none.
+        return _Progress(0, 0) if "no such table" in str(error) else _Content.TORN
+    except sqlite3.DatabaseError:
+        return _Content.TORN
+    return _Progress(*(row or 0 for row in found))
+
+
+def _is_whole(plain: sqlite3.Connection) -> bool:
+    try:
+        return [row[0] for row in plain.execute("PRAGMA quick_check(1)")] == ["ok"]
+    except sqlite3.DatabaseError:
+        return False
+
+
+def _kind(mode: int) -> str:
+    for is_kind, name in (
+        (stat.S_ISDIR, "a directory"),
+        (stat.S_ISFIFO, "a pipe"),
+        (stat.S_ISSOCK, "a socket"),
+    ):
+        if is_kind(mode):
+            return name
+    return "a device"

@@ -1,0 +1,365 @@
+"""A store that is no longer the file of its name refuses to save, and says what became of it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from stored_documents import opened, save
+
+from openpendant.server.store import cli, sqlite_file
+from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.errors import StoreError, StoreFailed
+from openpendant.server.store.file_check import check_store
+from openpendant.server.store.file_identity import NotOurFile
+from openpendant.server.store.sqlite_store import SqliteStore, open_for_reading, open_store
+from openpendant.simplemsg.verdicts import VerdictCode
+
+PROGRAM = DocumentKind.PROGRAM
+LARGE = '{"text": "' + "x" * 9_000 + '"}'
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "store.db"
+
+
+@pytest.fixture
+def store(path: Path) -> Iterator[SqliteStore]:
+    """A store with a program in it, and with a copy from before that beside it."""
+    with opened(path) as store:
+        with contextlib.closing(open_for_reading(path)) as reader:
+            sqlite_file.copy(reader.connection, path.with_name("older.db"))
+        save(store, "weld")
+        yield store
+
+
+def log_merged(store: SqliteStore) -> None:
+    store.connection.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+
+
+# What becomes of it, and the words for that.
+
+
+def deleted(path: Path) -> None:
+    path.unlink()
+
+
+def moved_away(path: Path) -> None:
+    path.rename(path.with_name("elsewhere.db"))
+
+
+def folder_moved_away(path: Path) -> None:
+    path.parent.rename(path.parent.with_name(f"{path.parent.name}-elsewhere"))
+
+
+def made_a_directory(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+def made_a_link(path: Path) -> None:
+    path.rename(path.with_name("elsewhere.db"))
+    path.symlink_to("elsewhere.db")
+
+
+def made_a_link_to_nothing(path: Path) -> None:
+    path.unlink()
+    path.symlink_to("nowhere.db")
+
+
+def made_a_pipe(path: Path) -> None:
+    path.unlink()
+    os.mkfifo(path)
+
+
+def put_an_older_copy(path: Path) -> None:
+    os.replace(path.with_name("older.db"), path)
+
+
+def log_deleted(path: Path) -> None:
+    path.with_name("store.db-wal").unlink()
+
+
+def log_replaced(path: Path) -> None:
+    log = path.with_name("store.db-wal")
+    copy = log.with_name("copy-wal")
+    shutil.copy(log, copy)
+    os.replace(copy, log)
+
+
+def index_deleted(path: Path) -> None:
+    path.with_name("store.db-shm").unlink()
+
+
+CHANGES: list[tuple[Callable[[Path], None], str]] = [
+    (deleted, r"store\.db: is not there any more"),
+    (moved_away, r"store\.db: is not there any more"),
+    (folder_moved_away, r"store\.db: is not there any more"),
+    (made_a_directory, r"store\.db: is a directory now"),
+    (made_a_link, r"store\.db: is a link to elsewhere\.db now"),
+    (made_a_link_to_nothing, r"store\.db: is a link to nowhere\.db now"),
+    (made_a_pipe, r"store\.db: is a pipe now"),
+    (put_an_older_copy, r"store\.db: is another file now"),
+    (log_deleted, r"store\.db-wal: is not there any more"),
+    (log_replaced, r"store\.db-wal: is another file now"),
+    (index_deleted, r"store\.db-shm: is not there any more"),
+]
+changes = pytest.mark.parametrize(
+    ("change", "words"), CHANGES, ids=[change.__name__ for change, _ in CHANGES]
+)
+
+
+@changes
+def test_the_next_change_is_refused_and_says_what_became_of_the_file(
+    store: SqliteStore, path: Path, change: Callable[[Path], None], words: str
+) -> None:
+    change(path)
+    for _ in range(3):
+        with pytest.raises(NotOurFile, match=words) as refused:
+            save(store, "more")
+        assert refused.value.refusal().code == VerdictCode.STORE_FAILED
+    with pytest.raises(NotOurFile, match=words):
+        store.delete(PROGRAM, "weld", expected_revision=1, author="ann")
+    assert store.load(PROGRAM, "weld").body == "{}"
+
+
+@changes
+def test_a_change_that_was_under_way_is_not_acknowledged(
+    store: SqliteStore, path: Path, change: Callable[[Path], None], words: str
+) -> None:
+    with contextlib.ExitStack() as under_way:
+        under_way.enter_context(pytest.raises(NotOurFile, match=words))
+        under_way.enter_context(store.together())
+        save(store, "more")
+        change(path)
+
+
+@pytest.mark.parametrize("size", ["{}", LARGE], ids=["in the log", "larger than the log"])
+def test_an_older_copy_that_is_written_over_the_file_is_noticed_before_the_next_acknowledgement(
+    store: SqliteStore, path: Path, size: str
+) -> None:
+    """Its name and inode stay, so that only its content tells."""
+    for number in range(60):
+        save(store, f"p{number}", size)
+    log_merged(store)
+    save(store, "after")
+    shutil.copyfile(path.with_name("older.db"), path)
+    for _ in range(3):
+        with pytest.raises(NotOurFile, match="holds an older state"):
+            save(store, "more")
+
+
+def test_an_older_copy_that_lacks_only_chunks_is_noticed(path: Path) -> None:
+    kind, older = DocumentKind.RECORDING, path.with_name("before.db")
+    with opened(path) as store:
+        store.save(kind, "r", '{"columns": ["t", "j1"]}', expected_revision=0, author="ann")
+        store.append_chunk("r", 0, bytes(16))
+        sqlite_file.copy(store.connection, older)
+        store.append_chunk("r", 1, bytes(16))
+        log_merged(store)
+        store.append_chunk("r", 2, bytes(16))
+        shutil.copyfile(older, path)
+        with pytest.raises(NotOurFile, match="holds an older state"):
+            store.append_chunk("r", 3, bytes(16))
+
+
+def test_rubbish_that_is_written_over_the_file_is_noticed(store: SqliteStore, path: Path) -> None:
+    log_merged(store)
+    save(store, "after")
+    path.write_bytes(b"not a database" * 1_000)
+    with pytest.raises(NotOurFile, match="is no store any more"):
+        save(store, "more")
+
+
+def test_a_file_that_was_moved_back_is_saved_in_again(store: SqliteStore, path: Path) -> None:
+    away = path.with_name("elsewhere.db")
+    path.rename(away)
+    with pytest.raises(NotOurFile):
+        save(store, "more")
+    away.rename(path)
+    assert save(store, "more") == 1
+
+
+# What is no reason to refuse.
+
+
+def test_what_the_store_does_itself_alarms_nobody(path: Path) -> None:
+    kind = DocumentKind.RECORDING
+    with opened(path) as store:
+        for number in range(30):
+            save(store, f"p{number}", LARGE)
+        for revision in range(1, 40):
+            save(store, "p0", LARGE, revision)
+        store.save(kind, "r", '{"columns": ["t", "j1"]}', expected_revision=0, author="ann")
+        for number in range(20):
+            store.append_chunk("r", number, bytes(60_000))
+        store.delete(kind, "r", expected_revision=1, author="ann")
+        log_merged(store)
+        store.connection.execute("VACUUM")
+        assert save(store, "after") == 1
+
+
+def test_another_process_that_saves_and_merges_the_log_alarms_nobody(path: Path) -> None:
+    with opened(path) as server, opened(path) as command:
+        for number in range(40):
+            save(command, f"c{number}", LARGE)
+            save(server, f"s{number}", LARGE)
+        log_merged(command)
+        save(server, "after")
+        log_merged(command)
+        save(command, "again")
+        assert len(server.headings()) == 82
+
+
+def test_a_store_behind_a_link_from_the_start_is_served(path: Path) -> None:
+    with opened(path) as store:
+        save(store, "weld")
+    link = path.with_name("link.db")
+    link.symlink_to(path.name)
+    with opened(link) as store:
+        assert save(store, "more") == 1
+        other = path.with_name("other.db")
+        shutil.copy(path, other)
+        link.unlink()
+        link.symlink_to(other.name)
+        with pytest.raises(NotOurFile, match="is a link to other"):
+            save(store, "again")
+
+
+# The start after it.
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (made_a_directory, "is a directory; a store is a file"),
+        (made_a_link_to_nothing, r"is a link to nowhere\.db, which is not there"),
+        (made_a_pipe, "is a pipe; a store is a file"),
+    ],
+)
+def test_a_start_names_what_is_no_file_and_leaves_it_alone(
+    path: Path, change: Callable[[Path], None], words: str
+) -> None:
+    with opened(path) as store:
+        save(store, "weld")
+    change(path)
+    kind = path.lstat().st_mode
+    for open_it in (open_store, open_for_reading):
+        with pytest.raises(StoreFailed, match=words):
+            open_it(path)
+    assert cli.main(["list", "--store", str(path)]) == 3
+    assert path.lstat().st_mode == kind
+    assert not list(path.parent.glob("*broken*"))
+
+
+KILLED = """
+import os, shutil, sys
+from pathlib import Path
+from stored_documents import opened, save
+from openpendant.server.store import sqlite_file
+
+path, older = Path(sys.argv[1]), Path(sys.argv[2])
+with opened(path) as store:
+    save(store, "kept")
+    sqlite_file.copy(store.connection, older)
+    for number in range(100):
+        save(store, f"p{number}")
+    os._exit(0)
+"""
+
+
+def killed(path: Path) -> None:
+    """Leave a file whose log was not moved into it, and an older copy beside it."""
+    command = [sys.executable, "-c", KILLED, str(path), str(path.with_name("older.db"))]
+    tests = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    subprocess.run(command, env=tests, check=True)
+    assert path.with_name("store.db-wal").stat().st_size
+
+
+@pytest.mark.parametrize("change", [deleted, moved_away])
+def test_the_log_of_a_killed_server_is_put_into_no_new_file(
+    path: Path, change: Callable[[Path], None]
+) -> None:
+    killed(path)
+    change(path)
+    with opened(path) as store:
+        assert store.headings() == ()
+        assert save(store, "weld") == 1
+    assert len(list(path.parent.glob("store.db.lost-1-wal"))) == 1
+    assert check_store(path).problems == ()
+
+
+def test_an_older_copy_beside_the_log_of_a_killed_server_is_served_or_set_aside_never_torn(
+    path: Path,
+) -> None:
+    killed(path)
+    put_an_older_copy(path)
+    with opened(path) as store:
+        names = [heading.name for heading in store.headings()]
+        assert names == [] if store.set_aside else "kept" in names
+        assert save(store, "weld") == 1
+    assert check_store(path).problems == ()
+
+
+@pytest.mark.parametrize("change", [deleted, moved_away])
+def test_a_start_without_the_file_is_a_first_one(
+    path: Path, change: Callable[[Path], None]
+) -> None:
+    with opened(path) as store:
+        save(store, "weld")
+    change(path)
+    with opened(path) as store:
+        assert store.headings() == ()
+        assert save(store, "weld") == 1
+
+
+def overwritten(path: Path, older: Path) -> None:
+    shutil.copyfile(older, path)
+
+
+def replaced(path: Path, older: Path) -> None:
+    os.replace(older, path)
+
+
+@pytest.mark.parametrize("change", [overwritten, replaced])
+def test_a_start_with_an_older_copy_serves_the_copy_whole(
+    path: Path, change: Callable[[Path, Path], None]
+) -> None:
+    """However the server that was open ended: the log of the lost file is mixed into no other."""
+    older = path.with_name("older.db")
+    with opened(path) as store:
+        save(store, "kept")
+        sqlite_file.copy(store.connection, older)
+        for number in range(60):
+            save(store, f"p{number}", LARGE)
+        log_merged(store)
+        save(store, "after")
+        change(path, older)
+        with pytest.raises(NotOurFile):
+            save(store, "more")
+    with opened(path) as store:
+        assert [heading.name for heading in store.headings()] == ["kept"]
+        assert save(store, "more") == 1
+    assert check_store(path).problems == ()
+
+
+def test_the_saves_in_the_log_of_a_lost_file_are_kept_beside(path: Path) -> None:
+    older = path.with_name("older.db")
+    with opened(path) as store:
+        save(store, "kept")
+        sqlite_file.copy(store.connection, older)
+        save(store, "after")
+        log_merged(store)
+        save(store, "in the log")
+        overwritten(path, older)
+        with pytest.raises(StoreError):
+            save(store, "more")
+    (log,) = path.parent.glob("store.db.lost-*-wal")
+    assert b"in the log" in log.read_bytes()
