@@ -11,7 +11,7 @@ from jog_pad import JogPad
 from promise_table import figure
 from server_rig import LIMITS, ServerRig, ready
 
-from openpendant.simplemsg import JointTrajPt, ReplyCode, joint_array
+from openpendant.simplemsg import JointTrajPt, JointTrajPtFull, ReplyCode, joint_array
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -31,6 +31,7 @@ def judge(rig: ServerRig) -> None:
             assert math.isfinite(number), job
             assert abs(number) <= GREATEST, job
     for point in rig.points:
+        assert isinstance(point, JointTrajPtFull)
         for joint in range(2):
             at = point.positions[joint]
             assert LIMITS.lower[joint] <= at <= LIMITS.upper[joint]

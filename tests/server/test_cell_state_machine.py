@@ -319,7 +319,7 @@ def judge(counts: Counter[object], least: int) -> None:
     assert not rare, f"hardly ever amid a motion: {rare}"
 
 
-class TestCell(Cell.TestCase):  # type: ignore[misc]  # made by hypothesis when it is asked for
+class TestCell(Cell.TestCase):  # type: ignore[misc, valid-type]  # made by hypothesis when it is asked for
     """Thousands of steps, the same in every run."""
 
     settings = settings(max_examples=150, stateful_step_count=STEPS_OF_A_RUN)
@@ -332,7 +332,7 @@ class TestCell(Cell.TestCase):  # type: ignore[misc]  # made by hypothesis when 
 
 @pytest.mark.soak
 @pytest.mark.timeout(3_600)
-class TestCellAtLength(LongCell.TestCase):  # type: ignore[misc]  # as above
+class TestCellAtLength(LongCell.TestCase):  # type: ignore[misc, valid-type]  # as above
     """So many steps that chance leaves nothing out."""
 
     # Not every run has all its steps.
