@@ -16,15 +16,17 @@ from pydantic import ValidationError
 
 from openpendant.motion.errors import FrameFileError, MotionError, SceneFileError
 from openpendant.motion.frames import FrameTree
-from openpendant.motion.robot import SerialRobot, serial_robot
+from openpendant.motion.robot import SerialRobot, robot_names, serial_robot
 
 from .access.account_store import read_account
 from .field_fault import field_fault
 from .programs.document import program_from_json, program_to_json
-from .programs.errors import JsonRefused, ProgramError, ProgramSyntaxError
+from .programs.errors import BadValue, JsonRefused, ProgramError, ProgramSyntaxError
+from .programs.keeping import check_to_be_kept
 from .programs.printer import print_program
-from .programs.program import Program, check_robot
+from .programs.program import OwnRobot, Program, check_robot
 from .programs.program_file import MOST_READ, source_of
+from .programs.work import ReadSource, read_source
 from .recording.document import RecordingDocument, column_fault
 from .store.documents import DocumentKind
 from .store.errors import BadDocument
@@ -49,8 +51,8 @@ class _Unfit(Exception):
         self.problem = problem
 
 
-def check_entries(entries: Sequence[Entry], file: str, kept: KeptBody) -> None:
-    """Refuse documents that whoever reads them could not use.
+def check_entries(entries: Sequence[Entry], file: str, kept: KeptBody) -> tuple[Entry, ...]:
+    """Return documents as they are to be kept; refuse what whoever reads them could not use.
 
     Args:
         entries: the documents of one file.
@@ -65,20 +67,22 @@ def check_entries(entries: Sequence[Entry], file: str, kept: KeptBody) -> None:
     def other(kind: DocumentKind, name: str) -> str | None:
         return new[kind, name] if (kind, name) in new else kept(kind, name)
 
+    checked = []
     for entry in entries:
         try:
-            _check(entry, other)
+            checked.append(_checked(entry, other))
         except _Unfit as error:
             body = f"{entry.where}.body" if entry.where else ""
             place = ".".join(part for part in (body, error.field) if part)
             what = f"{entry.kind} {entry.name!r}: {error.problem}"
             raise BadDocument(file, what, place=place) from None
+    return tuple(checked)
 
 
-def _check(entry: Entry, other: KeptBody) -> None:
+def _checked(entry: Entry, other: KeptBody) -> Entry:
     match entry.kind:
         case DocumentKind.PROGRAM:
-            _check_program(entry)
+            return _program_to_be_kept(entry)
         case DocumentKind.RECORDING:
             _check_recording(entry)
         case DocumentKind.FRAMES | DocumentKind.TOOLS:
@@ -95,18 +99,37 @@ def _check(entry: Entry, other: KeptBody) -> None:
                 raise _Unfit(error.place, error.problem) from None
         case DocumentKind.SETTING:
             pass  # nobody reads settings yet: any JSON object is one
+    return entry
 
 
-def _check_program(entry: Entry) -> None:
+def _program_to_be_kept(entry: Entry) -> Entry:
+    """Judge a program by what a pendant that saves it is judged by; keep what a server would."""
     try:
-        program = program_from_json(entry.body)
+        read = read_source(ReadSource(entry.body, "json", "program"))
+        _, own = robot_of_program(read.head)
+        check_to_be_kept(read, own, entry.name)
     except JsonRefused as error:
         problem = str(error).removeprefix(f"{error.file}: ").removeprefix(f"{error.field}: ")
         raise _Unfit(error.field, problem) from None
+    except BadValue as error:
+        raise _Unfit(error.part, error.problem) from None
     except ProgramError as error:
         raise _Unfit("", str(error)) from None
-    if program.name != entry.name:
-        raise _Unfit("name", f"is {program.name!r}; accepted: {entry.name!r}, as its document")
+    return replace(entry, body=read.body)
+
+
+def robot_of_program(body: str) -> tuple[str, OwnRobot | None]:
+    """Return the robot that a program names; None beside it for one that only its own cell knows.
+
+    Args:
+        body: JSON of the program, or of its head.
+    """
+    name = program_from_json(body).robot
+    try:
+        found = serial_robot(name) if name in robot_names() else None
+    except MotionError:  # one with another mechanism, such as a platform on six legs
+        return name, None
+    return name, None if found is None else OwnRobot(found.name, found.limits)
 
 
 def _check_recording(entry: Entry) -> None:

@@ -13,11 +13,12 @@ from typing import Any
 from openpendant.motion.limits import JointLimits
 
 from ..outgoing import Outgoing
-from ..programs.document import program_from_json, program_to_json
+from ..programs.document import program_to_json
 from ..programs.edits import DescribeProgram
 from ..programs.errors import BadValue, ProgramError
 from ..programs.history import History
-from ..programs.program import OwnRobot, Program, check_robot
+from ..programs.keeping import check_to_be_kept
+from ..programs.program import OwnRobot, Program
 from ..programs.work import (
     BodyPrinted,
     Done,
@@ -177,7 +178,7 @@ class ProgramLibrary:
     def _check(self, asked: op.CheckProgram, asker: Asker, now: int) -> list[Outgoing]:
         def read(done: Done, now: int) -> list[Outgoing]:
             assert isinstance(done, SourceRead)
-            head = self._own(done.head)
+            head = check_to_be_kept(done, self._own)
             return asker.answer(
                 name=head.name,
                 points=done.points,
@@ -187,15 +188,9 @@ class ProgramLibrary:
 
         return self._work.have(ReadSource(asked.body, asked.format, "program"), read, asker, now)
 
-    def _own(self, head: str) -> Program:
-        """Return the head of a program, which is of this robot.
-
-        Raises:
-            WrongRobot: it is not.
-        """
-        program = program_from_json(head)
-        check_robot(program, self._robot_name, self._limits)
-        return program
+    @property
+    def _own(self) -> OwnRobot:
+        return OwnRobot(self._robot_name, self._limits)
 
     def _delete(self, name: str, revision: int, asker: Asker) -> list[Outgoing]:
         def deleted(found: Answer, now: int) -> list[Outgoing]:
@@ -214,10 +209,7 @@ class ProgramLibrary:
 
         def read(done: Done, now: int) -> list[Outgoing]:
             assert isinstance(done, SourceRead)
-            head = self._own(done.head)
-            if head.name != asked.name:
-                text = f"is {head.name!r}; accepted: {asked.name!r}, as the request says"
-                raise BadValue("the program's name", text)
+            check_to_be_kept(done, self._own, asked.name)
             return self._changes.replace(asked, done.body, asker)
 
         return self._work.have(ReadSource(body, asked.format, asked.name), read, asker, now)

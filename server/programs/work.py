@@ -232,7 +232,7 @@ def perform(task: Task) -> Done | ProgramRefused:
 
 def _perform(task: Task) -> Done:
     if isinstance(task, ReadSource):
-        return _read(task)
+        return read_source(task)
     program = program_from_json(task.body, task.file)
     match task:
         case PrintBody():
@@ -253,7 +253,12 @@ def _perform(task: Task) -> Done:
             return _unpacked(program)
 
 
-def _read(task: ReadSource) -> SourceRead:
+def read_source(task: ReadSource) -> SourceRead:
+    """Read a program that somebody wrote.
+
+    Raises:
+        ProgramError: it is none; the error says where.
+    """
     if task.form == "json":
         program = program_from_source(task.body, task.file)
     else:

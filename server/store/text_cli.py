@@ -137,7 +137,8 @@ def import_documents(
             if is_csv:
                 assert name is not None, "checked above"
                 entries = (_points(opened, kind, name, source, robot, replace),)
-            _check(opened, entries, str(source))
+            entries = _check(opened, entries, str(source))
+            _tell_of_unknown_robots(entries)
             saved = _save(opened, entries, str(source), author, replace, accounts)
     print_headings(saved, as_json)
 
@@ -212,10 +213,25 @@ def _unreadable(source: Path, error: Exception) -> StoreFailed:
     return StoreFailed(f"{source}: {getattr(error, 'strerror', None) or error}")
 
 
-def _check(store: SqliteStore, entries: Sequence[Entry], file: str) -> None:
+def _check(store: SqliteStore, entries: Sequence[Entry], file: str) -> tuple[Entry, ...]:
     from ..document_bodies import check_entries
 
-    check_entries(entries, file, lambda kind, name: _kept(store, kind, name))
+    return check_entries(entries, file, lambda kind, name: _kept(store, kind, name))
+
+
+def _tell_of_unknown_robots(entries: Sequence[Entry]) -> None:
+    """Say which programs could not be held against the joints of their robot."""
+    from ..document_bodies import robot_of_program
+
+    for entry in entries:
+        if entry.kind is DocumentKind.PROGRAM:
+            name, own = robot_of_program(entry.body)
+            if own is None:
+                told = (
+                    f"program {entry.name!r} is of {name!r}, which is no robot of the catalogue:"
+                    " its joints were not looked at"
+                )
+                typer.echo(printable(told), err=True)
 
 
 def _kept(store: SqliteStore, kind: DocumentKind, name: str) -> str | None:

@@ -10,8 +10,12 @@ import pytest
 from large_programs import PIECE, WorkingCell, large_text
 from program_cell import HEAD
 
+from openpendant.server.document_bodies import check_entries, program_entry
 from openpendant.server.programs.document import program_to_json
 from openpendant.server.programs.parser import parse
+from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.errors import BadDocument
+from openpendant.server.store.text_import import Entry
 from openpendant.simplemsg.verdicts import CATALOGUE
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -90,6 +94,66 @@ def test_a_bad_program_is_refused_by_code_and_not_kept(
     assert refused["code"] in CATALOGUE
     assert len(refused["text"]) < 1_000
     assert cell.ask(cell.user, "programs.list")["programs"] == []
+
+
+ONLY_OF_A_CELL = {"another robot", "a program of another name"}
+"""What a cell refuses because of what it is, or because of what was asked."""
+
+IN_FILES = [each for each in BAD if each[0] not in ONLY_OF_A_CELL]
+
+
+def brought_in(body: str) -> Entry:
+    """Return the document that an import of a file would keep."""
+    (entry,) = check_entries((program_entry(body, "x"),), "x", lambda kind, name: None)
+    return entry
+
+
+@pytest.mark.parametrize("body", [each[2] for each in IN_FILES], ids=[each[0] for each in IN_FILES])
+def test_a_file_with_a_bad_program_is_refused_as_well(body: str) -> None:
+    with pytest.raises((BadDocument, UnicodeEncodeError)):
+        brought_in(body)
+
+
+@pytest.mark.parametrize(
+    ("form", "body"),
+    [
+        ("text", TEXT),
+        ("json", JSON),
+        ("json", json.dumps(json.loads(JSON), indent=2)),
+        ("json", "\ufeff" + JSON),
+    ],
+)
+def test_a_file_is_kept_as_the_same_program_that_a_pendant_saves(form: str, body: str) -> None:
+    cell = WorkingCell()
+    assert "code" not in cell.upload(body, form=form)
+    kept = cell.ask(cell.user, "programs.load", name="main", format="json")["body"]
+    assert brought_in(body).body == kept
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda program: program["points"][0].update(joints=[0.0] * 5), "6 joints|5 joints"),
+        (lambda program: program.update(linear_axes=[0]), "with linear axes 1"),
+        (
+            lambda program: [each.update(joints=[0.0] * 7) for each in program["points"]],
+            "with 7 joints; accepted here: 6 joints",
+        ),
+        (lambda program: program["statements"][0].update(point="nowhere"), "nowhere"),
+        (lambda program: program.update(name="other"), "is 'other'; accepted: 'main'"),
+    ],
+)
+def test_a_program_in_a_file_of_documents_is_judged_by_the_same_rules(
+    change: Callable[[dict[str, object]], object], words: str
+) -> None:
+    entry = Entry(DocumentKind.PROGRAM, "main", changed(change), where="documents[0]")
+    with pytest.raises(BadDocument, match=words):
+        check_entries((entry,), "x.json", lambda kind, name: None)
+
+
+def test_a_program_of_a_robot_that_only_its_cell_knows_comes_in() -> None:
+    body = changed(lambda program: program.update(robot="our own arm"))
+    assert json.loads(brought_in(body).body)["robot"] == "our own arm"
 
 
 @pytest.mark.parametrize(

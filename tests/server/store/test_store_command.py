@@ -15,12 +15,14 @@ from openpendant.tools.cli import main as openpendant
 
 RECORDING = DocumentKind.RECORDING
 
+HEADINGS = ",".join(["name", *(f"joints[{number}]" for number in range(6))])
+
 # Readers may leave them behind, empty.
 SHARED = ("store.db-shm", "store.db-wal", "store.db-reserve")
 
 
 def welding(joint: float) -> str:
-    points = [{"name": "p1", "joints": [0.5, joint]}]
+    points = [{"name": "p1", "joints": [0.5, joint, 0.0, 0.0, 0.0, 0.0]}]
     return json.dumps(
         {"format": "openpendant-program/1", "name": "weld", "robot": "ur5", "points": points}
     )
@@ -71,9 +73,12 @@ def test_documents_are_listed(path: Path, capsys: pytest.CaptureFixture[str]) ->
 
 
 def test_a_document_is_shown_with_its_past(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_json(capsys, "show", "program", "weld")["body"]["points"][0]["joints"] == [0.5, 2.0]
+    assert run_json(capsys, "show", "program", "weld")["body"]["points"][0]["joints"][:2] == [
+        0.5,
+        2.0,
+    ]
     older = run_json(capsys, "show", "program", "weld", "--revision", 1)
-    assert older["body"]["points"][0]["joints"] == [0.5, 1.0]
+    assert older["body"]["points"][0]["joints"][:2] == [0.5, 1.0]
     history = run_json(capsys, "show", "program", "weld", "--history")
     assert [item["revision"] for item in history] == [1, 2]
     assert run(capsys, "show", "program", "weld", "--history")[2] == "2 revisions\n"
@@ -114,14 +119,14 @@ def test_points_and_samples_go_out_and_come_in_as_csv(
 ) -> None:
     points, samples = tmp_path / "points.csv", tmp_path / "samples.csv"
     assert run(capsys, "export", points, "--kind", "program")[0] == 0
-    assert points.read_text() == "name,joints[0],joints[1]\np1,0.5,2.0\n"
+    assert points.read_text() == f"{HEADINGS}\np1,0.5,2.0,0.0,0.0,0.0,0.0\n"
     assert run(capsys, "export", samples, "--name", "r")[0] == 0
     assert samples.read_text() == "t,j1\n0.0,0.5\n0.01,0.25\n"
-    points.write_text("name,joints[0],joints[1]\np1,0.5,3.0\n")
+    points.write_text(f"{HEADINGS}\np1,0.5,3.0,0,0,0,0\n")
     saved = run_json(capsys, "import", points, "--name", "weld", "--replace")
     assert saved[0]["revision"] == 3
     joints = run_json(capsys, "show", "program", "weld")["body"]["points"][0]["joints"]
-    assert joints == [0.5, 3.0]
+    assert joints[:2] == [0.5, 3.0]
     samples.write_text("t,j1,j2,j3,j4,j5,j6\n0.0,0.5,0,0,0,0,0\n0.01,0.25,0,0,0,0,0\n")
     of_r2 = ["--kind", "recording", "--name", "r2", "--robot", "ur5"]
     saved = run_json(capsys, "import", samples, *of_r2)

@@ -120,6 +120,15 @@ def test_one_bad_document_keeps_the_whole_file_out_and_is_named(
     assert names(path) == []
 
 
+def test_a_program_of_a_robot_that_is_not_known_here_is_taken_and_that_is_said(
+    path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    body = {"format": "openpendant-program/1", "name": "a", "robot": "our own arm"}
+    assert main(["import", str(documents(document("program", "a", body)))]) == 0
+    assert "'our own arm', which is no robot of the catalogue" in capsys.readouterr().err
+    assert names(path) == [("program", "a")]
+
+
 def test_frames_may_hang_from_tools_of_the_same_file_or_of_the_store(path: Path) -> None:
     tools = document("tools", "left", FRAMES | {"tools": [HERE | {"name": "g"}]})
     frames = document("frames", "left", FRAMES | {"frames": [HERE | {"name": "f", "parent": "g"}]})
