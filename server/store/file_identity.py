@@ -12,7 +12,6 @@ import contextlib
 import os
 import sqlite3
 import stat
-import time
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -23,10 +22,6 @@ from .schema import APPLICATION_ID
 
 _BESIDE = ("-wal", "-shm")
 """What SQLite keeps beside an open file: its log and the index of that."""
-
-_LOOKS = 5
-_BETWEEN_LOOKS = 0.02
-"""Another process may be moving its log into the file just now [s]."""
 
 _CONSEQUENCE = "nothing is saved until it is back, or the server is started anew"
 
@@ -117,35 +112,30 @@ class FileIdentity:
     def _check_content(self) -> None:
         """Refuse a file that somebody wrote something else over, which keeps its inode.
 
-        Where a full disk ended the move of the log into the file, its content is torn; SQLite
-        mends that, and it is no reason to refuse.
+        Where a full disk ended the move of the log into the file, or another process is at it just
+        now, the content is torn; SQLite mends that, and it is no reason to refuse.
         """
-        for look in range(_LOOKS):
-            now = self._path.stat()
-            written = (now.st_mtime_ns, now.st_size)
-            if written == self._seen:
-                return
-            if look:
-                time.sleep(_BETWEEN_LOOKS)
-            with contextlib.closing(self._plain()) as plain:
-                content = _content(plain)
-                if content is _Content.FOREIGN:
-                    raise NotOurFile(
-                        f"{self._path}: is no store any more, something else was written over it;"
-                        f" {_CONSEQUENCE}"
-                    )
-                if content is _Content.TORN:
-                    continue
-                if content.is_before(self._progress):
-                    if not _is_whole(plain):
-                        continue
-                    raise NotOurFile(
-                        f"{self._path}: holds an older state than was saved in it, as of a copy"
-                        f" that was written over it; {_CONSEQUENCE}"
-                    )
-            self._seen, self._progress = written, content
+        now = self._path.stat()
+        written = (now.st_mtime_ns, now.st_size)
+        if written == self._seen:
             return
-        self._seen = written
+        with contextlib.closing(self._plain()) as plain:
+            content = _content(plain)
+            if content is _Content.FOREIGN:
+                raise NotOurFile(
+                    f"{self._path}: is no store any more, something else was written over it;"
+                    f" {_CONSEQUENCE}"
+                )
+            if content is _Content.TORN:
+                return
+            if content.is_before(self._progress):
+                if not _is_whole(plain):
+                    return
+                raise NotOurFile(
+                    f"{self._path}: holds an older state than was saved in it, as of a copy that"
+                    f" was written over it; {_CONSEQUENCE}"
+                )
+        self._seen, self._progress = written, content
 
     def _plain(self) -> sqlite3.Connection:
         """Open the file itself, without its log and without what SQLite remembers of it."""

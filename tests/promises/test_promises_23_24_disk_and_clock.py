@@ -15,6 +15,7 @@ from emulated_cell import EmulatedCell
 from server_clients import Pendant
 
 from openpendant.server.store.errors import DiskFull, ReadOnly, StoreError
+from openpendant.server.store.file_identity import NotOurFile
 from openpendant.simplemsg import PENDANT, ByteOrder, Codec, ReplyCode, joint_array
 from openpendant.simplemsg.pendant import (
     Activity,
@@ -99,7 +100,14 @@ def undisturbed() -> list[bytes]:
     return frames
 
 
-@pytest.mark.parametrize("failure", [DiskFull("no space left"), ReadOnly("a read-only disk")])
+@pytest.mark.parametrize(
+    "failure",
+    [
+        DiskFull("no space left"),
+        ReadOnly("a read-only disk"),
+        NotOurFile("store.db: is a directory now, and not the file that was opened"),
+    ],
+)
 def test_promise_23_a_disk_that_fails_refuses_each_save_and_moves_nothing_differently(
     failure: StoreError, undisturbed: list[bytes]
 ) -> None:

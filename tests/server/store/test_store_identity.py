@@ -1,4 +1,4 @@
-"""A store that is no longer the file of its name refuses to save, and says what became of it."""
+"""A store that is no longer the file of its name refuses to save, and says why (promise 23)."""
 
 from __future__ import annotations
 
