@@ -149,6 +149,48 @@ def lose(rig: PromiseRig, end: End, chance: random.Random, trial: int) -> int:
     return now
 
 
+@pytest.mark.parametrize(("trials", "slack"), trials_of(OBSERVED_STOP))
+def test_promise_19_a_stop_passes_200_listeners_and_a_planning_job_within_20_ms(
+    tmp_path: Path, trials: int, slack: float
+) -> None:
+    chance = random.Random(19)
+    figures = Figures("promise 19, stop in to stop out")
+    with promise_rig(tmp_path) as rig:
+        rig.beside("listeners", LISTENERS, LISTENER_RATE)
+        rig.beside("planner")
+        observer = rig.pendant("observer", rate=0.0)
+        pendant = rig.pendant("mover")
+        pendant.take_control()
+        while figures.need_more(trials, OBSERVED_STOP.ms, slack):
+            hold_key(rig, pendant, chance, len(figures.delays))
+            asked = observer.stop()
+            stop = rig.controller.first(is_stop, asked)
+            assert stop is not None
+            figures.take(asked, (stop.time - asked) / 1e6)
+            figures.idle.append(rig.idle_delay())
+            pendant.come_to_rest()
+            observer.listen(0.001)
+            assert pendant.reset() is VerdictCode.ACCEPTED
+            pendant.wait_until(lambda state: state.stop == StopKind.NONE)
+    figures.judge(OBSERVED_STOP.ms, slack=slack, most=figure(19, "most").ms)
+
+
+@pytest.mark.soak
+def test_promise_21_a_jog_goes_on_beside_a_thousand_idle_connections(tmp_path: Path) -> None:
+    figures, late = Figures("promise 21, ticks late beside 1,000"), figure(21, "late")
+    with promise_rig(tmp_path, listen={"max_connections": figure(21, "most").count}) as rig:
+        rig.beside("listeners", figure(21, "crowd").count, 0.0)
+        pendant = rig.pendant("one more")
+        pendant.take_control()
+        while figures.need_more(late.trials, late.ms):
+            pendant.hold_anew()
+            pendant.press(0.3 if len(figures.delays) % 200 < 100 else -0.3)
+            rig.watch_ticks(pendant, 1.0, figures)
+            assert is_jogging(pendant)
+            pendant.come_to_rest()
+    figures.judge(late.ms)
+
+
 @pytest.mark.parametrize(("trials", "slack"), trials_of(STOPPED))
 @pytest.mark.parametrize("end", End)
 def test_promise_2_a_lost_connection_stops_within_20_ms(
@@ -224,32 +266,6 @@ def test_a_press_changes_the_set_point_within_30_ms(
         pendant.come_to_rest()
     pendant.close()
     figures.judge(PRESSED.ms, slack=slack)
-
-
-@pytest.mark.parametrize(("trials", "slack"), trials_of(OBSERVED_STOP))
-def test_promise_19_a_stop_passes_200_listeners_and_a_planning_job_within_20_ms(
-    tmp_path: Path, trials: int, slack: float
-) -> None:
-    chance = random.Random(19)
-    figures = Figures("promise 19, stop in to stop out")
-    with promise_rig(tmp_path) as rig:
-        rig.beside("listeners", LISTENERS, LISTENER_RATE)
-        rig.beside("planner")
-        observer = rig.pendant("observer", rate=0.0)
-        pendant = rig.pendant("mover")
-        pendant.take_control()
-        while figures.need_more(trials, OBSERVED_STOP.ms, slack):
-            hold_key(rig, pendant, chance, len(figures.delays))
-            asked = observer.stop()
-            stop = rig.controller.first(is_stop, asked)
-            assert stop is not None
-            figures.take(asked, (stop.time - asked) / 1e6)
-            figures.idle.append(rig.idle_delay())
-            pendant.come_to_rest()
-            observer.listen(0.001)
-            assert pendant.reset() is VerdictCode.ACCEPTED
-            pendant.wait_until(lambda state: state.stop == StopKind.NONE)
-    figures.judge(OBSERVED_STOP.ms, slack=slack, most=figure(19, "most").ms)
 
 
 def test_promise_18_of_thirty_that_ask_at_once_one_gets_it_and_the_others_hear_who(
@@ -343,19 +359,3 @@ def test_promise_20_a_storm_of_connections_neither_delays_ticks_nor_ends_a_jog(
         pendant.come_to_rest()
     pendant.close()
     figures.judge(STORMED.ms, slack=slack)
-
-
-@pytest.mark.soak
-def test_promise_21_a_jog_goes_on_beside_a_thousand_idle_connections(tmp_path: Path) -> None:
-    figures, late = Figures("promise 21, ticks late beside 1,000"), figure(21, "late")
-    with promise_rig(tmp_path, listen={"max_connections": figure(21, "most").count}) as rig:
-        rig.beside("listeners", figure(21, "crowd").count, 0.0)
-        pendant = rig.pendant("one more")
-        pendant.take_control()
-        while figures.need_more(late.trials, late.ms):
-            pendant.hold_anew()
-            pendant.press(0.3 if len(figures.delays) % 200 < 100 else -0.3)
-            rig.watch_ticks(pendant, 1.0, figures)
-            assert is_jogging(pendant)
-            pendant.come_to_rest()
-    figures.judge(late.ms)
