@@ -138,7 +138,7 @@ def motions_at_the_controllers_edge(count: int, seed: int) -> None:
         limits = serial_robot(name).limits
         random = np.random.default_rng([11, seed, number])
         share = count * (number + 1) // len(SERIAL) - count * number // len(SERIAL)
-        reach = 0.05 * (np.array(limits.upper) - np.array(limits.lower))
+        reach = 0.03 * (np.array(limits.upper) - np.array(limits.lower))
         while share:
             through = cell.position + random.uniform(-reach, reach, (3, limits.dof))
             inside = np.clip(through, limits.lower, limits.upper)
