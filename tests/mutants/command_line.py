@@ -70,13 +70,12 @@ def run_rows(rows: Sequence[Mutant], runs: MutantRuns, workers: int) -> list[Out
         try:
             # All sets first: two rows with the same tests would wait for each other.
             unchanged = [pool.submit(runs.run_unchanged, tests) for tests in sets]
-            for done, future in enumerate(as_completed(unchanged), 1):
-                future.result()
-                _tell(f"\r{done} of {len(sets)} sets of tests ran on the code as it is")
-            _tell("\n")
+            for ended in as_completed(unchanged):
+                ended.result()
+            _tell(f"{len(sets)} sets of tests ran on the code as it is\n")
             judged: list[Future[Outcome]] = [pool.submit(runs.judge, row) for row in rows]
-            for done, ended in enumerate(as_completed(judged), 1):
-                outcome = ended.result()
+            for done, judging in enumerate(as_completed(judged), 1):
+                outcome = judging.result()
                 outcomes[outcome.row.name] = outcome
                 _tell(f"{done:4} of {len(rows)}  {_line(outcome)}\n")
         except BaseException:
