@@ -39,19 +39,21 @@ class BodiesOnRails:
         looked_at: the pairs of each look.
     """
 
-    def __init__(self, *distances: Distance, gain: float = 1.0) -> None:
+    def __init__(self, *distances: Distance, gain: float = 1.0, joints: int = 2) -> None:
         """Make one pair for each distance.
 
         Args:
             distances: of the pairs.
             gain: what a metre of a joint moves the model's joint by.
+            joints: how many there are; those after the second move no body.
         """
         self._distances = distances
         self._gain = gain
         self.pairs = [("robot", f"body {number}") for number in range(len(distances))]
-        self.sweep: Array = np.tile((1.0, 0.5), (len(distances), 1))
+        self.sweep: Array = np.zeros((len(distances), joints))
+        self.sweep[:, :2] = 1.0, 0.5
         self.scene = SimpleNamespace(objects=())
-        self.kinematics = SimpleNamespace(dof=2)
+        self.kinematics = SimpleNamespace(dof=joints)
         self.looked_at: list[list[int]] = []
 
     @property
@@ -71,5 +73,5 @@ class BodiesOnRails:
     def clearances_of(self, pairs: Iterable[int], position: Sequence[float] | Array) -> list[float]:
         asked = list(pairs)
         self.looked_at.append(asked)
-        first, second = (self._gain * float(each) for each in position)
+        first, second, *_ = (self._gain * float(each) for each in position)
         return [self._distances[pair](first, second) for pair in asked]

@@ -59,6 +59,13 @@ def test_every_pair_is_looked_at(order: tuple[float, float]) -> None:
     assert not is_sure(BodiesOnRails(*map(standing_at, order)), (4.0, 0.0), START)
 
 
+@pytest.mark.parametrize("place", [0, 1])
+def test_every_pair_that_one_look_does_not_prove_is_looked_at_again(place: int) -> None:
+    distances = [always(1.5), always(1.5)]
+    distances[place] = standing_at(3.0)
+    assert not is_sure(BodiesOnRails(*distances), (4.0, 0.0), START)
+
+
 def test_pairs_that_one_look_proved_are_not_looked_at_again() -> None:
     bodies = BodiesOnRails(standing_at(50.0), always(0.4))
     assert is_sure(bodies, (1.0, 0.0), START)

@@ -120,6 +120,14 @@ class TestLook:
             found = guard.look((place, 0.0))
         assert found == {0: pytest.approx(0.039)}
 
+    def test_looks_again_where_it_comes_back_to(self) -> None:
+        """Between a body 30 mm behind and one 500 mm ahead, there and back in two steps."""
+        guard = CollisionGuard(BodiesOnRails(standing_at(0.5), standing_at(-0.03)).model)
+        for place in (0.0, 0.47, 0.0):
+            found = guard.look((place, 0.0))
+            assert found is not None
+            assert min(found.values()) == pytest.approx(0.03)
+
     def test_watches_each_place_of_what_was_near_at_the_last_look(self) -> None:
         guard = CollisionGuard(BodiesOnRails(standing_at(0.09)).model)
         assert guard.look((0.0, 0.0)) is None
