@@ -111,14 +111,14 @@ class TestLook:
     def test_adds_up_what_all_joints_do(self) -> None:
         guard = CollisionGuard(BodiesOnRails(standing_at(0.2)).model)
         assert guard.look((0.0, 0.0)) is None
-        assert guard.look((0.1, 0.15)) == {0: pytest.approx(0.025)}
+        assert guard.look((0.1, 0.15)) == pytest.approx({0: 0.025})
 
     def test_looks_again_from_where_it_looked_last(self) -> None:
         bodies = BodiesOnRails(standing_at(0.5))
         guard = CollisionGuard(bodies.model)
         for place in (0.0, 0.3, 0.4, 0.461):
             found = guard.look((place, 0.0))
-        assert found == {0: pytest.approx(0.039)}
+        assert found == pytest.approx({0: 0.039})
 
     def test_looks_again_where_it_comes_back_to(self) -> None:
         """Between a body 30 mm behind and one 500 mm ahead, there and back in two steps."""
@@ -131,12 +131,12 @@ class TestLook:
     def test_watches_each_place_of_what_was_near_at_the_last_look(self) -> None:
         guard = CollisionGuard(BodiesOnRails(standing_at(0.09)).model)
         assert guard.look((0.0, 0.0)) is None
-        assert guard.look((0.06, 0.0)) == {0: pytest.approx(0.03)}
+        assert guard.look((0.06, 0.0)) == pytest.approx({0: 0.03})
 
     def test_of_a_model_whose_joints_go_farther_than_the_robots_looks_sooner(self) -> None:
         guard = CollisionGuard(BodiesOnRails(standing_at(0.2), gain=2.0).model)
         assert guard.look((0.0, 0.0)) is None
-        assert guard.look((0.085, 0.0)) == {0: pytest.approx(0.03)}
+        assert guard.look((0.085, 0.0)) == pytest.approx({0: 0.03})
 
 
 class TestClearWay:

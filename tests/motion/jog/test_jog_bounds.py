@@ -11,14 +11,18 @@ from typing import cast
 import numpy as np
 import pytest
 from bodies_on_rails import BodiesOnRails, standing_at
-from jogged_robots import FAST, UR5_BENT, robot
+from jogged_robots import FAST, UR5_BENT, model, robot
 
 from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogReason, JointJog
-from openpendant.motion.jog.arm import Posture
+from openpendant.motion.jog.arm import Footing, Posture
+from openpendant.motion.jog.collision_guard import CollisionGuard
+from openpendant.motion.jog.look_ahead import LookAhead
 from openpendant.motion.jog.nearness import scales, stop
 from openpendant.motion.jog.point_speeds import StopAhead, point_excess
 from openpendant.motion.jog.reasons import JogCause
+from openpendant.motion.jog.stop_surroundings import StopSurroundings
 from openpendant.motion.jog.tick_bounds import is_even, speed_bounds
+from openpendant.motion.jog.tool_path import JogTwist, ToolPath
 from openpendant.motion.jog.way_node import WayNode
 from openpendant.motion.limits import JointLimits
 from openpendant.motion.mechanism import SerialMechanism
@@ -244,7 +248,8 @@ class TestNearness:
         [
             (cell(1.9, 1.975), 0.5),  # a quarter of the margin is left
             (cell(-1.9, -1.975, (-1.0, -1.0)), 0.5),
-            (cell(1.975, 1.9, (-1.0, -1.0)), None),
+            (cell(1.99, 1.975, (-1.0, -1.0)), None),
+            (cell(-1.99, -1.975), None),
             (cell(1.8, 1.89), None),
             (cell(0.0, 0.1, conditions=(23.0, 23.5)), math.sqrt(0.5)),
             (cell(0.0, 0.1, conditions=(24.0, 23.5)), None),
@@ -257,6 +262,86 @@ class TestNearness:
     def test_what_slows_a_way(self, cell: tuple[WayNode, WayNode], scale: float | None) -> None:
         found = scales(self.model(), *cell)
         assert [share for share, _ in found] == ([] if scale is None else [pytest.approx(scale)])
+
+
+class TestStopSurroundings:
+    """Bodies and a platform's own limits near the place where a stop would end."""
+
+    @staticmethod
+    def left(use: float, ahead: float) -> tuple[float, JogReason] | None:
+        """Return what is left of 0.25 m/s towards a body so far ahead of where a stop ends.
+
+        Args:
+            use: of the platform's limits there; 0.5 where it is.
+            ahead: of that place [m].
+        """
+
+        def posture(place: Sequence[float]) -> Posture:
+            value = use if place[0] > 0.005 else 0.5
+            return Posture(value, JogCause(JogReason.WORKSPACE, value, 1.0))
+
+        model = SimpleNamespace(
+            guard=CollisionGuard(BodiesOnRails(standing_at(0.01 + ahead)).model),
+            arm=SimpleNamespace(posture=posture),
+            watches_posture=True,
+        )
+        ahead_of = StopAhead([0.25, 0.0], [0.0025, 0.0], [0.01, 0.0], 0.01)
+        surroundings = StopSurroundings(cast(JogModel, model))
+        found = surroundings.left(DT, [0.0, 0.0], [0.25, 0.0], ahead_of)
+        return None if found is None else (found[0], found[1].reason)
+
+    @pytest.mark.parametrize(
+        ("use", "ahead", "left", "reason"),
+        [
+            (0.5, 0.006, 0.0, JogReason.COLLISION),
+            (1.0, 0.5, 0.0, JogReason.WORKSPACE),
+            (0.975, 0.5, 0.5, JogReason.WORKSPACE),
+            (0.975, 0.006, 0.0, JogReason.COLLISION),
+            (1.0, 0.013, 0.0, JogReason.WORKSPACE),
+            (0.91, 0.0095, 0.25 * 0.5 * 0.02 / 0.01, JogReason.COLLISION),
+        ],
+    )
+    def test_what_leaves_least_counts(
+        self, use: float, ahead: float, left: float, reason: JogReason
+    ) -> None:
+        found = self.left(use, ahead)
+        assert found is not None
+        assert found[0] == pytest.approx(left, abs=1e-9)
+        assert found[1] is reason
+
+    def test_far_from_both_all_is_left(self) -> None:
+        assert self.left(0.9, 0.021) is None
+
+
+class TestCells:
+    """The places of a tool jog's way: between two of them the joints go along a cubic."""
+
+    def test_no_cell_leads_from_one_posture_of_the_arm_to_another(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """Where the arm's answer jumps, here by 0.05 rad of the last joint, the way ends."""
+        arm = model("ur5").arm
+        rotation, point = arm.place(UR5_BENT)
+        follow = arm.follow
+
+        def jumping(
+            guess: list[float], rotation: np.ndarray, there: np.ndarray, twist: np.ndarray
+        ) -> Footing | None:
+            found = follow(guess, rotation, there, twist)
+            if found is None or there[1] - point[1] < 0.05:
+                return found
+            return found._replace(position=[*found.position[:5], found.position[5] + 0.05])
+
+        monkeypatch.setattr(arm, "follow", jumping)
+        twist = JogTwist(np.array([0.0, 0.2, 0.0]), np.zeros(3))
+        ahead = LookAhead(model("ur5"), ToolPath(rotation, point, twist), UR5_BENT, 0.25)
+        ahead.extend(60, 0)
+        assert ahead.end is not None
+        assert 0.04 < 0.2 * ahead.nodes[-1].sigma < 0.05
+        ways = [
+            abs(after.position[5] - before.position[5]) for before, after in pairwise(ahead.nodes)
+        ]
+        assert max(ways) < 0.03
 
 
 class TestBodies:

@@ -12,13 +12,16 @@ import pytest
 from program_samples import linked
 
 from openpendant.motion.frames import FrameTree
+from openpendant.motion.ptp import plan_joint_move
 from openpendant.motion.robot import serial_robot
+from openpendant.motion.timing import time_legs, time_path
 from openpendant.motion.tool_speed import ToolSpeedLimit
 from openpendant.motion.trajectory import Trajectory
-from openpendant.server.planning import block_planning, planner
-from openpendant.server.planning.jobs import BlockJob, Job, JointPathJob, PoseGoal, PoseJob
-from openpendant.server.planning.planner import answer
+from openpendant.server.planning.jobs import BlockJob, Job, JointPathJob, PoseJob
+from openpendant.server.planning.planner import answer, kinematics_of
+from openpendant.server.planning.pose_goal import PoseGoal
 from openpendant.server.planning.recording_job import RecordingJob
+from openpendant.server.planning.recording_planning import plan_recording as plan
 from openpendant.server.programs.control_flow import ControlFlow, Level
 from openpendant.server.programs.motion_blocks import Gatherer
 from openpendant.server.recording.document import Extract
@@ -30,6 +33,8 @@ from openpendant.simplemsg.verdicts import VerdictCode
 HOME = serial_robot("ur5").home_position
 THERE = (HOME[0] + 0.8, *HOME[1:])
 CAP = 0.25
+PLANNER = "openpendant.server.planning.planner"
+BLOCKS = "openpendant.server.planning.block_planning"
 
 Planner = Callable[..., Any]
 
@@ -46,11 +51,10 @@ def forgetful(plan: Planner) -> Planner:
 
 @pytest.fixture
 def _forgets_the_cap(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(planner, "time_path", forgetful(planner.time_path))
-    monkeypatch.setattr(planner, "time_legs", forgetful(planner.time_legs))
-    monkeypatch.setattr(block_planning, "time_path", forgetful(block_planning.time_path))
-    original = planner.plan_recording
-    monkeypatch.setattr(planner, "plan_recording", lambda arm, job, _: original(arm, job, ()))
+    monkeypatch.setattr(f"{PLANNER}.time_path", forgetful(time_path))
+    monkeypatch.setattr(f"{PLANNER}.time_legs", forgetful(time_legs))
+    monkeypatch.setattr(f"{BLOCKS}.time_path", forgetful(time_path))
+    monkeypatch.setattr(f"{PLANNER}.plan_recording", lambda arm, job, _: plan(arm, job, ()))
 
 
 def refused(job: Job) -> Refusal:
@@ -61,8 +65,8 @@ def refused(job: Job) -> Refusal:
 
 
 def pose_job(motion: Motion) -> PoseJob:
-    x, y, z = planner.kinematics_of("ur5").forward(HOME).position.tolist()
-    orientation = planner.kinematics_of("ur5").forward(HOME).quaternion.tolist()
+    x, y, z = kinematics_of("ur5").forward(HOME).position.tolist()
+    orientation = kinematics_of("ur5").forward(HOME).quaternion.tolist()
     goal = PoseGoal((x, y - 0.2, z + 0.1), tuple(orientation))
     return PoseJob(1, HOME, (goal,), "base", motion, 1.0, CAP)
 
@@ -104,13 +108,12 @@ def test_a_block_that_forgets_the_cap_is_refused_by_the_certificate() -> None:
 def test_a_plan_that_starts_elsewhere_is_refused_by_the_certificate(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    original = planner.plan_joint_move
     aside = (HOME[0] + 0.02, *HOME[1:])
 
     def from_elsewhere(_: object, *arguments: Any, **named: Any) -> Trajectory:
-        return original(aside, *arguments, **named)
+        return plan_joint_move(aside, *arguments, **named)
 
-    monkeypatch.setattr(planner, "plan_joint_move", from_elsewhere)
+    monkeypatch.setattr(f"{PLANNER}.plan_joint_move", from_elsewhere)
     refusal = refused(JointPathJob(1, HOME, (THERE,), 1.0))
     assert "start" in refusal.text
-    assert (refusal.value, refusal.limit) == (pytest.approx(0.02), 0.01)
+    assert (refusal.value, refusal.limit) == pytest.approx((0.02, 0.01))
