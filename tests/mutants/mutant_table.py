@@ -15,6 +15,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from textwrap import dedent
 from typing import Any
 
 FOLDER = Path(__file__).parent
@@ -144,16 +145,40 @@ def _fault_problems(row: Mutant, root: Path) -> Iterator[str]:
     if not (path.is_file() and path.suffix == ".py"):
         yield f"{row.file} is no Python file of the project"
         return
+    text = _text(path)
     try:
-        changed = row.changed(_text(path))
+        changed = row.changed(text)
     except ValueError as error:
         yield str(error)
         return
+    first, last = _place(path, text, row.before)
+    lines = slice(first, last + changed.count("\n") - text.count("\n"))
     try:
-        if ast.dump(ast.parse(changed)) == _meaning(path):
+        if _meaning(changed, lines) == _meaning(text, slice(first, last)):
             yield "the change means nothing"
     except SyntaxError as error:
-        yield f"the changed file does not compile: {error.msg}, line {error.lineno}"
+        where = first + (error.lineno or 0)
+        yield f"the changed file does not compile: {error.msg}, line {where}"
+
+
+def _place(path: Path, text: str, part: str) -> tuple[int, int]:
+    """Return the lines of the innermost function or statement of a file that holds a part of it.
+
+    So that only these are parsed: hundreds of rows times the whole file would take seconds.
+
+    Returns:
+        The first line and the one after the last, from 0; those of the file where none holds it.
+    """
+    begins = text.count("\n", 0, text.index(part)) + 1
+    ends = begins + part.rstrip("\n").count("\n")
+    lines = [bounds for bounds in _statements(path) if bounds[0] <= begins and ends <= bounds[1]]
+    first, last = max(lines, default=(1, text.count("\n") + 1))
+    return first - 1, last
+
+
+def _meaning(text: str, lines: slice) -> str:
+    """Return what lines mean, whatever their indentation, comments and line numbers."""
+    return ast.dump(ast.parse(dedent("".join(text.splitlines(keepends=True)[lines]))))
 
 
 @cache
@@ -162,15 +187,28 @@ def _text(path: Path) -> str:
 
 
 @cache
-def _meaning(path: Path) -> str:
-    return ast.dump(ast.parse(_text(path)))
+def _statements(path: Path) -> tuple[tuple[int, int], ...]:
+    """Return first and last line of each statement of a file and each function, decorators too."""
+    module = _parsed(path)
+    nodes = [*module.body, *(node for node in ast.walk(module) if isinstance(node, _FUNCTIONS))]
+    bounds = set()
+    for node in nodes:
+        decorated = getattr(node, "decorator_list", [])
+        first = min([node.lineno, *(each.lineno for each in decorated)])
+        bounds.add((first, node.end_lineno or first))
+    return tuple(bounds)
+
+
+@cache
+def _parsed(path: Path) -> ast.Module:
+    return ast.parse(_text(path))
 
 
 @cache
 def _test_names(path: Path) -> frozenset[str]:
     """Return the ids of a file's tests and classes of tests, without parameters."""
     names: set[str] = set()
-    for node in ast.parse(_text(path)).body:
+    for node in _parsed(path).body:
         if isinstance(node, _FUNCTIONS):
             names.add(node.name)
         elif isinstance(node, ast.ClassDef):

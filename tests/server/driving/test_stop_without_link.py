@@ -11,6 +11,7 @@ from openpendant.server.driving.feedback import Feedback
 from openpendant.server.outgoing import DropLink, ForwardStop
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings import ControllerLink
+from openpendant.simplemsg import JointFeedback, ValidField, joint_array
 from openpendant.simplemsg.verdicts import VerdictCode
 
 SECOND = 1_000_000_000
@@ -49,3 +50,24 @@ def test_a_stop_is_waited_for_only_where_it_went(
     assert isinstance(stop, ForwardStop)
     dropped = any(isinstance(item, DropLink) for item in driving.settle(2 * SECOND))
     assert dropped is is_dropped
+
+
+def test_a_stop_on_a_link_that_was_lost_since_is_waited_for_no_more(driving: Driving) -> None:
+    driving.path_changed(ControllerPath.MOTION, True)
+    driving.halt(WHY, 0)
+    driving.path_changed(ControllerPath.MOTION, False)
+    assert driving.settle(2 * SECOND) == []
+
+
+@pytest.mark.parametrize(
+    ("path", "is_known"), [(ControllerPath.STATE, False), (ControllerPath.MOTION, True)]
+)
+def test_nothing_of_a_state_link_that_was_lost_is_believed(
+    path: ControllerPath, is_known: bool
+) -> None:
+    link, none = ControllerLink(), joint_array(())
+    feedback = Feedback(2, link)
+    driving = Driving(link, LIMITS, feedback, lambda *_: [], lambda *_: [])
+    feedback.take(JointFeedback(0, ValidField.POSITION, 0.0, none, none, none), 0)
+    driving.path_changed(path, False)
+    assert (feedback.position is not None) is is_known
