@@ -156,6 +156,7 @@ class MutantRuns:
     def _run(self, tests: Sequence[str], folder: Path, *, planted: bool) -> TestRun:
         environment = {name: value for name, value in os.environ.items() if "PYTEST" not in name}
         environment.pop(VARIABLE, None)
+        environment["COLUMNS"] = "200"  # so that pytest's summary says what failed, and why
         if planted:
             path = (str(FOLDER / "planting"), environment.get("PYTHONPATH", ""))
             environment["PYTHONPATH"] = os.pathsep.join(path).rstrip(os.pathsep)
