@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import signal
 import sys
 import time
 from collections import Counter
@@ -35,7 +36,7 @@ text is not there once, its tests fail or are not there on the code as it is, no
 the fault, or pytest did not end by tests that ran).
 
 Exit codes: 0 no row failed and at least 95 % of the rows that are not equivalent were found; 1
-otherwise; 2 there is nothing to run, or the table cannot be read.
+otherwise; 2 there is nothing to run, or the table cannot be read; 130 it was interrupted.
 """
 
 
@@ -55,7 +56,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _tell("no row to run\n")
         return 0 if asked.which == CHANGED else 2
     began = time.monotonic()
-    outcomes = run_rows(rows, MutantRuns(seconds=asked.row_seconds), asked.workers)
+    # Whoever ends this ends the tests too, which run in process groups of their own.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        outcomes = run_rows(rows, MutantRuns(seconds=asked.row_seconds), asked.workers)
+    except KeyboardInterrupt:
+        _tell("ended before all rows were judged\n")
+        return 130
     _tell(f"{summary(outcomes)} in {time.monotonic() - began:.0f} s\n")
     if asked.json is not None:
         asked.json.write_text(json.dumps(as_data(outcomes), indent=1) + "\n", encoding="utf-8")
