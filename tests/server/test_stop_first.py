@@ -109,7 +109,9 @@ def codes(got: list[Any]) -> dict[int, V]:
 
 @pytest.mark.parametrize("flood", FLOODS)
 @pytest.mark.parametrize("count", [0, 100, 1_000, 5_000])
-async def test_it_acts_in_the_turn_that_reads_its_last_byte(flood: str, count: int) -> None:
+async def test_promise_19_it_acts_in_the_turn_that_reads_its_last_byte(
+    flood: str, count: int
+) -> None:
     rig = ByteRig()
     client = welcomed(rig, in_control=True)
     frames = [client.frames(FLOODS[flood](number)) for number in range(2, count + 2)]
@@ -461,7 +463,7 @@ _CHOICES: tuple[Callable[[int], Message], ...] = (
     st.lists(st.integers(1, 2_000), min_size=1, max_size=10),
     st.sampled_from(ByteOrder),
 )
-async def test_each_request_is_answered_once_and_none_moves_after_the_stop(
+async def test_promise_19_each_request_is_answered_once_and_none_moves_after_the_stop(
     chosen: list[Callable[[int], Message]], behind: int, sizes: list[int], order: ByteOrder
 ) -> None:
     rig = ByteRig()

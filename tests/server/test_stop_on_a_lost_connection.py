@@ -89,7 +89,7 @@ def ended_and_written_to(sock: socket.socket, client: ClientConnection) -> None:
 @pytest.mark.asyncio
 @pytest.mark.virtual_clock
 @pytest.mark.parametrize("end", [aborted, closed, reset_and_written_to, ended_and_written_to])
-async def test_what_has_arrived_when_a_connection_ends_is_read(
+async def test_promise_19_what_has_arrived_when_a_connection_ends_is_read(
     end: Callable[[socket.socket, ClientConnection], None],
 ) -> None:
     async with app_on_loop() as served:
