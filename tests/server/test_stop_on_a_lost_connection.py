@@ -127,7 +127,12 @@ async def test_a_stop_acts_while_the_last_answers_wait_to_leave() -> None:
         (client,) = served.app.clients.by_session.values()
         await until(lambda: client.wire.byte_order is not None, 1.0)
         write(client, bytes(3_000_000))
+        core = served.app.cells[0].core
+        sock.send(STOP)
         client.close("for a test")
+        await asyncio.sleep(0)
+        assert is_stopped(served)
+        core.cell.stop = None
         sock.send(STOP)
         await until(lambda: is_stopped(served), 0.02)
         assert served.connections == 1
