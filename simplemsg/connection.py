@@ -249,10 +249,10 @@ class Connection:
         """Take bytes behind those that wait, and return the next messages."""
         pending = self._pending
         pending += data
+        if len(pending) < self._needed:
+            return []  # and nothing behind the frame that was begun has come either
         if self._walk is not None and data:
             self._look_for_stops(pending)
-        if len(pending) < self._needed:
-            return []
         # At least the one frame that is known to be whole; all, where that is not much more.
         window = bytes(pending[: max(self._needed, _WINDOW)])
         received, start, needed = self._split(window, self._usual.get(window[_HEADER]))
