@@ -6,6 +6,7 @@ Over real sockets on a virtual clock: what the kernel holds when a connection en
 from __future__ import annotations
 
 import asyncio
+import select
 import socket
 import struct
 from collections.abc import Callable
@@ -59,6 +60,13 @@ def is_stopped(served: AppOnLoop) -> bool:
     return served.app.cells[0].core.cell.stop is not None
 
 
+def await_arrival(client: ClientConnection) -> None:
+    """Wait, by the kernel's clock, until what was sent can be read; the loop does nothing."""
+    assert client._transport is not None
+    accepted = client._transport.get_extra_info("socket").fileno()
+    assert select.select([accepted], [], [], 10.0)[0]
+
+
 def write(client: ClientConnection, data: bytes) -> None:
     """Write what is in no journal, as it answers nothing."""
     assert client._transport is not None
@@ -96,6 +104,7 @@ async def test_promise_19_what_has_arrived_when_a_connection_ends_is_read(
         for _ in range(10):
             sock, client = await welcomed(served)
             sock.send(CODEC.encode(ResetStop(1)) + PING * 40 + STOP)
+            await_arrival(client)
             assert not is_stopped(served)
             end(sock, client)
             await until(lambda: served.connections == 0, 1.0)
@@ -129,11 +138,13 @@ async def test_a_stop_acts_while_the_last_answers_wait_to_leave() -> None:
         write(client, bytes(3_000_000))
         core = served.app.cells[0].core
         sock.send(STOP)
+        await_arrival(client)
         client.close("for a test")
         await asyncio.sleep(0)
         assert is_stopped(served)
         core.cell.stop = None
         sock.send(STOP)
+        await_arrival(client)
         await until(lambda: is_stopped(served), 0.02)
         assert served.connections == 1
 
@@ -162,6 +173,7 @@ def test_a_journal_with_stops_ahead_runs_again_with_identical_bytes(tmp_path: Pa
             dying = await visitor()
             (*_, client) = cell.app.clients.by_session.values()
             dying.send(PING * 100 + STOP)
+            await_arrival(client)
             reset_and_written_to(dying, client)
             await until(lambda: core.cell.stop is not None, 0.1)
             cut = await visitor()
