@@ -28,7 +28,11 @@ unexport PYTHONDONTWRITEBYTECODE
 .DELETE_ON_ERROR:
 FUZZ_SECONDS ?= 60
 
-.PHONY: help demo test bench lint format soak fuzz reference clean stale
+MUTANTS ?=
+BASE ?= HEAD
+MUTANTS_ARGS ?=
+
+.PHONY: help demo test bench lint format soak mutants fuzz reference clean stale
 
 ## help     this list
 help:
@@ -64,6 +68,10 @@ format: $(VENV)/dev.stamp
 ## soak     the long tests: thousands of random examples each, tests marked soak, and every promise
 soak: $(VENV)/dev.stamp
 	$(PY) -m pytest -m "soak or hypothesis or promise" --hypothesis-profile=soak --timeout=3600 $(PYTEST_ARGS)
+
+## mutants  faults planted one by one, which tests must find; MUTANTS=changed, or a name or file
+mutants: $(VENV)/dev.stamp
+	$(PY) tests/mutants/run.py --workers $(WORKERS) --base '$(BASE)' $(MUTANTS_ARGS) '$(MUTANTS)'
 
 ## fuzz     atheris on decoder, connection, JSON bodies and capture loader, FUZZ_SECONDS=60 in all
 fuzz: $(VENV)/fuzz.stamp

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from openpendant.simplemsg import CommType, Received
+from openpendant.simplemsg import Arrival, CommType, Message
 from openpendant.simplemsg.pendant import PROTOCOL_VERSION, Hello
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -80,7 +80,15 @@ class Cells:
             return Routed(0, [])
         return Routed(home, self.cores[home].closed(session, now))
 
-    def receive(self, session: int, received: Received, now: int) -> Routed:
+    def stop_first(self, session: int, stop: Message, now: int) -> Routed | None:
+        """A client's STOP has arrived; None where it may not stop yet (`ServerCore.stop_first`)."""
+        home = self._home.get(session)
+        if home is None:
+            return None
+        out = self.cores[home].stop_first(session, stop, now)
+        return None if out is None else Routed(home, out)
+
+    def receive(self, session: int, received: Arrival, now: int) -> Routed:
         """A client sent a message."""
         home = self._home.get(session)
         if home is None:
@@ -139,7 +147,7 @@ class Cells:
         return any(core.is_moving for core in self.cores)
 
 
-def _names_a_cell(received: Received) -> bool:
+def _names_a_cell(received: Arrival) -> bool:
     """Tell whether this is a hello that can be read; the pendant face refuses any other."""
     if not isinstance(received, Hello) or received.comm_type != CommType.REQUEST:
         return False

@@ -1,7 +1,8 @@
 """The shell round one client's TCP connection: bytes to the core, messages back.
 
-Owns the socket's options, the deadline of a begun frame and back-pressure. It decides nothing
-about motion.
+Owns the socket's options, the deadline of a begun frame and back-pressure, and that a STOP acts in
+the turn that reads it: what a pendant says is handled in parts, so that nobody holds up the others,
+but read on meanwhile, up to a bound, and looked through. It decides nothing about motion.
 """
 
 from __future__ import annotations
@@ -9,18 +10,23 @@ from __future__ import annotations
 import asyncio
 import logging
 import socket
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, cast
 
 from openpendant.simplemsg import (
     MAX_REFERENCE_FRAME,
     PENDANT,
+    PENDANT_STOPS,
+    ROS_STOPS,
     STANDARD,
+    Arrival,
     Connection,
     Message,
     Role,
+    StopAhead,
 )
 from openpendant.simplemsg.masking import SecretMask
-from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
+from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Hello
 
 from .core import Port
 
@@ -42,8 +48,13 @@ REQUESTS_PER_TURN = 16
 """Frames of a pendant that are taken in a turn of the loop: the costliest, such as the check of a
 program, take two or three milliseconds, and the watchdog allows a hundred."""
 
+BULK = 16 * 1024
+"""After a read of so many bytes the next one goes first, and what waits is handled after it."""
+
 REPLY_BACKLOG = 256 * 1024
 """A client that asks but does not read is cut off at so many unread bytes."""
+
+_LAST_READ = 64 * 1024
 
 
 class ClientConnection(asyncio.Protocol):
@@ -70,6 +81,11 @@ class ClientConnection(asyncio.Protocol):
         self._is_behind = False
         self._clogged_since: int | None = None
         self._is_ending = False
+        self._early_stops: list[StopAhead] = []
+        self._goes_on = False
+        self._is_paused = False
+        self._read_first = False
+        self._rest = 0
         self._unsent: Exception | None = None
         self._has_secrets = port is Port.PENDANT
         self._heard_mask = SecretMask()
@@ -87,11 +103,16 @@ class ClientConnection(asyncio.Protocol):
                 PENDANT,
                 max_frame=MAX_PENDANT_FRAME,
                 frames_per_call=REQUESTS_PER_TURN,
+                stop_rule=PENDANT_STOPS,
             )
         else:
             known = self._clients.state_byte_order(self) if self.port is Port.ROS_STATE else None
             self.wire = Connection(
-                Role.SERVER, STANDARD, byte_order=known, max_frame=MAX_REFERENCE_FRAME
+                Role.SERVER,
+                STANDARD,
+                byte_order=known,
+                max_frame=MAX_REFERENCE_FRAME,
+                stop_rule=ROS_STOPS,
             )
         self._clients.admit(self)
 
@@ -110,22 +131,61 @@ class ClientConnection(asyncio.Protocol):
         """Decode what came and hand each message to the core, on this call stack."""
         wire = self.wire
         order = wire.byte_order
-        complete = wire.receive(data)
+        is_over = self.is_closing
+        if is_over or (data and wire.more):
+            self._read_on(data, now)
+            return
+        decoded = wire.receive(data)
+        if wire.stops:
+            self._stop_first(now)
+        complete: Sequence[Arrival] = wire.marked(decoded) if wire.overtaking else decoded
         for received in complete:
+            self._clients.receive(self.session, received, now)
+            if self._early_stops:
+                self._pass_by(received, now)
             if self.is_closing:
                 return
-            self._clients.receive(self.session, received, now)
         if wire.fault is not None:
             self.close(str(wire.fault))
             return
         if wire.byte_order is not order and self.port is Port.ROS_MOTION:
             self._clients.learn_byte_order(self)
-        if wire.more:
-            self._yield_to_others()
+        if wire.more or self._is_paused:
+            self._read_first = len(data) >= BULK
+            self._share_the_loop()
         if not wire.partial:
             self._frame_begun = None
         elif self._frame_begun is None or complete:
             self._frame_begun = now
+
+    def _read_on(self, data: bytes, now: int) -> None:
+        """Take bytes whose turn has not come, or never will; a STOP among them acts even so."""
+        self.wire.read_ahead(data)
+        if self.wire.stops:
+            self._stop_first(now)
+        if not self._is_ending:
+            self._read_first = len(data) >= BULK
+            self._share_the_loop()
+
+    def _stop_first(self, now: int) -> None:
+        """Let the STOPs that have arrived act before their turn: one for all that came at once."""
+        wire = self.wire
+        self._early_stops += wire.stops
+        wire.stops.clear()
+        early = [stop for stop in self._early_stops if not stop.acted]
+        if early and self._clients.stop_first(self.session, early[0].message, now):
+            for stop in early:
+                stop.acted = True
+            early[0].answered = self.port is Port.PENDANT
+            early = []
+        self._early_stops = early
+
+    def _pass_by(self, received: Arrival, now: int) -> None:
+        """Let a STOP act that had to wait for the hello in front of it."""
+        if isinstance(received, StopAhead):
+            received.acted = True  # in its turn, for what it was worth
+        elif isinstance(received, Hello):
+            self._stop_first(now)
 
     @property
     def is_closing(self) -> bool:
@@ -136,16 +196,30 @@ class ClientConnection(asyncio.Protocol):
         # The loop closes a transport by itself when the kernel reports an error.
         return self._clients.journal.answer("gone", self.session, transport.is_closing())
 
-    def _yield_to_others(self) -> None:
-        """Go on with the rest of a large chunk in the next turn of the loop."""
-        if self._transport is not None and not self.is_closing:
-            self._transport.pause_reading()
+    def _share_the_loop(self) -> None:
+        """Leave the rest to a later turn of the loop; read no more than may wait meanwhile."""
+        transport, wire = self._transport, self.wire
+        if transport is None or transport.is_closing():
+            return
+        if wire.more and not self._goes_on:
+            self._goes_on = True
             asyncio.get_running_loop().call_soon(self._go_on)
+        is_full = wire.more and wire.waiting >= self._clients.read_ahead(self)
+        if is_full and not self._is_paused:
+            transport.pause_reading()
+        elif self._is_paused and not is_full:
+            transport.resume_reading()
+        self._is_paused = is_full
 
     def _go_on(self) -> None:
-        if self._transport is None or self.is_closing:
+        self._goes_on = False
+        if self._transport is None or self._is_ending or self._transport.is_closing():
             return
-        self._transport.resume_reading()
+        if self._read_first and not self._is_paused:
+            # More is likely to have come: a STOP behind it must not wait until this was handled.
+            self._read_first = False
+            self._share_the_loop()
+            return
         self.data_received(b"")
 
     def eof_received(self) -> bool:
@@ -153,11 +227,20 @@ class ClientConnection(asyncio.Protocol):
         return False
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Tell the core that the client is gone."""
+        """Tell the core that the client is gone, and before that whether it said STOP."""
+        self._read_the_rest()
         self._transport = None
         if exc is not None:
             log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, exc)
         self._clients.dismiss(self)
+
+    def _read_the_rest(self) -> None:
+        """Look through what has arrived on a connection that has ended: a STOP may be in it."""
+        if self._transport is None:
+            return
+        for data in unread(self._transport, self._clients.read_ahead(self) - self._rest):
+            self._rest += len(data)
+            self.data_received(data)
 
     def send(self, message: Message) -> None:
         """Write a message; the next tick ends the connection where we failed to make its bytes."""
@@ -205,6 +288,9 @@ class ClientConnection(asyncio.Protocol):
         Raises:
             Exception: what went wrong with a message to it.
         """
+        if self._is_ending and self._transport is not None:
+            # Its last bytes may need a while to leave. An event of its own, not of the tick.
+            asyncio.get_running_loop().call_soon(self._read_the_rest)
         if self._unsent is not None:
             unsent, self._unsent = self._unsent, None
             raise unsent
@@ -223,6 +309,7 @@ class ClientConnection(asyncio.Protocol):
             log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, reason)
             self._is_ending = True
             self._transport.close()
+            asyncio.get_running_loop().call_soon(self._read_the_rest)
 
     def abort(self, reason: str) -> None:
         """Close at once; what was not written is lost."""
@@ -230,6 +317,31 @@ class ClientConnection(asyncio.Protocol):
             log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, reason)
             self._is_ending = True
             self._transport.abort()
+
+
+def unread(transport: asyncio.BaseTransport, most: int) -> Iterator[bytes]:
+    """Return what has arrived on a connection that the loop reads no more, where it is clear text.
+
+    An end of ours, or an error of a write, may come between the arrival of bytes and their reading.
+
+    Args:
+        transport: it has ended, and its socket is still open.
+        most: bytes that are read at most.
+    """
+    if transport.get_extra_info("sslcontext") is not None:
+        return
+    try:
+        sock = socket.socket(fileno=transport.get_extra_info("socket").fileno())
+    except (AttributeError, OSError, TypeError):
+        return
+    try:
+        while most > 0 and (data := sock.recv(min(most, _LAST_READ))):
+            most -= len(data)
+            yield data
+    except OSError:  # nothing more has come
+        return
+    finally:
+        sock.detach()
 
 
 def prepare_socket(sock: socket.socket, unanswered: int = 1_500) -> None:

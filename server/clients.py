@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from openpendant.simplemsg import ByteOrder, Received
+from openpendant.simplemsg import Arrival, ByteOrder, Message
 from openpendant.simplemsg.journal import Journal
 
 from .accept_rate import place_refusal
@@ -26,6 +26,12 @@ from .turned_away import TurnedAway
 
 MOST_ORDERS = 256
 """Addresses without a connection whose byte order is remembered; of more the oldest go."""
+
+READ_AHEAD = 512 * 1024
+"""Bytes of a client that are read and looked through for a STOP before their turn has come."""
+
+STRANGERS_READ_AHEAD = 64 * 1024
+"""The same of a pendant that has not logged in; a frame is not larger."""
 
 
 class Clients:
@@ -110,7 +116,23 @@ class Clients:
         fault = clear_text_fault(exposure_of(self._settings[client.cell]), client.address)
         return None if fault is None else fault.sentence
 
-    def receive(self, session: int, received: Received, now: int) -> None:
+    def stop_first(self, session: int, stop: Message, now: int) -> bool:
+        """Let a client's STOP act before its turn; tell whether the client may stop yet."""
+        routed = self._router.stop_first(session, stop, now)
+        if routed is None:
+            return False
+        self._perform(routed)
+        return True
+
+    def read_ahead(self, client: ClientConnection) -> int:
+        """Return how many bytes of a client may wait for their turn.
+
+        The ports of ROS-Industrial know no login; whoever may connect there may move the robot.
+        """
+        is_known = client.port is not Port.PENDANT or self._login.grant_of(client.session)
+        return READ_AHEAD if is_known else STRANGERS_READ_AHEAD
+
+    def receive(self, session: int, received: Arrival, now: int) -> None:
         """Hand a client's message to its cell."""
         if session not in self.by_session:
             self._turned_away.receive(session, received)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from enum import Enum
 
 from openpendant.motion.limits import JointLimits
-from openpendant.simplemsg import Received
+from openpendant.simplemsg import Arrival, Message, Received
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .access.audit_trail import AuditTrail
@@ -128,7 +128,28 @@ class ServerCore:
         face = self.pendants if port is Port.PENDANT else self.ros
         return face.closed(session, now)
 
-    def receive(self, session: int, received: Received, now: int) -> list[Outgoing]:
+    def stop_first(self, session: int, stop: Message, now: int) -> list[Outgoing] | None:
+        """A client's STOP has arrived: it acts before what the client sent in front of it.
+
+        Args:
+            session: number of the connection.
+            stop: what the STOP says.
+            now: monotonic time, ns.
+
+        Returns:
+            None where the client may not stop yet: then the STOP waits for its turn.
+        """
+        match self._ports.get(session):
+            case None:
+                return None
+            case Port.PENDANT:
+                if not self.pendants.may_stop(session):
+                    return None
+                return self._after_a_freeze(now) + self.pendants.stop_first(session, stop, now)
+            case _:
+                return self._after_a_freeze(now) + self.ros.stop_first(session, now)
+
+    def receive(self, session: int, received: Arrival, now: int) -> list[Outgoing]:
         """A client sent a message."""
         port = self._ports.get(session)
         if port is None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from openpendant.simplemsg import CommType, Received
+from openpendant.simplemsg import Arrival, CommType
 from openpendant.simplemsg.pendant import Hello
 
 from .core import Port
@@ -66,7 +66,7 @@ class TurnedAway:
             return
         self._waiting[client.session] = _Waiting(client, refusal, now + _HEARING_NS)
 
-    def receive(self, session: int, received: Received) -> None:
+    def receive(self, session: int, received: Arrival) -> None:
         """Answer a hello; anything else ends the connection without a word."""
         waiting = self._waiting.pop(session, None)
         if waiting is None:

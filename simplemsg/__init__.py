@@ -18,7 +18,16 @@ from .codes import (
     TriState,
     ValidField,
 )
-from .connection import MAX_REFERENCE_FRAME, Connection, Malformed, Received, Role, Unasked
+from .connection import (
+    MAX_REFERENCE_FRAME,
+    Arrival,
+    Connection,
+    Malformed,
+    Overtaken,
+    Received,
+    Role,
+    Unasked,
+)
 from .declaration import Message
 from .errors import (
     BodyFault,
@@ -46,6 +55,7 @@ from .standard import (
     Status,
     TrajPoint,
 )
+from .stop_walk import PENDANT_STOPS, ROS_STOPS, StopAhead, StopRule
 
 __version__ = "0.1.0"
 
@@ -55,7 +65,10 @@ __all__ = [
     "MAX_REFERENCE_FRAME",
     "MOTOMAN",
     "PENDANT",
+    "PENDANT_STOPS",
+    "ROS_STOPS",
     "STANDARD",
+    "Arrival",
     "BodyFault",
     "ByteOrder",
     "Codec",
@@ -82,6 +95,7 @@ __all__ = [
     "NotEncodable",
     "Opaque",
     "OrderUndetectable",
+    "Overtaken",
     "Ping",
     "ProtocolError",
     "Received",
@@ -90,6 +104,8 @@ __all__ = [
     "Role",
     "SpecialSequence",
     "Status",
+    "StopAhead",
+    "StopRule",
     "TrajPoint",
     "TriState",
     "Unasked",

@@ -1,7 +1,8 @@
 """One TCP or serial conversation as a pure object: bytes in, messages out.
 
-Owns reassembly, the bounds of a frame, detection of the byte order, and who owes whom a reply. It
-knows no sockets and no time; deadlines belong to the shell, which sees `partial`.
+Owns reassembly, the bounds of a frame, detection of the byte order, who owes whom a reply, and
+which messages a STOP behind them has overtaken (what a STOP is, `stop_walk` knows). It knows no
+sockets and no time; deadlines belong to the shell, which sees `partial`.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from .errors import (
 )
 from .layout import HEADER_SIZE, PREFIX_SIZE, Bytes, Decode
 from .opaque import message_type
+from .stop_walk import StopAhead, StopRule, StopWalk
 
 MAX_REFERENCE_FRAME = 1023
 """Largest frame that the reference C++ library sends or can receive safely, bytes."""
@@ -32,6 +34,10 @@ MAX_DETECTABLE_LENGTH = 65_535
 
 FRAMES_PER_CALL = 64
 """Most frames decoded per call, so that one talkative peer cannot hold up the others."""
+
+_WINDOW = 16 * 1024
+"""Bytes that are looked at in one call, or one frame, where more than that waits: a backlog that is
+handled in parts is not copied once for each of them."""
 
 _LEAST_LENGTH = HEADER_SIZE - PREFIX_SIZE
 
@@ -82,6 +88,21 @@ class Unasked:
 Received = Message | Malformed | Unasked
 
 
+@dataclass(frozen=True, slots=True)
+class Overtaken:
+    """What stands in front of a STOP that has arrived: it must not undo the STOP.
+
+    Attributes:
+        received: what came.
+    """
+
+    received: Received
+
+
+Arrival = Received | Overtaken | StopAhead
+"""What comes in a conversation in which a STOP goes first; the STOP itself stands in its place."""
+
+
 class Connection:
     """The state of one conversation.
 
@@ -92,6 +113,8 @@ class Connection:
         unanswered: requests of the peer, malformed ones too, that may still be answered.
         awaited: requests of ours that the peer still owes a reply.
         more: the last call of `receive` stopped at its limit: call `receive(b"")` a turn later.
+        stops: what was found ahead of its turn, until the caller empties it.
+        overtaking: a STOP is behind, or among, what was returned last: call `marked`.
     """
 
     def __init__(
@@ -102,6 +125,7 @@ class Connection:
         real_size: int = 4,
         max_frame: int = MAX_REFERENCE_FRAME,
         frames_per_call: int = FRAMES_PER_CALL,
+        stop_rule: StopRule | None = None,
     ) -> None:
         """Make a conversation that has not begun.
 
@@ -112,6 +136,7 @@ class Connection:
             real_size: bytes of a real, 4 or 8.
             max_frame: largest frame to send or accept, prefix included.
             frames_per_call: most frames that a call of `receive` returns, 1 or more.
+            stop_rule: what a STOP is, where one goes first; None where nothing does.
 
         Raises:
             ValueError: a client without byte order, or a bound that leaves no room.
@@ -133,6 +158,10 @@ class Connection:
         self._pending = bytearray()
         self._needed = PREFIX_SIZE
         self.more = False
+        self.stops: list[StopAhead] = []
+        self.overtaking = False
+        self._walk = None if stop_rule is None else StopWalk(stop_rule, max_frame)
+        self._passing: list[StopAhead] = []
         self._usual: dict[bytes, _Known] = {}
         if byte_order is not None:
             self.settle_byte_order(byte_order)
@@ -143,18 +172,26 @@ class Connection:
         self._prefix = struct.Struct(f"{byte_order.value}i")
         self._codec = codec_for(self._dialect, byte_order, self._real_size)
         self._usual = _frames_up_to(self._max_frame, self._codec)
+        if self._walk is not None:
+            self._walk.settle(byte_order)
 
     @property
     def partial(self) -> bool:
         """True while the buffer holds the beginning of a frame but not its end."""
         return bool(self._pending) and not self.more
 
+    @property
+    def waiting(self) -> int:
+        """Bytes that arrived and were not decoded yet."""
+        return len(self._pending)
+
     def receive(self, data: Bytes) -> list[Received]:
         """Take bytes and return what they complete, at most `frames_per_call`.
 
         After a framing fault `fault` is set, nothing more is decoded and further bytes are
         dropped; what was complete before the fault is still returned. No more than one unfinished
-        frame is kept, unless `more` is true: then read nothing from the peer before it is false.
+        frame is kept, unless `more` is true: then `read_ahead` takes what the peer says meanwhile,
+        and how much of it may wait is for the caller to bound.
 
         Args:
             data: bytes as they came, in any portions.
@@ -166,22 +203,95 @@ class Connection:
             return []
         if not isinstance(data, bytes):
             data = bytes(memoryview(data))
-        pending = self._pending
-        if pending:
-            pending += data
-            if len(pending) < self._needed:
-                return []
-            data = bytes(pending)
-            pending.clear()
-            self.more = False
+        if self._pending:
+            return self._go_on(data)
         # Nearly all that controllers and pendants say comes so: one frame, whole and alone.
         known = self._usual.get(data[_HEADER])
         if known is not None and known[0] == len(data):
             return [self._take(data, known[1])]
-        return self._split(data, known)
+        if self._walk is not None:
+            self._look_for_stops(data)
+        received, start, needed = self._split(data, known)
+        if self.fault is None and start < len(data):
+            self._pending += data[start:]
+        self._account_for(received, start, needed)
+        return received
 
-    def _split(self, buffer: bytes, known: _Known | None) -> list[Received]:
-        """Take the whole frames at the front, the first of which may be known; keep the rest."""
+    def read_ahead(self, data: Bytes) -> None:
+        """Take bytes that wait until `receive` is called; only their STOPs are found at once."""
+        if self.fault is None:
+            self._pending += data
+            self._look_for_stops(self._pending)
+
+    def marked(self, received: list[Received]) -> list[Arrival]:
+        """Return what `receive` has just returned, with what a STOP has overtaken marked as such.
+
+        Args:
+            received: what the last call returned, while `overtaking` is true.
+        """
+        walk, passing = self._walk, self._passing
+        assert walk is not None, "without a stop rule nothing is overtaken"
+        self.overtaking = False
+        place = walk.taken - len(received)
+        stops = {stop.place: stop for stop in passing}
+        last = walk.taken if walk.is_ahead else passing[-1].place
+        marked: list[Arrival] = []
+        for at, each in enumerate(received, place):
+            if at in stops:
+                marked.append(stops[at])
+            elif at < last and not isinstance(each, walk.before_all):
+                marked.append(Overtaken(each))
+            else:
+                marked.append(each)
+        return marked
+
+    def _go_on(self, data: bytes) -> list[Received]:
+        """Take bytes behind those that wait, and return the next messages."""
+        pending = self._pending
+        pending += data
+        if len(pending) < self._needed:
+            return []  # and nothing behind the frame that was begun has come either
+        if self._walk is not None and data:
+            self._look_for_stops(pending)
+        # At least the one frame that is known to be whole; all, where that is not much more.
+        window = bytes(pending[: max(self._needed, _WINDOW)])
+        received, start, needed = self._split(window, self._usual.get(window[_HEADER]))
+        del pending[:start]
+        self._account_for(received, start, needed)
+        return received
+
+    def _account_for(self, received: list[Received], size: int, needed: int) -> None:
+        """Note that frames of a buffer were taken, and how many bytes the next one needs."""
+        if self.fault is not None:
+            self._pending.clear()
+        self._needed = needed
+        self.more = len(self._pending) >= needed
+        if self._walk is not None:
+            self._passing = self._walk.take(len(received), size)
+            self.overtaking = bool(self._passing) or self._walk.is_ahead
+            for stop in self._passing:
+                self.unanswered -= stop.is_request  # its answer was owed since it was found
+
+    def _look_for_stops(self, buffer: bytes | bytearray) -> None:
+        """Walk over what has become whole; a STOP may be answered from now on."""
+        walk = self._walk
+        if walk is None:
+            return
+        if self.byte_order is None:
+            byte_order = detect_byte_order(buffer)
+            if byte_order is None:
+                return
+            self.settle_byte_order(byte_order)
+        for stop in walk.go_on(buffer):
+            self.stops.append(stop)
+            self.unanswered += stop.is_request
+
+    def _split(self, buffer: bytes, known: _Known | None) -> tuple[list[Received], int, int]:
+        """Take the whole frames at the front, the first of which may be known.
+
+        Returns:
+            What they say, where the rest begins, and how many bytes that needs to be taken apart.
+        """
         received: list[Received] = []
         start, size, needed = 0, len(buffer), PREFIX_SIZE
         # A stream of points is taken apart here at almost half the pace of bare `struct`: one
@@ -192,7 +302,7 @@ class Connection:
             if known is None:
                 known = self._measure(buffer, start)
                 if known is None:
-                    return received
+                    break
             frame_size, decode = known
             end = start + frame_size
             if end > size:
@@ -201,13 +311,9 @@ class Connection:
             received.append(take(buffer[start:end], decode))
             start = end
             if len(received) == self._frames_per_call:
-                self.more = start <= last_prefix
                 break
             known = usual.get(buffer[start : start + HEADER_SIZE])
-        if start < size:
-            self._pending += buffer[start:]
-            self._needed = needed
-        return received
+        return received, start, needed
 
     def _measure(self, buffer: bytes, start: int) -> _Known | None:
         """Return size and decoder of a frame with an unusual header; None where it is a fault."""

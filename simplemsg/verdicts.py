@@ -46,6 +46,7 @@ class VerdictCode(IntEnum):
     PAUSED = 37
     NOTHING_TO_CONTROL = 38
     PROGRAM_STOPPED = 39
+    OVERTAKEN_BY_STOP = 40
     MALFORMED = 41
     BAD_ARGUMENT = 42
     NOT_FINITE = 43
@@ -266,6 +267,10 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     ),
     VerdictCode.PROGRAM_STOPPED: _entry(
         "A program stop ended the motion.", "Start the motion or the program again."
+    ),
+    VerdictCode.OVERTAKEN_BY_STOP: _entry(
+        "A stop that the same connection sent behind this request was faster, and acts first.",
+        "Ask again, if it is still wanted, once the stop was answered and is reset.",
     ),
     VerdictCode.MALFORMED: _entry(
         "The body does not have the layout of its message type.", "See the protocol reference."

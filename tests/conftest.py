@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from busy_machine import Attempts
-from hypothesis import HealthCheck, settings
+from hypothesis import HealthCheck, Phase, settings
 from promise_table import tests_of_promises
 from virtual_clock import VirtualLoop
 
@@ -26,6 +26,10 @@ settings.register_profile(
     max_examples=5_000,
     print_blob=True,
     suppress_health_check=[HealthCheck.too_slow],
+)
+# `make mutants` asks only whether an example fails, not for the smallest.
+settings.register_profile(
+    "mutants", settings.get_profile("repeatable"), phases=(Phase.explicit, Phase.generate)
 )
 settings.load_profile("repeatable")
 

@@ -67,6 +67,18 @@ def _scaled(factor: float) -> Change:
     return change
 
 
+def _fast_joint_6(message: Message) -> Message:
+    assert isinstance(message, JointTrajPtFull)
+    message.velocities = (*message.velocities[:5], 2.2, *message.velocities[6:])
+    return message
+
+
+def _one_more_from_6(message: Message) -> Message:
+    assert isinstance(message, JointTrajPtFull)
+    message.sequence += message.sequence > 5
+    return message
+
+
 def word(at: int, value: int, order: str = "<") -> Callable[[bytes], list[bytes]]:
     """Return a cut that overwrites one integer of a frame."""
 
@@ -170,6 +182,7 @@ REPLIES = [
 MOTION = [
     Fault("begins at sequence 1", "MC01", point=setting("sequence", 1), at=0),
     Fault("skips a sequence number", "MC02", point=adding("sequence", 3)),
+    Fault("leaves a sequence number out", "MC02", point=_one_more_from_6, at=None),
     Fault("counts backwards", "MC02", point=adding("sequence", -2)),
     Fault(
         "never ends a download", "MC03", form=Form.DOWNLOAD, point=setting("sequence", 29), at=29
@@ -225,6 +238,12 @@ MOTION = [
 STOPS = [
     Fault("stops by topic", "SC01", stops_at=5, stop=setting("comm_type", CommType.TOPIC)),
     Fault("stops with values", "SC02", stops_at=5, stop=setting("duration", 1.0)),
+    Fault(
+        "stops by a full point with a time",
+        "SC02",
+        stops_at=5,
+        stop=lambda _: JointTrajPtFull(0, -4, 0, 1.0, _NOTHING, _NOTHING, _NOTHING),
+    ),
     Fault("goes on after STOP", "SC03", stops_at=5, neglects=Neglect.STOP_ENDS),
     Fault("makes up a sequence", "SC04", point=setting("sequence", -7)),
     Fault("leaves the robot moving", "SC05", stops_at=5, neglects=Neglect.STOP_BEFORE_LEAVING),
@@ -271,13 +290,18 @@ LIMITS = [
     Fault("sends not a number", "LC01", point=setting("positions", joint_array([math.nan] * 6))),
     Fault("sends infinity", "LC01", point=setting("time", math.inf)),
     Fault("leaves the joint range", "LC02", point=adding("positions", 5.0)),
+    Fault("leaves the joint range at its lower end", "LC02", point=adding("positions", -5.0)),
     Fault("sends too high a velocity", "LC03", point=adding("velocities", 3.0)),
+    Fault("sends too high a velocity backwards", "LC03", point=adding("velocities", -3.0)),
+    Fault("sends a velocity a tenth too high", "LC03", point=adding("velocities", 2.0)),
+    Fault("sends too high a velocity of joint 6", "LC03", point=_fast_joint_6),
     Fault(
         "sends too high an acceleration",
         "LC04",
         point=lambda p: setting("valid_fields", 15)(adding("accelerations", 9.0)(p)),
     ),
     Fault("jumps", "LC05", point=adding("positions", 0.5)),
+    Fault("jumps back", "LC05", point=adding("positions", -0.5), at=29),
     Fault("jumps, type 11", "LC05", form=Form.SIMPLE, point=adding("joints", 0.5)),
     Fault("starts elsewhere", "LC06", point=adding("positions", 0.1), at=0),
     Fault(

@@ -30,6 +30,7 @@ from openpendant.simplemsg.pendant import (
     Login,
     Management,
     MotionControl,
+    MotionControlAction,
     Pairing,
     PoseMove,
     PosePath,
@@ -198,6 +199,39 @@ IN_ORDER = frozenset(
 _OPERATIONS_IN_ORDER = frozenset({"recordings.play", "signals.set"})
 
 
+OVERTAKEN: Mapping[Permission, bool] = {
+    Permission.OBSERVE: False,
+    Permission.STOP: False,
+    Permission.PAIR_GUESTS: False,
+    Permission.MANAGE_USERS: False,
+    Permission.EDIT_PROGRAM: False,
+    Permission.CHANGE_FRAMES: False,
+    Permission.CHANGE_TOOLS: False,
+    Permission.CHANGE_SCENE: False,
+    Permission.MOVE: True,
+    Permission.RUN_PROGRAM: True,
+    Permission.RESET: True,
+    Permission.SET_MODE: True,
+    Permission.FORCE_AUTHORITY: True,
+    Permission.SET_OUTPUT: True,
+}
+"""Whether a request of a permission is refused where a stop of its own connection has overtaken it:
+what can move, reset, grant authority, change the mode or an output would undo the stop."""
+
+_OVERTAKEN_OPERATIONS: Mapping[str, bool] = {
+    "tools.select": True,
+    "scene.attach": True,
+    "scene.detach": True,
+    "programs.breakpoints": False,
+    "programs.dry_run": False,
+    "trace.clear": False,
+}
+"""The operations for which that is decided otherwise than by their permission: what the robot holds
+in its hand goes with its outputs, and what is only calculated or noted moves nothing."""
+
+_ONLY_END = frozenset({MotionControlAction.PAUSE, MotionControlAction.PROGRAM_STOP})
+
+
 def operation_of(body: bytes) -> str:
     """Return which operation a management body names; empty where it names none."""
     try:
@@ -238,3 +272,27 @@ def is_in_order(message: Message) -> bool:
     if isinstance(message, Management):
         return operation_of(message.body) in _OPERATIONS_IN_ORDER
     return permission_of(message) in IN_ORDER
+
+
+def is_overtaken(message: Message) -> bool:
+    """Tell whether a request is refused where a stop that came behind it has acted already.
+
+    What only ends something, as a pause and a release of the authority do, is taken in its turn;
+    what is in no table is refused.
+    """
+    match message:
+        case Authority(action=AuthorityAction.RELEASE):
+            return False
+        case MotionControl(action=action) if action in _ONLY_END:
+            return False
+        case Management(body=body):
+            operation = operation_of(body)
+            decided = _OVERTAKEN_OPERATIONS.get(operation)
+            if decided is not None or operation in FREE_OPERATIONS:
+                return bool(decided)
+            needed = OF_OPERATION.get(operation)
+        case _:
+            if type(message) in FREE or type(message) not in _FROM_PENDANTS:
+                return False
+            needed = OF_MESSAGE.get(type(message))
+    return needed is None or OVERTAKEN[needed]

@@ -11,11 +11,14 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from openpendant.simplemsg import (
+    Arrival,
     CommType,
     Malformed,
     Message,
+    Overtaken,
     Received,
     ReplyCode,
+    StopAhead,
     Unasked,
     refused,
 )
@@ -51,6 +54,7 @@ from openpendant.simplemsg.standard import Ping
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..access.desk import AccessDesk, CoreAccess
+from ..access.permissions import is_overtaken
 from ..jog.desk import JogDesk
 from ..jog.retreat_desk import RetreatDesk
 from ..news import Begun, Ended, News, Refused
@@ -167,7 +171,7 @@ class PendantFace:
             SetAccount: self.access.set_account,
         }
 
-    def _topic_table(self) -> Mapping[type[Message | Malformed], _Topic]:
+    def _topic_table(self) -> Mapping[type[object], _Topic]:
         """Return who takes which message of a welcomed pendant that has no answer."""
         jogs, cell = self._jogs, self._cell
         return {
@@ -224,7 +228,16 @@ class PendantFace:
 
     # Messages.
 
-    def receive(self, session: int, received: Received, now: int) -> list[Outgoing]:
+    def may_stop(self, session: int) -> bool:
+        """Tell whether a pendant has said hello, logged in or not."""
+        return self._listeners[session].welcomed
+
+    def stop_first(self, session: int, stop: Message, now: int) -> list[Outgoing]:
+        """Obey a stop before what came in front of it, and answer it first."""
+        assert isinstance(stop, SoftwareStop)
+        return self._control.software_stop(session, stop, now)
+
+    def receive(self, session: int, received: Arrival, now: int) -> list[Outgoing]:
         """Take one message of a pendant and return what follows from it."""
         listener = self._listeners[session]
         if listener.leaving:
@@ -233,7 +246,11 @@ class PendantFace:
         if isinstance(received, Unasked):
             return []
         take = self._topics.get(type(received))
-        if take is not None and received.comm_type == CommType.TOPIC:
+        if (
+            take is not None
+            and isinstance(received, Message)
+            and received.comm_type == CommType.TOPIC
+        ):
             if listener.welcomed:
                 take(session, received, now)
             return []
@@ -242,8 +259,36 @@ class PendantFace:
         if isinstance(received, SoftwareStop) and listener.welcomed:
             # Obeyed as a topic too: better a stop without an answer than none.
             return self._control.software_stop(session, received, now)
+        if isinstance(received, Overtaken):
+            return self._overtaken(listener, received.received, now)
+        if isinstance(received, StopAhead):
+            return self._stop_in_its_place(listener, received, now)
         is_request = received.comm_type == CommType.REQUEST
         return self._request(listener, received, now) if is_request else []
+
+    def _overtaken(self, listener: Listener, received: Received, now: int) -> list[Outgoing]:
+        """Refuse what would undo the stop that has overtaken it; take anything else as usual."""
+        if (
+            not isinstance(received, Message)
+            or received.comm_type != CommType.REQUEST
+            or not listener.welcomed
+            or not is_overtaken(received)
+        ):
+            return self.receive(listener.session, received, now)
+        # Through the gate all the same, which uses its id up: nobody can send it once more.
+        refusal = self.access.gate.refusal(listener.session, received, now)
+        if refusal is None:
+            refusal = Refusal(VerdictCode.OVERTAKEN_BY_STOP)
+            self.access.gate.turned_down(listener.session, received, refusal, now)
+        return self._forbidden(listener.session, received, refusal)
+
+    def _stop_in_its_place(self, listener: Listener, stop: StopAhead, now: int) -> list[Outgoing]:
+        """Answer a stop that has acted already, where it was not answered then."""
+        if not stop.acted:
+            return self.receive(listener.session, stop.message, now)
+        if stop.answered or not stop.is_request:
+            return []
+        return [_verdict(listener.session, stop.message, None)]
 
     @staticmethod
     def _malformed(listener: Listener, received: Malformed, now: int) -> list[Outgoing]:

@@ -8,6 +8,7 @@ the real clients do is in `docs/ros-i.md`.
 from __future__ import annotations
 
 from openpendant.simplemsg import (
+    Arrival,
     CommType,
     GetVersion,
     GetVersionReply,
@@ -18,14 +19,19 @@ from openpendant.simplemsg import (
     Malformed,
     Message,
     MsgType,
+    Overtaken,
     Ping,
     Received,
     ReplyCode,
+    SpecialSequence,
     Status,
+    StopAhead,
     Unasked,
+    accepted,
     refused,
 )
 from openpendant.simplemsg.pendant import AuthorityReason
+from openpendant.simplemsg.stop_walk import holds_stop
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..news import Begun, Ended, Interrupted, News, Refused, StopMoved
@@ -78,11 +84,17 @@ class RosFace:
 
     # Messages.
 
-    def receive(self, session: int, received: Received, now: int) -> list[Outgoing]:
+    def stop_first(self, session: int, now: int) -> list[Outgoing]:
+        """Obey a STOP before what came in front of it; it is answered in its place."""
+        return self._trajectories.stop(self._links[session], now)
+
+    def receive(self, session: int, received: Arrival, now: int) -> list[Outgoing]:
         """Take one message of a ROS-I client; requests are always answered, topics never."""
         link = self._links[session]
         match received:
-            case JointTrajPt() | JointTrajPtFull() if link.port is RosPort.MOTION:
+            case JointTrajPt() | JointTrajPtFull() if (
+                link.port is RosPort.MOTION or received.sequence == SpecialSequence.STOP
+            ):
                 return self._trajectories.point(session, link, received, now)
             case Unasked():
                 return []
@@ -91,8 +103,12 @@ class RosFace:
                 return [self._status_reply(session, now)]
             case Malformed():
                 return self._malformed(session, link, received, now)
-            case JointTraj() if link.port is RosPort.MOTION:
+            case JointTraj() if link.port is RosPort.MOTION or holds_stop(received):
                 return self._trajectories.whole_trajectory(session, link, received, now)
+            case Overtaken(received=overtaken):
+                return self._overtaken(session, overtaken, now)
+            case StopAhead(message=stop):
+                return [Send(session, accepted(stop))] if received.is_request else []
         if received.comm_type != CommType.REQUEST:
             return []
         match received:
@@ -105,6 +121,16 @@ class RosFace:
             case Status():
                 return [self._status_reply(session, now)]
         return [Send(session, refused(received)), *link.count_fault(now)]
+
+    def _overtaken(self, session: int, received: Received, now: int) -> list[Outgoing]:
+        """Refuse the points that a STOP has overtaken; take anything else as usual."""
+        if not isinstance(received, JointTrajPt | JointTrajPtFull | JointTraj):
+            return self.receive(session, received, now)
+        if received.comm_type not in (CommType.TOPIC, CommType.REQUEST):
+            return []
+        self._trajectories.refused = VerdictCode.OVERTAKEN_BY_STOP
+        is_request = received.comm_type == CommType.REQUEST
+        return [Send(session, refused(received))] if is_request else []
 
     def _status_reply(self, session: int, now: int) -> Send:
         status = status_message(self._cell, self.refused, now)

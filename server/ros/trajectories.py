@@ -19,6 +19,7 @@ from openpendant.simplemsg import (
     refused,
 )
 from openpendant.simplemsg.pendant import Activity, AuthorityReason
+from openpendant.simplemsg.stop_walk import holds_stop
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..authority import Holder
@@ -76,7 +77,7 @@ class RosTrajectories:
         if message.comm_type not in (CommType.TOPIC, CommType.REQUEST):
             return []
         if message.sequence == SpecialSequence.STOP:
-            return self._stop(session, link, message, now)
+            return self.stop(link, now) + _answer(session, message, None)
         out: list[Outgoing] = []
         collection = link.collection
         if collection is None or (begins(message) and not collection.repeats(message)):
@@ -103,8 +104,8 @@ class RosTrajectories:
         self, session: int, link: Link, message: JointTraj, now: int
     ) -> list[Outgoing]:
         """Take a trajectory that comes in one message."""
-        if any(point.sequence == SpecialSequence.STOP for point in message.points):
-            return self._stop(session, link, message, now)
+        if holds_stop(message):
+            return self.stop(link, now) + _answer(session, message, None)
         points = streamed(message)
         begun = self._begin(link, points[0], session, now)
         if isinstance(begun, Refusal):
@@ -209,22 +210,15 @@ class RosTrajectories:
             out.append(Close(session, why.sentence))
         return out
 
-    def _stop(
-        self,
-        session: int,
-        link: Link,
-        message: JointTrajPt | JointTrajPtFull | JointTraj,
-        now: int,
-    ) -> list[Outgoing]:
+    def stop(self, link: Link, now: int) -> list[Outgoing]:
         """Stop the robot at once and forget all points; a fresh trajectory may follow."""
         link.drop_points()
         link.rejecting = False
         link.finished = None
         self.discard_all(VerdictCode.STOPPED)
-        stopped = self._cell.halt(
+        return self._cell.halt(
             Refusal(VerdictCode.STOPPED, f"stop from the ROS-I client at {link.address}"), now
         )
-        return stopped + _answer(session, message, None)
 
     # Complete trajectories.
 

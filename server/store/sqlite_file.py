@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .errors import ForeignFile, ReadOnly, StoreFailed, StoreTooNew
+from .errors import ForeignFile, ReadOnly, StoreError, StoreFailed, StoreTooNew
 from .file_identity import check_is_file
 from .room_reserve import RESERVE_BYTES
 from .schema import APPLICATION_ID, Migration
@@ -111,7 +111,7 @@ def open_read_only(path: Path, migrations: Sequence[Migration]) -> sqlite3.Conne
         except sqlite3.OperationalError:
             # On a read-only medium there is no room for the index of the write-ahead log; where
             # there is nothing in the log, nobody can be writing there.
-            if _log_of(path).exists() and _log_of(path).stat().st_size:
+            if _has_log(path):
                 raise
             return _opened_read_only(path, "mode=ro&immutable=1", migrations)
 
@@ -155,15 +155,14 @@ def _check_writable(path: Path) -> None:
 def _open_writable(path: Path, migrations: Sequence[Migration]) -> OpenFile:
     with translated(path):
         _check_size(path)
-        had_log = _log_of(path).exists() and _log_of(path).stat().st_size > 0
+        if _has_log(path):
+            _check_beside_its_log(path)
         connection = _connect(path, "mode=rw")
     try:
         with translated(path):
             version = _version(connection, path)
             _check_version(path, version, migrations)
-            # A log that was left behind may be of another file than the one that is there now,
-            # which only the thorough check finds.
-            problems = integrity(connection, thorough=had_log)
+            problems = integrity(connection, thorough=False)
             if problems:
                 raise BrokenFile(f"{path}: {problems[0]}")
             for statement in _SETTINGS:
@@ -176,6 +175,28 @@ def _open_writable(path: Path, migrations: Sequence[Migration]) -> OpenFile:
         connection.close()
         raise
     return OpenFile(connection, before_upgrade=before_upgrade)
+
+
+def _check_beside_its_log(path: Path) -> None:
+    """Look at a file and its log while nothing can write yet.
+
+    A connection that may write merges the log into the file when it is closed, whatever is wrong
+    with either, and removes it; a broken pair would be kept neither whole nor as it was.
+
+    Raises:
+        BrokenFile: the file is damaged, with what its log holds.
+    """
+    try:
+        with translated(path), contextlib.closing(_connect(path, "mode=ro")) as connection:
+            # A log that was left behind may be of another file than the one that is there now,
+            # which only the thorough check finds.
+            problems = integrity(connection, thorough=True)
+    except BrokenFile:
+        raise
+    except StoreError:
+        return  # opening it for writing says what is wrong
+    if problems:
+        raise BrokenFile(f"{path}: {problems[0]}")
 
 
 def _opened_read_only(path: Path, mode: str, migrations: Sequence[Migration]) -> sqlite3.Connection:
@@ -311,6 +332,10 @@ def _check_size(path: Path) -> None:
 
 def _log_of(path: Path) -> Path:
     return path.with_name(path.name + "-wal")
+
+
+def _has_log(path: Path) -> bool:
+    return _log_of(path).exists() and _log_of(path).stat().st_size > 0
 
 
 def _set_aside(path: Path) -> Path:

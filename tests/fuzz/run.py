@@ -24,6 +24,7 @@ FOLDER = Path(__file__).parent
 TARGETS = (
     "fuzz_decoder",
     "fuzz_connection",
+    "fuzz_stop_walk",
     "fuzz_json_bodies",
     "fuzz_capture_loader",
     "fuzz_program_text",

@@ -122,6 +122,17 @@ def test_a_tool_centre_point_off_the_flange_is_the_one_that_is_limited() -> None
     assert there == pytest.approx(here.position + here.rotation[:, 2] * 0.3)
 
 
+def test_reduced_speed_watches_the_named_tool_and_the_elbow() -> None:
+    kinematics = arm("ur5")
+    tool, elbow = reduced_speed(kinematics, tool=(0.0, 0.0, 0.3))
+
+    here = kinematics.forward([0.1] * 6)
+    joints = np.full((1, 6), 0.1)
+    assert tool.position(joints)[0] == pytest.approx(here.position + here.rotation[:, 2] * 0.3)
+    forearm = kinematics.forward([0.1] * 6, link=kinematics.robot.driven[2].child)
+    assert elbow.position(joints)[0] == pytest.approx(forearm.position)
+
+
 @pytest.mark.parametrize(
     ("name", "joint"),
     [

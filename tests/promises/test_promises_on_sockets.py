@@ -7,6 +7,7 @@ beside each an event loop that has nothing to do. Bounds and trials are those of
 from __future__ import annotations
 
 import random
+import struct
 import subprocess
 import time
 from collections import Counter
@@ -17,21 +18,27 @@ from pathlib import Path
 
 import pytest
 from busy_machine import SCALE
-from promise_figures import Figures, Void, tell, trials_of
+from promise_figures import SLACK, Figures, Void, tell, trials_of
 from promise_rig import PromiseRig, promise_rig
 from promise_table import COMMON, figure
 from recording_controller import Arrival
 from wire_pendant import WirePendant
 
-from openpendant.simplemsg import Message
+from openpendant.simplemsg import CommType, Message, joint_array
 from openpendant.simplemsg.pendant import (
     Activity,
     Authority,
     AuthorityAction,
+    AuthorityBeat,
+    HelloReply,
     JogEnd,
     JogEnded,
+    JointMove,
+    Management,
     Outcome,
+    SoftwareStop,
     StopKind,
+    Subscribe,
     Verdict,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -44,6 +51,12 @@ LISTENER_RATE = 25.0
 RAMP, STOPPED = figure(1, "late"), figure(2, "stop")
 PRESSED, REFUSED = figure(COMMON, "press"), figure(18, "refused")
 OBSERVED_STOP = figure(19, "stop")
+
+OWN_FRAMES = figure(19, "own").count
+OWN_TRIALS = [
+    pytest.param(8, SLACK, id="few"),
+    pytest.param(figure(19, "own").trials, 1.0, id="many", marks=pytest.mark.soak),
+]
 
 BY_DEADLINE = 150.0
 """The deadline that a press declares [ms]."""
@@ -266,6 +279,69 @@ def test_a_press_changes_the_set_point_within_30_ms(
         pendant.come_to_rest()
     pendant.close()
     figures.judge(PRESSED.ms, slack=slack)
+
+
+def frame_of_its_own(pendant: WirePendant, number: int) -> Message:
+    """Return one of the frames in front of a stop: questions, moves, and what means nothing."""
+    match number % 3:
+        case 0:
+            return Management(pendant.request(), b'{"op": "why", "key": "a question of 88 bytes"}')
+        case 1:
+            return JointMove(pendant.request(), 0.1, 6, joint_array((0.1,) * 6))
+    return AuthorityBeat()
+
+
+@pytest.mark.parametrize(("trials", "slack"), OWN_TRIALS)
+def test_promise_19_a_stop_passes_5000_frames_of_its_own_within_20_ms(
+    rig: PromiseRig, trials: int, slack: float
+) -> None:
+    """From the first byte of the stop, all others being in the kernel, to the stop that leaves."""
+    for count in (0, 100, 1_000, OWN_FRAMES):
+        figures = Figures(f"promise 19, stop behind {count:,} frames of its own")
+        while figures.need_more(trials // 4, OBSERVED_STOP.ms, slack):
+            pendant = rig.pendant("behind", rate=0.0)
+            pendant.wait_for(HelloReply)
+            frames = [pendant.frame(frame_of_its_own(pendant, at)) for at in range(count)]
+            assert all(len(frame) <= 88 for frame in frames)
+            pendant.sock.sendall(b"".join(frames))
+            asked = pendant.stop()
+            stop = rig.controller.first(is_stop, asked)
+            assert stop is not None
+            figures.take(asked, (stop.time - asked) / 1e6)
+            figures.idle.append(rig.idle_delay())
+            pendant.close()
+        figures.judge(OBSERVED_STOP.ms, slack=slack, most=figure(19, "most").ms)
+
+
+def unknown_requests(pendant: WirePendant) -> bytes:
+    return struct.pack("<4i", 12, 64_000, CommType.REQUEST, 0) * 10
+
+
+@pytest.mark.parametrize(("trials", "slack"), OWN_TRIALS)
+def test_promise_19_no_stop_is_lost_where_its_connection_is_cut(
+    rig: PromiseRig, trials: int, slack: float
+) -> None:
+    """Cut by the server, for what stands in front or behind; by a reset; by an end."""
+    for trial in range(trials):
+        pendant = rig.pendant("cut", rate=0.0)
+        pendant.wait_for(HelloReply)
+        if trial % 2:
+            # States that the server writes to a connection that was reset meanwhile.
+            pendant.send(Subscribe(pendant.request(), 125.0))
+        asked = time.monotonic_ns()
+        stop = pendant.frame(SoftwareStop(pendant.request(), "not lost"))
+        match trial % 5:
+            case 0:
+                pendant.sock.sendall(unknown_requests(pendant) + stop)
+            case 1:
+                pendant.sock.sendall(stop + bytes(4))
+            case 2 | 3:
+                pendant.sock.sendall(pendant.frame(AuthorityBeat()) * (trial % 50) + stop)
+                pendant.abort()
+            case _:
+                pendant.sock.sendall(pendant.frame(AuthorityBeat()) * (trial % 50) + stop)
+        pendant.close()
+        assert rig.controller.first(is_stop, asked, 1.0 * SCALE) is not None, trial
 
 
 def test_promise_18_of_thirty_that_ask_at_once_one_gets_it_and_the_others_hear_who(

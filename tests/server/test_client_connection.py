@@ -40,6 +40,7 @@ async def test_a_pendants_burst_leaves_each_turn_of_the_loop_time_for_others(
     clients, transport = Mock(), Mock()
     clients.journal.is_kept = False
     clients.journal.begin.return_value = 0
+    clients.read_ahead.return_value = 512 * 1024
     clients.journal.answer.side_effect = lambda kind, session, found: found
     transport.get_extra_info.side_effect = {"peername": None, "socket": Mock()}.get
     transport.is_closing.return_value = False

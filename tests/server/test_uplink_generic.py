@@ -143,6 +143,14 @@ def test_of_several_points_the_oldest_is_overdue_first() -> None:
     assert uplink.overdue(900 * MS) is not None
 
 
+def test_of_several_points_each_waits_by_itself() -> None:
+    uplink = make(points_in_flight=2, reply_deadline=0.5)
+    uplink.point(*POINT, 0)
+    uplink.point(*POINT, 400 * MS)
+    assert uplink.overdue(499 * MS) is None
+    assert uplink.overdue(500 * MS) is not None
+
+
 def test_an_answer_after_a_stop_is_nobodys_business() -> None:
     uplink = make()
     uplink.point(*POINT, 0)

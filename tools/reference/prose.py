@@ -5,6 +5,7 @@ Numbers come from the code that enforces them.
 
 from __future__ import annotations
 
+from openpendant.server.clients import READ_AHEAD, STRANGERS_READ_AHEAD
 from openpendant.server.peer_faults import FAULT_WINDOW_NS, MOST_FAULTS
 from openpendant.server.settings import Pendants
 from openpendant.simplemsg import MAX_REFERENCE_FRAME
@@ -89,6 +90,12 @@ Version {PROTOCOL_VERSION}. They use ids 65000 to 65535, which REP-I0004 leaves 
   to it until it logs in again; it may still stop.
 - **Stop.** Any connection may send `software_stop`, as a request or a topic; it latches. Only the
   holder of the authority may `reset_stop`, which moves nothing. It is no safety device.
+- **Stop first.** A `software_stop` acts when its last byte is read, before all that its connection
+  sent in front of it and the server has not handled, and is answered first. A whole frame of its
+  type is one however short; one inside another frame's body is none. What stood in front and could
+  move, reset, grant authority, change the mode, an output, the tool or what is attached is refused
+  with OVERTAKEN_BY_STOP; anything else is handled as usual. {READ_AHEAD >> 10} KiB are read ahead,
+  {STRANGERS_READ_AHEAD >> 10} KiB of a connection that has not logged in.
 - **Silence**: a connection that sends nothing for {_PENDANTS.idle_timeout:g} s is closed; a `ping`
   keeps it.
 - **Units** are SI: metres, radians, seconds. Quaternions are x, y, z, w. Poses name their frame.

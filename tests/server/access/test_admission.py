@@ -311,7 +311,7 @@ def test_guessing_a_code_is_locked_after_five_tries() -> None:
     assert code_of(right) is VerdictCode.LOCKED_OUT
 
 
-@pytest.mark.parametrize("name", ["ANN", "tim"])
+@pytest.mark.parametrize("name", ["ANN", "otto", "tim"])
 def test_nobody_is_called_like_an_account_or_another_guest(name: str) -> None:
     desk = Desk()
     code = teacher(desk)

@@ -152,3 +152,28 @@ def test_a_step_back_inside_a_statement_says_what_is_accepted() -> None:
     assert cell.run(kind=FORWARD) is V.ACCEPTED
     cell.until_outcomes(2)
     assert cell.run(kind=BACKWARD) is V.ACCEPTED
+
+
+def test_a_program_that_is_paused_while_its_block_is_planned_does_not_leave_the_start() -> None:
+    cell = SlowPlanning(main=THERE_AND_BACK)
+    cell.run()
+    assert cell.held
+    start = cell.position
+    assert cell.control(PAUSE) is V.ACCEPTED
+    cell.plan()
+    cell.pass_time(1_000)
+    assert cell.position == pytest.approx(start, abs=1e-6)
+    assert activity(cell) is Activity.PAUSED
+
+
+def test_a_request_for_another_program_does_not_go_on_with_the_one_that_is_paused() -> None:
+    cell = ProgramCell(main=THERE_AND_BACK, other=THERE_AND_BACK)
+    cell.run()
+    cell.pass_time(300)
+    assert cell.control(PAUSE) is V.ACCEPTED
+    cell.pass_time(1_000)
+    stood = cell.position
+    for kind in (ALL, FORWARD, BACKWARD):
+        assert cell.run("other", kind) is V.PROGRAM_RUNNING
+    cell.pass_time(1_000)
+    assert cell.position == stood

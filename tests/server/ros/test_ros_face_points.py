@@ -116,6 +116,15 @@ def test_times_of_full_points_must_increase() -> None:
     assert refusal.code is V.BAD_ARGUMENT
 
 
+def test_a_full_point_has_the_time_since_the_one_before_it() -> None:
+    collection = Collection(JointSlots(LIMITS), 100)
+    for sequence, time in enumerate((1.0, 2.5, 3.0)):
+        point = full((0.1 * sequence, 0.2), time=time)
+        point.sequence = sequence
+        assert collection.take(point) is None
+    assert [point.min_duration for point in collection.points] == [1.0, 1.5, 0.5]
+
+
 @pytest.mark.parametrize("bad", [(9.0, 0.0), (float("nan"), 0.0)])
 def test_one_bad_point_discards_the_whole_trajectory(bad: tuple[float, float]) -> None:
     rig = ready()

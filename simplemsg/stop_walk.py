@@ -1,0 +1,232 @@
+"""STOP first: finds every STOP in bytes that have arrived and were not decoded yet.
+
+Owns what a STOP is by its bytes, and the walk that finds it: from frame to frame by their lengths,
+never by searching, so that the bytes of a STOP inside another frame are none. A frame of such a
+type that is whole is a STOP even where it is too short for its type, too long, or broken further
+on, as long as it holds the sequence: when in doubt the robot stands still. A frame that was begun
+and did not end is none, and behind a length that cannot be one nothing is looked for, because
+nobody knows where a frame begins there.
+
+What follows from a STOP is not decided here.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from .codec import STANDARD, codec_for
+from .codes import ByteOrder, CommType, MsgType, SpecialSequence
+from .declaration import Message, Text
+from .errors import MessageFault
+from .joints import joint_array
+from .layout import HEADER_SIZE, PREFIX_SIZE
+from .pendant import Hello, SoftwareStop
+from .standard import JointTraj, JointTrajPt, JointTrajPtFull
+
+_INTEGER = 4
+_LEAST_LENGTH = HEADER_SIZE - PREFIX_SIZE
+
+# As plain numbers: an enumeration takes three times as long to compare.
+_TOPIC, _REQUEST, _STOP = int(CommType.TOPIC), int(CommType.REQUEST), int(SpecialSequence.STOP)
+
+_REASON = SoftwareStop.FIELDS["reason"]
+_REASON_BYTES = _REASON.size if isinstance(_REASON, Text) else 0
+
+_Read = Callable[[bytes, int, ByteOrder], Message | None]
+"""Returns what a whole frame of a kind of exchange says as a STOP; None where it is none."""
+
+
+@dataclass(frozen=True, slots=True)
+class StopRule:
+    """Which frames are a STOP on a port.
+
+    Attributes:
+        sequence_at: by message type, where in the frame the sequence stands that has to be STOP's.
+            For speed: of a stream of points only those are read that are a STOP.
+        reads: by message type, what reads such a frame.
+        before_all: messages that are handled in their turn whatever comes behind them.
+    """
+
+    sequence_at: Mapping[int, int]
+    reads: Mapping[int, _Read]
+    before_all: tuple[type[Message], ...] = ()
+
+
+def _point(frame: bytes, comm_type: int, order: ByteOrder) -> Message:
+    return JointTrajPt(_STOP, joint_array([]), 0.0, 0.0, comm_type=comm_type)
+
+
+def _full_point(frame: bytes, comm_type: int, order: ByteOrder) -> Message:
+    nothing = joint_array([])
+    return JointTrajPtFull(0, _STOP, 0, 0.0, nothing, nothing, nothing, comm_type=comm_type)
+
+
+def _whole_trajectory(frame: bytes, comm_type: int, order: ByteOrder) -> Message | None:
+    """Read a JOINT_TRAJ: only of a well-formed one is it known where its sequences stand."""
+    try:
+        message = codec_for(STANDARD, order).decode(frame)
+    except MessageFault:
+        return None
+    return message if isinstance(message, JointTraj) and holds_stop(message) else None
+
+
+def _software_stop(frame: bytes, comm_type: int, order: ByteOrder) -> Message:
+    reason_at = HEADER_SIZE + _INTEGER
+    request_id = 0
+    if len(frame) >= reason_at:
+        (request_id,) = struct.unpack_from(f"{order.value}i", frame, HEADER_SIZE)
+    reason = frame[reason_at : reason_at + _REASON_BYTES]
+    text = reason.split(b"\0", 1)[0].decode("utf-8", "replace")
+    return SoftwareStop(request_id, text, comm_type=comm_type)
+
+
+ROS_STOPS = StopRule(
+    sequence_at={
+        MsgType.JOINT_TRAJ_PT: HEADER_SIZE,
+        MsgType.JOINT_TRAJ_PT_FULL: HEADER_SIZE + _INTEGER,
+    },
+    reads={
+        MsgType.JOINT_TRAJ_PT: _point,
+        MsgType.JOINT_TRAJ_PT_FULL: _full_point,
+        MsgType.JOINT_TRAJ: _whole_trajectory,
+    },
+)
+"""On the ports of ROS-Industrial: a point, or a trajectory with one, whose sequence is STOP."""
+
+PENDANT_STOPS = StopRule(
+    sequence_at={},
+    reads={SoftwareStop.PLACE.msg_type: _software_stop},
+    before_all=(Hello,),
+)
+"""On the pendant port: SOFTWARE_STOP. Who says hello and stops in one breath has said hello."""
+
+
+def holds_stop(trajectory: JointTraj) -> bool:
+    """Tell whether a whole trajectory has a point that is a STOP."""
+    return any(point.sequence == SpecialSequence.STOP for point in trajectory.points)
+
+
+@dataclass(slots=True, eq=False)
+class StopAhead:
+    """A STOP that was found before its turn; it also stands in its place among the messages.
+
+    Attributes:
+        message: what it says; what a frame too short leaves out is zero.
+        place: how many frames were walked before it.
+        acted: set by whoever made it act, or let its place pass.
+        answered: set by whoever answered it before its place.
+    """
+
+    message: Message
+    place: int
+    acted: bool = False
+    answered: bool = False
+
+    @property
+    def is_request(self) -> bool:
+        """Whether it is owed an answer."""
+        return self.message.comm_type == _REQUEST
+
+
+class StopWalk:
+    """The walk over one conversation, ahead of what decodes it.
+
+    Frames are counted from the first that was walked; a frame that came alone, with nothing waiting
+    in front of it, is in nobody's way and needs no walk.
+
+    Attributes:
+        is_lost: a length was met that cannot be one; nothing behind it is looked at.
+        taken: how many of the frames were decoded.
+        before_all: messages that are handled in their turn whatever comes behind them.
+    """
+
+    def __init__(self, rule: StopRule, max_frame: int) -> None:
+        """Begin before the first frame.
+
+        Args:
+            rule: what a STOP is.
+            max_frame: largest frame of the conversation, prefix included.
+        """
+        self.is_lost = False
+        self.taken = 0
+        self.before_all = rule.before_all
+        self._rule = rule
+        self._max_length = max_frame - PREFIX_SIZE
+        self._at = 0
+        self._walked = 0
+        self._ahead: deque[StopAhead] = deque()
+        self._header = struct.Struct("=3i")
+        self._integer = struct.Struct("=i")
+        self._order: ByteOrder | None = None
+
+    def settle(self, order: ByteOrder) -> None:
+        """Fix the byte order."""
+        self._order = order
+        self._header = struct.Struct(f"{order.value}3i")
+        self._integer = struct.Struct(f"{order.value}i")
+
+    def go_on(self, buffer: bytes | bytearray) -> list[StopAhead]:
+        """Walk over the frames that have become whole.
+
+        Args:
+            buffer: all that has arrived and was not decoded, from a frame's first byte on; what was
+                walked before stands in it as it did.
+
+        Returns:
+            The STOPs among them, in order.
+        """
+        order = self._order
+        if order is None or self.is_lost:
+            return []
+        found: list[StopAhead] = []
+        # Half a megabyte of bare headers must not hold up the others, so all names are local.
+        at, walked, size = self._at, self._walked, len(buffer)
+        last_header, most = size - HEADER_SIZE, self._max_length
+        header, integer = self._header.unpack_from, self._integer.unpack_from
+        reads, sequence_at = self._rule.reads, self._rule.sequence_at
+        while at <= last_header:
+            length, msg_type, comm_type = header(buffer, at)
+            if not _LEAST_LENGTH <= length <= most:
+                self.is_lost = True
+                break
+            end = at + PREFIX_SIZE + length
+            if end > size:
+                break
+            if msg_type in reads and (comm_type == _REQUEST or comm_type == _TOPIC):
+                offset = sequence_at.get(msg_type)
+                if offset is None or (
+                    at + offset + _INTEGER <= end and integer(buffer, at + offset)[0] == _STOP
+                ):
+                    message = reads[msg_type](bytes(buffer[at:end]), comm_type, order)
+                    if message is not None:
+                        found.append(StopAhead(message, walked))
+            at = end
+            walked += 1
+        self._at, self._walked = at, walked
+        self._ahead += found
+        return found
+
+    def take(self, frames: int, size: int) -> list[StopAhead]:
+        """Take note that frames at the front of the buffer were decoded and are gone from it.
+
+        Args:
+            frames: how many.
+            size: their bytes.
+
+        Returns:
+            The STOPs among them.
+        """
+        self.taken += frames
+        self._at -= size
+        taken: list[StopAhead] = []
+        while self._ahead and self._ahead[0].place < self.taken:
+            taken.append(self._ahead.popleft())
+        return taken
+
+    @property
+    def is_ahead(self) -> bool:
+        """Whether a STOP stands behind all frames that were taken."""
+        return bool(self._ahead)

@@ -1,0 +1,219 @@
+"""The table of faults that the tests must find, and whether it can be trusted.
+
+Owns the rows' format and the rules that a row keeps. A row names a fault in one file: the text to
+change, which stands there exactly once, the text that takes its place, and the few tests that must
+find it. One file of rows for each room, `tests/mutants/<room>.toml`.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import tomllib
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from textwrap import dedent
+from typing import Any
+
+FOLDER = Path(__file__).parent
+ROOT = FOLDER.parent.parent
+
+_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
+_NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
+
+
+class BadTable(ValueError):
+    """A file of rows is not one: which, and what is wrong with it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mutant:
+    """One row.
+
+    Attributes:
+        name: says the fault, in words joined by hyphens; unique in all rooms.
+        file: that it changes, relative to the root of the project.
+        before: text that stands in the file exactly once.
+        after: what takes its place.
+        tests: ids of the tests that must find it, as pytest takes them.
+        room: the name of the table's file.
+        equivalent: why no test can tell it from the original; None for all others.
+    """
+
+    name: str
+    file: str
+    before: str
+    after: str
+    tests: tuple[str, ...]
+    room: str
+    equivalent: str | None = None
+
+    def changed(self, text: str) -> str:
+        """Return the file's text with the fault in it.
+
+        Raises:
+            ValueError: the text to change is not there exactly once.
+        """
+        if (times := text.count(self.before)) != 1:
+            raise ValueError(f"the text to change stands {times} times in {self.file}, not once")
+        return text.replace(self.before, self.after)
+
+
+def read_rows(folder: Path = FOLDER) -> list[Mutant]:
+    """Return the rows of every `*.toml` in a folder, room by room.
+
+    Raises:
+        BadTable: a file is no table of rows.
+    """
+    return [
+        row
+        for path in sorted(folder.glob("*.toml"))
+        for row in parse_rows(path.read_text(encoding="utf-8"), path.stem)
+    ]
+
+
+def parse_rows(text: str, room: str) -> list[Mutant]:
+    """Return the rows of one room.
+
+    Args:
+        text: of its file.
+        room: its name.
+
+    Raises:
+        BadTable: the text is no table of rows.
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise BadTable(f"{room}.toml: {error}") from error
+    if set(data) - {"mutant"}:
+        raise BadTable(f"{room}.toml: only [[mutant]] may stand here, not {sorted(data)}")
+    return [_row(entry, room) for entry in data.get("mutant", [])]
+
+
+def _row(entry: Mapping[str, Any], room: str) -> Mutant:
+    where = f"{room}.toml, {entry.get('name', 'a row without a name')}"
+    wanted = {"name": str, "file": str, "before": str, "after": str, "tests": list}
+    for key, kind in wanted.items():
+        if not isinstance(entry.get(key), kind):
+            raise BadTable(f"{where}: {key} must be a {kind.__name__}")
+    if unknown := set(entry) - set(wanted) - {"equivalent"}:
+        raise BadTable(f"{where}: unknown {', '.join(sorted(unknown))}")
+    if not isinstance(entry.get("equivalent", ""), str):
+        raise BadTable(f"{where}: equivalent must be the reason, as text")
+    return Mutant(
+        name=entry["name"],
+        file=entry["file"],
+        before=entry["before"],
+        after=entry["after"],
+        tests=tuple(str(test) for test in entry["tests"]),
+        room=room,
+        equivalent=entry.get("equivalent"),
+    )
+
+
+def problems(rows: Iterable[Mutant], root: Path = ROOT) -> list[str]:
+    """Return what is wrong with rows, each as `room/name: what`; nothing is planted or run."""
+    rows = list(rows)
+    found = [f"{row.room}/{row.name}: {said}" for row in rows for said in _problems(row, root)]
+    names = Counter(row.name for row in rows)
+    found += [f"{name}: stands {times} times" for name, times in names.items() if times > 1]
+    return found
+
+
+def _problems(row: Mutant, root: Path) -> Iterator[str]:
+    if not _NAME.fullmatch(row.name):
+        yield "the name is not in small letters joined by hyphens"
+    if row.equivalent is not None and len(row.equivalent.split()) < 4:
+        yield "the reason why it is equivalent is missing"
+    yield from _fault_problems(row, root)
+    if not row.tests and row.equivalent is None:
+        yield "no test is named"
+    for test in row.tests:
+        path, _, inside = test.partition("::")
+        if not (root / path).exists():
+            yield f"{path} is not there"
+        elif inside and inside.partition("[")[0] not in _test_names(root / path):
+            yield f"no {inside} in {path}"
+
+
+def _fault_problems(row: Mutant, root: Path) -> Iterator[str]:
+    path = root / row.file
+    if not (path.is_file() and path.suffix == ".py"):
+        yield f"{row.file} is no Python file of the project"
+        return
+    text = _text(path)
+    try:
+        changed = row.changed(text)
+    except ValueError as error:
+        yield str(error)
+        return
+    first, last = _place(path, text, row.before)
+    lines = slice(first, last + changed.count("\n") - text.count("\n"))
+    try:
+        if _meaning(changed, lines) == _meaning(text, slice(first, last)):
+            yield "the change means nothing"
+    except SyntaxError as error:
+        where = first + (error.lineno or 0)
+        yield f"the changed file does not compile: {error.msg}, line {where}"
+
+
+def _place(path: Path, text: str, part: str) -> tuple[int, int]:
+    """Return the lines of the innermost function or statement of a file that holds a part of it.
+
+    So that only these are parsed: hundreds of rows times the whole file would take seconds.
+
+    Returns:
+        The first line and the one after the last, from 0; those of the file where none holds it.
+    """
+    begins = text.count("\n", 0, text.index(part)) + 1
+    ends = begins + part.rstrip("\n").count("\n")
+    lines = [bounds for bounds in _statements(path) if bounds[0] <= begins and ends <= bounds[1]]
+    first, last = max(lines, default=(1, text.count("\n") + 1))
+    return first - 1, last
+
+
+def _meaning(text: str, lines: slice) -> str:
+    """Return what lines mean, whatever their indentation, comments and line numbers."""
+    return ast.dump(ast.parse(dedent("".join(text.splitlines(keepends=True)[lines]))))
+
+
+@cache
+def _text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")
+
+
+@cache
+def _statements(path: Path) -> tuple[tuple[int, int], ...]:
+    """Return first and last line of each statement of a file and each function, decorators too."""
+    module = _parsed(path)
+    nodes = [*module.body, *(node for node in ast.walk(module) if isinstance(node, _FUNCTIONS))]
+    bounds = set()
+    for node in nodes:
+        decorated = getattr(node, "decorator_list", [])
+        first = min([node.lineno, *(each.lineno for each in decorated)])
+        bounds.add((first, node.end_lineno or first))
+    return tuple(bounds)
+
+
+@cache
+def _parsed(path: Path) -> ast.Module:
+    return ast.parse(_text(path))
+
+
+@cache
+def _test_names(path: Path) -> frozenset[str]:
+    """Return the ids of a file's tests and classes of tests, without parameters."""
+    names: set[str] = set()
+    for node in _parsed(path).body:
+        if isinstance(node, _FUNCTIONS):
+            names.add(node.name)
+        elif isinstance(node, ast.ClassDef):
+            names.add(node.name)
+            names |= {f"{node.name}::{n.name}" for n in node.body if isinstance(n, _FUNCTIONS)}
+        elif isinstance(node, ast.Assign):  # a state machine of hypothesis: `Test = X.TestCase`
+            names |= {target.id for target in node.targets if isinstance(target, ast.Name)}
+    return frozenset(names)

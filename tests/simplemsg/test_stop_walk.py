@@ -1,0 +1,313 @@
+"""STOP first: which bytes are a STOP, where the walk ends, and what it leaves to those in front."""
+
+from __future__ import annotations
+
+import struct
+from itertools import accumulate, pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from openpendant.simplemsg import (
+    PENDANT,
+    PENDANT_STOPS,
+    ROS_STOPS,
+    STANDARD,
+    Arrival,
+    ByteOrder,
+    CommType,
+    Connection,
+    Dialect,
+    JointTraj,
+    JointTrajPt,
+    JointTrajPtFull,
+    LengthOutOfBounds,
+    Message,
+    MsgType,
+    Opaque,
+    Overtaken,
+    Ping,
+    Role,
+    StopAhead,
+    StopRule,
+    TrajPoint,
+    accepted,
+    codec_for,
+    joint_array,
+)
+from openpendant.simplemsg.pendant import (
+    PROTOCOL_VERSION,
+    AuthorityBeat,
+    Hello,
+    ResetStop,
+    SoftwareStop,
+    Verdict,
+)
+
+REQUEST, TOPIC, REPLY = CommType.REQUEST, CommType.TOPIC, CommType.REPLY
+NOTHING = joint_array([])
+STOP_TYPE = SoftwareStop.PLACE.msg_type
+ORDERS = tuple(ByteOrder)
+
+
+def served(
+    dialect: Dialect, rule: StopRule, frames_per_call: int = 64, max_frame: int = 65_532
+) -> Connection:
+    return Connection(
+        Role.SERVER,
+        dialect,
+        max_frame=max_frame,
+        frames_per_call=frames_per_call,
+        stop_rule=rule,
+    )
+
+
+def point(sequence: int, comm_type: int = REQUEST) -> JointTrajPt:
+    return JointTrajPt(sequence, joint_array([0.5]), 0.125, 0.5, comm_type=comm_type)
+
+
+def full_point(sequence: int) -> JointTrajPtFull:
+    return JointTrajPtFull(0, sequence, 7, 0.5, NOTHING, NOTHING, NOTHING, comm_type=REQUEST)
+
+
+def bare(order: ByteOrder, msg_type: int, body: bytes, comm: int = REQUEST, code: int = 0) -> bytes:
+    return struct.pack(f"{order.value}4i", 12 + len(body), msg_type, comm, code) + body
+
+
+def numbers(order: ByteOrder, *values: int) -> bytes:
+    return struct.pack(f"{order.value}{len(values)}i", *values)
+
+
+PING = {order: codec_for(STANDARD, order).encode(Ping(comm_type=REQUEST)) for order in ORDERS}
+
+
+def found(wire: Connection, data: bytes) -> list[Message]:
+    wire.read_ahead(data)
+    return [stop.message for stop in wire.stops]
+
+
+ROS_FRAMES = {
+    "a point": lambda o: codec_for(STANDARD, o).encode(point(-4)),
+    "a point as topic": lambda o: codec_for(STANDARD, o).encode(point(-4, TOPIC)),
+    "a full point": lambda o: codec_for(STANDARD, o).encode(full_point(-4)),
+    "a trajectory with it": lambda o: codec_for(STANDARD, o).encode(
+        JointTraj((TrajPoint(0, NOTHING, 0.1, 0.0), TrajPoint(-4, NOTHING, 0.0, 0.0)))
+    ),
+    "a point that ends behind its sequence": lambda o: bare(
+        o, MsgType.JOINT_TRAJ_PT, numbers(o, -4)
+    ),
+    "a full point that ends there": lambda o: bare(
+        o, MsgType.JOINT_TRAJ_PT_FULL, numbers(o, 0, -4)
+    ),
+    "a point of eight-byte reals": lambda o: bare(
+        o, MsgType.JOINT_TRAJ_PT, numbers(o, -4) + bytes(96)
+    ),
+    "a point with a reply code": lambda o: bare(
+        o, MsgType.JOINT_TRAJ_PT, numbers(o, -4) + bytes(48), code=1
+    ),
+}
+
+NO_ROS_STOPS = {
+    "another sequence": lambda o: codec_for(STANDARD, o).encode(point(-3)),
+    "a reply": lambda o: bare(o, MsgType.JOINT_TRAJ_PT, numbers(o, -4), REPLY, 1),
+    "no kind of exchange": lambda o: bare(o, MsgType.JOINT_TRAJ_PT, numbers(o, -4), 0),
+    "a point without a sequence": lambda o: bare(o, MsgType.JOINT_TRAJ_PT, b"\xfc\xff\xff"),
+    "a full point without one": lambda o: bare(o, MsgType.JOINT_TRAJ_PT_FULL, numbers(o, -4)),
+    "a trajectory without it": lambda o: codec_for(STANDARD, o).encode(
+        JointTraj((TrajPoint(-3, NOTHING, 0.1, 0.0),))
+    ),
+    "a trajectory of a broken length": lambda o: bare(o, MsgType.JOINT_TRAJ, numbers(o, -4) * 2),
+    "a STOP inside another frame": lambda o: bare(
+        o, 999, bytes(8) + codec_for(STANDARD, o).encode(point(-4))
+    ),
+    "a status that holds the number": lambda o: bare(o, MsgType.STATUS, numbers(o, -4)),
+}
+
+PENDANT_FRAMES = {
+    "whole": lambda o: codec_for(PENDANT, o).encode(SoftwareStop(7, "enough")),
+    "without a reason": lambda o: bare(o, STOP_TYPE, numbers(o, 7)),
+    "with some of a reason": lambda o: bare(o, STOP_TYPE, numbers(o, 7) + b"eno"),
+    "without a number": lambda o: bare(o, STOP_TYPE, b""),
+    "with a reason that is no text": lambda o: bare(o, STOP_TYPE, numbers(o, 7) + b"\xff" * 64),
+    "too long": lambda o: bare(o, STOP_TYPE, numbers(o, 7) + b"x" * 80),
+    "as a topic": lambda o: bare(o, STOP_TYPE, numbers(o, 7), TOPIC),
+}
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("name", ROS_FRAMES)
+def test_a_whole_frame_with_the_sequence_of_stop_is_one(name: str, order: ByteOrder) -> None:
+    frame = ROS_FRAMES[name](order)
+    (stop,) = found(served(STANDARD, ROS_STOPS), PING[order] + frame)
+    assert stop.comm_type == struct.unpack_from(f"{order.value}i", frame, 8)[0]
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("name", NO_ROS_STOPS)
+def test_nothing_else_is_one(name: str, order: ByteOrder) -> None:
+    assert found(served(STANDARD, ROS_STOPS), PING[order] + NO_ROS_STOPS[name](order) * 2) == []
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("name", PENDANT_FRAMES)
+def test_a_pendants_stop_is_known_by_its_type_alone(name: str, order: ByteOrder) -> None:
+    (stop,) = found(served(PENDANT, PENDANT_STOPS), PING[order] + PENDANT_FRAMES[name](order))
+    assert isinstance(stop, SoftwareStop)
+    assert stop.request_id == (0 if name == "without a number" else 7)
+    assert len(stop.reason) <= 64
+
+
+@pytest.mark.parametrize("at", range(1, 24))
+def test_a_frame_that_was_begun_is_none_until_its_last_byte(at: int) -> None:
+    frame = bare(ByteOrder.LITTLE, MsgType.JOINT_TRAJ_PT, numbers(ByteOrder.LITTLE, -4, 0))
+    wire = served(STANDARD, ROS_STOPS)
+    assert found(wire, PING[ByteOrder.LITTLE] + frame[:at]) == []
+    for byte in frame[at:-1]:
+        assert found(wire, bytes((byte,))) == []
+    assert len(found(wire, frame[-1:])) == 1
+
+
+@pytest.mark.parametrize("length", [0, 11, 1_020, -1])
+def test_behind_a_length_that_cannot_be_one_nothing_is_looked_for(length: int) -> None:
+    stop = codec_for().encode(point(-4))
+    wire = served(STANDARD, ROS_STOPS, max_frame=1_023)
+    assert len(found(wire, stop + struct.pack("<4i", length, 11, 2, 0) + stop)) == 1
+    assert len(found(wire, stop)) == 1
+
+
+def test_a_stop_in_front_of_a_fault_is_found_and_stands_in_its_place() -> None:
+    wire = served(STANDARD, ROS_STOPS)
+    received = wire.receive(codec_for().encode(point(0)) + codec_for().encode(point(-4)) + bytes(4))
+    assert isinstance(wire.fault, LengthOutOfBounds)
+    first, second = wire.marked(received)
+    assert first == Overtaken(point(0))
+    assert second is wire.stops[0]
+
+
+def test_what_stands_in_front_of_a_stop_is_overtaken_and_nothing_behind_it() -> None:
+    codec = codec_for(PENDANT)
+    messages = [ResetStop(1), SoftwareStop(2, ""), AuthorityBeat(), ResetStop(3)]
+    wire = served(PENDANT, PENDANT_STOPS)
+    received = wire.receive(b"".join(map(codec.encode, messages)))
+    marked = wire.marked(received)
+    assert marked == [Overtaken(ResetStop(1)), wire.stops[0], AuthorityBeat(), ResetStop(3)]
+    assert not wire.overtaking
+
+
+def test_a_hello_is_not_overtaken() -> None:
+    codec = codec_for(PENDANT)
+    messages = [Hello(PROTOCOL_VERSION, 0.0, "", "x"), ResetStop(1), SoftwareStop(2, "")]
+    wire = served(PENDANT, PENDANT_STOPS)
+    marked = wire.marked(wire.receive(b"".join(map(codec.encode, messages))))
+    assert marked == [messages[0], Overtaken(ResetStop(1)), wire.stops[0]]
+
+
+def test_a_stop_that_comes_alone_is_a_message_like_any_other() -> None:
+    wire = served(PENDANT, PENDANT_STOPS)
+    wire.settle_byte_order(ByteOrder.LITTLE)
+    stop = SoftwareStop(2, "a")
+    for _ in range(3):
+        assert wire.receive(codec_for(PENDANT).encode(stop)) == [stop]
+    assert not wire.stops
+    assert not wire.overtaking
+
+
+def test_a_stop_may_be_answered_before_its_turn_and_only_once() -> None:
+    codec = codec_for(PENDANT)
+    wire = served(PENDANT, PENDANT_STOPS, frames_per_call=1)
+    assert wire.receive(codec.encode(AuthorityBeat()) * 3) == [AuthorityBeat()]
+    wire.read_ahead(codec.encode(SoftwareStop(2, "")))
+    assert wire.unanswered == 1
+    wire.send(Verdict(2, 0, -1, 0.0, 0.0, ""))
+    while wire.more:
+        wire.receive(b"")
+    assert wire.unanswered == 0
+
+
+def test_a_backlog_is_taken_in_parts_at_the_same_cost_each() -> None:
+    """A part copies no more of the backlog than it may need, however much waits."""
+    wire = served(PENDANT, PENDANT_STOPS, frames_per_call=16)
+    frame = codec_for(PENDANT).encode(SoftwareStop(2, "again"))
+    count = len(wire.receive(frame * 6_000))
+    copied = 0
+    while wire.more:
+        before = wire.waiting
+        taken = len(wire.receive(b""))
+        assert before - wire.waiting == taken * len(frame)
+        count += taken
+        copied += taken > 0
+    assert (count, copied) == (6_000, 374)
+    assert len(wire.stops) == 6_000
+
+
+_MESSAGES: tuple[Message, ...] = (
+    Ping(comm_type=REQUEST),
+    point(3),
+    point(-4),
+    point(-4, TOPIC),
+    full_point(-4),
+    JointTraj((TrajPoint(-4, NOTHING, 0.1, 0.0),), comm_type=REQUEST),
+    Opaque(999, b"\xfc\xff\xff\xff" * 5, comm_type=TOPIC),
+    Opaque(MsgType.JOINT_TRAJ_PT, struct.pack("<i", -4), comm_type=REQUEST),
+)
+
+
+def _is_stop(message: Message) -> bool:
+    match message:
+        case JointTrajPt(sequence=-4) | JointTrajPtFull(sequence=-4) | JointTraj():
+            return True
+        case Opaque(msg_type=MsgType.JOINT_TRAJ_PT):
+            return True
+    return False
+
+
+@given(
+    st.lists(st.sampled_from(range(len(_MESSAGES))), max_size=30),
+    st.sampled_from(ORDERS),
+    st.lists(st.tuples(st.integers(0, 3_000), st.booleans()), max_size=12),
+    st.integers(1, 20),
+)
+def test_however_bytes_come_each_stop_is_found_with_its_last_byte_and_marks_all_before_it(
+    chosen: list[int], order: ByteOrder, cuts: list[tuple[int, bool]], frames_per_call: int
+) -> None:
+    codec = codec_for(STANDARD, order)
+    messages = [_MESSAGES[number] for number in chosen]
+    frames = [
+        bare(order, each.msg_type, numbers(order, -4))
+        if isinstance(each, Opaque) and each.msg_type == MsgType.JOINT_TRAJ_PT
+        else codec.encode(each)
+        for each in messages
+    ]
+    stream = b"".join(frames)
+    ends = list(zip(accumulate(map(len, frames)), map(_is_stop, messages), strict=True))
+    wire = served(STANDARD, ROS_STOPS, frames_per_call)
+    edges = sorted({0, len(stream), *(cut % (len(stream) + 1) for cut, _ in cuts)})
+    handles = [handle for _, handle in cuts] or [True]
+    arrivals: list[Arrival] = []
+
+    def handle(data: bytes) -> None:
+        received = wire.receive(data)
+        arrivals.extend(wire.marked(received) if wire.overtaking else received)
+
+    for number, (begin, end) in enumerate(pairwise(edges)):
+        if wire.more:
+            wire.read_ahead(stream[begin:end])
+            if handles[number % len(handles)]:
+                handle(b"")
+        else:
+            handle(stream[begin:end])
+        # A usual frame that comes whole and alone is handled at once, and needs no walk.
+        alone = sum(isinstance(each, Message) and _is_stop(each) for each in arrivals)
+        assert len(wire.stops) + alone == sum(stop for at, stop in ends if at <= end)
+    while wire.more:
+        handle(b"")
+    assert len(arrivals) == len(messages)
+    assert wire.unanswered == sum(each.comm_type == REQUEST for each in messages)
+    for place, (arrival, message) in enumerate(zip(arrivals, messages, strict=True)):
+        if isinstance(arrival, StopAhead):
+            assert _is_stop(message)
+        elif isinstance(arrival, Overtaken):
+            assert any(map(_is_stop, messages[place + 1 :]))
+    for _ in range(wire.unanswered):
+        wire.send(accepted(Ping()))

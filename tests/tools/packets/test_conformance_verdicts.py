@@ -1,0 +1,57 @@
+"""How observations of a client become a finding: nothing that was seen can hide a broken rule."""
+
+from __future__ import annotations
+
+import pytest
+
+from openpendant.tools.packets.conformance.client.check import Habit, Moment, Problem, Tally
+from openpendant.tools.packets.conformance.client.judge import CHECKS, results_of
+from openpendant.tools.packets.conformance.findings import (
+    PASSED,
+    Finding,
+    Verdict,
+    deviates,
+    failed,
+    not_applicable,
+)
+
+HABIT = Habit("a program: what it does", "seen")
+
+
+@pytest.mark.parametrize(
+    ("seen", "verdict"),
+    [
+        ([], Verdict.NOT_APPLICABLE),
+        ([None], Verdict.PASSED),
+        ([None, HABIT], Verdict.DEVIATES),
+        ([HABIT, "broken"], Verdict.FAILED),
+        (["broken", None], Verdict.FAILED),
+    ],
+)
+def test_the_worst_of_what_was_looked_at_is_found(
+    seen: list[Problem | None], verdict: Verdict
+) -> None:
+    tally = Tally()
+    for number, problem in enumerate(seen):
+        tally.look(Moment(number), problem)
+    assert tally.finding("nothing to look at").verdict is verdict
+
+
+@pytest.mark.parametrize(
+    ("findings", "verdict"),
+    [
+        ([PASSED, failed("there")], Verdict.FAILED),
+        ([deviates("a habit", "seen"), failed("there")], Verdict.FAILED),
+        ([PASSED, deviates("a habit", "seen")], Verdict.DEVIATES),
+        ([not_applicable("no"), PASSED], Verdict.PASSED),
+        ([not_applicable("no"), not_applicable("no")], Verdict.NOT_APPLICABLE),
+    ],
+)
+def test_the_worst_of_several_scenarios_is_the_result(
+    findings: list[Finding], verdict: Verdict
+) -> None:
+    of_all = {
+        f"scenario {number}": {check.info.number: finding for check in CHECKS}
+        for number, finding in enumerate(findings)
+    }
+    assert {result.finding.verdict for result in results_of(of_all)} == {verdict}
