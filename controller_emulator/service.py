@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 from openpendant.simplemsg import (
     PENDANT,
-    STANDARD,
     ByteOrder,
     Connection,
     Message,
@@ -98,10 +97,7 @@ class Service:
         self._state_links: dict[int, Link] = {}
         self._links_made = 0
         self._state_order = ByteOrder[settings.byte_order.upper()]
-        has_own = settings.operator_events or settings.inputs or settings.outputs
-        dialect = PENDANT if has_own else STANDARD
-        self._dialect = dialect
-        self._codec = codec_for(dialect, self._state_order, settings.real_size)
+        self._codec = codec_for(PENDANT, self._state_order, settings.real_size)
         self._ticks_per_report = math.ceil(LEAST_TICK_RATE / settings.rate)
         self._period = 1 / (settings.rate * self._ticks_per_report)
         self._ticks = 0
@@ -184,7 +180,7 @@ class Service:
 
     def _link(self, events: LinkEvents, order: ByteOrder | None) -> Link:
         self._links_made += 1
-        connection = Connection(Role.SERVER, self._dialect, order, self._settings.real_size)
+        connection = Connection(Role.SERVER, PENDANT, order, self._settings.real_size)
         return Link(self._links_made, connection, events, self.journal)
 
     def _has_room(self, links: dict[int, Link]) -> bool:

@@ -36,6 +36,7 @@ from .outgoing import (
     Forward,
     ForwardStop,
     Keep,
+    LogLine,
     Outgoing,
     Plan,
     Query,
@@ -169,6 +170,8 @@ class CellShell:
                 case Keep(motion=motion):
                     if self._plans is not None:
                         self._plans.keep(motion)
+                case LogLine(text=text):
+                    log.warning("cell %s: %s", self.core.name, text)
 
     def _spread(self, sessions: tuple[int, ...], message: Message) -> None:
         """Write to all, encoded once for those in a row that speak alike; skip who reads slowly."""

@@ -18,6 +18,7 @@ from .controller_path import ControllerPath
 from .driving.driving import Driving, Listener
 from .driving.feedback import Feedback
 from .driving.interruption import interruption, shown
+from .identification import Identification
 from .joint_slots import JointSlots
 from .news import (
     AuthorityMoved,
@@ -30,7 +31,7 @@ from .news import (
     StopMoved,
 )
 from .operating_mode import MotionKind, OperatingModes
-from .outgoing import Outgoing
+from .outgoing import LogLine, Outgoing
 from .playback.running_program import RunningProgram
 from .readiness import examine, examine_cell, held_by, permission
 from .refusal import Refusal
@@ -73,6 +74,7 @@ class RobotCell:
         self.slots = JointSlots(limits)
         self.authority = Authority(round(settings.pendants.authority_timeout * 1e9))
         self.feedback = Feedback(limits.dof, settings.controller)
+        self._identification = Identification(self.feedback)
         self.modes = OperatingModes(settings.modes)
         self.stop: LatchedStop | None = None
         self.program: RunningProgram | None = None
@@ -160,6 +162,21 @@ class RobotCell:
             out += self._tell(ModeMoved(mode, CONTROLLER), now)
         return out
 
+    def identified(self, reply_code: int, now: int) -> list[Outgoing]:
+        """Take what the controller answered to whether it is emulated.
+
+        One that contradicts itself is none to move by: what moves is stopped.
+        """
+        told = self._identification.answered(reply_code, now)
+        if isinstance(told, Refusal):
+            return [*self._interrupt(told, now), LogLine(told.sentence)]
+        return told
+
+    @property
+    def says_emulated(self) -> bool:
+        """Whether the controller says that it is emulated, on the connection that there is."""
+        return self.feedback.says_emulated
+
     def _interrupt(self, refusal: Refusal, now: int) -> list[Outgoing]:
         """End what is planned or moves, and tell whatever only waits to move."""
         return self.end(refusal, now) + self._tell(Interrupted(refusal), now)
@@ -167,8 +184,9 @@ class RobotCell:
     def path_changed(self, path: ControllerPath, up: bool, now: int) -> list[Outgoing]:
         """Take note that a connection to the controller came or went."""
         self._driving.path_changed(path, up)
+        asked = [] if path is not ControllerPath.STATE else self._identification.link(up, now)
         if up or path is ControllerPath.STOP:
-            return []
+            return asked
         text = f"the controller's {path.name.lower()} link was lost"
         return self._interrupt(Refusal(VerdictCode.CONTROLLER_LOST, text), now)
 

@@ -36,7 +36,7 @@ local VALUES = {
   StateField = { { 2, "POSITION" }, { 4, "VELOCITY" }, { 16, "TOOL" } },
   AuthorityReason = { [1] = "GRANTED", [2] = "RELEASED", [3] = "EXPIRED", [4] = "CONNECTION_LOST", [5] = "TAKEN_OVER", [6] = "LOGGED_OUT", [7] = "ROLE_LOST" },
   JogEnd = { [1] = "RELEASED", [2] = "SILENT", [3] = "CONNECTION_LOST", [4] = "REPLACED", [5] = "STOPPED" },
-  OperatorAction = { [1] = "EMERGENCY_STOP", [2] = "RESET" },
+  OperatorAction = { [1] = "EMERGENCY_STOP", [2] = "RESET", [3] = "IDENTIFY" },
 }
 local MESSAGES = {
   { type = 1, name = "ping", filter = "ping", any_body = true, fields = {} },
@@ -420,7 +420,7 @@ local MESSAGES = {
     { kind = "text", size = 160, name = "text", meaning = "one sentence, empty for none" },
   } },
   { type = 65100, name = "operator_event", filter = "operator_event", fields = {
-    { kind = "int", name = "action", meaning = "1 emergency stop, 2 reset", values = VALUES.OperatorAction },
+    { kind = "int", name = "action", meaning = "1 emergency stop, 2 reset, 3 identify", values = VALUES.OperatorAction },
   } },
   { type = 65110, name = "read_signals", filter = "read_signals", fields = {
     { kind = "int", name = "first", meaning = "number of the first signal: 0, 16, 32, …" },

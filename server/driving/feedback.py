@@ -54,6 +54,8 @@ class Feedback:
         mode: the controller's own operating mode.
         received: time of the last joint report [ns].
         broken: a report held a value that no joint has; motion is impossible until one is sound.
+        says_emulated: on this connection the controller says that it is emulated. That gives no
+            right: known to be emulated is one only whose cell's file says so as well.
     """
 
     def __init__(self, dof: int, link: ControllerLink) -> None:
@@ -65,6 +67,7 @@ class Feedback:
         self.mode = ControllerMode.UNKNOWN
         self.received = 0
         self.broken = False
+        self.says_emulated = False
         self._status_received = 0
         self._dof = dof
         self._fresh_age = link.fresh_age_ns
@@ -121,6 +124,7 @@ class Feedback:
         self.velocity_known = False
         self.velocity = (0.0,) * self._dof
         self.broken = False
+        self.says_emulated = False
         self._full = False
         self._still_at = ()
 
