@@ -85,6 +85,7 @@ class ServerCore:
         self.name = identity.cell
         self.fault: Refusal | None = None
         self.cell = RobotCell(settings, limits, self._news)
+        self.cell.watch_points(robot)
         self._errands = Errands()
         self.surroundings: CellSurroundings | None = None
         if surroundings is not None:

@@ -18,6 +18,8 @@ from .controller_path import ControllerPath
 from .driving.driving import Driving, Listener
 from .driving.feedback import Feedback
 from .driving.interruption import interruption, shown
+from .driving.motion_watch import ArmPoints
+from .driving.standstill_watch import UncommandedMotion
 from .identification import Identification
 from .joint_slots import JointSlots
 from .news import (
@@ -82,11 +84,24 @@ class RobotCell:
         self.is_closing = False
         self._tell = tell
         self._driving = Driving(
-            settings.controller, limits, self.feedback, tell, self.protective_stop
+            *(settings.controller, limits, self.feedback, tell, self.protective_stop),
+            cap=self._tool_speed_cap,
         )
         self.motions = CellMotions(
             limits, self.authority, self.feedback, self.modes, self._driving, self._recheck, tell
         )
+
+    def watch_points(self, points: ArmPoints) -> None:
+        """Have tool and elbow held to the cap of the mode by what is reported, too."""
+        self._driving.points = points
+
+    def _tool_speed_cap(self) -> float | None:
+        return self.modes.tool_speed_cap(self.feedback.mode)
+
+    @property
+    def uncommanded(self) -> UncommandedMotion | None:
+        """How the robot moved last while nobody commanded it, since the last motion."""
+        return self._driving.uncommanded
 
     @property
     def activity(self) -> Activity:
@@ -147,10 +162,13 @@ class RobotCell:
         return self._driving.misanswered(problem, now)
 
     def reported(self, message: Message, now: int) -> list[Outgoing]:
-        """Take a report of the controller on the state link; a fault or another mode stops."""
+        """Take a report of the controller on the state link.
+
+        A fault or another mode stops, and so does a robot that is not where it was commanded to be.
+        """
         if not isinstance(message, Status):
             self.feedback.take(message, now)
-            return []
+            return self._driving.reported(now)
         before = shown(self.feedback)
         self.feedback.take(message, now)
         refusal = interruption(before, shown(self.feedback))
@@ -210,7 +228,9 @@ class RobotCell:
     def protective_stop(self, refusal: Refusal, now: int) -> list[Outgoing]:
         """Stop the robot and latch, because the server found something wrong by itself."""
         out = self.halt(refusal, now)
-        return out + self._latch(LatchedStop(SERVER, refusal.sentence, now, True), now)
+        return out + self._latch(
+            LatchedStop(SERVER, refusal.sentence, now, True, refusal.code), now
+        )
 
     def _latch(self, stop: LatchedStop, now: int) -> list[Outgoing]:
         self.modes.disarm()

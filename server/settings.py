@@ -106,6 +106,12 @@ class ControllerLink(Table):
     """How often it reports its state, s; a robot that is not seen for four of them is stopped."""
     lead: Annotated[float, Field(ge=0.02, le=0.1)] = 0.09
     """How far points are sent ahead of the robot, s."""
+    path_tolerance: Annotated[float, Field(ge=0.001, le=0.5)] = 0.02
+    """A joint reported farther from its path stops the robot, rad; a sliding one half as many m."""
+    lag: Annotated[float, Field(ge=0, le=0.25)] = 0.08
+    """How far a joint may be behind its set-points, s; as much of its speed is accepted besides."""
+    noise: Annotated[float, Field(ge=0, le=0.01)] = 0.001
+    """How far a reported position may be from the true one, rad or m; accepted besides."""
     reconnect_period: Annotated[float, Field(ge=0.05, le=60)] = 0.5
     """Pause between attempts to connect, s."""
 

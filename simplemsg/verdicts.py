@@ -69,6 +69,9 @@ class VerdictCode(IntEnum):
     CONTROLLER_STOPPED = 64
     NOT_ARRIVED = 65
     NOT_FOLLOWING = 66
+    LEFT_THE_PATH = 72
+    OVER_SPEED = 73
+    OVER_RANGE = 74
     FRAME_REFUSED = 80
     NOT_IN_HISTORY = 81
     POOR_GEOMETRY = 82
@@ -344,6 +347,21 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     VerdictCode.NOT_FOLLOWING: _entry(
         "The robot does not follow the points that it is sent; the motion was stopped.",
         "Check the controller's program, its mode and its own speed override.",
+    ),
+    VerdictCode.LEFT_THE_PATH: _entry(
+        "The robot was reported farther from its path than accepted; it was stopped.",
+        "Look whether something pushed, held or released it, then reset the stop. If it moves well"
+        " and is only slow to follow, declare that: [controller] path_tolerance, lag and noise.",
+    ),
+    VerdictCode.OVER_SPEED: _entry(
+        "The robot was reported faster than a joint, or tool and elbow in this mode, may be.",
+        "Look whether the controller keeps to the times of the points and the robot file has its"
+        " limits, and whether [controller] state_period and noise are its own; reset the stop.",
+    ),
+    VerdictCode.OVER_RANGE: _entry(
+        "The robot was reported beyond the range of a joint while it moved; it was stopped.",
+        "Look whether robot file and controller have the same ranges and zeros, then reset the stop"
+        " and lead the joint back in the recovery mode, or by the controller's own pendant.",
     ),
     VerdictCode.NOT_ARRIVED: _entry(
         "All points were sent, but the robot did not come to rest at the goal.",

@@ -138,6 +138,7 @@ def table(answer: Why) -> str:
             f"cause:  {first_broken['cause']} ({first_broken['name']}, {first_broken['code']})",
             f"remedy: {first_broken['remedy']}",
         ]
+    lines += [f"note:   {remark}" for remark in answer.get("remarks", ())]
     return "\n".join(lines)
 
 

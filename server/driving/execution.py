@@ -24,6 +24,7 @@ from .departure import DepartureCheck
 from .feedback import Feedback
 from .following import LONGEST_LAG, Following
 from .interruption import lost
+from .motion_watch import MotionWatch
 from .row_sources import RowSource
 
 ARRIVAL_TOLERANCE = 1e-3
@@ -75,6 +76,7 @@ class Execution:
         lead: float | None = None,
         known_error: int = 0,
         start: Sequence[float] | None = None,
+        watch: MotionWatch | None = None,
     ) -> None:
         """Make a motion that starts now; `next_point` gives its first set-point at once.
 
@@ -87,6 +89,7 @@ class Execution:
             lead: how far set-points leave ahead of the robot [s]; the link's where left out.
             known_error: error that the controller shows already; it ends no motion by itself.
             start: (n,) where a jog begins, which may be beyond a limit; None for all else.
+            watch: is told each set-point that leaves; None where nobody compares.
         """
         self.rows = rows
         self.phase = _SENDING
@@ -95,6 +98,7 @@ class Execution:
         self._lead = round((link.lead if lead is None else lead) * 1e9)
         self._departure = DepartureCheck(limits, start)
         self._following = Following(now)
+        self._watch = watch
         self._known_error = known_error
         self._sent = 0
         self._all_taken = 0  # when nothing was left to send or to be answered
@@ -128,6 +132,8 @@ class Execution:
             return refusal
         point = self._uplink.point(self._sent, row, row.time - last.time, now)
         following.sent(row)
+        if self._watch is not None:
+            self._watch.commanded(following.earliest(row.time), row)
         self._before = last
         self._sent += 1
         return point

@@ -46,6 +46,13 @@ class Following:
         self._times.append(round(row.time * 1e9))
         self._places.append(tuple(row.position))
 
+    def earliest(self, time: float) -> int:
+        """Return when a robot that began at once is due at `time` [s] of the trajectory [ns].
+
+        No robot is due there sooner; one that is behind is due later by `lag`.
+        """
+        return self._started + round(time * 1e9)
+
     @property
     def lag(self) -> float:
         """How far the robot is behind the server's clock [s]."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypedDict
+from typing import Literal, NotRequired, TypedDict
 
 from ..snapshot import Snapshot
 from ..way_out import Hold
@@ -66,6 +66,8 @@ class Why(TypedDict):
         ready: whether all hold.
         broken: the first that is broken; empty where all hold.
         conditions: all of them.
+        remarks: what else is to be known, such as that the robot moved without a command; empty
+            from an older server, whose answer has none.
     """
 
     cell: str
@@ -73,6 +75,7 @@ class Why(TypedDict):
     ready: bool
     broken: str
     conditions: list[Condition]
+    remarks: NotRequired[list[str]]
 
 
 class CellCalls:

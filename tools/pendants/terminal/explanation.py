@@ -34,6 +34,7 @@ def why_lines(answer: dict[str, Any], holds: Sequence[Hold] = ()) -> tuple[str, 
     conditions: list[dict[str, Any]] = answer["conditions"]
     broken = next((each for each in conditions if not each["holds"]), None)
     chain = [f"{'ok' if each['holds'] else 'NO'} {each['meaning']}" for each in conditions]
+    chain += [in_screen_units(remark) for remark in answer.get("remarks", ())]
     kind = answer["kind"]
     if broken is None:
         return (f"A {kind} may start: all conditions hold.", *_way_out(holds), *chain)

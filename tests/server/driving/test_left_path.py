@@ -1,0 +1,115 @@
+"""A robot that is reported elsewhere than commanded is stopped in the turn of that report.
+
+On the virtual clock, through the codec, in each kind of motion (promise 52).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from watched_motions import (
+    MOTIONS,
+    MS,
+    Commanded,
+    MovingCell,
+    aborted,
+    following_ros,
+    jogging,
+    moving,
+    running,
+)
+
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+Place = tuple[float, ...]
+WARM_MS = 400
+DEFAULTS = {"path_tolerance": 0.02, "lag": 0.08, "noise": 0.001}
+
+
+def shifted(place: Place, joint: int, by: float) -> Place:
+    return tuple(at + by * (number == joint) for number, at in enumerate(place))
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize(
+    ("joint", "jump", "code"),
+    [(1, 0.3, V.LEFT_THE_PATH), (4, -0.3, V.LEFT_THE_PATH), (2, 7.0, V.OVER_RANGE)],
+    ids=["by 0.3 rad", "back by 0.3 rad", "out of its range"],
+)
+def test_promise_52_a_jump_stops_the_robot_in_the_turn_of_its_first_report(
+    motion: Callable[[], MovingCell], joint: int, jump: float, code: V
+) -> None:
+    it = motion()
+    it.wait(WARM_MS)
+    assert it.stops == 0
+    jumps_at = it.cell.now + 10 * MS
+    it.cell.reported = lambda at, now: shifted(at, joint, jump if now >= jumps_at else 0.0)
+    points = len(it.cell.sent)
+    assert it.until_stopped(20) == jumps_at
+    assert it.code is code
+    assert f"joint {joint + 1}" in it.reason
+    sent = it.cell.sent[points:]
+    assert sum(message.sequence >= 0 for message in sent) == 0  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("motion", [moving, following_ros])
+def test_promise_52_a_robot_1_rad_ahead_on_its_path_has_left_it(
+    motion: Callable[[], MovingCell],
+) -> None:
+    it = motion()
+    it.wait(WARM_MS)
+    ahead_at = it.cell.now + 10 * MS
+    before = it.cell.position
+    it.wait(10)
+    after = it.cell.position
+    way = [b - a for a, b in zip(before, after, strict=True)]
+    rate = max(map(abs, way))
+    ahead_at = it.cell.now + 10 * MS
+    it.cell.reported = lambda at, now: (
+        tuple(a + w / rate for a, w in zip(at, way, strict=True)) if now >= ahead_at else at
+    )
+    assert it.until_stopped(20) == ahead_at
+    assert it.code is V.LEFT_THE_PATH
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_promise_52_a_run_away_is_stopped_by_the_first_report_beyond_a_tolerance(
+    motion: Callable[[], MovingCell],
+) -> None:
+    it = motion()
+    it.wait(WARM_MS)
+    oracle = Commanded(it)
+    since = it.cell.now
+    beyond: set[int] = set()
+
+    def running_away(at: Place, now: int) -> Place:
+        reported = shifted(at, 0, 2.0 * (now - since) / 1e9)
+        if oracle.beyond(reported, now, 0.01, 0.01, 0.0):
+            beyond.add(now)
+        return reported
+
+    it.cell.reported = running_away
+    stopped = it.until_stopped(100)
+    assert it.code is V.LEFT_THE_PATH
+    assert {stopped} == beyond
+
+
+@pytest.mark.parametrize(
+    ("settings", "joint", "within_ms"),
+    [({}, 4, 60), ({}, 0, 200), (DEFAULTS, 4, 100), (DEFAULTS, 0, 600)],
+    ids=["emulated, held still", "emulated, moving", "defaults, held still", "defaults, moving"],
+)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_promise_52_a_sagging_joint_is_found_in_time(
+    settings: dict[str, float], joint: int, within_ms: int, sign: float
+) -> None:
+    it = jogging((0.37, 0, 0, 0, 0, 0), controller=settings)
+    it.wait(WARM_MS)
+    before = it.cell.position[0]
+    it.wait(100)
+    assert 0.25 < (it.cell.position[0] - before) / 0.1 <= 0.3
+    since = it.cell.now
+    it.cell.reported = lambda at, now: shifted(at, joint, sign * 0.5 * (now - since) / 1e9)
+    assert it.until_stopped(within_ms) - since <= within_ms * MS
+    assert it.code is V.LEFT_THE_PATH
