@@ -211,6 +211,7 @@ class Driving:
             return self._tell(Refused(work.request, first), now)
         self.uncommanded = None
         self._standstill.begin_anew()
+        self._timing.begin()
         work.begin(execution)
         self.work = work
         self.undoable = None if work.back is None else work

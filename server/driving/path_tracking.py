@@ -145,7 +145,7 @@ class PathTracking:
 
     def _since(self, now: int) -> int:
         """Return from when on the set-points count [ns]."""
-        seen = self._times[self._at] - 2 * self._lag_ns
+        seen = self._times[self._at] - self._lag_ns
         return seen if self._behind is None else min(seen, now - self._behind - self._span_ns)
 
     def _searched(self, position: tuple[float, ...], until: int, now: int) -> Deviation | None:
@@ -157,7 +157,10 @@ class PathTracking:
         last = self._at  # the last sample that is due
         while last + 1 < len(times) and times[last + 1] <= until:
             last += 1
-        speeds = self.greatest_speeds(first, last + 2)
+        before = first  # what a joint lags by it may have begun sooner
+        while before and times[before] > since - self._lag_ns:
+            before -= 1
+        speeds = self.greatest_speeds(before, last + 2)
         most = [a + self._lag * b for a, b in zip(self._standing, speeds, strict=True)]
         for number in (*range(self._at, last + 1), *range(first, self._at)):
             if self._passes(number, position, most, until):

@@ -78,6 +78,17 @@ class ReportTiming:
         self._period = self._declared
         self._anchor = (0, 0)  # time and number from which on the rhythm is measured
 
+    def begin(self) -> None:
+        """Compare with nothing older than the newest report, because a motion begins.
+
+        How the robot came to where it stands is no concern of the motion.
+        """
+        self.joint_base = self.point_base = None
+        self._recent.clear()
+        self._older.clear()
+        if self.newest is not None:
+            self._recent.append(self.newest)
+
     def take(self, position: Place, now: int) -> Report:
         """Take a report that arrives now; those of one turn count as the newest of them."""
         before = self.newest
@@ -89,7 +100,7 @@ class ReportTiming:
             return report
         silence = now - before.time
         if silence == 0:
-            if self.is_sure and recent:
+            if recent and recent[-1].time == now:
                 recent[-1] = report
             return report
         self.is_sure = silence <= _SILENCE * self._period
