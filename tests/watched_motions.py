@@ -6,6 +6,7 @@ it knows only the points that reached the controller, and samples them densely.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -21,6 +22,7 @@ from openpendant.simplemsg.pendant import (
     JogBeat,
     JogSpace,
     JogStart,
+    Management,
     OperatingMode,
     Outcome,
     SetMode,
@@ -73,7 +75,8 @@ class MovingCell:
     def code(self) -> V:
         """For which reason the stop is latched."""
         stop = self.cell.core.cell.stop
-        assert stop is not None and stop.is_protective
+        assert stop is not None
+        assert stop.is_protective
         return stop.code
 
     @property
@@ -174,3 +177,11 @@ class Commanded:
 
 def aborted(pendant: Pendant) -> list[V]:
     return [V(outcome.code) for outcome in pendant.all(Outcome)]
+
+
+def why(cell: EmulatedCell) -> dict[str, Any]:
+    """Ask what keeps the robot from moving."""
+    (reply,) = cell.pendant().send(Management(7, json.dumps({"op": "why"}).encode()))
+    assert isinstance(reply, Management)
+    answer: dict[str, Any] = json.loads(reply.body)
+    return answer

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from operator import le, sub
+from operator import le, mul, sub
 from typing import Protocol
 
 from openpendant.motion.limits import JointLimits
@@ -230,4 +230,4 @@ class MotionWatch:
 
 
 def _dot(one: Sequence[float], other: Sequence[float]) -> float:
-    return sum(a * b for a, b in zip(one, other, strict=True))
+    return sum(map(mul, one, other))

@@ -195,10 +195,13 @@ class PathTracking:
                 if not abs(gap) <= room:
                     return False
                 continue
-            one, other = (gap - room) / way, (gap + room) / way
-            least, greatest = max(least, min(one, other)), min(greatest, max(one, other))
-            if not least <= greatest:
+            near, far = (gap - room) / way, (gap + room) / way
+            if way < 0.0:
+                near, far = far, near
+            # Written so that a value that is not a number fits nowhere.
+            if not (near <= greatest and far >= least):
                 return False
+            least, greatest = max(least, near), min(greatest, far)
         return True
 
     def _worst(

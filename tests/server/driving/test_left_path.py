@@ -13,13 +13,12 @@ from watched_motions import (
     MS,
     Commanded,
     MovingCell,
-    aborted,
     following_ros,
     jogging,
     moving,
-    running,
 )
 
+from openpendant.simplemsg.verdicts import CATALOGUE
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 Place = tuple[float, ...]
@@ -29,6 +28,15 @@ DEFAULTS = {"path_tolerance": 0.02, "lag": 0.08, "noise": 0.001}
 
 def shifted(place: Place, joint: int, by: float) -> Place:
     return tuple(at + by * (number == joint) for number, at in enumerate(place))
+
+
+def reversed_order(place: Place) -> Place:
+    return place[::-1]
+
+
+def another_robot(place: Place) -> Place:
+    """Return where a robot of the same kind stands beside it."""
+    return tuple(0.1 * (number + 1) for number in range(len(place)))
 
 
 @pytest.mark.parametrize("motion", MOTIONS)
@@ -53,13 +61,53 @@ def test_promise_52_a_jump_stops_the_robot_in_the_turn_of_its_first_report(
     assert sum(message.sequence >= 0 for message in sent) == 0  # type: ignore[attr-defined]
 
 
+def test_why_tells_joint_value_and_tolerances_and_the_remedy_of_what_it_was_stopped_for() -> None:
+    it = moving()
+    it.wait(WARM_MS)
+    it.cell.reported = lambda at, now: shifted(at, 1, 0.3)
+    it.until_stopped(20)
+    it.cell.reported = None
+    it.cell.wait(1_000)
+    (stop,) = [each for each in why(it.cell)["conditions"] if each["condition"] == "stop"]
+    assert "joint 2 is reported 0.2" in stop["text"]
+    assert "path_tolerance 0.01 rad, lag 0.01 s at" in stop["text"]
+    assert stop["cause"] == CATALOGUE[V.LEFT_THE_PATH].cause
+    assert stop["remedy"] == CATALOGUE[V.LEFT_THE_PATH].remedy
+
+
+@pytest.mark.parametrize("motion", [moving, following_ros])
+def test_promise_52_reports_that_are_right_and_wrong_in_turn_stop_it_by_the_first_that_is_wrong(
+    motion: Callable[[], MovingCell],
+) -> None:
+    it = motion()
+    it.wait(WARM_MS)
+    since = it.cell.now
+    it.cell.reported = lambda at, now: shifted(at, 3, 0.3 * ((now - since) // (10 * MS) % 2 == 0))
+    assert it.until_stopped(40) == since + 20 * MS
+    assert it.code is V.LEFT_THE_PATH
+    # It goes on reporting so: the stop is latched, and whoever resets it is told that it moves.
+    assert it.pendant.reset() in (V.MOVING, V.NOT_IN_CONTROL)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("change", [reversed_order, another_robot])
+def test_promise_52_reports_of_the_wrong_joints_or_robot_stop_it(
+    motion: Callable[[], MovingCell], change: Callable[[Place], Place]
+) -> None:
+    it = motion()
+    it.wait(WARM_MS)
+    changes_at = it.cell.now + 10 * MS
+    it.cell.reported = lambda at, now: change(at) if now >= changes_at else at
+    assert it.until_stopped(20) == changes_at
+    assert it.code is V.LEFT_THE_PATH
+
+
 @pytest.mark.parametrize("motion", [moving, following_ros])
 def test_promise_52_a_robot_1_rad_ahead_on_its_path_has_left_it(
     motion: Callable[[], MovingCell],
 ) -> None:
     it = motion()
     it.wait(WARM_MS)
-    ahead_at = it.cell.now + 10 * MS
     before = it.cell.position
     it.wait(10)
     after = it.cell.position
