@@ -113,7 +113,10 @@ def jogging(
 
 
 def _beats(pendant: Pendant) -> Callable[[int], None]:
-    return lambda _: pendant.send(AuthorityBeat()) and None
+    def beat(_: int) -> None:
+        pendant.send(AuthorityBeat())
+
+    return beat
 
 
 def moving(

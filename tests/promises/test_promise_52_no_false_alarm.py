@@ -7,9 +7,9 @@ declared, and reports that are up to 200 ms late in every way that one connectio
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from functools import cache
 from random import Random
-from typing import cast
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from openpendant.motion.certificate import certify
 from openpendant.motion.errors import MotionError
 from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogTarget, JointJog, ToolJog
 from openpendant.motion.jog.levers import levers
-from openpendant.motion.kinematics import Kinematics, LinkPoint
+from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.paths import JointSpline
 from openpendant.motion.ptp import straight_move
 from openpendant.motion.robot import robot_names, serial_robot
@@ -55,10 +55,8 @@ class Arm:
         self._points = [kinematics.link_point(link) for link in links if link is not None]
         self.speed_levers = [levers(kinematics, link) for link in links if link is not None]
 
-    def speed_points(self, position: object) -> tuple[tuple[float, ...], ...]:
-        return self.kinematics.point_places(
-            cast("list[float]", position), cast("list[LinkPoint]", self._points)
-        )
+    def speed_points(self, position: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+        return self.kinematics.point_places(position, self._points)
 
     def somewhere(self, chance: Random, margin: float = 0.1) -> tuple[float, ...]:
         ends = zip(self.limits.lower, self.limits.upper, strict=True)

@@ -51,10 +51,8 @@ def test_bunched_reports_are_as_far_apart_as_they_were_measured() -> None:
 
 
 def test_the_first_report_after_a_silence_is_neither_judged_nor_compared_with() -> None:
-    timing = taken(*range(0, 101, 10), 126)
-    assert not timing.is_sure
-    for at in (136, 146, 156, 166, 176):
-        timing.take((0.0,), at * MS)
+    assert not taken(*range(0, 101, 10), 126).is_sure
+    timing = taken(*range(0, 101, 10), 126, 136, 146, 156, 166, 176)
     assert timing.is_sure
     assert timing.joint_base is not None
     assert timing.joint_base.time == 100 * MS
@@ -63,8 +61,7 @@ def test_the_first_report_after_a_silence_is_neither_judged_nor_compared_with() 
 def test_a_motion_compares_with_nothing_from_before_it() -> None:
     timing = taken(*range(0, 1_001, 10))
     timing.begin()
-    assert timing.joint_base is None
-    assert timing.point_base is None
+    assert [timing.joint_base, timing.point_base] == [None, None]
     for at in range(1_010, 1_051, 10):
         timing.take((0.0,), at * MS)
     assert timing.joint_base is not None
@@ -99,6 +96,5 @@ def test_no_delay_makes_the_time_seem_shorter_by_a_tenth(seed: int) -> None:
 def test_a_lost_connection_forgets_all_of_it() -> None:
     timing = taken(*range(0, 1_001, 10))
     timing.clear()
-    assert timing.newest is None
     timing.take((0.0,), 0)
     assert timing.joint_base is None

@@ -7,6 +7,7 @@ from emulated_cell import EmulatedCell
 from server_rig import LIMITS
 from watched_motions import is_stop, moving, why
 
+from openpendant.server.access.audit import AuditEntry, AuditEvent
 from openpendant.server.driving.standstill_watch import StandstillWatch
 from openpendant.server.outgoing import LogLine, Outgoing
 
