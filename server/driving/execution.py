@@ -97,7 +97,7 @@ class Execution:
         self._uplink = uplink
         self._lead = round((link.lead if lead is None else lead) * 1e9)
         self._departure = DepartureCheck(limits, start)
-        self._following = Following(now, 0.0 if watch is None else watch.lag)
+        self._following = Following(now)
         self._watch = watch
         self._known_error = known_error
         self._sent = 0
@@ -120,7 +120,7 @@ class Execution:
             self.phase = _SENDING
             following.go_on(due, now)
         lead = self._lead if self._is_turn else self._lead - _HALF_TICK_NS
-        is_due = round(due * 1e9) <= now - following.sending_base + lead
+        is_due = round(due * 1e9) <= now - following.base + lead
         # Where the reports just moved the robot back, none is due in a tick: a ramp must not wait.
         if not is_due and not (self._is_turn and rows.is_urgent):
             return None

@@ -2,9 +2,7 @@
 
 Owns the estimate of the robot's own time on the trajectory. The server's clock says when a
 set-point is due; a controller may start later, run slower or stand still, and must not be sent more
-than the lead ahead of where the robot really is. That it is behind is believed slowly: a joint that
-is behind its set-points by its lag, a report that is late and a robot that is pushed back along its
-path all look like a controller that is behind, and one that is not would run dry of set-points.
+than the lead ahead of where the robot really is.
 """
 
 from __future__ import annotations
@@ -24,10 +22,6 @@ SAME_PLACE = 1e-3
 LONGEST_LAG = 0.5
 """A robot so far behind the plan does not follow it [s]."""
 
-BELIEVED_AFTER_NS = 280_000_000
-"""A robot counts as behind, where set-points are sent, by the least that it was for so long: longer
-than a report may be late and a joint behind."""
-
 _SURELY = 1.0 - 1e-9
 """What rounding may do to a distance, many times over."""
 
@@ -37,21 +31,12 @@ class Following:
 
     Attributes:
         base: when the robot began the trajectory, as far as its reports tell [ns].
-        sending_base: when it did at the earliest, as far as they do [ns]; what leaves goes by it.
     """
 
-    def __init__(self, started: int, lag: float = 0.0) -> None:
-        """Assume that the robot starts at once, until its reports say otherwise.
-
-        Args:
-            started: when the first set-point leaves [ns].
-            lag: how far its joints may be behind their set-points [s].
-        """
-        self.base = self.sending_base = started
+    def __init__(self, started: int) -> None:
+        """Assume that the robot starts at once, until its reports say otherwise."""
+        self.base = started
         self._started = started
-        self._lag_ns = round(lag * 1e9)
-        # When it was found to have begun when, the earliest first; none is later than a newer one.
-        self._found: deque[tuple[int, int]] = deque()
         # Of the samples that left, from the one that was nearest to the last report on.
         self._times: deque[int] = deque()  # ns
         self._places: deque[tuple[float, ...]] = deque()
@@ -77,9 +62,7 @@ class Following:
         """Take note that the robot rested, and that the set-point of `time` [s] leaves now."""
         rested = max(now - self.base - round(time * 1e9), 0)
         self.base += rested
-        self.sending_base += rested
         self._started += rested
-        self._found.clear()
 
     def update(self, feedback: Feedback) -> None:
         """Find the place of the last report on the trajectory, never before an earlier one.
@@ -99,16 +82,6 @@ class Following:
             # It has reached all that was sent; how far beyond that it would be, nobody can see.
             base = self.base
         self.base = max(base, self._started)
-        self._believe(feedback.received)
-
-    def _believe(self, now: int) -> None:
-        found = self._found
-        while found and found[-1][1] >= self.base:
-            found.pop()
-        found.append((now, self.base))
-        while found[0][0] < now - BELIEVED_AFTER_NS:
-            found.popleft()
-        self.sending_base = max(found[0][1] - self._lag_ns, self._started)
 
     def _place_of(self, position: tuple[float, ...]) -> int:
         """Return the number of the last sample that is nearly as near to a report as the nearest.

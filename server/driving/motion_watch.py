@@ -86,11 +86,6 @@ class MotionWatch:
         self._fastest = [SPEED_SLACK * speed for speed in limits.velocity]
         self._slowest = min(self._fastest) * _SURELY
 
-    @property
-    def lag(self) -> float:
-        """How far a joint may be behind its set-points [s]."""
-        return self._tolerances.lag
-
     def commanded(self, due: int, row: Row) -> None:
         """Take note of a set-point that leaves, due at a time at the earliest [ns]."""
         if self._path is not None:
