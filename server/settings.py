@@ -14,6 +14,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    PlainSerializer,
 )
 
 from openpendant.simplemsg import ByteOrder
@@ -51,6 +52,25 @@ def _port_or_off(value: object) -> object:
 
 
 RosPort = Annotated[Port | None, BeforeValidator(_port_or_off)]
+
+
+BY_CONTROLLER = "by controller"
+
+
+def _seconds_or_by_controller(value: object) -> object:
+    if value == BY_CONTROLLER:
+        return None
+    if isinstance(value, str) or value is None:
+        raise ValueError(f'accepted: 0.05 to 1 s, or "{BY_CONTROLLER}"')
+    return value
+
+
+WatchdogDeadline = Annotated[
+    Annotated[float, Field(ge=0.05, le=1.0)] | None,
+    BeforeValidator(_seconds_or_by_controller),
+    PlainSerializer(lambda seconds: BY_CONTROLLER if seconds is None else seconds),
+]
+"""A time [s], or None where it goes by what the controller says of itself."""
 
 
 class Table(BaseModel):
@@ -161,11 +181,25 @@ class Pendants(Table):
     """A connection without any message for so long is closed, s."""
 
 
+_REAL_DEADLINE, _EMULATED_DEADLINE = 0.1, 0.4
+
+
 class Watchdog(Table):
     """The process that stops the robot when the server's event loop stands still."""
 
-    deadline: Annotated[float, Field(ge=0.05, le=1.0)] = 0.1
-    """It stops the robot when the loop did not tick for so long, s."""
+    deadline: WatchdogDeadline = None
+    """It stops the robot when the loop did not tick for so long, s; never above 0.1 on a real one.
+    "by controller" is 0.1, and 0.4 on one that says it is emulated."""
+
+    @property
+    def real_deadline(self) -> float:
+        """How long a controller that may be a real one is left alone [s]."""
+        return _REAL_DEADLINE if self.deadline is None else min(self.deadline, _REAL_DEADLINE)
+
+    @property
+    def emulated_deadline(self) -> float:
+        """How long a controller is left alone that says it is emulated [s]."""
+        return _EMULATED_DEADLINE if self.deadline is None else self.deadline
 
 
 class Modes(Table):
