@@ -19,7 +19,7 @@ from .access.desk import CoreAccess
 from .controller_messages import heard
 from .controller_path import ControllerPath
 from .errands import Errands
-from .news import LatchedStop, News, StopMoved
+from .news import Begun, Ended, LatchedStop, News, StopMoved
 from .outgoing import Close, ForwardStop, Outgoing, Send
 from .pendant.face import PendantFace
 from .pendant.greeting import Identity
@@ -108,6 +108,8 @@ class ServerCore:
 
     def _news(self, news: News, now: int) -> list[Outgoing]:
         self._trail.news(news, now)
+        if isinstance(news, Begun | Ended):
+            self.cell.ended = news.refusal if isinstance(news, Ended) else None
         around = self.surroundings
         answer = None if around is None else around.news(news)
         pendants = self.pendants.news(news, now) if answer is None else answer

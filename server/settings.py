@@ -99,6 +99,9 @@ class Listen(ListenForAll):
     """ROS-Industrial state connections, "off" for none."""
 
 
+_LEAD_WITHOUT_STOP = 0.1
+
+
 class ControllerLink(Table):
     """The robot controller and how to talk to it."""
 
@@ -124,10 +127,19 @@ class ControllerLink(Table):
     """A point not answered by then aborts the motion, s; no robot sets off later than that."""
     state_period: Annotated[float, Field(ge=0.001, le=0.2)] = 0.01
     """How often it reports its state, s; a robot that is not seen for four of them is stopped."""
-    lead: Annotated[float, Field(ge=0.02, le=0.1)] = 0.09
-    """How far points are sent ahead of the robot, s."""
+    lead: Annotated[float, Field(ge=0.02, le=0.25)] = 0.25
+    """How far points are sent ahead of the robot, s; without a connection for STOP 0.1 at most."""
     reconnect_period: Annotated[float, Field(ge=0.05, le=60)] = 0.5
     """Pause between attempts to connect, s."""
+
+    @property
+    def planned_lead(self) -> float:
+        """How far the points of a planned motion are sent ahead [s].
+
+        Where the watchdog has to connect before it can stop, what the controller has in stock is
+        what the robot still does.
+        """
+        return self.lead if self.stop_connection else min(self.lead, _LEAD_WITHOUT_STOP)
 
     @property
     def order(self) -> ByteOrder:

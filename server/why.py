@@ -49,6 +49,16 @@ class ConditionReport(Body):
     remedy: str = ""
 
 
+class EndReport(Body):
+    """Why the last motion ended before its goal: an entry of the catalogue, and its numbers."""
+
+    code: int
+    name: str
+    text: str
+    cause: str
+    remedy: str
+
+
 class WhyReply(Body):
     """The chain of conditions in the order in which they are examined."""
 
@@ -58,6 +68,8 @@ class WhyReply(Body):
     broken: str
     """The first condition that is broken; empty where all hold."""
     conditions: tuple[ConditionReport, ...]
+    ended: EndReport | None = None
+    """Why the last motion ended before its goal; null where it arrived or another began."""
 
 
 Contact = Callable[[], Refusal | None]
@@ -99,8 +111,18 @@ def why(
     reports = tuple(_report(finding) for finding in chain)
     broken = next((report.condition for report in reports if not report.holds), "")
     return WhyReply(
-        cell=name, kind=request.kind, ready=not broken, broken=broken, conditions=reports
+        cell=name,
+        kind=request.kind,
+        ready=not broken,
+        broken=broken,
+        conditions=reports,
+        ended=None if cell.ended is None else _end(cell.ended),
     )
+
+
+def _end(refusal: Refusal) -> EndReport:
+    code, text, entry = refusal.code, refusal.sentence, CATALOGUE[refusal.code]
+    return EndReport(code=code, name=code.name, text=text, cause=entry.cause, remedy=entry.remedy)
 
 
 def _report(finding: Finding) -> ConditionReport:
