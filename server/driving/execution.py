@@ -37,8 +37,8 @@ _SETTLING_NS = 2_000_000_000
 _AWAY_NS = 30_000_000
 """A server that did not look at its motion for so long was away."""
 
-_TOO_LATE_NS = 20_000_000
-"""What runs out so soon after it came back cannot be helped any more."""
+_TOO_LATE_NS = 100_000_000
+"""What runs out so soon after it came back may run out before enough has left: one at a time."""
 
 _BLAMED_NS = 1_000_000_000
 """An end that comes later has another reason."""
