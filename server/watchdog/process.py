@@ -138,7 +138,7 @@ class Watchdog:
         os.set_blocking(process.stdout.fileno(), False)
         self._write(process, self._orders)
         self._answers.begin(now)
-        self._told = 0
+        self._told = (0, 0)
         self.process = process
 
     @staticmethod
