@@ -208,7 +208,7 @@ class App:
             return
         # All that waits is found in the next turn of the loop and handled behind what was set in
         # this one, so that only in the turn after that all of it has been. On uvloop as well.
-        self._timer = loop.call_soon(self._once_more)
+        self._timer: asyncio.Handle = loop.call_soon(self._once_more)
 
     def _once_more(self) -> None:
         self._timer = asyncio.get_running_loop().call_soon(self._run_tick)
@@ -230,7 +230,7 @@ class App:
         loop = asyncio.get_running_loop()
         self._next_tick, left_out = next_deadline(self._next_tick, loop.time(), self._period)
         self.overruns += left_out
-        self._timer: asyncio.Handle = loop.call_at(self._next_tick, self._on_timer)
+        self._timer = loop.call_at(self._next_tick, self._on_timer)
 
     # From start to end.
 

@@ -24,10 +24,10 @@ class StallingCell(EmulatedCell):
 
     stalled: Who | None = None
 
-    def __init__(self, **settings: object) -> None:
+    def __init__(self) -> None:
         self._to_server: list[tuple[ControllerPath, Received]] = []
         self._to_emulator: list[tuple[ControllerPath, Message]] = []
-        super().__init__(**settings)
+        super().__init__()
 
     def _hear(self, path: ControllerPath, received: Received) -> None:
         if self.stalled == "server":
