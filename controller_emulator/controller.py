@@ -163,6 +163,18 @@ class Controller:
         self._run(now)
         return self._flush_out()
 
+    def was_away(self, since: int, now: int) -> None:
+        """Take note that nothing was read from any link for a time, which is nobody's fault there.
+
+        To be called before anything else is done about the first event behind that time.
+
+        Args:
+            since: when it began [ns].
+            now: when it ended [ns].
+        """
+        self.referee.count("stalls")
+        self._servo.excuse(since, now)
+
     def advance(self, now: int) -> Outgoing:
         """Let time pass: motion goes on, and replies that were withheld become due."""
         self._run(now)

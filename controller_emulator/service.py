@@ -35,6 +35,9 @@ LEAST_TICK_RATE = 100
 
 _ACCEPT_BACKLOG = 32
 
+_AWAY = 30_000_000
+"""A process in which nothing happened for so long, whatever its timer, was not run [ns]."""
+
 
 class Ports(NamedTuple):
     """The TCP ports in use."""
@@ -103,8 +106,9 @@ class Service:
         self._ticks = 0
         self._rounds = 0
         self.began = 0.0
+        self._alive = 0  # when anything happened last [ns]
         self._deadline = 0.0
-        self._timer: asyncio.TimerHandle | None = None
+        self._timer: asyncio.Handle | None = None
 
     @property
     def now(self) -> int:
@@ -152,9 +156,16 @@ class Service:
         for link in [*self._motion_links.values(), *self._state_links.values()]:
             link.abort()
 
+    def _look(self, now: int) -> int:
+        """Note that something happens now, and whether this process was not run before it."""
+        if self._alive and now - self._alive > _AWAY:
+            self.controller.was_away(self._alive, now)
+        self._alive = now
+        return now
+
     def operate(self, action: OperatorAction) -> None:
         """Do what a person does at the controller."""
-        now = self.journal.begin("operate", int(action))
+        now = self._look(self.journal.begin("operate", int(action)))
         self._dispatch(self.controller.operate(action, now))
         self._tell_change()
 
@@ -195,11 +206,12 @@ class Service:
         return True
 
     def _motion_received(self, link: Link, message: Received) -> None:
-        self._dispatch(self.controller.handle(link.number, message, self.journal.now))
+        now = self._look(self.journal.now)
+        self._dispatch(self.controller.handle(link.number, message, now))
         self._tell_change()
 
     def _motion_closed(self, link: Link) -> None:
-        now = self.journal.begin("closed", link.number)
+        now = self._look(self.journal.begin("closed", link.number))
         del self._motion_links[link.number]
         self._dispatch(self.controller.disconnected(link.number, now))
         self._tell_change()
@@ -248,6 +260,21 @@ class Service:
         self._timer = self._loop.call_at(self._deadline, self._on_timer)
 
     def _on_timer(self) -> None:
+        """Let time pass; of a late tick after what has arrived meanwhile was taken.
+
+        A point that waits in a socket must not be missed by a buffer that runs dry.
+        """
+        if self._loop.time() - self._deadline <= self._period:
+            self._run_tick()
+            return
+        # In the next turn of the loop all that waits is found, and handled behind what was set in
+        # this one: so the turn after that. On uvloop as well.
+        self._timer = self._loop.call_soon(self._once_more)
+
+    def _once_more(self) -> None:
+        self._timer = self._loop.call_soon(self._run_tick)
+
+    def _run_tick(self) -> None:
         if self._due is not None:
             for action in self._due(self.now):
                 self.operate(action)
@@ -260,7 +287,7 @@ class Service:
         Args:
             number: of this tick since the start, missed ones counted.
         """
-        now = self.journal.begin("tick", number)
+        now = self._look(self.journal.begin("tick", number))
         self._ticks = number
         self._dispatch(self.controller.advance(now))
         rounds = self._ticks // self._ticks_per_report

@@ -6,7 +6,7 @@ Owns the connections to the cell's controller, and that a fault of the cell stay
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -82,6 +82,7 @@ class CellShell:
         label: begins the names of its links, so that those of several cells differ; empty for the
             only cell.
         links: the connections to the controller.
+        is_watched: the watchdog knows that this robot may move.
     """
 
     def __init__(
@@ -94,6 +95,7 @@ class CellShell:
         store: StoreDoor,
         access: AccessDoor,
         label: str = "",
+        watch: Callable[[], None] = lambda: None,
     ) -> None:
         """Join the parts of a cell.
 
@@ -106,10 +108,13 @@ class CellShell:
             store: keeps the documents of all cells.
             access: checks passwords and changes accounts.
             label: see the attribute.
+            watch: tells the watchdog what may move now.
         """
         self.core = core
         self.journal = journal
         self.label = label
+        self.is_watched = False
+        self._watch = watch
         self._planner = planner
         self._plans = served.plans
         self._clients = clients
@@ -127,6 +132,10 @@ class CellShell:
         for item in outgoing:
             match item:
                 case Forward(message=message):
+                    if not self.is_watched:
+                        # Before the first point leaves, lest the loop hang behind it.
+                        self._watch()
+                        self.is_watched = True
                     self._motion_link.send(message)
                 case Spread(sessions=sessions, message=message):
                     self._spread(sessions, message)

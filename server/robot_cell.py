@@ -59,6 +59,7 @@ class RobotCell:
         stop: the latched stop, None where there is none.
         program: the program under way, None where there is none; the program desk says it.
         awaited: what of frames and tools awaits the store's answer, in words; the world says it.
+        ended: why the last motion ended before its goal; None where it arrived or another began.
         unread: what is kept of frames, tools and scene and is not in force, in words; likewise.
         limits: the robot's joint limits, controller side.
         slots: reads the joint positions of messages.
@@ -79,6 +80,7 @@ class RobotCell:
         self._identification = Identification(self.feedback)
         self.modes = OperatingModes(settings.modes)
         self.stop: LatchedStop | None = None
+        self.ended: Refusal | None = None
         self.program: RunningProgram | None = None
         self.awaited = self.unread = ""
         self.is_closing = False
@@ -171,9 +173,12 @@ class RobotCell:
             return self._driving.reported(now)
         before = shown(self.feedback)
         self.feedback.take(message, now)
-        refusal = interruption(before, shown(self.feedback))
+        after = shown(self.feedback)
+        refusal = interruption(before, after)
         if refusal is None:
             return []
+        if after.error != before.error:
+            refusal = self._driving.blamed(refusal, now)
         out = self._interrupt(refusal, now)
         mode = self.modes.mode(self.feedback.mode)
         if mode is not self.modes.mode(before.mode):

@@ -50,6 +50,16 @@ class ConditionReport(Body):
     remedy: str = ""
 
 
+class EndReport(Body):
+    """Why the last motion ended before its goal: an entry of the catalogue, and its numbers."""
+
+    code: int
+    name: str
+    text: str
+    cause: str
+    remedy: str
+
+
 class WhyReply(Body):
     """The chain of conditions in the order in which they are examined."""
 
@@ -59,6 +69,8 @@ class WhyReply(Body):
     broken: str
     """The first condition that is broken; empty where all hold."""
     conditions: tuple[ConditionReport, ...]
+    ended: EndReport | None = None
+    """Why the last motion ended before its goal; null where it arrived or another began."""
     remarks: tuple[str, ...]
     """What else is to be known; keeps nothing from moving."""
 
@@ -107,8 +119,14 @@ def why(
         ready=not broken,
         broken=broken,
         conditions=reports,
+        ended=None if cell.ended is None else _end(cell.ended),
         remarks=_remarks(cell, now),
     )
+
+
+def _end(refusal: Refusal) -> EndReport:
+    code, text, entry = refusal.code, refusal.sentence, CATALOGUE[refusal.code]
+    return EndReport(code=code, name=code.name, text=text, cause=entry.cause, remedy=entry.remedy)
 
 
 def _remarks(cell: RobotCell, now: int) -> tuple[str, ...]:

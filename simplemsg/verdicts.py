@@ -536,8 +536,9 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "Jog the joint back inside; where the mode is set here, in the recovery mode.",
     ),
     VerdictCode.SERVER_LATE: _entry(
-        "The server did not tick in time and its watchdog stopped the robot.",
-        "Take load off the machine, then reset the stop.",
+        "The server was late: its watchdog stopped the robot, or the robot ran out of points.",
+        "Read in the server's log what held it, take load off the machine, reset the stop where one"
+        " is latched, and move again.",
     ),
     VerdictCode.CELL_FAULTED: _entry(
         "A fault of the server itself stopped this cell; the others go on.",

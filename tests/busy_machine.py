@@ -33,7 +33,7 @@ ALL_ATTEMPTS = 360.0 * SCALE
 """Longest time that all attempts of a test may take together [s]."""
 
 UNHURRIED = """
-controller.lead = 0.1
+controller.lead = 0.25
 controller.reply_deadline = 2.0
 jog.lead = 0.1
 modes.enabling_deadline = 0.25

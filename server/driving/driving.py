@@ -262,6 +262,13 @@ class Driving:
             return self._abort(work.execution.explained(refusal, self._feedback, now), now)
         return self._send_next(work.execution, now)
 
+    def blamed(self, refusal: Refusal, now: int) -> Refusal:
+        """Return why the controller went into an error, where that is because of us."""
+        work = self.work
+        if work is None or work.execution is None:
+            return refusal
+        return work.execution.blamed(refusal, self._feedback, now)
+
     def _send_next(self, execution: Execution, now: int) -> list[Outgoing]:
         out: list[Outgoing] = []
         while (point := execution.next_point(now)) is not None:

@@ -41,6 +41,11 @@ class Following:
         self._times: deque[int] = deque()  # ns
         self._places: deque[tuple[float, ...]] = deque()
 
+    @property
+    def reached(self) -> float:
+        """Time of the sample that was nearest to the last report [s]; 0 before the first."""
+        return self._times[0] / 1e9 if self._times else 0.0
+
     def sent(self, row: Row) -> None:
         """Note a sample that left."""
         self._times.append(round(row.time * 1e9))

@@ -16,7 +16,7 @@ TABLE: dict[str, dict[str, list[str]]] = tomllib.loads(
     (Path(__file__).parent / "table.toml").read_text(encoding="utf-8")
 )
 
-PROMISED = {*range(1, 5), *range(11, 25), *range(26, 33), 52}
+PROMISED = {*range(1, 5), *range(11, 25), *range(26, 33), 52, 55}
 """Those that are kept by what there is now; 5 to 10 and 25 belong to links and serial lines."""
 
 SCALES = {"virtual", "sockets", "soak"}

@@ -66,11 +66,12 @@ def test_an_answer_that_cannot_be_read_is_none() -> None:
 
 def test_the_emulator_says_so_and_each_new_connection_is_asked_anew() -> None:
     cell = EmulatedCell()
-    assert cell.core.cell.says_emulated
+    said = [cell.core.cell.says_emulated]
     cell.disconnect(STATE)
-    assert not cell.core.cell.says_emulated
+    said.append(cell.core.cell.says_emulated)
     cell.connect(STATE)
-    assert cell.core.cell.says_emulated
+    said.append(cell.core.cell.says_emulated)
+    assert said == [True, False, True]
 
 
 def test_what_was_said_on_a_lost_connection_is_forgotten() -> None:
