@@ -90,7 +90,7 @@ class ReportTiming:
             self._recent.append(self.newest)
 
     def take(self, position: Place, now: int) -> Report:
-        """Take a report that arrives now; those of one turn count as the newest of them."""
+        """Take a report that arrives now; what is compared with is the newest of its turn."""
         before = self.newest
         report = self.newest = Report(now, self._count, position)
         self._count += 1
@@ -99,14 +99,11 @@ class ReportTiming:
             self._anchor = (now, self._count)
             return report
         silence = now - before.time
-        if silence == 0:
-            if recent and recent[-1].time == now:
-                recent[-1] = report
-            return report
-        self.is_sure = silence <= _SILENCE * self._period
+        if silence:
+            self.is_sure = silence <= _SILENCE * self._period
+            self._learn(now, silence)
         if self.is_sure:
             recent.append(report)
-        self._learn(now, silence)
         older = self._older
         while recent and recent[0].time <= now - JOINT_SPAN_NS:
             self.joint_base = recent.popleft()

@@ -5,9 +5,11 @@ On the virtual clock, through the codec, in each kind of motion (promise 52).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import pytest
+from ros_face_situations import unknown_mode
+from server_rig import ready
 from watched_motions import (
     MOTIONS,
     MS,
@@ -207,3 +209,36 @@ def test_a_joint_that_sags_backwards_along_its_path_is_stopped_in_time_whoever_f
     since = it.cell.now
     it.cell.reported = lambda at, now: shifted(at, 0, -0.5 * (now - since) / 1e9)
     assert it.until_stopped(within_ms) - since <= within_ms * MS
+
+
+class FastTool:
+    """A tool that goes 10 m with each radian of the first joint."""
+
+    speed_levers = ((10.0, 0.0),)
+
+    def speed_points(self, position: Sequence[float]) -> tuple[Place, ...]:
+        return ((10.0 * position[0], 0.0, 0.0),)
+
+
+def test_the_cap_of_t1_binds_a_pendants_motion_and_no_trajectory_of_a_controller_in_automatic() -> (
+    None
+):
+    """One that does not tell its mode counts as manual, but its file may let ROS-I move it."""
+    rig = ready(
+        modes={"selector": "controller"},
+        ros_i={"unknown_mode_is_automatic": True},
+        controller={"lag": 0.0, "noise": 0.0},
+    )
+    rig.core.cell.watch_points(FastTool())
+    unknown_mode(rig)
+    client = rig.ros()
+    client.trajectory((0.0, 0.0), (0.3, 0.1))
+    rig.wait(6_000)
+    assert rig.controller.position[0] == pytest.approx(0.3)
+    assert rig.core.cell.stop is None
+    client.close()
+    pendant = rig.holder()
+    assert pendant.move(0.0, 0.0) is V.ACCEPTED
+    rig.wait(600)
+    assert rig.core.cell.stop is not None
+    assert rig.core.cell.stop.code is V.OVER_SPEED

@@ -202,6 +202,17 @@ def test_during_a_stop_a_run_away_is_too_fast() -> None:
     assert refusal.code is V.OVER_SPEED
 
 
+@pytest.mark.parametrize(("turn", "code"), [(0.32, None), (0.34, V.OVER_SPEED)])
+def test_during_a_stop_a_tool_may_be_as_fast_as_the_joints_last_speeds_can_make_it(
+    turn: float, code: V | None
+) -> None:
+    """The slide that made up for the turn brakes sooner: 2 m times 0.15 rad/s, and 0.3 m/s."""
+    it = Watched(WIDE, cap=0.25, start=(0.0, 0.9), speeds=(0.15, -0.3))
+    it.watch.stopping()
+    refusal = it.along(lambda t: (turn * t, 0.9), 0.4)
+    assert (None if refusal is None else refusal.code) is code
+
+
 @pytest.mark.parametrize("turns", [1, 2, 3])
 def test_reports_that_are_right_and_wrong_in_turn_are_wrong(turns: int) -> None:
     it = Watched()
