@@ -59,6 +59,7 @@ _TRI = (int(TriState.FALSE), int(TriState.TRUE))
 """A truth value as STATUS has it, at the index that Python gives it."""
 
 _AUTO = int(ControllerMode.AUTO)
+_IDENTIFY = int(OperatorAction.IDENTIFY)
 
 
 class Controller:
@@ -153,7 +154,7 @@ class Controller:
                     self._say(link, self.answer(message, now))
                 elif message.comm_type in (CommType.REQUEST, CommType.TOPIC):
                     self._handle_points(link, message, now)
-            case OperatorEvent():
+            case OperatorEvent() if message.action != _IDENTIFY:
                 done = self._operator_events and self._operate_by(message.action, now)
                 if message.comm_type == CommType.REQUEST:
                     self._say(link, accepted(message) if done else refused(message))
@@ -162,6 +163,18 @@ class Controller:
         self._run(now)
         return self._flush_out()
 
+    def was_away(self, since: int, now: int) -> None:
+        """Take note that nothing was read from any link for a time, which is nobody's fault there.
+
+        To be called before anything else is done about the first event behind that time.
+
+        Args:
+            since: when it began [ns].
+            now: when it ended [ns].
+        """
+        self.referee.count("stalls")
+        self._servo.excuse(since, now)
+
     def advance(self, now: int) -> Outgoing:
         """Let time pass: motion goes on, and replies that were withheld become due."""
         self._run(now)
@@ -169,6 +182,9 @@ class Controller:
 
     def answer(self, message: Received, now: int) -> Message | None:
         """Return the reply to a message that moves nothing; either port may send it."""
+        if isinstance(message, OperatorEvent) and message.action == _IDENTIFY:
+            # Whatever the profile: no emulated controller shall ever be taken for a real one.
+            return accepted(message) if message.comm_type == CommType.REQUEST else None
         if isinstance(message, ReadSignals | WriteOutputs):
             return self._signals.answer(message)
         if isinstance(message, SetInputs):

@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 from openpendant.simplemsg import (
     PENDANT,
-    STANDARD,
     ByteOrder,
     Connection,
     Message,
@@ -35,6 +34,9 @@ LEAST_TICK_RATE = 100
 """The timer runs at least this often [Hz], whatever the rate of reports."""
 
 _ACCEPT_BACKLOG = 32
+
+_AWAY = 30_000_000
+"""A process in which nothing happened for so long, whatever its timer, was not run [ns]."""
 
 
 class Ports(NamedTuple):
@@ -98,17 +100,15 @@ class Service:
         self._state_links: dict[int, Link] = {}
         self._links_made = 0
         self._state_order = ByteOrder[settings.byte_order.upper()]
-        has_own = settings.operator_events or settings.inputs or settings.outputs
-        dialect = PENDANT if has_own else STANDARD
-        self._dialect = dialect
-        self._codec = codec_for(dialect, self._state_order, settings.real_size)
+        self._codec = codec_for(PENDANT, self._state_order, settings.real_size)
         self._ticks_per_report = math.ceil(LEAST_TICK_RATE / settings.rate)
         self._period = 1 / (settings.rate * self._ticks_per_report)
         self._ticks = 0
         self._rounds = 0
         self.began = 0.0
+        self._alive = 0  # when anything happened last [ns]
         self._deadline = 0.0
-        self._timer: asyncio.TimerHandle | None = None
+        self._timer: asyncio.Handle | None = None
 
     @property
     def now(self) -> int:
@@ -156,9 +156,16 @@ class Service:
         for link in [*self._motion_links.values(), *self._state_links.values()]:
             link.abort()
 
+    def _look(self, now: int) -> int:
+        """Note that something happens now, and whether this process was not run before it."""
+        if self._alive and now - self._alive > _AWAY:
+            self.controller.was_away(self._alive, now)
+        self._alive = now
+        return now
+
     def operate(self, action: OperatorAction) -> None:
         """Do what a person does at the controller."""
-        now = self.journal.begin("operate", int(action))
+        now = self._look(self.journal.begin("operate", int(action)))
         self._dispatch(self.controller.operate(action, now))
         self._tell_change()
 
@@ -184,7 +191,7 @@ class Service:
 
     def _link(self, events: LinkEvents, order: ByteOrder | None) -> Link:
         self._links_made += 1
-        connection = Connection(Role.SERVER, self._dialect, order, self._settings.real_size)
+        connection = Connection(Role.SERVER, PENDANT, order, self._settings.real_size)
         return Link(self._links_made, connection, events, self.journal)
 
     def _has_room(self, links: dict[int, Link]) -> bool:
@@ -199,11 +206,12 @@ class Service:
         return True
 
     def _motion_received(self, link: Link, message: Received) -> None:
-        self._dispatch(self.controller.handle(link.number, message, self.journal.now))
+        now = self._look(self.journal.now)
+        self._dispatch(self.controller.handle(link.number, message, now))
         self._tell_change()
 
     def _motion_closed(self, link: Link) -> None:
-        now = self.journal.begin("closed", link.number)
+        now = self._look(self.journal.begin("closed", link.number))
         del self._motion_links[link.number]
         self._dispatch(self.controller.disconnected(link.number, now))
         self._tell_change()
@@ -252,6 +260,21 @@ class Service:
         self._timer = self._loop.call_at(self._deadline, self._on_timer)
 
     def _on_timer(self) -> None:
+        """Let time pass; of a late tick after what has arrived meanwhile was taken.
+
+        A point that waits in a socket must not be missed by a buffer that runs dry.
+        """
+        if self._loop.time() - self._deadline <= self._period:
+            self._run_tick()
+            return
+        # In the next turn of the loop all that waits is found, and handled behind what was set in
+        # this one: so the turn after that. On uvloop as well.
+        self._timer = self._loop.call_soon(self._once_more)
+
+    def _once_more(self) -> None:
+        self._timer = self._loop.call_soon(self._run_tick)
+
+    def _run_tick(self) -> None:
         if self._due is not None:
             for action in self._due(self.now):
                 self.operate(action)
@@ -264,7 +287,7 @@ class Service:
         Args:
             number: of this tick since the start, missed ones counted.
         """
-        now = self.journal.begin("tick", number)
+        now = self._look(self.journal.begin("tick", number))
         self._ticks = number
         self._dispatch(self.controller.advance(now))
         rounds = self._ticks // self._ticks_per_report

@@ -19,6 +19,9 @@ from .point_buffer import PointBuffer
 from .segment import Segment, State
 from .stopping import Ramp
 
+_TO_TAKE_POINTS = 20_000_000
+"""Points that waited while nobody took any are taken, and answered, within this time [ns]."""
+
 
 class Phase(Enum):
     """What the servo is doing."""
@@ -154,6 +157,39 @@ class Servo:
         elif self.phase is Phase.MOVING:
             self._ramp(self.sample(now), now)
         return flushed
+
+    def excuse(self, since: int, until: int) -> None:
+        """Do not let the axes run dry because nobody could take points for a time.
+
+        Where what is buffered would end at speed before the end of that time, and a while behind
+        it, they are as much later as it takes. They never go back. To be called before `advance`
+        with a time behind `since`.
+
+        Args:
+            since: when points were last taken [ns].
+            until: when they are taken again [ns].
+        """
+        away = until - since
+        if self.phase is Phase.COLLECTING and self._until is not None:
+            self._until += away
+        elif self.phase is Phase.MOVING:
+            dry = self._runs_dry()
+            if dry is not None and dry < until + _TO_TAKE_POINTS:
+                later = min(until + _TO_TAKE_POINTS - dry, away)
+                assert self._until is not None
+                self._since += later
+                self._until += later
+
+    def _runs_dry(self) -> int | None:
+        """Return when the buffered legs end at speed [ns]; None where they end at rest."""
+        last = self.buffer.last
+        assert last is not None
+        end = self._since + self.buffer.span
+        velocity = self._end_velocity if last is self.buffer.first else last.end.velocity
+        if velocity is None:
+            # How it ends is decided as it begins; then another has to be there.
+            return end - last.duration
+        return None if self._admission.is_rest(velocity) else end
 
     def advance(self, now: int) -> Refusal | None:
         """Move on to a time, through every transition on the way.

@@ -219,6 +219,26 @@ class Kinematics:
             speeds.append(math.sqrt(u * u + v * v + w * w))
         return speeds
 
+    def point_places(
+        self, joint_position: Sequence[float], points: Sequence[LinkPoint]
+    ) -> tuple[tuple[float, ...], ...]:
+        """Compute where points of the arm are in the base frame [m], without checks.
+
+        Args:
+            joint_position: (n,) controller-side [rad or m], finite.
+            points: whose places are wanted.
+        """
+        model, data = self._model, self._data
+        pin.forwardKinematics(model, data, self._expanded(np.array(joint_position)))
+        places = []
+        for frame, offset in points:
+            placement = pin.updateFramePlacement(model, data, frame)
+            place = placement.translation
+            if offset is not None:
+                place = place + placement.rotation.dot(offset)
+            places.append(tuple(place.tolist()))
+        return tuple(places)
+
     def tool_frame(self, tcp: Pose) -> ToolFrame:
         """Return a frame of the tool link by its pose there, for `tool_motion`."""
         origin = self.link_point(offset=tcp.position.tolist())

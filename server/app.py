@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import ssl
+import time
 from collections.abc import AsyncIterator, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from functools import partial
@@ -32,6 +33,7 @@ from .client_connection import ClientConnection
 from .clients import Clients
 from .core import ServerCore
 from .listening import Listening
+from .loop_log import LoopLog
 from .pendant.greeting import Identity
 from .planning.pool import PlanningPool
 from .ports import Ports, listen_for
@@ -100,6 +102,7 @@ class App:
         )
         self.cells = [self._shell(number) for number in range(len(served))]
         self._next_tick = 0.0
+        self._loop_log = LoopLog(round(self._period * 1e9))
         self._resting: asyncio.Event | None = None
 
     def _shell(self, number: int) -> CellShell:
@@ -112,7 +115,15 @@ class App:
         core = self._router.cores[number]
         clients = self.clients.by_session
         return CellShell(
-            served, core, planner, self.journal, clients, self._store, self._access, label
+            served,
+            core,
+            planner,
+            self.journal,
+            clients,
+            self._store,
+            self._access,
+            label,
+            self._tell_watchdog,
         )
 
     def _login(self) -> Login:
@@ -163,21 +174,53 @@ class App:
         now = self.journal.begin("tick")
         # The beat goes with the time that the cores judge a freeze by: what the watchdog finds too
         # long they find too long as well, however a delay is spread over ticks.
-        watchdog, cores = self._watchdog, self._router.cores
-        has_stopped = watchdog is not None and watchdog.beat([core.may_move for core in cores])
-        if self.journal.answer("stopped", "watchdog", has_stopped):
-            for core in cores:
-                core.watchdog_stopped()
+        watchdog = self._watchdog
+        stopped = 0 if watchdog is None else watchdog.beat(*self._watched())
+        for number, cell in enumerate(self.cells):
+            if self.journal.answer("stopped", f"{cell.label}watchdog", bool(stopped >> number & 1)):
+                cell.core.watchdog_stopped()
         for cell in self.cells:
             cell.tick(now)
         self.clients.check_deadlines(now)
-        if watchdog is not None:
-            watchdog.news([core.may_move for core in cores])
+        self._tell_watchdog()
+
+    def _watched(self) -> tuple[list[bool], list[bool]]:
+        """Return of each cell whether its robot may move, and is said to be emulated."""
+        moving = [cell.core.may_move for cell in self.cells]
+        for cell, may_move in zip(self.cells, moving, strict=True):
+            cell.is_watched = may_move
+        return moving, [cell.core.cell.says_emulated for cell in self.cells]
+
+    def _tell_watchdog(self) -> None:
+        """Tell the watchdog what may move now."""
+        if self._watchdog is not None:
+            self._watchdog.news(*self._watched())
 
     def _on_timer(self) -> None:
+        """Run a control tick, of a late one after what has arrived meanwhile was read.
+
+        A tick judges silence: of pendants, of the controller, of whoever owes an answer. What they
+        said while the loop was away waits in the sockets, and may not be counted against them.
+        """
+        loop = asyncio.get_running_loop()
+        if loop.time() - self._next_tick <= self._period:
+            self._run_tick()
+            return
+        # All that waits is found in the next turn of the loop and handled behind what was set in
+        # this one, so that only in the turn after that all of it has been. On uvloop as well.
+        self._timer: asyncio.Handle = loop.call_soon(self._once_more)
+
+    def _once_more(self) -> None:
+        self._timer = asyncio.get_running_loop().call_soon(self._run_tick)
+
+    def _run_tick(self) -> None:
         """Run a control tick and set the timer to the next absolute deadline."""
         try:
+            computed = time.thread_time_ns()
             self.tick()
+            line = self._loop_log.tick(self.journal.now, computed, self.journal.longest_gap())
+            if line:
+                log.warning("%s", line)
             if self._resting is not None and not self._router.is_moving:
                 self._resting.set()
         finally:
@@ -227,7 +270,8 @@ class App:
                 self._timer.cancel()
                 if self._watchdog is not None:
                     # Nothing moves any more, whoever still holds an authority.
-                    self._watchdog.beat([False] * len(self.cells))
+                    nothing = [False] * len(self.cells)
+                    self._watchdog.beat(nothing, nothing)
                 for task in tasks:
                     task.cancel()
                 await asyncio.gather(*tasks, return_exceptions=True)

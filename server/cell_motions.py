@@ -122,8 +122,8 @@ class CellMotions:
 
     @property
     def waypoints_passed(self) -> int:
-        """How many waypoints after its start the motion that is played has passed."""
-        return 0 if self.playing is None else self.playing.waypoints_passed
+        """How many waypoints after its start the robot has passed in the motion that is played."""
+        return 0 if self._driving.work is None else self._driving.work.waypoints_passed
 
     @property
     def hold(self) -> str:

@@ -6,7 +6,7 @@ Owns the connections to the cell's controller, and that a fault of the cell stay
 from __future__ import annotations
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -36,6 +36,7 @@ from .outgoing import (
     Forward,
     ForwardStop,
     Keep,
+    LogLine,
     Outgoing,
     Plan,
     Query,
@@ -81,6 +82,7 @@ class CellShell:
         label: begins the names of its links, so that those of several cells differ; empty for the
             only cell.
         links: the connections to the controller.
+        is_watched: the watchdog knows that this robot may move.
     """
 
     def __init__(
@@ -93,6 +95,7 @@ class CellShell:
         store: StoreDoor,
         access: AccessDoor,
         label: str = "",
+        watch: Callable[[], None] = lambda: None,
     ) -> None:
         """Join the parts of a cell.
 
@@ -105,10 +108,13 @@ class CellShell:
             store: keeps the documents of all cells.
             access: checks passwords and changes accounts.
             label: see the attribute.
+            watch: tells the watchdog what may move now.
         """
         self.core = core
         self.journal = journal
         self.label = label
+        self.is_watched = False
+        self._watch = watch
         self._planner = planner
         self._plans = served.plans
         self._clients = clients
@@ -126,6 +132,10 @@ class CellShell:
         for item in outgoing:
             match item:
                 case Forward(message=message):
+                    if not self.is_watched:
+                        # Before the first point leaves, lest the loop hang behind it.
+                        self._watch()
+                        self.is_watched = True
                     self._motion_link.send(message)
                 case Spread(sessions=sessions, message=message):
                     self._spread(sessions, message)
@@ -169,6 +179,8 @@ class CellShell:
                 case Keep(motion=motion):
                     if self._plans is not None:
                         self._plans.keep(motion)
+                case LogLine(text=text):
+                    log.warning("cell %s: %s", self.core.name, text)
 
     def _spread(self, sessions: tuple[int, ...], message: Message) -> None:
         """Write to all, encoded once for those in a row that speak alike; skip who reads slowly."""

@@ -109,9 +109,8 @@ class ControllerConnection(asyncio.Protocol):
         now = self._cell.journal.begin("up", self.link)
         self._transport = cast(asyncio.Transport, transport)  # uvloop's are none by class
         self._is_closing = False
-        # Signals are asked for by our own messages, and only where the controller has them.
-        has_signals = self.path is ControllerPath.STATE and self._link.signals == "openpendant"
-        dialect = PENDANT if has_signals else STANDARD
+        # Only here it is asked for more than motion, by our own messages.
+        dialect = PENDANT if self.path is ControllerPath.STATE else STANDARD
         self._wire = Connection(
             Role.CLIENT, dialect, self._link.order, real_size=self._link.real_size
         )

@@ -6,7 +6,18 @@ report, on each of the three connections. What follows from it is the cell's bus
 
 from __future__ import annotations
 
-from openpendant.simplemsg import CommType, Malformed, Ping, Received, Unasked, accepted, refused
+from openpendant.simplemsg import (
+    CommType,
+    Malformed,
+    Ping,
+    Received,
+    ReplyCode,
+    Unasked,
+    accepted,
+    message_type,
+    refused,
+)
+from openpendant.simplemsg.pendant import OperatorEvent
 
 from .controller_path import ControllerPath
 from .outgoing import Answer, Outgoing
@@ -17,6 +28,7 @@ from .world.cell_surroundings import CellSurroundings
 _REPLY, _REQUEST = CommType.REPLY, CommType.REQUEST
 _NO_MESSAGE = (Unasked, Malformed)
 _MOTION, _STATE = ControllerPath.MOTION, ControllerPath.STATE
+_IDENTITY = OperatorEvent.PLACE.msg_type
 
 
 def heard(
@@ -44,6 +56,8 @@ def heard(
     if kind == _REPLY:
         if is_motion:
             return cell.answered(received, pending, now)
+        if path is _STATE and message_type(received) == _IDENTITY:
+            return cell.identified(received.reply_code, now)
         asked = around if path is _STATE else None
         return [] if asked is None else asked.answered(received, now)
     if kind == _REQUEST:
@@ -60,8 +74,19 @@ def _misheard(
     cell: RobotCell, path: ControllerPath, received: Unasked | Malformed, now: int
 ) -> list[Outgoing]:
     """Take what is no message: an answer that nobody asked for, or one that cannot be read."""
+    if path is _STATE:
+        return _misidentified(cell, received, now)
     if path is not _MOTION:
         return []
     if isinstance(received, Unasked):
         return cell.misanswered("the controller answered although nothing was asked", now)
     return cell.misanswered(str(received.error), now) if received.comm_type == _REPLY else []
+
+
+def _misidentified(cell: RobotCell, received: Unasked | Malformed, now: int) -> list[Outgoing]:
+    """Take an answer to whether the controller is emulated that came twice, or cannot be read."""
+    if isinstance(received, Malformed):
+        is_answer = received.msg_type == _IDENTITY and received.comm_type == _REPLY
+        return cell.identified(ReplyCode.FAILURE, now) if is_answer else []
+    again = received.message
+    return cell.identified(again.reply_code, now) if message_type(again) == _IDENTITY else []

@@ -11,6 +11,7 @@ from enum import Enum
 
 from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg import Arrival, Message, Received
+from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .access.audit_trail import AuditTrail
@@ -18,7 +19,7 @@ from .access.desk import CoreAccess
 from .controller_messages import heard
 from .controller_path import ControllerPath
 from .errands import Errands
-from .news import LatchedStop, News, StopMoved
+from .news import Begun, Ended, LatchedStop, News, StopMoved
 from .outgoing import Close, ForwardStop, Outgoing, Send
 from .pendant.face import PendantFace
 from .pendant.greeting import Identity
@@ -85,6 +86,7 @@ class ServerCore:
         self.name = identity.cell
         self.fault: Refusal | None = None
         self.cell = RobotCell(settings, limits, self._news)
+        self.cell.watch_points(robot)
         self._errands = Errands()
         self.surroundings: CellSurroundings | None = None
         if surroundings is not None:
@@ -97,13 +99,18 @@ class ServerCore:
             self.pendants.surround(self.surroundings)
         self.ros = RosFace(self.cell, settings)
         self._ports: dict[int, Port] = {}
-        self._ticks = TickWatch(round(settings.watchdog.deadline * 1e9))
+        rule = settings.watchdog
+        self._ticks = TickWatch(
+            round(rule.real_deadline * 1e9), round(rule.emulated_deadline * 1e9)
+        )
         self._was_told = False  # the watchdog: that the robot may move before the next tick
         # A second one, so that a stop can be made whatever became of the cell's own.
         self._last_resort = GenericUplink(settings.controller, limits.velocity)
 
     def _news(self, news: News, now: int) -> list[Outgoing]:
         self._trail.news(news, now)
+        if isinstance(news, Begun | Ended):
+            self.cell.ended = news.refusal if isinstance(news, Ended) else None
         around = self.surroundings
         answer = None if around is None else around.news(news)
         pendants = self.pendants.news(news, now) if answer is None else answer
@@ -239,7 +246,7 @@ class ServerCore:
         if self.fault is not None:
             return []
         out = self._after_a_freeze(now)
-        self._ticks.tick(now)
+        self._ticks.tick(now, says_emulated=self.cell.says_emulated)
         if self.surroundings is not None:
             out += self.surroundings.tick(now)
         out += self.cell.tick(now)
@@ -273,9 +280,13 @@ class ServerCore:
 
     @property
     def may_move(self) -> bool:
-        """Whether the robot may move before the next tick: by this a freeze stops it, or not."""
-        is_held = self.cell.authority.holder is not None
-        return self.fault is None and (is_held or self.cell.is_moving)
+        """Whether the robot moves, or will by what was asked already: a freeze stops it then.
+
+        One that stands with nothing queued is let alone, whoever is in control.
+        """
+        cell = self.cell
+        is_asked = cell.program is not None or cell.motion_activity is not Activity.IDLE
+        return self.fault is None and (is_asked or cell.is_moving)
 
     @property
     def is_moving(self) -> bool:

@@ -9,8 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from openpendant.simplemsg.pendant import OperatingMode
+from openpendant.simplemsg.verdicts import VerdictCode
 
 from .authority import Change, Holder
+from .driving.standstill_watch import UncommandedMotion
 from .driving.stop_account import StopAccount
 from .refusal import Refusal
 
@@ -40,12 +42,14 @@ class LatchedStop:
         reason: as given.
         at: when [ns].
         is_protective: the server stopped by itself.
+        code: why, where it did; its remedy is that of the stop.
     """
 
     by: Holder
     reason: str
     at: int
     is_protective: bool = False
+    code: VerdictCode = VerdictCode.PROTECTIVE_STOP
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,6 +173,17 @@ class ProgramEnded:
     refusal: Refusal | None
 
 
+@dataclass(frozen=True, slots=True)
+class MovedUncommanded:
+    """The robot moved although nobody commanded it; nothing was stopped.
+
+    Attributes:
+        motion: how it moved.
+    """
+
+    motion: UncommandedMotion
+
+
 News = (
     Begun
     | Refused
@@ -179,4 +194,5 @@ News = (
     | Interrupted
     | ProgramBegan
     | ProgramEnded
+    | MovedUncommanded
 )

@@ -186,6 +186,17 @@ class Query:
     message: Message
 
 
+@dataclass(frozen=True, slots=True)
+class LogLine:
+    """Write a line to the server's log, as a warning; the shell says of which cell.
+
+    Attributes:
+        text: what is to be known.
+    """
+
+    text: str
+
+
 Outgoing = (
     Send
     | Spread
@@ -201,4 +212,5 @@ Outgoing = (
     | CheckPassword
     | ChangeAccount
     | Query
+    | LogLine
 )

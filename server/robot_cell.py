@@ -18,6 +18,9 @@ from .controller_path import ControllerPath
 from .driving.driving import Driving, Listener
 from .driving.feedback import Feedback
 from .driving.interruption import interruption, shown
+from .driving.motion_watch import ArmPoints
+from .driving.standstill_watch import UncommandedMotion
+from .identification import Identification
 from .joint_slots import JointSlots
 from .news import (
     AuthorityMoved,
@@ -30,7 +33,7 @@ from .news import (
     StopMoved,
 )
 from .operating_mode import MotionKind, OperatingModes
-from .outgoing import Outgoing
+from .outgoing import LogLine, Outgoing
 from .playback.running_program import RunningProgram
 from .readiness import examine, examine_cell, held_by, permission
 from .refusal import Refusal
@@ -56,6 +59,7 @@ class RobotCell:
         stop: the latched stop, None where there is none.
         program: the program under way, None where there is none; the program desk says it.
         awaited: what of frames and tools awaits the store's answer, in words; the world says it.
+        ended: why the last motion ended before its goal; None where it arrived or another began.
         unread: what is kept of frames, tools and scene and is not in force, in words; likewise.
         limits: the robot's joint limits, controller side.
         slots: reads the joint positions of messages.
@@ -73,18 +77,33 @@ class RobotCell:
         self.slots = JointSlots(limits)
         self.authority = Authority(round(settings.pendants.authority_timeout * 1e9))
         self.feedback = Feedback(limits.dof, settings.controller)
+        self._identification = Identification(self.feedback)
         self.modes = OperatingModes(settings.modes)
         self.stop: LatchedStop | None = None
+        self.ended: Refusal | None = None
         self.program: RunningProgram | None = None
         self.awaited = self.unread = ""
         self.is_closing = False
         self._tell = tell
         self._driving = Driving(
-            settings.controller, limits, self.feedback, tell, self.protective_stop
+            *(settings.controller, limits, self.feedback, tell, self.protective_stop),
+            cap=self._tool_speed_cap,
         )
         self.motions = CellMotions(
             limits, self.authority, self.feedback, self.modes, self._driving, self._recheck, tell
         )
+
+    def watch_points(self, points: ArmPoints) -> None:
+        """Have tool and elbow held to the cap of the mode by what is reported, too."""
+        self._driving.points = points
+
+    def _tool_speed_cap(self) -> float | None:
+        return self.modes.tool_speed_cap(self.feedback.mode)
+
+    @property
+    def uncommanded(self) -> UncommandedMotion | None:
+        """How the robot moved last while nobody commanded it, since the last motion."""
+        return self._driving.uncommanded
 
     @property
     def activity(self) -> Activity:
@@ -145,20 +164,41 @@ class RobotCell:
         return self._driving.misanswered(problem, now)
 
     def reported(self, message: Message, now: int) -> list[Outgoing]:
-        """Take a report of the controller on the state link; a fault or another mode stops."""
+        """Take a report of the controller on the state link.
+
+        A fault or another mode stops, and so does a robot that is not where it was commanded to be.
+        """
         if not isinstance(message, Status):
             self.feedback.take(message, now)
-            return []
+            return self._driving.reported(now)
         before = shown(self.feedback)
         self.feedback.take(message, now)
-        refusal = interruption(before, shown(self.feedback))
+        after = shown(self.feedback)
+        refusal = interruption(before, after)
         if refusal is None:
             return []
+        if after.error != before.error:
+            refusal = self._driving.blamed(refusal, now)
         out = self._interrupt(refusal, now)
         mode = self.modes.mode(self.feedback.mode)
         if mode is not self.modes.mode(before.mode):
             out += self._tell(ModeMoved(mode, CONTROLLER), now)
         return out
+
+    def identified(self, reply_code: int, now: int) -> list[Outgoing]:
+        """Take what the controller answered to whether it is emulated.
+
+        One that contradicts itself is none to move by: what moves is stopped.
+        """
+        told = self._identification.answered(reply_code, now)
+        if isinstance(told, Refusal):
+            return [*self._interrupt(told, now), LogLine(told.sentence)]
+        return told
+
+    @property
+    def says_emulated(self) -> bool:
+        """Whether the controller says that it is emulated, on the connection that there is."""
+        return self.feedback.says_emulated
 
     def _interrupt(self, refusal: Refusal, now: int) -> list[Outgoing]:
         """End what is planned or moves, and tell whatever only waits to move."""
@@ -167,8 +207,9 @@ class RobotCell:
     def path_changed(self, path: ControllerPath, up: bool, now: int) -> list[Outgoing]:
         """Take note that a connection to the controller came or went."""
         self._driving.path_changed(path, up)
+        asked = [] if path is not ControllerPath.STATE else self._identification.link(up, now)
         if up or path is ControllerPath.STOP:
-            return []
+            return asked
         text = f"the controller's {path.name.lower()} link was lost"
         return self._interrupt(Refusal(VerdictCode.CONTROLLER_LOST, text), now)
 
@@ -192,7 +233,9 @@ class RobotCell:
     def protective_stop(self, refusal: Refusal, now: int) -> list[Outgoing]:
         """Stop the robot and latch, because the server found something wrong by itself."""
         out = self.halt(refusal, now)
-        return out + self._latch(LatchedStop(SERVER, refusal.sentence, now, True), now)
+        return out + self._latch(
+            LatchedStop(SERVER, refusal.sentence, now, True, refusal.code), now
+        )
 
     def _latch(self, stop: LatchedStop, now: int) -> list[Outgoing]:
         self.modes.disarm()

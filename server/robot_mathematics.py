@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -24,11 +25,13 @@ from openpendant.motion.jog import (
     ways_out,
 )
 from openpendant.motion.jog.increments import shifted, turned
+from openpendant.motion.jog.levers import levers
 from openpendant.motion.kinematics import Kinematics
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot import SerialRobot
 from openpendant.motion.robot_report import robot_data
 from openpendant.motion.scene import Scene
+from openpendant.motion.tool_speed import elbow_link
 
 from .planning.jobs import JointVector
 from .planning.pose_goal import PoseGoal
@@ -57,6 +60,8 @@ class RobotMathematics:
     Attributes:
         frames: the named frames and tools in force; `surround` changes them.
         scene: what stands around, in force.
+        speed_levers: for the tool and the elbow, if any, (n,) how fast each joint can make it
+            [m/rad or 1].
     """
 
     def __init__(self, robot: SerialRobot) -> None:
@@ -64,6 +69,7 @@ class RobotMathematics:
         self._robot = robot
         self._kinematics = Kinematics(robot)
         self._rest = np.zeros(self._kinematics.dof)
+        self._elbow = elbow_link(self._kinematics)
         self.frames = FrameTree.of_robot(self._kinematics.to_base(Pose.identity(), "root"))
         self.scene = Scene()
         self._mount(Pose.identity())
@@ -88,7 +94,14 @@ class RobotMathematics:
     def _mount(self, tcp: Pose) -> None:
         """Let a tool rule whose centre point is there in the flange."""
         self._tcp = tcp
-        self._tool = self._kinematics.tool_frame(tcp)
+        kinematics, elbow = self._kinematics, self._elbow
+        self._tool = kinematics.tool_frame(tcp)
+        self._speed_points = [self._tool.origin]
+        offset = math.hypot(*tcp.position.tolist())
+        self.speed_levers = [levers(kinematics, self._robot.tool_link, offset)]
+        if elbow is not None:
+            self._speed_points.append(kinematics.link_point(elbow))
+            self.speed_levers.append(levers(kinematics, elbow))
         self._last_motion: tuple[_JointMotion, _ToolMotion] | None = None
 
     @property
@@ -144,6 +157,10 @@ class RobotMathematics:
             (place, turn), speed = self._kinematics.tool_motion(joints, rates, self._tool)
             last = self._last_motion = asked, (place, turn, speed)
         return last[1]
+
+    def speed_points(self, position: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+        """Return where tool and elbow, if any, are in the base frame [m]."""
+        return self._kinematics.point_places(position, self._speed_points)
 
     @property
     def tool_in_flange(self) -> PoseGoal | None:

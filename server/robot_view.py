@@ -35,6 +35,13 @@ class RobotView(Protocol):
     def jog_model(self) -> object:
         """What jogs that begin now are made with; another one once frames, tool or scene change."""
 
+    @property
+    def speed_levers(self) -> Sequence[Sequence[float]]:
+        """For the tool and the elbow, if any, (n,) how fast each joint can make it [m/rad or 1]."""
+
+    def speed_points(self, position: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+        """Return where tool and elbow, if any, are in the base frame [m]."""
+
     def configuration(self, position: Sequence[float]) -> Configuration | None:
         """Return in which of the ways the arm stands; None where the robot has no such words."""
 

@@ -14,6 +14,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    PlainSerializer,
 )
 
 from openpendant.simplemsg import ByteOrder
@@ -53,6 +54,25 @@ def _port_or_off(value: object) -> object:
 RosPort = Annotated[Port | None, BeforeValidator(_port_or_off)]
 
 
+BY_CONTROLLER = "by controller"
+
+
+def _seconds_or_by_controller(value: object) -> object:
+    if value == BY_CONTROLLER:
+        return None
+    if isinstance(value, str) or value is None:
+        raise ValueError(f'accepted: 0.05 to 1 s, or "{BY_CONTROLLER}"')
+    return value
+
+
+WatchdogDeadline = Annotated[
+    Annotated[float, Field(ge=0.05, le=1.0)] | None,
+    BeforeValidator(_seconds_or_by_controller),
+    PlainSerializer(lambda seconds: BY_CONTROLLER if seconds is None else seconds),
+]
+"""A time [s], or None where it goes by what the controller says of itself."""
+
+
 class Table(BaseModel):
     """A table of a configuration file: nothing unknown is taken, nothing changes later."""
 
@@ -77,6 +97,9 @@ class Listen(ListenForAll):
     """ROS-Industrial motion connections, "off" for none."""
     ros_state_port: RosPort = 11002
     """ROS-Industrial state connections, "off" for none."""
+
+
+_LEAD_WITHOUT_STOP = 0.1
 
 
 class ControllerLink(Table):
@@ -104,10 +127,25 @@ class ControllerLink(Table):
     """A point not answered by then aborts the motion, s; no robot sets off later than that."""
     state_period: Annotated[float, Field(ge=0.001, le=0.2)] = 0.01
     """How often it reports its state, s; a robot that is not seen for four of them is stopped."""
-    lead: Annotated[float, Field(ge=0.02, le=0.1)] = 0.09
-    """How far points are sent ahead of the robot, s."""
+    lead: Annotated[float, Field(ge=0.02, le=0.25)] = 0.25
+    """How far points are sent ahead of the robot, s; without a connection for STOP 0.1 at most."""
+    path_tolerance: Annotated[float, Field(ge=0.001, le=0.5)] = 0.02
+    """A joint reported farther from its path stops the robot, rad; a sliding one half as many m."""
+    lag: Annotated[float, Field(ge=0, le=0.25)] = 0.08
+    """How far a joint may be behind its set-points, s; as much of its speed is accepted besides."""
+    noise: Annotated[float, Field(ge=0, le=0.01)] = 0.001
+    """How far a reported position may be from the true one, rad or m; accepted besides."""
     reconnect_period: Annotated[float, Field(ge=0.05, le=60)] = 0.5
     """Pause between attempts to connect, s."""
+
+    @property
+    def planned_lead(self) -> float:
+        """How far the points of a planned motion are sent ahead [s].
+
+        Where the watchdog has to connect before it can stop, what the controller has in stock is
+        what the robot still does.
+        """
+        return self.lead if self.stop_connection else min(self.lead, _LEAD_WITHOUT_STOP)
 
     @property
     def order(self) -> ByteOrder:
@@ -161,11 +199,25 @@ class Pendants(Table):
     """A connection without any message for so long is closed, s."""
 
 
+_REAL_DEADLINE, _EMULATED_DEADLINE = 0.1, 0.4
+
+
 class Watchdog(Table):
     """The process that stops the robot when the server's event loop stands still."""
 
-    deadline: Annotated[float, Field(ge=0.05, le=1.0)] = 0.1
-    """It stops the robot when the loop did not tick for so long, s."""
+    deadline: WatchdogDeadline = None
+    """It stops the robot when the loop did not tick for so long, s; never above 0.1 on a real one.
+    "by controller" is 0.1, and 0.4 on one that says it is emulated."""
+
+    @property
+    def real_deadline(self) -> float:
+        """How long a controller that may be a real one is left alone [s]."""
+        return _REAL_DEADLINE if self.deadline is None else min(self.deadline, _REAL_DEADLINE)
+
+    @property
+    def emulated_deadline(self) -> float:
+        """How long a controller is left alone that says it is emulated [s]."""
+        return _EMULATED_DEADLINE if self.deadline is None else self.deadline
 
 
 class Modes(Table):

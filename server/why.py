@@ -10,8 +10,9 @@ from collections.abc import Callable
 from enum import StrEnum
 from typing import Literal
 
-from openpendant.simplemsg.verdicts import CATALOGUE
+from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 
+from .news import LatchedStop
 from .operating_mode import MotionKind
 from .pendant.management_bodies import Body
 from .readiness import Asked, Finding, examine
@@ -49,6 +50,16 @@ class ConditionReport(Body):
     remedy: str = ""
 
 
+class EndReport(Body):
+    """Why the last motion ended before its goal: an entry of the catalogue, and its numbers."""
+
+    code: int
+    name: str
+    text: str
+    cause: str
+    remedy: str
+
+
 class WhyReply(Body):
     """The chain of conditions in the order in which they are examined."""
 
@@ -58,6 +69,10 @@ class WhyReply(Body):
     broken: str
     """The first condition that is broken; empty where all hold."""
     conditions: tuple[ConditionReport, ...]
+    ended: EndReport | None = None
+    """Why the last motion ended before its goal; null where it arrived or another began."""
+    remarks: tuple[str, ...]
+    """What else is to be known; keeps nothing from moving."""
 
 
 Contact = Callable[[], Refusal | None]
@@ -96,19 +111,41 @@ def why(
         contact = None
     asked = Asked(role=role or (lambda _: None), contact=contact or (lambda: None))
     chain = examine(cell, kind, session, now, asked=asked)
-    reports = tuple(_report(finding) for finding in chain)
+    reports = tuple(_report(finding, cell.stop) for finding in chain)
     broken = next((report.condition for report in reports if not report.holds), "")
     return WhyReply(
-        cell=name, kind=request.kind, ready=not broken, broken=broken, conditions=reports
+        cell=name,
+        kind=request.kind,
+        ready=not broken,
+        broken=broken,
+        conditions=reports,
+        ended=None if cell.ended is None else _end(cell.ended),
+        remarks=_remarks(cell, now),
     )
 
 
-def _report(finding: Finding) -> ConditionReport:
+def _end(refusal: Refusal) -> EndReport:
+    code, text, entry = refusal.code, refusal.sentence, CATALOGUE[refusal.code]
+    return EndReport(code=code, name=code.name, text=text, cause=entry.cause, remedy=entry.remedy)
+
+
+def _remarks(cell: RobotCell, now: int) -> tuple[str, ...]:
+    moved = cell.uncommanded
+    if moved is None:
+        return ()
+    ago = (now - moved.at) / 1e9
+    somebody = "somebody may have moved it with the controller's own pendant"
+    return (f"{ago:.0f} s ago {moved.sentence}; {somebody}",)
+
+
+def _report(finding: Finding, stop: LatchedStop | None) -> ConditionReport:
     condition, refusal = finding
     name, meaning = condition.name.lower(), condition.value
     if refusal is None:
         return ConditionReport(condition=name, meaning=meaning, holds=True)
-    entry = CATALOGUE[refusal.code]
+    # A stop by the server itself says no more than that; what it was stopped for has the remedy.
+    by_itself = stop is not None and refusal.code is VerdictCode.PROTECTIVE_STOP
+    entry = CATALOGUE[stop.code if stop is not None and by_itself else refusal.code]
     return ConditionReport(
         condition=name,
         meaning=meaning,

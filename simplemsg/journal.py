@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from .journal_text import Part, hexadecimal, json_parts
 
@@ -31,6 +31,22 @@ class Stream(Protocol):
 
     def write(self, *parts: Part) -> object:
         """Take a line, or some of it; raises OSError where it cannot."""
+
+
+class Gap(NamedTuple):
+    """A time in which no event began.
+
+    Attributes:
+        lasted: how long it was [ns].
+        event: what happened at its beginning; empty before the first event.
+        link: on which connection.
+        data: the bytes that came.
+    """
+
+    lasted: int = 0
+    event: str = ""
+    link: str | int = ""
+    data: bytes = b""
 
 
 class Journal:
@@ -52,6 +68,8 @@ class Journal:
         self._stream: Stream | None = None
         self._on_failure: Callable[[OSError], None] = _raise
         self._began = 0
+        self._event: tuple[str, str | int, bytes] = ("", "", b"")
+        self._longest = Gap()
         self.now = 0
         self.is_kept = False
 
@@ -102,7 +120,10 @@ class Journal:
             more: what else must be known to repeat it, as plain JSON data and long values, which
                 never change.
         """
-        self.now = self._clock()
+        before, self.now = self.now, self._clock()
+        if self.now - before > self._longest.lasted and before:
+            self._longest = Gap(self.now - before, *self._event)
+        self._event = event, link, data
         if self._stream is not None:
             head = f'{{"t": {self.now - self._began}, "on": "{event}", "link": "{link}", "hex": '
             extra = [
@@ -110,6 +131,11 @@ class Journal:
             ]
             self._write(head, hexadecimal(data), *extra, "}\n")
         return self.now
+
+    def longest_gap(self) -> Gap:
+        """Return the longest time between two events since this was asked last."""
+        gap, self._longest = self._longest, Gap()
+        return gap
 
     def out(self, link: str | int, data: bytes) -> None:
         """Note bytes that leave because of the event."""

@@ -70,6 +70,9 @@ class VerdictCode(IntEnum):
     CONTROLLER_STOPPED = 64
     NOT_ARRIVED = 65
     NOT_FOLLOWING = 66
+    LEFT_THE_PATH = 72
+    OVER_SPEED = 73
+    OVER_RANGE = 74
     FRAME_REFUSED = 80
     NOT_IN_HISTORY = 81
     POOR_GEOMETRY = 82
@@ -350,6 +353,21 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "The robot does not follow the points that it is sent; the motion was stopped.",
         "Check the controller's program, its mode and its own speed override.",
     ),
+    VerdictCode.LEFT_THE_PATH: _entry(
+        "The robot was reported farther from its path than accepted; it was stopped.",
+        "Look whether something pushed, held or released it, then reset the stop. If it moves well"
+        " and is only slow to follow, declare that: [controller] path_tolerance, lag and noise.",
+    ),
+    VerdictCode.OVER_SPEED: _entry(
+        "The robot was reported faster than a joint, or tool and elbow in this mode, may be.",
+        "Look whether the controller keeps to the times of the points and the robot file has its"
+        " limits, and whether [controller] state_period and noise are its own; reset the stop.",
+    ),
+    VerdictCode.OVER_RANGE: _entry(
+        "The robot was reported beyond the range of a joint while it moved; it was stopped.",
+        "Look whether robot file and controller have the same ranges and zeros, then reset the stop"
+        " and lead the joint back in the recovery mode, or by the controller's own pendant.",
+    ),
     VerdictCode.NOT_ARRIVED: _entry(
         "All points were sent, but the robot did not come to rest at the goal.",
         "Check the controller; compare its report with the goal.",
@@ -523,8 +541,9 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
         "Jog the joint back inside; where the mode is set here, in the recovery mode.",
     ),
     VerdictCode.SERVER_LATE: _entry(
-        "The server did not tick in time and its watchdog stopped the robot.",
-        "Take load off the machine, then reset the stop.",
+        "The server was late: its watchdog stopped the robot, or the robot ran out of points.",
+        "Read in the server's log what held it, take load off the machine, reset the stop where one"
+        " is latched, and move again.",
     ),
     VerdictCode.CELL_FAULTED: _entry(
         "A fault of the server itself stopped this cell; the others go on.",

@@ -45,7 +45,7 @@ _TALLY = "doubtful_second_tries"
 """What a worker of pytest-xdist says at its end."""
 
 UNHURRIED = """
-controller.lead = 0.1
+controller.lead = 0.25
 controller.reply_deadline = 2.0
 jog.lead = 0.1
 modes.enabling_deadline = 0.25

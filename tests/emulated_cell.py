@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections import deque
+from collections.abc import Callable
 from functools import cache
 
 from server_rig import IDENTITY, MS, Shell
@@ -37,17 +38,29 @@ from openpendant.simplemsg import (
     ByteOrder,
     Codec,
     CommType,
+    JointFeedback,
+    JointPosition,
     Message,
     Received,
     Unasked,
+    joint_array,
 )
 
 _CODEC = Codec(PENDANT, ByteOrder.LITTLE, 4)
 _LINKS = {ControllerPath.MOTION: 1, ControllerPath.STOP: 2}
 
+Reported = Callable[[tuple[float, ...], int], tuple[float, ...]]
+"""From where the emulated robot is, (n,), and the time [ns] to where it is reported to be."""
+
 
 class EmulatedCell(Shell):
-    """One cell with an emulated robot; 10 ms ticks, the controller runs at 5 ms."""
+    """One cell with an emulated robot; 10 ms ticks, the controller runs at 5 ms.
+
+    Attributes:
+        reported: stands between emulator and server, so that the robot seems to be elsewhere.
+    """
+
+    reported: Reported | None = None
 
     def __init__(
         self,
@@ -162,8 +175,20 @@ class EmulatedCell(Shell):
             self._from_controller(self.controller.advance(self.now))
             if self.now % (10 * MS) == 0:
                 for message in self.controller.state_messages(self.now):
-                    self._hear(ControllerPath.STATE, _through_wire(message))
+                    self._hear(ControllerPath.STATE, _through_wire(self._as_reported(message)))
                 self.perform(self.core.tick(self.now))
+
+    def _as_reported(self, message: Message) -> Message:
+        dof = self.limits.dof
+        if self.reported is None:
+            return message
+        match message:
+            case JointFeedback(positions=true):
+                position = joint_array(self.reported(true[:dof], self.now))
+                return dataclasses.replace(message, positions=position)
+            case JointPosition(joints=true):
+                return JointPosition(0, joint_array(self.reported(true[:dof], self.now)))
+        return message
 
     @property
     def position(self) -> tuple[float, ...]:

@@ -21,6 +21,7 @@ from openpendant.controller_emulator.servo import StartRule
 from openpendant.controller_emulator.settings import EmulatorSettings
 from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg import (
+    PENDANT,
     ByteOrder,
     CommType,
     Connection,
@@ -187,7 +188,7 @@ class FaultyService(Service):
 
     def _link(self, events: LinkEvents, order: ByteOrder | None) -> Link:
         self._links_made += 1
-        connection = Connection(Role.SERVER, self._dialect, order, self._settings.real_size)
+        connection = Connection(Role.SERVER, PENDANT, order, self._settings.real_size)
         kind = self.fault.link or FaultyLink
         return kind(self._links_made, connection, events, self.journal, self)
 

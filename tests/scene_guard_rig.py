@@ -11,6 +11,7 @@ from openpendant.server.outgoing import Outgoing, Plan
 from openpendant.server.planning.jobs import Planned
 from openpendant.server.planning.way_check_job import WayCheckJob, WayFree
 from openpendant.server.refusal import Refusal
+from openpendant.server.settings import ControllerLink
 from openpendant.server.world.scene_guard import SceneGuard
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -30,7 +31,7 @@ class GuardedRig:
         self.pendant: Pendant = self.pad.pendant
         self.pendant.path((0.9, 0.9), (1.8, 1.8))
         self.pad.hold(300)
-        self.guard = SceneGuard(self.rig.core.cell)
+        self.guard = SceneGuard(self.rig.core.cell, ControllerLink())
         assert self.rig.activity() is (Activity.MOVING if plans_at_once else Activity.PLANNING)
 
     def job(self, outgoing: list[Outgoing] | None) -> WayCheckJob:

@@ -86,6 +86,7 @@ class NoTool:
         self.frames = FrameTree()
         self.tool_in_flange = None
         self.jog_model: object = "one for all"
+        self.speed_levers = ((0.0,) * limits.dof,)
 
     def configuration(self, position: Sequence[float]) -> None:
         return None
@@ -97,6 +98,9 @@ class NoTool:
         self, position: Sequence[float], velocity: Sequence[float]
     ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
         return *self.tool_pose(position), 0.0
+
+    def speed_points(self, position: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+        return ((0.0, 0.0, 0.0),)
 
     def named_position(self, name: str) -> JointVector:
         if name not in ("home", "zero"):

@@ -90,6 +90,7 @@ SHELLS = {
     "simplemsg/journal_writer.py",
 }
 CLOCK_READERS = {
+    "server/app.py",  # how much of a delay was computed, for the log
     "server/access/process_log.py",  # how many lines went out in the last second
     "server/watchdog/child.py",
     "server/watchdog/process.py",

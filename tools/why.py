@@ -138,6 +138,14 @@ def table(answer: Why) -> str:
             f"cause:  {first_broken['cause']} ({first_broken['name']}, {first_broken['code']})",
             f"remedy: {first_broken['remedy']}",
         ]
+    elif (ended := answer.get("ended")) is not None:
+        lines += [
+            "",
+            f"the last motion ended before its goal: {ended['text']}",
+            f"cause:  {ended['cause']} ({ended['name']}, {ended['code']})",
+            f"remedy: {ended['remedy']}",
+        ]
+    lines += [f"note:   {remark}" for remark in answer.get("remarks", ())]
     return "\n".join(lines)
 
 

@@ -16,14 +16,15 @@ from ..model_map import greatest_travel, model_map
 from ..robot_schema import Joint
 
 
-def levers(kinematics: Kinematics, link: str) -> list[float]:
-    """Return the greatest speed of a link's origin by the speed of each joint, (n,) [m/rad or 1].
+def levers(kinematics: Kinematics, link: str, offset: float = 0.0) -> list[float]:
+    """Return the greatest speed of a point of a link by the speed of each joint, (n,) [m/rad or 1].
 
     Wherever the driven joints are in their ranges.
 
     Args:
         kinematics: the arm.
-        link: whose origin moves.
+        link: which the point is fixed to.
+        offset: how far the point is from the link's origin [m].
     """
     robot = kinematics.robot
     gain, _ = model_map(robot)
@@ -31,7 +32,7 @@ def levers(kinematics: Kinematics, link: str) -> list[float]:
     rows = np.zeros(len(gain))
     chain = robot.joints[: robot.links.index(link)]
     index = sum(isinstance(joint, Joint) for joint in chain)
-    reach = 0.0
+    reach = offset
     for joint in reversed(chain):
         if isinstance(joint, Joint):
             index -= 1

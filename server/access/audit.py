@@ -56,6 +56,8 @@ class AuditEvent(StrEnum):
     PROGRAM_BEGAN = "program-began"
     PROGRAM_ENDED = "program-ended"
     DOCUMENT_CHANGED = "document-changed"
+    MOVED_UNCOMMANDED = "moved-uncommanded"
+    """The robot moved, and nobody had commanded it here."""
     STOP = "stop"
     RESET = "reset"
     MODE = "mode"

@@ -15,6 +15,7 @@ from ..news import (
     Begun,
     Ended,
     ModeMoved,
+    MovedUncommanded,
     News,
     ProgramBegan,
     ProgramEnded,
@@ -80,6 +81,9 @@ class AuditTrail:
                 self._note(AuditEvent.PROGRAM_BEGAN, by, now, program=name, revision=revision)
             case ProgramEnded():
                 self._program_ended(news, now)
+            case MovedUncommanded(motion=motion):
+                text, at = motion.sentence, self._place()
+                self._note(AuditEvent.MOVED_UNCOMMANDED, None, now, text=text, at=at)
 
     def _place(self) -> str:
         """Return where the joints are, rad or m in the controller's order; empty while unknown."""

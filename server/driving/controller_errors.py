@@ -25,6 +25,10 @@ WORDS: Mapping[int, str] = {
 """By the numbers of `docs/emulator.md`."""
 
 
+UNDER_RUNS = (-1, 109)
+"""What a controller may show that ran out of points: an error without a number, or this one."""
+
+
 def error_text(number: int) -> str:
     """Return an error number, and what it means to an emulated controller where it has one."""
     words = WORDS.get(number)

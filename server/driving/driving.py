@@ -16,8 +16,9 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..controller_path import ControllerPath
 from ..jog.jogging import JogRows
-from ..news import Begun, Ended, News, Refused, Request
-from ..outgoing import DropLink, Forward, ForwardStop, Keep, Outgoing, Withdraw
+from ..news import Begun, Ended, MovedUncommanded, News, Refused, Request
+from ..operating_mode import MotionKind
+from ..outgoing import DropLink, Forward, ForwardStop, Keep, LogLine, Outgoing, Withdraw
 from ..planning.plan_store import StoredMotion
 from ..refusal import Refusal
 from ..settings import ControllerLink
@@ -25,7 +26,11 @@ from ..uplinks.generic import GenericUplink
 from .certified import Certified
 from .execution import START_TOLERANCE, Execution, Phase
 from .feedback import Feedback
+from .motion_watch import ArmPoints, Cap, MotionWatch
+from .report_timing import ReportTiming
 from .row_sources import StoredRows
+from .standstill_watch import StandstillWatch, UncommandedMotion
+from .tracking_tolerances import tracking_tolerances
 from .work import Work
 
 _STOPPING_NS = 5_000_000_000
@@ -47,6 +52,8 @@ class Driving:
         work: the motion between its request and its end; None for none.
         undoable: the last motion that began, where it can be taken back; else None.
         is_linked: the connections to the controller that a motion needs are there.
+        points: tool and elbow, to see how fast they are; None where nobody knows them.
+        uncommanded: how the robot moved last while nobody commanded it, since the last motion.
     """
 
     def __init__(
@@ -56,6 +63,7 @@ class Driving:
         feedback: Feedback,
         tell: Listener,
         on_fault: OnFault,
+        cap: Cap = lambda: None,
     ) -> None:
         """Make a drive that stands.
 
@@ -64,7 +72,9 @@ class Driving:
             limits: joint limits, controller side.
             feedback: what the controller says of itself.
             tell: told all news; returns what is to be written because of them.
-            on_fault: told where a set-point failed its last look; returns the protective stop.
+            on_fault: told where a set-point failed its last look, or the robot is not where it was
+                commanded to be; returns the protective stop.
+            cap: of the speed of tool and elbow in the mode.
         """
         self.undoable: Work | None = None
         self._rested_at: tuple[float, ...] | None = None  # after the last motion that began
@@ -78,6 +88,13 @@ class Driving:
         self._feedback = feedback
         self._tell = tell
         self._on_fault = on_fault
+        self._cap = cap
+        self.points: ArmPoints | None = None
+        self.uncommanded: UncommandedMotion | None = None
+        self._timing = ReportTiming(link.state_period)
+        self._watch: MotionWatch | None = None  # from a motion's first set-point to its end
+        self._standstill = StandstillWatch(limits)
+        self._reports_seen = 0
         self._stopping_since: int | None = None
         self._stop_repeated = 0
         self._motions = 0
@@ -149,7 +166,7 @@ class Driving:
         rows = StoredRows(certified.trajectory, self._limits)
         rows.scale(override)
         work.duration = certified.trajectory.duration
-        out = self._start(work, self._execution(rows, now), now)
+        out = self._start(work, self._execution(work, rows, now), now)
         if work.execution is not None:
             self._motions += 1
             out.append(Keep(StoredMotion(self._motions, now, work.plan_time, certified)))
@@ -157,30 +174,77 @@ class Driving:
 
     def drive(self, work: Work, rows: JogRows, lead: float, now: int) -> list[Outgoing]:
         """Start a jog; its set-points are made as it goes and leave `lead` [s] ahead."""
-        return self._start(work, self._execution(rows, now, lead, start=rows.start), now)
+        return self._start(work, self._execution(work, rows, now, lead, start=rows.start), now)
 
     def _execution(
         self,
+        work: Work,
         rows: StoredRows | JogRows,
         now: int,
         lead: float | None = None,
         start: Sequence[float] | None = None,
     ) -> Execution:
         limits, uplink, error = self._limits, self._uplink, self._feedback.error
+        watch = self._watch = self._watch_for(work.kind, rows)
         return Execution(
-            rows, limits, uplink, self._link, now, lead=lead, known_error=error, start=start
+            *(rows, limits, uplink, self._link, now),
+            lead=lead,
+            known_error=error,
+            start=start,
+            watch=watch,
         )
+
+    def _watch_for(self, kind: MotionKind, rows: StoredRows | JogRows) -> MotionWatch:
+        limits, feedback = self._limits, self._feedback
+        emulated = feedback.says_emulated
+        tolerances = tracking_tolerances(self._link, limits, says_emulated=emulated)
+        start = feedback.position or tuple(rows.last.position)
+        # A ROS-Industrial trajectory moves in automatic, where no mode caps the tool, also on a
+        # controller that does not say its mode, which counts as manual for everybody else.
+        cap = (lambda: None) if kind is MotionKind.ROS else self._cap
+        return MotionWatch(limits, tolerances, self._timing, start, self.points, cap)
 
     def _start(self, work: Work, execution: Execution, now: int) -> list[Outgoing]:
         first = execution.next_point(now)
         if isinstance(first, Refusal):
+            self._watch = None
             return self._tell(Refused(work.request, first), now)
+        self.uncommanded = None
+        self._standstill.begin_anew()
+        self._timing.begin()
         work.begin(execution)
         self.work = work
         self.undoable = None if work.back is None else work
         self._rested_at, self._awaits_rest = None, False
         out: list[Outgoing] = [] if first is None else [Forward(first)]
         return out + self._tell(Begun(work.request), now)
+
+    def reported(self, now: int) -> list[Outgoing]:
+        """Compare the newest joint report, where one has come, with what was commanded.
+
+        To be asked in the turn that reads it: what is wrong stops the robot before anything else is
+        done. Of a robot at rest it is only told that it moves.
+        """
+        feedback = self._feedback
+        position = feedback.position
+        if position is None or feedback.reports == self._reports_seen:
+            return []
+        self._reports_seen = feedback.reports
+        report = self._timing.take(position, now)
+        if self._watch is not None:
+            refusal = self._watch.judge(report)
+            if refusal is None:
+                return []
+            # What it goes on doing while it is stopped says nothing that is not said yet.
+            self._watch = None
+            return self._on_fault(refusal, now)
+        if self.is_busy:
+            return []
+        moved = self._standstill.take(position, now)
+        if moved is None:
+            return []
+        self.uncommanded = moved
+        return [LogLine(moved.sentence), *self._tell(MovedUncommanded(moved), now)]
 
     def answered(self, reply: Message, pending: int, now: int) -> list[Outgoing]:
         """Take an answer of the controller on the motion link.
@@ -197,6 +261,13 @@ class Driving:
         if refusal is not None:
             return self._abort(work.execution.explained(refusal, self._feedback, now), now)
         return self._send_next(work.execution, now)
+
+    def blamed(self, refusal: Refusal, now: int) -> Refusal:
+        """Return why the controller went into an error, where that is because of us."""
+        work = self.work
+        if work is None or work.execution is None:
+            return refusal
+        return work.execution.blamed(refusal, self._feedback, now)
 
     def _send_next(self, execution: Execution, now: int) -> list[Outgoing]:
         out: list[Outgoing] = []
@@ -234,6 +305,8 @@ class Driving:
             self._uplink.lost()
         elif not up and path is ControllerPath.STATE:
             self._feedback.forget()
+            self._timing.clear()
+            self._standstill.begin_anew()
             self._awaits_rest = False
 
     def end(self, refusal: Refusal, now: int) -> list[Outgoing]:
@@ -255,6 +328,8 @@ class Driving:
     def _halt(self, now: int) -> list[Outgoing]:
         self._stopping_since = now
         self._stop_repeated = now
+        if self._watch is not None:
+            self._watch.stopping()
         return [self._stop_now(now)]
 
     def _stop_now(self, now: int) -> ForwardStop:
@@ -292,9 +367,15 @@ class Driving:
             return self._abort(refusal, now)
         if execution.phase is _ARRIVED:
             self.work, work.has_arrived = None, True
+            self._stand()
             self._rested_at = self._feedback.position
             return self._tell(self._ended(work, None, now), now)
         return self._send_next(execution, now)
+
+    def _stand(self) -> None:
+        """From now on nothing is commanded; where the robot is then is where it stands."""
+        self._watch = None
+        self._standstill.begin_anew()
 
     def settle(self, now: int) -> list[Outgoing]:
         """Leave STOPPING once the robot is seen at rest; repeat the stop until then."""
@@ -311,12 +392,14 @@ class Driving:
             self._awaits_rest = False
         if feedback.position is not None and feedback.has_come_to_rest(since):
             self._stopping_since = None
+            self._stand()
             if self._awaits_rest:
                 # Any other stop may have ended a motion that was none of ours.
                 self._rested_at, self._awaits_rest = feedback.position, False
         elif now - since > _STOPPING_NS and feedback.position is None:
             # Without reports nobody can say that it stands; `obstacle` keeps refusing motion.
             self._stopping_since = None
+            self._stand()
         elif now - self._stop_repeated >= _STOP_REPEAT_NS:
             self._stop_repeated = now
             out.append(self._stop_now(now))

@@ -19,11 +19,12 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..refusal import Refusal
 from ..settings import ControllerLink
 from ..uplinks.generic import GenericUplink
-from .controller_errors import error_text
+from .controller_errors import UNDER_RUNS, error_text
 from .departure import DepartureCheck
 from .feedback import Feedback
 from .following import LONGEST_LAG, Following
 from .interruption import lost
+from .motion_watch import MotionWatch
 from .row_sources import RowSource
 
 ARRIVAL_TOLERANCE = 1e-3
@@ -33,6 +34,15 @@ START_TOLERANCE = 0.01
 """Largest distance between where a motion starts and where the robot stands [rad or m]."""
 
 _SETTLING_NS = 2_000_000_000
+
+_AWAY_NS = 30_000_000
+"""A server that did not look at its motion for so long was away."""
+
+_TOO_LATE_NS = 100_000_000
+"""What runs out so soon after it came back may run out before enough has left: one at a time."""
+
+_BLAMED_NS = 1_000_000_000
+"""An end that comes later has another reason."""
 
 _HALF_TICK_NS = 5_000_000
 """A second point leaves in a tick only where it is due by so much.
@@ -75,6 +85,7 @@ class Execution:
         lead: float | None = None,
         known_error: int = 0,
         start: Sequence[float] | None = None,
+        watch: MotionWatch | None = None,
     ) -> None:
         """Make a motion that starts now; `next_point` gives its first set-point at once.
 
@@ -87,19 +98,28 @@ class Execution:
             lead: how far set-points leave ahead of the robot [s]; the link's where left out.
             known_error: error that the controller shows already; it ends no motion by itself.
             start: (n,) where a jog begins, which may be beyond a limit; None for all else.
+            watch: is told each set-point that leaves; None where nobody compares.
         """
         self.rows = rows
         self.phase = _SENDING
         self.started = now
         self._uplink = uplink
-        self._lead = round((link.lead if lead is None else lead) * 1e9)
+        self._lead = round((link.planned_lead if lead is None else lead) * 1e9)
         self._departure = DepartureCheck(limits, start)
         self._following = Following(now)
+        self._watch = watch
         self._known_error = known_error
         self._sent = 0
         self._all_taken = 0  # when nothing was left to send or to be answered
         self._is_turn = True  # no point has left since the last tick
         self._before: Row | None = None  # the point before the last one
+        self._looked = now
+        self._left_dry: tuple[int, int] = (0, 0)  # when, and for how long nobody had looked [ns]
+
+    @property
+    def reached(self) -> float:
+        """Time of the set-point where the robot is, as far as its reports tell [s]."""
+        return self._following.reached
 
     def next_point(self, now: int) -> Message | Refusal | None:
         """Return the next set-point where one is due and the link has room for it.
@@ -107,6 +127,7 @@ class Execution:
         Returns:
             The message; None where none is due; a refusal where it failed the last look.
         """
+        self._look(now)
         rows, following = self.rows, self._following
         due = None if self._uplink.is_full else rows.next_time
         if due is None:
@@ -128,6 +149,8 @@ class Execution:
             return refusal
         point = self._uplink.point(self._sent, row, row.time - last.time, now)
         following.sent(row)
+        if self._watch is not None:
+            self._watch.commanded(following.earliest(row.time), row)
         self._before = last
         self._sent += 1
         return point
@@ -139,6 +162,7 @@ class Execution:
             Why the motion must end, None while all is well; `phase` tells whether it arrived.
         """
         self._is_turn = True
+        self._look(now)
         overdue = self._uplink.overdue(now)
         if overdue is not None:
             return overdue
@@ -147,7 +171,7 @@ class Execution:
             return refusal
         error = self._new_error(feedback)
         if error:
-            return Refusal(VerdictCode.CONTROLLER_STOPPED, error)
+            return self.blamed(Refusal(VerdictCode.CONTROLLER_STOPPED, error), feedback, now)
         if self.rows.next_time is None and not self._uplink.awaiting:
             return self._settle(feedback, now)
         self._following.update(feedback)
@@ -169,6 +193,9 @@ class Execution:
         """Return why the controller refused a point, with what else is known of its reason."""
         if refusal.code is not VerdictCode.CONTROLLER_REFUSED:
             return refusal
+        blamed = self.blamed(refusal, feedback, now)
+        if blamed is not refusal:
+            return blamed
         dry = (now - self._following.base) / 1e9 - self._stock
         if feedback.error:
             known = f"; it shows {error_text(feedback.error)}"
@@ -180,6 +207,39 @@ class Execution:
         else:
             return refusal
         return replace(refusal, text=refusal.text + known)
+
+    def _look(self, now: int) -> None:
+        """Note whether the robot ran out of points while the server was away."""
+        away = now - self._looked
+        self._looked = now
+        if away < _AWAY_NS:
+            return
+        last = self.rows.last
+        end = self._following.base + round(last.time * 1e9)
+        if any(last.velocity) and end <= now + _TOO_LATE_NS:
+            self._left_dry = now, away
+
+    def blamed(self, refusal: Refusal, feedback: Feedback, now: int) -> Refusal:
+        """Return why the controller ended a motion: because of us, where we left it dry.
+
+        Args:
+            refusal: what it says by itself, or a point that it refused.
+            feedback: what it shows.
+            now: monotonic time, ns.
+        """
+        self._look(now)
+        when, away = self._left_dry
+        if not away or now - when > _BLAMED_NS or feedback.fault:
+            return refusal
+        # After an under-run some controllers show nothing and take no point any more.
+        is_refused = refusal.code is VerdictCode.CONTROLLER_REFUSED and not feedback.error
+        if not is_refused and feedback.error not in UNDER_RUNS:
+            return refusal
+        text = (
+            f"the server was away for {away / 1e6:.0f} ms, and the robot ran out of points"
+            f" ({refusal.text})"
+        )
+        return Refusal(VerdictCode.SERVER_LATE, text, value=away / 1e9)
 
     @property
     def _stock(self) -> float:

@@ -53,7 +53,10 @@ class Feedback:
         status: the controller's last status; None before the first.
         mode: the controller's own operating mode.
         received: time of the last joint report [ns].
+        reports: how many joint reports were taken.
         broken: a report held a value that no joint has; motion is impossible until one is sound.
+        says_emulated: on this connection the controller says that it is emulated. That gives no
+            right: known to be emulated is one only whose cell's file says so as well.
     """
 
     def __init__(self, dof: int, link: ControllerLink) -> None:
@@ -64,7 +67,9 @@ class Feedback:
         self.status: Status | None = None
         self.mode = ControllerMode.UNKNOWN
         self.received = 0
+        self.reports = 0
         self.broken = False
+        self.says_emulated = False
         self._status_received = 0
         self._dof = dof
         self._fresh_age = link.fresh_age_ns
@@ -110,6 +115,7 @@ class Feedback:
         self.broken = False
         self.position = position
         self.received = now
+        self.reports += 1
         if not self._still_at or _is_beyond(_STILL_WAY, position, self._still_at):
             self._still_at, self._still_since = position, now
 
@@ -121,6 +127,7 @@ class Feedback:
         self.velocity_known = False
         self.velocity = (0.0,) * self._dof
         self.broken = False
+        self.says_emulated = False
         self._full = False
         self._still_at = ()
 

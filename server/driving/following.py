@@ -41,10 +41,22 @@ class Following:
         self._times: deque[int] = deque()  # ns
         self._places: deque[tuple[float, ...]] = deque()
 
+    @property
+    def reached(self) -> float:
+        """Time of the sample that was nearest to the last report [s]; 0 before the first."""
+        return self._times[0] / 1e9 if self._times else 0.0
+
     def sent(self, row: Row) -> None:
         """Note a sample that left."""
         self._times.append(round(row.time * 1e9))
         self._places.append(tuple(row.position))
+
+    def earliest(self, time: float) -> int:
+        """Return when a robot that began at once is due at `time` [s] of the trajectory [ns].
+
+        No robot is due there sooner; one that is behind is due later by `lag`.
+        """
+        return self._started + round(time * 1e9)
 
     @property
     def lag(self) -> float:

@@ -7,6 +7,7 @@ everything that has not left yet. When a set-point leaves is `execution`'s busin
 from __future__ import annotations
 
 import math
+from collections import deque
 from typing import Protocol
 
 import numpy as np
@@ -18,6 +19,12 @@ from openpendant.motion.trajectory import Array, Row, Trajectory
 
 _LAST_STEP = 1.5
 """Longest way to the last set-point, in sample periods; the shortest is one less."""
+
+_MOST_REMEMBERED = 1024
+"""Set-points whose places on the trajectory are known: many more than are under way."""
+
+_SAME_TIME = 1e-6
+"""Times no farther apart are one [s]: a set-point's is kept in whole nanoseconds."""
 
 _END_STEP = 1e-4
 """To what the end of a run that was slowed down is rounded up, so that 4-byte reals hold it [s]."""
@@ -63,6 +70,8 @@ class StoredRows:
         self._due: Row | None = self.last
         self._period = samples.row(1).time if len(samples) > 1 else 0.0
         self._run: ScaledRun | None = None
+        # Of the set-points of such a run that the robot may not have reached yet: time, path time.
+        self._course: deque[tuple[float, float]] = deque(maxlen=_MOST_REMEMBERED)
         self._has_ended = False
         self._rests_from = 0.0
         self.pause_wanted = False
@@ -112,14 +121,32 @@ class StoredRows:
         self.last = Row(
             time, state.position.tolist(), state.velocity.tolist(), state.acceleration.tolist()
         )
+        self._course.append((time, run.time(at)))
         self._has_ended = run.finished(at)
         return self.last
 
-    @property
-    def waypoints_passed(self) -> int:
-        """How many waypoints after the start the set-points have passed."""
-        passed = self._samples.trajectory().waypoint_times <= self.path_time
+    def waypoints_passed(self, reached: float) -> int:
+        """Return how many waypoints after the start the robot has passed.
+
+        Set-points leave long before it does: where it ends meanwhile, it has not been there.
+
+        Args:
+            reached: time of the set-point where the robot is [s]; never before an earlier one.
+        """
+        passed = (
+            self._samples.trajectory().waypoint_times <= self._path_time_at(reached) + _SAME_TIME
+        )
         return max(int(passed.sum()) - 1, 0)
+
+    def _path_time_at(self, time: float) -> float:
+        """Return where on the trajectory the set-point of a time was, as a time of it [s]."""
+        course = self._course
+        while len(course) > 1 and course[1][0] <= time:
+            course.popleft()
+        if not course:
+            return time
+        # Those before the first that was slowed down went as they were planned.
+        return course[0][1] if course[0][0] <= time else min(time, course[0][1])
 
     @property
     def path_time(self) -> float:

@@ -62,5 +62,11 @@ class Work:
         """The waypoints along which it is taken back; empty where that cannot be."""
         if self.back is None:
             return ()
-        passed = 0 if self.stored is None else self.stored.waypoints_passed
-        return self.back.left(passed, has_arrived=self.has_arrived)
+        return self.back.left(self.waypoints_passed, has_arrived=self.has_arrived)
+
+    @property
+    def waypoints_passed(self) -> int:
+        """How many waypoints after its start the robot has passed; 0 in a jog and while planned."""
+        if self.stored is None or self.execution is None:
+            return 0
+        return self.stored.waypoints_passed(self.execution.reached)

@@ -16,7 +16,7 @@ import time
 from collections.abc import Sequence
 from contextlib import suppress
 
-from .pipe import ALIVE, BEAT, IS_FAREWELL, IS_NEWS, STOPPED, StopTarget, read_orders
+from .pipe import ANSWER, BEAT, IS_FAREWELL, IS_NEWS, Deadlines, StopTarget, read_orders
 from .stop_connection import StopConnection
 from .voice import Voice
 from .watchdog import ALIVE_NS, BeatWatch
@@ -30,7 +30,7 @@ class _Child:
     """The process: beats in, stops out."""
 
     def __init__(
-        self, deadline: float, targets: Sequence[StopTarget], rest: bytes, voice: Voice
+        self, deadlines: Deadlines, targets: Sequence[StopTarget], rest: bytes, voice: Voice
     ) -> None:
         self._selector = selectors.DefaultSelector()
         self._selector.register(0, selectors.EVENT_READ, None)
@@ -38,7 +38,8 @@ class _Child:
         self._connections = [
             StopConnection(target, self._selector, voice.say) for target in targets
         ]
-        self._watch = BeatWatch(round(deadline * 1e9), time.monotonic_ns())
+        real, emulated = (round(deadline * 1e9) for deadline in deadlines)
+        self._watch = BeatWatch(real, emulated, time.monotonic_ns())
         self._buffer = rest
         self._told_alive = 0
 
@@ -76,7 +77,7 @@ class _Child:
         if now - self._told_alive < ALIVE_NS:
             return
         self._told_alive = now
-        _tell(ALIVE)
+        _tell(0)
 
     def _take_beats(self, now: int) -> bool:
         """Read what the server wrote; tell whether it is still there."""
@@ -88,13 +89,13 @@ class _Child:
         self._buffer += data
         whole = len(self._buffer) - len(self._buffer) % BEAT.size
         frames, self._buffer = self._buffer[:whole], self._buffer[whole:]
-        for moving, kind in BEAT.iter_unpack(frames):
+        for moving, emulated, kind in BEAT.iter_unpack(frames):
             if kind == IS_FAREWELL:
                 return False
             if kind == IS_NEWS:
-                self._watch.news(moving)
+                self._watch.news(moving, emulated)
                 continue
-            silence = self._watch.beat(moving, now)
+            silence = self._watch.beat(moving, emulated, now)
             if silence is not None:
                 self._limit(now + _DELIVERY_NS)
                 self._say(f"the server is back after {silence / 1e6:.0f} ms")
@@ -106,7 +107,7 @@ class _Child:
         for number, connection in enumerate(self._connections):
             if cells >> number & 1:
                 connection.stop(now)
-        _tell(STOPPED)
+        _tell(cells)
         self._say(f"{why}: stopping")
 
     def _limit(self, until: int) -> None:
@@ -123,10 +124,10 @@ class _Child:
             self._keep_up(time.monotonic_ns())
 
 
-def _tell(what: bytes) -> None:
+def _tell(stopped: int) -> None:
     """Tell the server; one that is frozen reads nothing, and nobody blames the watchdog for it."""
     with suppress(OSError):
-        os.write(1, what)
+        os.write(1, ANSWER.pack(stopped))  # so little is written whole or not at all
 
 
 def _first_line() -> tuple[bytes, bytes]:
@@ -148,9 +149,9 @@ def main() -> int:
     line, rest = _first_line()
     if not line:
         return 0
-    deadline, targets = read_orders(line)
+    deadlines, targets = read_orders(line)
     voice = Voice()
-    _Child(deadline, targets, rest, voice).run()
+    _Child(deadlines, targets, rest, voice).run()
     voice.close()
     return 0
 

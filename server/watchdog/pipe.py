@@ -10,19 +10,30 @@ import json
 import struct
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
-BEAT = struct.Struct("<QB")
-"""One bit for each cell whose robot may move, and which kind of beat it is."""
+BEAT = struct.Struct("<QQB")
+"""One bit for each cell whose robot may move, one for each whose controller says that it is
+emulated, and which kind of beat it is."""
 
 IS_BEAT, IS_FAREWELL, IS_NEWS = 0, 1, 2
 """A tick begins; the server ends in good order; which robots may move, and no beat."""
 
-ALIVE = b"."
-"""What the process says through its own pipe, again and again."""
+ANSWER = struct.Struct("<Q")
+"""What the process says through its own pipe: one bit for each cell whose robot it has just
+stopped. It says so again and again; none are stopped in most."""
 
-STOPPED = b"S"
-"""What it says there when it has stopped robots."""
+
+class Deadlines(NamedTuple):
+    """A robot is stopped when no beat of the server came for so long [s].
+
+    Attributes:
+        real: on any controller.
+        emulated: on one that says that it is emulated; no less.
+    """
+
+    real: float
+    emulated: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,18 +60,18 @@ class StopTarget:
     order: Literal["little", "big"]
 
 
-def orders(deadline: float, targets: Sequence[StopTarget]) -> bytes:
+def orders(deadlines: Deadlines, targets: Sequence[StopTarget]) -> bytes:
     """Return the one line that begins the pipe.
 
     Args:
-        deadline: the robots are stopped when no beat came for so long [s].
+        deadlines: how long a beat is waited for.
         targets: one for each cell, in their order.
     """
-    told = {"deadline": deadline, "targets": [asdict(target) for target in targets]}
+    told = {"deadlines": deadlines, "targets": [asdict(target) for target in targets]}
     return json.dumps(told).encode() + b"\n"
 
 
-def read_orders(line: bytes) -> tuple[float, list[StopTarget]]:
-    """Return deadline [s] and targets of a line that `orders` made."""
+def read_orders(line: bytes) -> tuple[Deadlines, list[StopTarget]]:
+    """Return what a line says that `orders` made."""
     told = json.loads(line)
-    return told["deadline"], [StopTarget(**target) for target in told["targets"]]
+    return Deadlines(*told["deadlines"]), [StopTarget(**target) for target in told["targets"]]

@@ -15,8 +15,8 @@ import sys
 import time
 from collections.abc import Sequence
 
-from .pipe import BEAT, IS_BEAT, IS_FAREWELL, IS_NEWS, STOPPED, StopTarget, orders
-from .watchdog import AnswerWatch, LagLog
+from .pipe import ANSWER, BEAT, IS_BEAT, IS_FAREWELL, IS_NEWS, Deadlines, StopTarget, orders
+from .watchdog import AnswerWatch
 
 log = logging.getLogger("openpendant.server")
 
@@ -30,20 +30,19 @@ class Watchdog:
         process: the process, None while there is none.
     """
 
-    def __init__(self, targets: Sequence[StopTarget], deadline: float, period: float) -> None:
+    def __init__(self, targets: Sequence[StopTarget], deadlines: Deadlines, period: float) -> None:
         """Prepare a watchdog.
 
         Args:
             targets: one for each cell, in their order.
-            deadline: it stops the robots when no beat came for so long [s].
+            deadlines: it stops a robot when no beat came for so long.
             period: between two ticks of the server [s].
         """
         self.process: subprocess.Popen[bytes] | None = None
-        self._orders = orders(deadline, targets)
-        self._lags = LagLog(round(period * 1e9))
+        self._orders = orders(deadlines, targets)
         self._answers = AnswerWatch(round(period * 1e9))
         self._started = 0
-        self._told = 0
+        self._told = (0, 0)
         self._ended: list[subprocess.Popen[bytes]] = []
 
     def __enter__(self) -> Watchdog:
@@ -56,7 +55,7 @@ class Watchdog:
         process = self.process
         self.process = None
         if process is not None:
-            self._write(process, BEAT.pack(0, IS_FAREWELL))
+            self._write(process, BEAT.pack(0, 0, IS_FAREWELL))
             _close(process)
             self._ended.append(process)
         for process in self._ended:
@@ -67,44 +66,49 @@ class Watchdog:
                 process.wait()
         self._ended.clear()
 
-    def beat(self, moving: Sequence[bool]) -> bool:
+    def beat(self, moving: Sequence[bool], emulated: Sequence[bool]) -> int:
         """Say that the loop is alive; to be called first in each tick.
 
         Args:
             moving: for each cell whether its robot may move before the next tick.
+            emulated: for each cell whether its controller says that it is emulated.
 
         Returns:
-            Whether the process has stopped robots since the last beat.
+            The cells whose robots the process has stopped since the last beat, one bit for each.
         """
         now = time.monotonic_ns()
-        line = self._lags.tick(now)
         process, heard = self.process, b""
         if process is None:
             if now - self._started >= _RESTART_NS:
                 self._start(now)
         else:
-            self._told = _bits(moving)
+            self._told = _bits(moving), _bits(emulated)
             heard = _heard(process)
-            if not self._write(process, BEAT.pack(self._told, IS_BEAT)):
+            if not self._write(process, BEAT.pack(*self._told, IS_BEAT)):
                 self._part(process, "is gone or does not read")
             elif self._answers.tick(now, was_heard=bool(heard)):
                 self._part(process, "does not answer")
         self._ended = [each for each in self._ended if each.poll() is None]
-        if line:
-            log.warning("%s", line)
-        return STOPPED in heard
+        stopped = 0
+        for (cells,) in ANSWER.iter_unpack(heard[: len(heard) - len(heard) % ANSWER.size]):
+            stopped |= cells
+        return stopped
 
-    def news(self, moving: Sequence[bool]) -> None:
-        """Say what may move now, which is no beat; to be called last in each tick.
+    def news(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
+        """Say what may move now, which is no beat.
+
+        To be called last in each tick, and before the first set-point of a motion leaves: else
+        nobody would stop one that the loop begins and then hangs.
 
         Args:
             moving: for each cell whether its robot may move before the next tick.
+            emulated: for each cell whether its controller says that it is emulated.
         """
-        cells = _bits(moving)
+        cells = _bits(moving), _bits(emulated)
         if self.process is None or cells == self._told:
             return
         self._told = cells
-        if not self._write(self.process, BEAT.pack(cells, IS_NEWS)):
+        if not self._write(self.process, BEAT.pack(*cells, IS_NEWS)):
             self._part(self.process, "is gone or does not read")
 
     def _part(self, process: subprocess.Popen[bytes], why: str) -> None:
@@ -134,7 +138,7 @@ class Watchdog:
         os.set_blocking(process.stdout.fileno(), False)
         self._write(process, self._orders)
         self._answers.begin(now)
-        self._told = 0
+        self._told = (0, 0)
         self.process = process
 
     @staticmethod

@@ -22,7 +22,7 @@ from openpendant.simplemsg import (
 )
 
 from ..settings import CellSettings
-from .pipe import StopTarget
+from .pipe import Deadlines, StopTarget
 from .process import Watchdog
 
 
@@ -45,6 +45,8 @@ def stop_target(settings: CellSettings) -> StopTarget:
 
 
 def watchdog_of(cells: Sequence[CellSettings]) -> Watchdog:
-    """Return the watchdog of a server, not started yet; its deadline is that of the first cell."""
+    """Return the watchdog of a server, not started yet; its deadlines are those of all cells."""
     targets = [stop_target(cell) for cell in cells]
-    return Watchdog(targets, cells[0].watchdog.deadline, 1.0 / cells[0].tick_rate)
+    rule = cells[0].watchdog
+    deadlines = Deadlines(rule.real_deadline, rule.emulated_deadline)
+    return Watchdog(targets, deadlines, 1.0 / cells[0].tick_rate)

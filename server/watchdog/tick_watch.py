@@ -20,16 +20,26 @@ class TickWatch:
         late_from: of an event from then on `lateness` is asked [ns]; of none before the first tick.
     """
 
-    def __init__(self, deadline_ns: int) -> None:
-        """Make a watch that has seen no tick."""
-        self._deadline_ns = deadline_ns
+    def __init__(self, real_ns: int, emulated_ns: int) -> None:
+        """Make a watch that has seen no tick.
+
+        Args:
+            real_ns: how long the watchdog waits where the controller may be a real one.
+            emulated_ns: the same where it says that it is emulated.
+        """
+        self._deadlines_ns = real_ns, emulated_ns
         self.late_from: float = math.inf
         self._ticked = 0
 
-    def tick(self, now: int) -> None:
-        """Take note of a tick."""
+    def tick(self, now: int, *, says_emulated: bool) -> None:
+        """Take note of a tick.
+
+        Args:
+            now: monotonic time, ns.
+            says_emulated: whether the controller says that it is emulated, as the watchdog knows.
+        """
         self._ticked = now
-        self.late_from = now + self._deadline_ns
+        self.late_from = now + self._deadlines_ns[says_emulated]
 
     def stopped(self) -> None:
         """Take note that the watchdog has stopped the robots, whatever the clock says here.
@@ -46,7 +56,7 @@ class TickWatch:
         because of it.
         """
         late = now - self._ticked
-        self.tick(now)
+        self.tick(now, says_emulated=False)
         return late
 
 

@@ -1,14 +1,11 @@
 """When a server that fell silent is stopped for: the rules of the watchdog, without a process.
 
-Owns the watchdog's end of promise 26: for how long beats may stay away, who is stopped then, and
-which late ticks are logged. What the server does when it comes back is `tick_watch`'s. No socket,
-process or clock in here (`process` is the shell), and no import, so the child is up fast.
+Owns the watchdog's end of promise 26: for how long beats may stay away, and who is stopped then.
+What the server does when it comes back is `tick_watch`'s. No socket, process or clock in here
+(`process` is the shell), and no import, so the child is up fast.
 """
 
 from __future__ import annotations
-
-LOGGED_LATENESS_NS = 30_000_000
-"""A tick that is later than this is worth a line in the log."""
 
 ALIVE_NS = 100_000_000
 """The watchdog process says so often that it is alive."""
@@ -23,55 +20,72 @@ MOST_CELLS = 64
 class BeatWatch:
     """The watchdog's judgement: beats come in, robots that must be stopped come out.
 
-    A set of cells is an integer with one bit for each, the first cell's the lowest.
+    A set of cells is an integer with one bit for each, the first cell's the lowest. Each cell has
+    one of two deadlines: a controller that says it is emulated is given more time.
     """
 
-    def __init__(self, deadline_ns: int, now: int) -> None:
-        """Begin to wait; nothing moves before the first beat."""
-        self._deadline_ns = deadline_ns
+    def __init__(self, real_ns: int, emulated_ns: int, now: int) -> None:
+        """Begin to wait; nothing moves before the first beat.
+
+        Args:
+            real_ns: how long a beat is waited for where a controller may be a real one.
+            emulated_ns: the same where it says that it is emulated; no less.
+            now: monotonic time, ns.
+        """
+        self._real_ns = real_ns
+        self._emulated_ns = emulated_ns
         self._heard = now
         self._moving = 0
-        self._is_answered = True
+        self._emulated = 0
+        self._stopped = 0  # of those that move, since the last beat
 
-    def beat(self, moving: int, now: int) -> int | None:
+    def beat(self, moving: int, emulated: int, now: int) -> int | None:
         """Take a beat of the server.
 
         Args:
             moving: the cells whose robots may move until the next beat.
+            emulated: the cells whose controllers say that they are emulated.
             now: monotonic time, ns.
 
         Returns:
             How long the server had been silent [ns] where it was stopped for, else None.
         """
         silence = now - self._heard
-        was_stopped = not self._is_answered
-        self._heard = now
-        self._moving = moving
-        self._is_answered = True
+        was_stopped = bool(self._stopped)
+        self._heard, self._stopped = now, 0
+        self.news(moving, emulated)
         return silence if was_stopped else None
 
-    def news(self, moving: int) -> None:
-        """Take note of which robots may move from now on; the silence is that since the beat."""
-        self._moving = moving
+    def news(self, moving: int, emulated: int) -> None:
+        """Take note of what is so from now on; the silence is that since the beat."""
+        self._moving, self._emulated = moving, emulated
 
     def overdue(self, now: int) -> int:
-        """Return, once for each silence, the cells to be stopped because no beat came in time."""
-        if now - self._heard < self._deadline_ns:
+        """Return the cells to be stopped because no beat came in time, each once a silence."""
+        silence = now - self._heard
+        if silence < self._real_ns:
             return 0
-        return self.lost()
+        return self._stop(self._moving if silence >= self._emulated_ns else self._impatient)
 
     def lost(self) -> int:
         """Return, once, the cells to be stopped because no beat can come any more."""
-        if not self._is_answered or not self._moving:
-            return 0
-        self._is_answered = False
-        return self._moving
+        return self._stop(self._moving)
+
+    def _stop(self, cells: int) -> int:
+        new = cells & ~self._stopped
+        self._stopped |= new
+        return new
+
+    @property
+    def _impatient(self) -> int:
+        return self._moving & ~self._emulated
 
     def remaining(self, now: int) -> float | None:
         """Return for how long there is nothing to decide [s]; None for until the next beat."""
-        if not self._is_answered or not self._moving:
+        if not self._moving & ~self._stopped:
             return None
-        return max(self._heard + self._deadline_ns - now, 0) / 1e9
+        deadline = self._real_ns if self._impatient & ~self._stopped else self._emulated_ns
+        return max(self._heard + deadline - now, 0) / 1e9
 
 
 class AnswerWatch:
@@ -103,30 +117,3 @@ class AnswerWatch:
         if was_heard:
             self._silent, self._allowed = 0, _SILENT_NS
         return self._silent >= self._allowed
-
-
-class LagLog:
-    """Which late ticks are worth a line: those above 30 ms, one line a second."""
-
-    def __init__(self, period_ns: int) -> None:
-        """Make a log for a loop that ticks every `period_ns`."""
-        self._period_ns = period_ns
-        self._ticked: int | None = None
-        self._told = 0
-        self._worst = 0
-        self._count = 0
-
-    def tick(self, now: int) -> str:
-        """Take note of a tick; return the line to log, empty for none."""
-        before, self._ticked = self._ticked, now
-        late = 0 if before is None else now - before - self._period_ns
-        if late > LOGGED_LATENESS_NS:
-            self._count += 1
-            self._worst = max(self._worst, late)
-        if not self._count or (self._told and now - self._told < 1_000_000_000):
-            return ""
-        text = (
-            f"the control loop was late {self._count} times, by {self._worst / 1e6:.0f} ms at most"
-        )
-        self._told, self._worst, self._count = now, 0, 0
-        return text

@@ -60,7 +60,7 @@ class CellSurroundings:
         """Join the parts; from now on motions are checked against the scene."""
         self._cell = cell
         self._view = view
-        self._guard = SceneGuard(cell)
+        self._guard = SceneGuard(cell, settings.controller)
         self.world = World(settings.name, view, cell, ask, self._scene_changed)
         self.signals = CellSignals(is_offered=settings.controller.signals == "openpendant")
         self.trace = ToolTrace()

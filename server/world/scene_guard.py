@@ -22,15 +22,13 @@ from ..planning.jobs import Planned
 from ..planning.way_check_job import WayCheckJob
 from ..refusal import Refusal
 from ..robot_cell import RobotCell
+from ..settings import ControllerLink
 
 DEADLINE_NS = 50_000_000
 """The answer must be there by then, or the robot is held."""
 
 NEAR = 3.0
 """How much of the way is looked at first [s]."""
-
-_BEHIND = 0.25
-"""The robot is at most so far behind the set-points that left [s]."""
 
 _ROOM = 1.0
 """The robot is held so long before the end of what was looked at [s]; it stops in less."""
@@ -58,9 +56,16 @@ class _Look:
 class SceneGuard:
     """Watches the motion of one cell while its scene changes."""
 
-    def __init__(self, cell: RobotCell) -> None:
-        """Make a guard that has nothing to look at."""
+    def __init__(self, cell: RobotCell, link: ControllerLink) -> None:
+        """Make a guard that has nothing to look at.
+
+        Args:
+            cell: whose motion it watches.
+            link: how far set-points are ahead of a robot, and how long it goes on unseen.
+        """
         self._cell = cell
+        # So far behind the set-points that left the robot may be [s].
+        self._behind = link.planned_lead + link.abort_age_ns / 1e9
         self._look: _Look | None = None
         self._is_planned_before = False  # what begins may have been planned for another scene
         self._jobs: set[int] = set()
@@ -96,7 +101,7 @@ class SceneGuard:
     def _look_along(self, rows: StoredRows, scene: Scene, now: int) -> list[Outgoing]:
         at = rows.path_time
         self._look = _Look(rows, scene, now, at + NEAR, at)
-        return self._ask(self._look, at - _BEHIND, at + NEAR)
+        return self._ask(self._look, at - self._behind, at + NEAR)
 
     def _ask(self, look: _Look, begins: float, ends: float) -> list[Outgoing]:
         out = self._withdraw()
@@ -142,7 +147,7 @@ class SceneGuard:
             self._look = None
             return []
         look.free_until = look.near_end
-        return self._ask(look, look.near_end - _BEHIND, math.inf)
+        return self._ask(look, look.near_end - self._behind, math.inf)
 
     def tick(self, now: int) -> list[Outgoing]:
         """Hold the robot where an answer is late."""

@@ -1,4 +1,4 @@
-"""Our additions between server and controller: signals, and a person at an emulated one."""
+"""Our additions between server and controller: signals, and what only an emulated one has."""
 
 from enum import IntEnum
 from typing import Annotated
@@ -8,24 +8,27 @@ from .places import from_controller, to_controller
 
 
 class OperatorAction(IntEnum):
-    """What a person does at an emulated controller (training only)."""
+    """What a person does at an emulated controller (training only), and a question to it."""
 
     EMERGENCY_STOP = 1
     RESET = 2
+    IDENTIFY = 3
 
 
 @message(
     to_controller(
         65100,
         "operator_event",
-        "TRAINING: what a person does at an emulated controller; a real one refuses it.",
+        "TRAINING: what a person does at an emulated controller; a real one refuses it. Action 3"
+        " does nothing: a success says that the controller is emulated. The server asks that once"
+        " at each connect, on the state connection only.",
         reply="operator_event, header only",
     )
 )
 class OperatorEvent(Message):
-    """OPERATOR_EVENT: an emergency stop or a reset at the emulated controller."""
+    """OPERATOR_EVENT: an emergency stop or a reset at the emulated controller, or whether it is."""
 
-    action: Annotated[int, Int("1 emergency stop, 2 reset", values=OperatorAction)]
+    action: Annotated[int, Int("1 emergency stop, 2 reset, 3 identify", values=OperatorAction)]
 
 
 @message(

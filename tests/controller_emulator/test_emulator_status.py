@@ -7,7 +7,7 @@ from controller_rig import LIMITS, MS, ControllerRig, full_point
 
 from openpendant.controller_emulator.admission import Admission, Tolerances
 from openpendant.controller_emulator.controller import Controller
-from openpendant.controller_emulator.profiles import GENERIC
+from openpendant.controller_emulator.profiles import GENERIC, PROFILES, Profile
 from openpendant.controller_emulator.servo import StartRule
 from openpendant.simplemsg import (
     CommType,
@@ -138,3 +138,31 @@ def test_the_operator_message_as_a_topic_is_obeyed_and_not_answered() -> None:
 def test_a_malformed_request_of_type_0_cannot_be_answered() -> None:
     fault = HeaderFault("type 0", 0, CommType.REQUEST, 0)
     assert ControllerRig().send(Malformed(0, CommType.REQUEST, fault)) == []
+
+
+@pytest.mark.parametrize("operator_events", [True, False])
+def test_it_says_that_it_is_emulated_on_both_ports_and_does_nothing(operator_events: bool) -> None:
+    rig = ControllerRig(operator_events=operator_events)
+    rig.stream(*MOVE)
+    before = rig.status
+    question = OperatorEvent(OperatorAction.IDENTIFY)
+    assert rig.code(question) == ReplyCode.SUCCESS
+    reply = rig.controller.answer(question, rig.now)
+    assert reply is not None
+    assert reply.reply_code == ReplyCode.SUCCESS
+    assert rig.status == before
+    assert not rig.violations
+
+
+def test_the_question_as_a_topic_is_not_answered() -> None:
+    question = OperatorEvent(OperatorAction.IDENTIFY, comm_type=CommType.TOPIC)
+    assert ControllerRig().send(question) == []
+
+
+@pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
+def test_every_profile_says_that_it_is_emulated(profile: Profile) -> None:
+    rule = StartRule(1, 0, 0, 0)
+    controller = Controller(Admission(LIMITS, Tolerances()), (0.0, 0.0), profile, start_rule=rule)
+    reply = controller.answer(OperatorEvent(OperatorAction.IDENTIFY), 0)
+    assert reply is not None
+    assert reply.reply_code == ReplyCode.SUCCESS

@@ -38,6 +38,8 @@ class SlowStore(ProgramCell):
 
 def test_promise_26_a_program_that_is_loaded_first_after_a_freeze_begins_no_motion() -> None:
     cell = SlowStore(main="move PTP b\n")
+    cell.core.cell.feedback.says_emulated = False
+    cell.wait(10)
     cell.kept = []
     cell.run()
     cell.now += FREEZE_NS

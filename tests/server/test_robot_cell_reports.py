@@ -104,7 +104,7 @@ def test_a_robot_that_does_not_follow_is_sent_no_more_than_the_lead_and_stopped(
     frozen_at = max(p.time for p in before if p.positions[0] <= rig.controller.position[0])
     keep_beating(rig, pendant, 2_000)
     points = [point for point in rig.controller.points if isinstance(point, JointTrajPtFull)]
-    assert max(point.time for point in points) <= frozen_at + 0.1 + 0.01
+    assert max(point.time for point in points) <= frozen_at + rig.settings.controller.lead + 0.01
     assert codes(pendant) == [V.NOT_FOLLOWING]
     assert rig.stops
 

@@ -79,7 +79,7 @@ def test_printed_settings_give_the_same_server_again(data: dict[str, Any]) -> No
 
 def test_a_value_out_of_bounds_is_refused_with_key_and_cell() -> None:
     data = room()
-    data["cells"][1]["controller"]["lead"] = 0.2
+    data["cells"][1]["controller"]["lead"] = 0.3
     assert refusal(data).startswith("room.toml: controller.lead of cell 'right': ")
 
 

@@ -54,7 +54,7 @@ def test_an_unknown_key_is_refused_with_file_key_and_what_is_known(
         ({"listen": {"pendant_port": 65_536}}, "listen.pendant_port"),
         ({"listen": {"pendant_port": -1}}, "listen.pendant_port"),
         ({"listen": 3}, "listen"),
-        ({"controller": {"lead": 0.101}}, "controller.lead"),
+        ({"controller": {"lead": 0.251}}, "controller.lead"),
         ({"controller": {"reply_deadline": float("nan")}}, "controller.reply_deadline"),
         ({"controller": {"reply_deadline": float("inf")}}, "controller.reply_deadline"),
         ({"controller": {"reply_deadline": 2.01}}, "controller.reply_deadline"),

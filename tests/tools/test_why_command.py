@@ -37,6 +37,7 @@ def answer(*conditions: dict[str, Any]) -> dict[str, Any]:
         "ready": not broken,
         "broken": broken,
         "conditions": list(conditions),
+        "ended": None,
     }
 
 
@@ -153,3 +154,15 @@ def test_a_refusal_comes_with_its_remedy(
     monkeypatch.setattr(why, "_ask", ask)
     assert why.main([]) == 69
     assert capsys.readouterr().err.endswith(f"log in first -> {refused.remedy}\n")
+
+
+def test_of_a_cell_that_is_ready_it_says_why_the_last_motion_ended(
+    server_says: Answer, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ended = {"code": 149, "name": "SERVER_LATE", "text": "away for 300 ms", "cause": "late"}
+    server_says(answer(HOLDS) | {"ended": ended | {"remedy": "read the log"}})
+    assert why.main([]) == 0
+    out = capsys.readouterr().out
+    assert "the last motion ended before its goal: away for 300 ms" in out
+    assert "late (SERVER_LATE, 149)" in out
+    assert "remedy: read the log" in out

@@ -11,6 +11,7 @@ import asyncio
 import json
 import os
 import sys
+import time
 from collections import Counter
 from dataclasses import dataclass
 from enum import Enum
@@ -36,7 +37,9 @@ from openpendant.simplemsg.pendant import (
     JogStart,
     Outcome,
     OutcomeKind,
+    ResetStop,
     State,
+    StopKind,
     Verdict,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -65,6 +68,9 @@ class Key(Enum):
 KEYS = (Key.JOINTS, Key.BASE, Key.JOINTS, Key.TOOL)
 """Of the pendants in turn."""
 
+SLOT = 0.1
+"""What was heard is counted in slots of so long [s], so that some of them may be left out."""
+
 _MOVES = 1e-4
 """A joint faster than this moves [rad/s or m/s]."""
 
@@ -79,6 +85,8 @@ class JoggingPendant(asyncio.Protocol):
         moving: state messages in which the robot moved.
         dropped: state messages that it was too slow for.
         ended: how often a jog was refused or ended for each reason.
+        slots: state messages, and those that told of a jog, by the slot in which they came.
+        is_latched: a stop is latched.
     """
 
     def __init__(self, cell: str, key: Key) -> None:
@@ -89,6 +97,8 @@ class JoggingPendant(asyncio.Protocol):
         self.moving = 0
         self.dropped = 0
         self.ended: Counter[str] = Counter()
+        self.slots: dict[int, list[int]] = {}
+        self.is_latched = False
         self._cell = cell
         self._wire = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
         self._dof = 0
@@ -113,7 +123,12 @@ class JoggingPendant(asyncio.Protocol):
                 case State():
                     self._state = message
                     self.ticks.append(message.time_s * 1_000_000_000 + message.time_ns)
-                    self.jogging += message.activity == Activity.JOGGING
+                    is_jogging = message.activity == Activity.JOGGING
+                    self.jogging += is_jogging
+                    slot = self.slots.setdefault(int(time.monotonic() / SLOT), [0, 0])
+                    slot[0] += 1
+                    slot[1] += is_jogging
+                    self.is_latched = message.stop != StopKind.NONE
                     self.moving += any(abs(speed) > _MOVES for speed in message.velocities)
                     self.dropped = message.dropped
                 case HelloReply():
@@ -138,12 +153,16 @@ class JoggingPendant(asyncio.Protocol):
             self._take_control()
         elif code == VerdictCode.NOT_ENABLED:
             self._write(Enabling(EnablingPosition.RELEASED))
+        elif code == VerdictCode.PROTECTIVE_STOP:
+            self._requests += 1
+            self._write(Enabling(EnablingPosition.RELEASED), ResetStop(self._requests))
 
     def forget(self) -> None:
         """Begin the account anew."""
         self.ticks.clear()
         self.jogging = self.moving = 0
         self.ended.clear()
+        self.slots.clear()
 
     def beat(self) -> None:
         """Hold the enabling device (training) and the key; turn round now and then."""
@@ -192,6 +211,8 @@ class Account:
         keys: how many pendants jogged what.
         dropped: state messages that a pendant was too slow for.
         ended: how often a jog was refused or ended for each reason.
+        slots: state messages, and those that told of a jog, by when their slot began, monotonic.
+        latched: cells whose stop was latched at the end.
     """
 
     late_p50: float
@@ -203,6 +224,8 @@ class Account:
     keys: dict[str, int]
     dropped: int
     ended: dict[str, int]
+    slots: dict[float, list[int]]
+    latched: int
 
 
 def lateness(ticks: list[int], period: int = PERIOD_NS) -> list[int]:
@@ -264,7 +287,20 @@ async def _run(port: int, pid: int, seconds: float, cells: list[str]) -> Account
         dict(Counter(pendant.key.value for pendant in pendants)),
         sum(pendant.dropped for pendant in pendants),
         dict(ended),
+        _slots(pendants),
+        sum(pendant.is_latched for pendant in pendants),
     )
+
+
+def _slots(pendants: list[JoggingPendant]) -> dict[float, list[int]]:
+    """Return what all of them heard in each slot, by when it began [s]."""
+    counts: dict[float, list[int]] = {}
+    for pendant in pendants:
+        for number, (heard, jogging) in pendant.slots.items():
+            count = counts.setdefault(number * SLOT, [0, 0])
+            count[0] += heard
+            count[1] += jogging
+    return counts
 
 
 def _same(pendant: JoggingPendant) -> JoggingPendant:

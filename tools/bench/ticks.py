@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
+from openpendant.motion.ptp import straight_move
 from openpendant.motion.robot import serial_robot
 from openpendant.server.app import App
 from openpendant.server.cell_shell import ServedCell
 from openpendant.server.controller_path import ControllerPath
 from openpendant.server.core import Port
-from openpendant.server.settings import CellSettings, Pendants
+from openpendant.server.driving.motion_watch import MotionWatch
+from openpendant.server.driving.report_timing import ReportTiming
+from openpendant.server.driving.tracking_tolerances import tracking_tolerances
+from openpendant.server.operating_mode import REDUCED_SPEED
+from openpendant.server.robot_mathematics import RobotMathematics
+from openpendant.server.settings import CellSettings, ControllerLink, Pendants
 from openpendant.simplemsg import (
     PENDANT,
     ByteOrder,
@@ -27,19 +35,28 @@ from openpendant.simplemsg import (
 from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, PROTOCOL_VERSION, Hello
 
-from .table import Benchmark, Sides
+from .table import Benchmark, Bound, Judged, Sides
 
 ROBOT = "ur5"
 TICKS = 200
 TICK_NS = 10_000_000
+WATCH_BOUND = Bound(20.0, judged=Judged.VALUE)
+"""A set-point noted and a report judged [us]."""
 
 
 def benchmarks() -> list[Benchmark]:
-    """Return the tick with 1 and 30 listeners at 100 Hz, against a tick that nobody listens to."""
+    """Return the tick with 1 and 30 listeners at 100 Hz, against a tick that nobody listens to.
+
+    Besides what the comparison of the reported robot with the commanded one adds to each tick.
+    """
     return [
         Benchmark(f"tick with {listeners} state listeners", "us", partial(_tick, listeners))
         for listeners in (1, 30)
-    ] + [Benchmark("tick lateness, 100 Hz, 30 listeners", "ms", _lateness, None, 3)]
+    ] + [
+        Benchmark("tick's watch of a moving robot", "us", partial(_watch, None), WATCH_BOUND),
+        Benchmark("tick's watch of one in T1", "us", partial(_watch, REDUCED_SPEED), WATCH_BOUND),
+        Benchmark("tick lateness, 100 Hz, 30 listeners", "ms", _lateness, None, 3),
+    ]
 
 
 class _Sink:
@@ -137,6 +154,51 @@ def _tick(listeners: int) -> Iterator[Sides]:
         return lambda: asyncio.run(sample())
 
     yield Sides(sampler(_app(listeners)), sampler(_app(0)))
+
+
+@contextmanager
+def _watch(cap: float | None) -> Iterator[Sides]:
+    """Note a set-point and judge a report, of a robot whose joints lag by 20 ms on a joint move.
+
+    Its tool is as fast as the cap, or the joints at full speed where there is none.
+    """
+    robot = serial_robot(ROBOT)
+    mathematics = RobotMathematics(robot)
+    goal = tuple(value + 1.0 for value in robot.home_position)
+    speed = 1.0 if cap is None else _share_at(mathematics, robot.home_position, goal, cap)
+    move = straight_move(robot.home_position, goal, robot.limits, speed=speed)
+    rows = [move.row(index) for index in range(len(move))]
+    places = [tuple(row.position) for row in rows]
+
+    def sample() -> float:
+        link = ControllerLink()
+        timing = ReportTiming(link.state_period)
+        tolerances = tracking_tolerances(link, robot.limits, says_emulated=False)
+        watch = MotionWatch(robot.limits, tolerances, timing, places[0], mathematics, lambda: cap)
+        began = time.perf_counter()
+        for number, row in enumerate(rows):
+            now = number * TICK_NS
+            watch.commanded(now + 9 * TICK_NS, row)
+            if watch.judge(timing.take(places[max(number - 11, 0)], now)) is not None:
+                raise RuntimeError("a robot on its path was found off it")
+        return (time.perf_counter() - began) / len(rows) * 1e6
+
+    yield Sides(sample)
+
+
+def _share_at(
+    mathematics: RobotMathematics, start: Sequence[float], goal: Sequence[float], cap: float
+) -> float:
+    """Return the share of the joints' speeds at which tool and elbow keep to a cap [m/s]."""
+    limits = serial_robot(ROBOT).limits
+    ways = [b - a for a, b in zip(start, goal, strict=True)]
+    lasts = max(abs(way) / most for way, most in zip(ways, limits.velocity, strict=True))
+    places = [
+        mathematics.speed_points([a + way * at / 100 for a, way in zip(start, ways, strict=True)])
+        for at in range(101)
+    ]
+    steps = [math.dist(*pair) for both in pairwise(places) for pair in zip(*both, strict=True)]
+    return 0.95 * cap * lasts / 100 / max(steps)
 
 
 @contextmanager

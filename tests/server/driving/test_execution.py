@@ -25,6 +25,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 MS = 1_000_000
 LINK = ControllerLink()
+LEAD = round(LINK.lead * 1e9)
 TRAJECTORY = plan_joint_move((0.0, 0.0), (0.4, -0.2), LIMITS)
 GOAL = (0.4, -0.2)
 END = round(TRAJECTORY.duration * 1e9)
@@ -85,7 +86,7 @@ def test_each_sample_leaves_once_and_in_order_and_never_ahead_of_the_lead(player
     sent: list[JointTrajPtFull] = []
     for now in range(0, END + 1, 5 * MS):
         while (point := player.next(now)) is not None:
-            assert round(point.time * 1e9) <= now + 90 * MS
+            assert round(point.time * 1e9) <= now + LEAD
             sent.append(point)
             player.answer()
     assert [point.sequence for point in sent] == list(range(len(TRAJECTORY.times)))

@@ -118,7 +118,7 @@ def test_a_motion_that_begins_under_an_override_begins_at_rest(override: float) 
 def test_promise_32_an_override_of_0_pauses_and_raised_again_it_resumes_nothing_by_itself() -> None:
     rig, pad = moving()
     assert pad.speed(0.0) is V.ACCEPTED
-    pad.hold(500)
+    pad.hold(700)
     assert rig.activity() is Activity.PAUSED
     assert pad.control(RESUME) is V.OVERRIDE_ZERO
     stood = rig.controller.position
@@ -180,9 +180,9 @@ def test_a_lower_cap_slows_what_moves_and_a_higher_one_makes_nothing_faster_than
     pad = JogPad(rig)
     pad.squeeze()
     assert pad.pendant.path(GOAL, speed=0.5) is V.ACCEPTED
-    pad.hold(400)
+    pad.hold(200)
     assert pad.speed(1.0, 0.125) is V.ACCEPTED
-    pad.hold(400)
+    pad.hold(500)
     assert abs(executed(rig)[-1].velocities[0]) == pytest.approx(0.5 * LIMITS.velocity[0], rel=0.02)
     assert pad.speed(1.0, 0.25) is V.ACCEPTED
     pad.hold(300)
@@ -209,9 +209,9 @@ def test_promise_32_in_manual_a_pause_may_let_go_but_a_resume_asks_for_enabling(
     pad = JogPad(rig)
     pad.squeeze()
     pad.pendant.path(GOAL)
-    pad.hold(300)
+    pad.hold(100)
     pad.control(PAUSE)
-    pad.hold(500)
+    pad.hold(700)
     pad.let_go()
     pad.hold(500)
     assert rig.activity() is Activity.PAUSED

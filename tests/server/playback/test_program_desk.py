@@ -309,7 +309,7 @@ def test_a_motion_beside_a_program_is_refused_with_what_the_program_does_and_wha
 def test_the_override_acts_on_the_running_program() -> None:
     durations = []
     for override in (1.0, 0.25):
-        cell = ProgramCell(main="move PTP a\nmove PTP b\n")
+        cell = ProgramCell(main="move PTP a\nmove PTP b\n" * 4)
         cell.run()
         cell.user.code(SetSpeed(cell.user._next(), override, 0.0))
         began = cell.now

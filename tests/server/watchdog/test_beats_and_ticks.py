@@ -17,12 +17,13 @@ from openpendant.server.cell_shell import ServedCell
 from openpendant.server.settings import make_settings
 from openpendant.server.watchdog.process import Watchdog
 from openpendant.server.watchdog.watchdog import BeatWatch
+from openpendant.simplemsg import Message
 from openpendant.tools.pendants.client import PendantClient
 
 pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
 
 MS = 1_000_000
-DEADLINE = 100 * MS
+DEADLINE, EMULATED = 100 * MS, 400 * MS
 
 
 def loop() -> VirtualLoop:
@@ -40,27 +41,30 @@ class Judge:
     """The watchdog's rule at the loop's own clock, in place of its process."""
 
     def __init__(self) -> None:
-        self._watch = BeatWatch(DEADLINE, loop().now_ns)
+        self._watch = BeatWatch(DEADLINE, EMULATED, loop().now_ns)
         self.has_stopped = False
-        self.tells = False
+        self.tells = 0
+        self.told: list[bool] = []
 
-    def beat(self, moving: Sequence[bool]) -> bool:
+    def beat(self, moving: Sequence[bool], emulated: Sequence[bool]) -> int:
         self._look()
-        self._watch.beat(int(moving[0]), loop().now_ns)
-        told, self.tells = self.tells, False
+        self._watch.beat(int(moving[0]), int(emulated[0]), loop().now_ns)
+        self.told.append(moving[0])
+        told, self.tells = self.tells, 0
         return told
 
-    def news(self, moving: Sequence[bool]) -> None:
+    def news(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
         self._look()
-        self._watch.news(int(moving[0]))
+        self._watch.news(int(moving[0]), int(emulated[0]))
+        self.told.append(moving[0])
 
     def _look(self) -> None:
         self.has_stopped |= bool(self._watch.overdue(loop().now_ns))
 
 
 @asynccontextmanager
-async def controlled() -> AsyncIterator[tuple[App, Judge]]:
-    """Run a server whose robot somebody controls."""
+async def moved() -> AsyncIterator[tuple[App, Judge, PendantClient]]:
+    """Run a server whose robot somebody moves."""
     async with running_emulator() as emulator:
         link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
         listen = {"pendant_port": 0, "ros_motion_port": "off", "ros_state_port": "off"}
@@ -71,45 +75,90 @@ async def controlled() -> AsyncIterator[tuple[App, Judge]]:
             pendant = await PendantClient.connect("127.0.0.1", bound.pendant)
             await pendant.wait_until(lambda state: state.motion_possible == 1)
             async with pendant.control():
-                await asyncio.sleep(0.1)
-                yield app, judge
+                at = pendant.joints()
+                await pendant.move_joints([at[0] + 0.5, *at[1:]], speed=0.1)
+                await asyncio.sleep(0.5)
+                yield app, judge, pendant
             await pendant.close()
 
 
+@pytest.mark.parametrize("deadline", [DEADLINE, EMULATED])
 @pytest.mark.parametrize(
     ("before", "within", "is_freeze"),
     [
-        (60, 50, False),
-        (50, 60, False),
-        (85, 0, False),
-        (0, 85, False),
-        (105, 0, True),
-        (0, 105, True),
-        (105, 105, True),
+        (-40, 50, False),
+        (-50, 60, False),
+        (-15, 0, False),
+        (None, -15, False),
+        (5, 0, True),
+        (None, 5, True),
+        (5, 105, True),
     ],
 )
 async def test_promise_26_server_and_watchdog_agree_on_a_delay_in_two_halves(
-    before: int, within: int, is_freeze: bool, monkeypatch: pytest.MonkeyPatch
+    deadline: int,
+    before: int | None,
+    within: int,
+    is_freeze: bool,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """A tick begins late and then takes long [ms]."""
-    async with controlled() as (app, judge):
-        check, left = app.clients.check_deadlines, [within]
+    """A tick begins late, by so much less than the deadline, and then takes long [ms].
+
+    Where it begins in time, it takes as long as the deadline, or less by so much.
+    """
+    whole = deadline // MS
+    async with moved() as (app, judge, _):
+        app.cells[0].core.cell.feedback.says_emulated = deadline == EMULATED
+        await asyncio.sleep(0.05)
+        check, left = app.clients.check_deadlines, [within + (whole if before is None else 0)]
 
         def slowly(now: int) -> None:
             stand_still(left.pop() if left else 0)
             check(now)
 
         monkeypatch.setattr(app.clients, "check_deadlines", slowly)
-        stand_still(before)
+        if before is not None:
+            stand_still(whole + before)
         await asyncio.sleep(0.1)
         assert judge.has_stopped is is_freeze
-        assert (app.cells[0].core.cell.stop is not None) is is_freeze
+        stop = app.cells[0].core.cell.stop
+        assert (stop is not None and "did not tick" in stop.reason) is is_freeze
 
 
 async def test_promise_26_a_stop_that_the_watchdog_tells_of_is_latched_in_the_next_tick() -> None:
-    async with controlled() as (app, judge):
-        judge.tells = True
+    async with moved() as (app, judge, _):
+        judge.tells = 1
         app.tick()
         stop = app.cells[0].core.cell.stop
         assert stop is not None
         assert stop.is_protective
+
+
+async def test_what_the_watchdog_tells_of_another_cell_latches_nothing_here() -> None:
+    async with moved() as (app, judge, _):
+        judge.tells = 0b10
+        app.tick()
+        assert app.cells[0].core.cell.stop is None
+
+
+async def test_promise_26_the_watchdog_knows_of_a_motion_before_its_first_point_leaves() -> None:
+    async with moved() as (app, judge, pendant):
+        await pendant.stop()
+        await asyncio.sleep(0.5)
+        await pendant.reset_stop()
+        await asyncio.sleep(0.1)
+        assert judge.told[-1] is False
+        known: list[bool] = []
+        link = app.cells[0]._motion_link
+        send = link.send
+
+        def noting(message: Message) -> bool:
+            known.append(judge.told[-1])
+            return send(message)
+
+        link.send = noting  # type: ignore[method-assign]
+        at = pendant.joints()
+        await pendant.move_joints([at[0] + 0.1, *at[1:]], speed=0.1)
+        await asyncio.sleep(0.1)
+        assert known
+        assert all(known)

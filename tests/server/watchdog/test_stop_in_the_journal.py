@@ -17,13 +17,13 @@ from openpendant.tools.packets.rerun import main as rerun
 class TellsOnce:
     """A watchdog that has stopped the robots, and says so in the next beat."""
 
-    has_stopped = True
+    stopped = 1
 
-    def beat(self, moving: Sequence[bool]) -> bool:
-        told, self.has_stopped = self.has_stopped, False
+    def beat(self, moving: Sequence[bool], emulated: Sequence[bool]) -> int:
+        told, self.stopped = self.stopped, 0
         return told
 
-    def news(self, moving: Sequence[bool]) -> None:
+    def news(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
         """Nothing is watched here."""
 
 
@@ -36,6 +36,9 @@ def test_a_run_in_which_the_watchdog_stopped_is_run_again_exactly(
         async with journalled_cell(tmp_path / "emulator.journal", file) as cell:
             pendant = await cell.pendant()
             async with pendant.control():
+                at = pendant.joints()
+                await pendant.move_joints([at[0] + 0.5, *at[1:]], speed=0.1)
+                await asyncio.sleep(0.5)
                 cell.app._watchdog = cast(Watchdog, TellsOnce())
                 await asyncio.sleep(0.1)
                 assert cell.app.cells[0].core.cell.stop is not None

@@ -8,28 +8,28 @@ import pytest
 from promise_table import figure
 
 from openpendant.server.watchdog.tick_watch import TickWatch, late_refusal
-from openpendant.server.watchdog.watchdog import AnswerWatch, BeatWatch, LagLog
+from openpendant.server.watchdog.watchdog import AnswerWatch, BeatWatch
 from openpendant.simplemsg.verdicts import VerdictCode
 
 MS = 1_000_000
-DEADLINE = figure(26, "stop").ns
+DEADLINE, EMULATED = figure(26, "stop").ns, figure(26, "emulated").ns
 FIRST, THIRD = 0b001, 0b100
 
 
 def watch() -> BeatWatch:
-    return BeatWatch(DEADLINE, 0)
+    return BeatWatch(DEADLINE, EMULATED, 0)
 
 
 def test_promise_26_a_silence_of_100_ms_stops_what_may_move() -> None:
     beats = watch()
-    beats.beat(FIRST | THIRD, 0)
+    beats.beat(FIRST | THIRD, 0, 0)
     assert beats.overdue(DEADLINE - 1) == 0
     assert beats.overdue(DEADLINE) == FIRST | THIRD
 
 
 def test_a_silence_is_stopped_for_once() -> None:
     beats = watch()
-    beats.beat(FIRST, 0)
+    beats.beat(FIRST, 0, 0)
     beats.overdue(DEADLINE)
     assert beats.overdue(2 * DEADLINE) == 0
     assert beats.lost() == 0
@@ -37,44 +37,84 @@ def test_a_silence_is_stopped_for_once() -> None:
 
 def test_a_server_that_is_gone_is_stopped_for_at_once() -> None:
     beats = watch()
-    beats.beat(THIRD, 0)
+    beats.beat(THIRD, 0, 0)
     assert beats.lost() == THIRD
 
 
 def test_nothing_is_stopped_where_nothing_may_move() -> None:
     beats = watch()
     assert beats.overdue(10 * DEADLINE) == 0
-    beats.beat(FIRST, 11 * DEADLINE)
-    beats.beat(0, 11 * DEADLINE)
+    beats.beat(FIRST, 0, 11 * DEADLINE)
+    beats.beat(0, 0, 11 * DEADLINE)
     assert beats.overdue(20 * DEADLINE) == 0
     assert beats.lost() == 0
 
 
 def test_the_server_that_comes_back_is_told_of_and_watched_again() -> None:
     beats = watch()
-    beats.beat(FIRST, 0)
+    beats.beat(FIRST, 0, 0)
     beats.overdue(DEADLINE)
-    assert beats.beat(FIRST, 3 * DEADLINE) == 3 * DEADLINE
-    assert beats.beat(FIRST, 3 * DEADLINE + MS) is None
+    assert beats.beat(FIRST, 0, 3 * DEADLINE) == 3 * DEADLINE
+    assert beats.beat(FIRST, 0, 3 * DEADLINE + MS) is None
     assert beats.overdue(4 * DEADLINE + MS) == FIRST
 
 
 def test_the_watchdog_sleeps_no_longer_than_to_the_deadline() -> None:
     beats = watch()
     assert beats.remaining(0) is None
-    beats.beat(FIRST, 0)
+    beats.beat(FIRST, 0, 0)
     assert beats.remaining(30 * MS) == pytest.approx(0.07)
     assert beats.remaining(2 * DEADLINE) == 0.0
 
 
 def test_news_of_what_moves_is_no_beat() -> None:
     beats = watch()
-    beats.beat(FIRST, 0)
-    beats.news(FIRST | THIRD)
+    beats.beat(FIRST, 0, 0)
+    beats.news(FIRST | THIRD, 0)
     assert beats.overdue(DEADLINE - 1) == 0
     assert beats.overdue(DEADLINE) == FIRST | THIRD
-    beats.news(FIRST)
+    beats.news(FIRST, 0)
     assert beats.overdue(2 * DEADLINE) == 0
+
+
+# A deadline of each cell's own.
+
+
+def test_promise_26_a_controller_that_says_it_is_emulated_is_given_400_ms() -> None:
+    beats = watch()
+    beats.beat(FIRST | THIRD, THIRD, 0)
+    assert beats.overdue(DEADLINE) == FIRST
+    assert beats.overdue(EMULATED - 1) == 0
+    assert beats.overdue(EMULATED) == THIRD
+    assert beats.overdue(2 * EMULATED) == 0
+    assert beats.beat(FIRST | THIRD, THIRD, 2 * EMULATED) == 2 * EMULATED
+
+
+def test_promise_26_one_that_says_so_no_more_is_a_real_one_at_once() -> None:
+    beats = watch()
+    beats.beat(FIRST | THIRD, FIRST | THIRD, 0)
+    assert beats.overdue(2 * DEADLINE) == 0
+    beats.news(FIRST | THIRD, FIRST)
+    assert beats.overdue(2 * DEADLINE) == THIRD
+
+
+def test_a_server_that_is_gone_is_stopped_for_at_once_whatever_is_emulated() -> None:
+    beats = watch()
+    beats.beat(FIRST | THIRD, THIRD, 0)
+    assert beats.overdue(DEADLINE) == FIRST
+    assert beats.lost() == THIRD
+
+
+def test_the_watchdog_sleeps_to_the_deadline_that_comes_first() -> None:
+    beats = watch()
+    beats.beat(THIRD, THIRD, 0)
+    assert beats.remaining(0) == pytest.approx(0.4)
+    beats.beat(FIRST | THIRD, THIRD, 0)
+    assert beats.remaining(0) == pytest.approx(0.1)
+    beats.overdue(DEADLINE)
+    assert beats.remaining(DEADLINE) == pytest.approx(0.3)
+    beats.overdue(EMULATED)
+    assert beats.remaining(EMULATED) is None
 
 
 # The server's look at its watchdog.
@@ -116,9 +156,9 @@ def test_a_watchdog_that_starts_is_given_three_seconds() -> None:
 
 
 def test_a_late_tick_is_found_once_by_whatever_event_comes_first() -> None:
-    ticks = TickWatch(DEADLINE)
+    ticks = TickWatch(DEADLINE, EMULATED)
     assert ticks.late_from == math.inf
-    ticks.tick(0)
+    ticks.tick(0, says_emulated=False)
     assert ticks.late_from == DEADLINE
     assert ticks.lateness(3 * DEADLINE) == 3 * DEADLINE
     assert ticks.late_from == 4 * DEADLINE
@@ -128,23 +168,3 @@ def test_the_refusal_says_for_how_long() -> None:
     refusal = late_refusal(312 * MS)
     assert refusal.code is VerdictCode.SERVER_LATE
     assert "312 ms" in refusal.text
-
-
-# The log of lags.
-
-
-def test_promise_26_a_lag_above_30_ms_is_logged_and_a_smaller_one_is_not() -> None:
-    lags = LagLog(10 * MS)
-    assert lags.tick(0) == ""
-    on_time = 10 * MS
-    at = on_time + figure(26, "logged").ns
-    assert lags.tick(at) == ""
-    assert "31 ms" in lags.tick(at + on_time + figure(26, "logged").ns + MS)
-
-
-def test_many_lags_are_one_line_a_second() -> None:
-    lags = LagLog(10 * MS)
-    lines = [lags.tick(at * 50 * MS) for at in range(100)]
-    told = [line for line in lines if line]
-    assert 4 <= len(told) <= 6
-    assert "20 times" in told[1]

@@ -15,7 +15,7 @@ import pytest
 from full_pipe import filled_pipe
 
 from openpendant.server.settings import make_settings
-from openpendant.server.watchdog.pipe import StopTarget
+from openpendant.server.watchdog.pipe import Deadlines, StopTarget
 from openpendant.server.watchdog.process import Watchdog
 from openpendant.server.watchdog.targets import stop_target
 from openpendant.simplemsg import MsgType
@@ -27,16 +27,17 @@ ANSWER = struct.pack("<3i", 11, 3, 1)
 FRAME = struct.pack("<i", len(ANSWER)) + ANSWER
 SCALE = float(os.environ.get("OPENPENDANT_TIME_SCALE", "1"))
 DEADLINE = 0.1
+DEADLINES = Deadlines(DEADLINE, 4 * DEADLINE)
 
 SERVER = """
 import sys, time
-from openpendant.server.watchdog.pipe import StopTarget
+from openpendant.server.watchdog.pipe import Deadlines, StopTarget
 from openpendant.server.watchdog.process import Watchdog
 answer = "0b0000000300000001000000"
 target = StopTarget("cell", "127.0.0.1", int(sys.argv[1]), sys.argv[2], True, answer, "little")
-with Watchdog([target], 0.1, 0.01) as watchdog:
+with Watchdog([target], Deadlines(0.1, 0.4), 0.01) as watchdog:
     while True:
-        watchdog.beat([True])
+        watchdog.beat([True], [False])
         print(".", end="", flush=True)
         time.sleep(0.01)
 """
@@ -55,10 +56,12 @@ def target(controller: socket.socket, *, is_kept: bool = True) -> StopTarget:
     return StopTarget("cell", "127.0.0.1", port, STOP.hex(), is_kept, ANSWER.hex(), "little")
 
 
-def beat_for(watchdog: Watchdog, seconds: float, *, moving: bool = True) -> None:
+def beat_for(
+    watchdog: Watchdog, seconds: float, *, moving: bool = True, emulated: bool = False
+) -> None:
     until = time.monotonic() + seconds
     while time.monotonic() < until:
-        watchdog.beat([moving])
+        watchdog.beat([moving], [emulated])
         time.sleep(0.01)
 
 
@@ -71,8 +74,8 @@ def received(connection: socket.socket, seconds: float) -> bytes:
 
 
 def test_promise_26_a_blocked_loop_is_stopped_for(controller: socket.socket) -> None:
-    with Watchdog([target(controller)], DEADLINE, 0.01) as watchdog:
-        watchdog.beat([True])
+    with Watchdog([target(controller)], DEADLINES, 0.01) as watchdog:
+        watchdog.beat([True], [False])
         connection, _ = controller.accept()
         with connection:
             beat_for(watchdog, 0.3)
@@ -83,16 +86,30 @@ def test_promise_26_a_blocked_loop_is_stopped_for(controller: socket.socket) -> 
             connection.sendall(FRAME)
             # It tells, so that a server that found nothing late knows of the stop as well.
             until = time.monotonic() + 5 * SCALE
-            while not watchdog.beat([True]):
+            while watchdog.beat([True], [False]) != 1:
                 assert time.monotonic() < until, "it does not tell"
                 time.sleep(0.01)
             beat_for(watchdog, 0.1)
             assert received(connection, 5 * SCALE) == STOP
 
 
+def test_promise_26_a_controller_that_says_it_is_emulated_is_given_its_own_deadline(
+    controller: socket.socket,
+) -> None:
+    patient = 10 * DEADLINE * SCALE
+    with Watchdog([target(controller)], Deadlines(DEADLINE, patient), 0.01) as watchdog:
+        watchdog.beat([True], [True])
+        connection, _ = controller.accept()
+        with connection:
+            beat_for(watchdog, 0.1, emulated=True)
+            assert received(connection, 3 * DEADLINE) == b""
+            watchdog.news([True], [False])
+            assert received(connection, 3 * DEADLINE * SCALE) == STOP
+
+
 def test_a_loop_that_ticks_is_left_alone(controller: socket.socket) -> None:
     deadline = 0.5 * SCALE
-    with Watchdog([target(controller)], deadline, 0.01) as watchdog:
+    with Watchdog([target(controller)], Deadlines(deadline, deadline), 0.01) as watchdog:
         connection, _ = controller.accept()
         with connection:
             beat_for(watchdog, 1.5 * deadline)
@@ -100,7 +117,7 @@ def test_a_loop_that_ticks_is_left_alone(controller: socket.socket) -> None:
 
 
 def test_a_robot_that_cannot_move_is_not_stopped_for(controller: socket.socket) -> None:
-    with Watchdog([target(controller)], DEADLINE, 0.01) as watchdog:
+    with Watchdog([target(controller)], DEADLINES, 0.01) as watchdog:
         connection, _ = controller.accept()
         with connection:
             beat_for(watchdog, 0.1, moving=False)
@@ -110,7 +127,7 @@ def test_a_robot_that_cannot_move_is_not_stopped_for(controller: socket.socket) 
 def test_a_controller_that_takes_one_connection_is_called_only_in_need(
     controller: socket.socket,
 ) -> None:
-    with Watchdog([target(controller, is_kept=False)], DEADLINE, 0.01) as watchdog:
+    with Watchdog([target(controller, is_kept=False)], DEADLINES, 0.01) as watchdog:
         beat_for(watchdog, 0.3)
         connection, _ = controller.accept()
         with connection:
@@ -118,7 +135,7 @@ def test_a_controller_that_takes_one_connection_is_called_only_in_need(
 
 
 def test_a_watchdog_that_died_is_started_again(controller: socket.socket) -> None:
-    with Watchdog([target(controller)], DEADLINE, 0.01) as watchdog:
+    with Watchdog([target(controller)], DEADLINES, 0.01) as watchdog:
         first = watchdog.process
         assert first is not None
         first.kill()
@@ -133,7 +150,7 @@ def test_a_watchdog_that_died_is_started_again(controller: socket.socket) -> Non
 def test_a_watchdog_that_hangs_is_killed_and_another_started(
     controller: socket.socket, caplog: pytest.LogCaptureFixture
 ) -> None:
-    with Watchdog([target(controller)], DEADLINE, 0.01) as watchdog:
+    with Watchdog([target(controller)], DEADLINES, 0.01) as watchdog:
         first = watchdog.process
         assert first is not None
         connection, _ = controller.accept()
@@ -172,7 +189,7 @@ def test_promise_26_a_log_that_nobody_reads_delays_no_stop(controller: socket.so
 
 def test_an_orderly_end_stops_nothing_and_leaves_no_process(controller: socket.socket) -> None:
     deadline = 1.0 * SCALE
-    with Watchdog([target(controller)], deadline, 0.01) as watchdog:
+    with Watchdog([target(controller)], Deadlines(deadline, deadline), 0.01) as watchdog:
         connection, _ = controller.accept()
         beat_for(watchdog, 0.1)
         process = watchdog.process

@@ -10,6 +10,7 @@ from openpendant.server.outgoing import ForwardStop
 from openpendant.server.planning.jobs import Planned
 from openpendant.server.planning.way_check_job import WayFree
 from openpendant.server.refusal import Refusal
+from openpendant.server.settings import ControllerLink
 from openpendant.server.world.scene_guard import SceneGuard
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -76,7 +77,7 @@ def test_the_answer_to_another_question_is_left_alone(moving: GuardedRig) -> Non
 
 def test_nothing_is_asked_while_the_robot_stands() -> None:
     rig = ready()
-    assert SceneGuard(rig.core.cell).changed(BOX, rig.now) == []
+    assert SceneGuard(rig.core.cell, ControllerLink()).changed(BOX, rig.now) == []
 
 
 def planning() -> GuardedRig:

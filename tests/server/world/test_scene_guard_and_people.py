@@ -11,6 +11,7 @@ from scene_guard_rig import BOX, GuardedRig
 from openpendant.server.outgoing import ForwardStop, Plan
 from openpendant.server.planning.jobs import Planned
 from openpendant.server.planning.way_check_job import WayCheckJob, WayFree
+from openpendant.server.settings import ControllerLink
 from openpendant.server.world.scene_guard import DEADLINE_NS, SceneGuard
 from openpendant.simplemsg.pendant import Activity, MotionControlAction, ProgramState, Verdict
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -158,7 +159,7 @@ def test_a_robot_to_which_all_was_sent_cannot_be_held_and_is_stopped() -> None:
 
 def test_a_program_that_is_paused_while_its_robot_is_held_stays_paused() -> None:
     cell = ProgramCell(main="move PTP b speed 5 %\nmove PTP a speed 5 %\n")
-    guard = SceneGuard(cell.core.cell)
+    guard = SceneGuard(cell.core.cell, ControllerLink())
     cell.run()
     cell.pass_time(300)
     (plan,) = guard.changed(BOX, cell.now)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypedDict
+from typing import Literal, NotRequired, TypedDict
 
 from ..snapshot import Snapshot
 from ..way_out import Hold
@@ -57,6 +57,24 @@ class Condition(TypedDict):
     remedy: str
 
 
+class End(TypedDict):
+    """Why a motion ended before its goal.
+
+    Attributes:
+        code: entry of the catalogue.
+        name: of that entry.
+        text: one sentence with the numbers.
+        cause: what happened.
+        remedy: what to do about it.
+    """
+
+    code: int
+    name: str
+    text: str
+    cause: str
+    remedy: str
+
+
 class Why(TypedDict):
     """The chain of conditions in the order in which they are examined.
 
@@ -66,6 +84,9 @@ class Why(TypedDict):
         ready: whether all hold.
         broken: the first that is broken; empty where all hold.
         conditions: all of them.
+        ended: why the last motion ended before its goal; None where it arrived or another began.
+        remarks: what else is to be known, such as that the robot moved without a command; empty
+            from an older server, whose answer has none.
     """
 
     cell: str
@@ -73,6 +94,8 @@ class Why(TypedDict):
     ready: bool
     broken: str
     conditions: list[Condition]
+    ended: End | None
+    remarks: NotRequired[list[str]]
 
 
 class CellCalls:

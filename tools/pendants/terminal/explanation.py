@@ -1,7 +1,8 @@
 """The server's answer to "why is it not moving?" as lines of text.
 
-Owns their order: the first broken condition with cause and remedy, then what the robot stands at
-with the key that leads out, then the whole chain.
+Owns their order: the first broken condition with cause and remedy, or where none is broken why the
+last motion ended before its goal, then what the robot stands at with the key that leads out, then
+the whole chain.
 """
 
 from __future__ import annotations
@@ -34,11 +35,20 @@ def why_lines(answer: dict[str, Any], holds: Sequence[Hold] = ()) -> tuple[str, 
     conditions: list[dict[str, Any]] = answer["conditions"]
     broken = next((each for each in conditions if not each["holds"]), None)
     chain = [f"{'ok' if each['holds'] else 'NO'} {each['meaning']}" for each in conditions]
+    chain += [in_screen_units(remark) for remark in answer.get("remarks", ())]
     kind = answer["kind"]
     if broken is None:
-        return (f"A {kind} may start: all conditions hold.", *_way_out(holds), *chain)
+        ready = f"A {kind} may start: all conditions hold."
+        return (ready, *_end(answer.get("ended")), *_way_out(holds), *chain)
     told = (in_screen_units(broken["text"]), broken["cause"], f"-> {_remedy(broken)}")
     return (f"No {kind}:", *dict.fromkeys(told), *_way_out(holds), *chain)
+
+
+def _end(ended: dict[str, Any] | None) -> list[str]:
+    if ended is None:
+        return []
+    told = (in_screen_units(ended["text"]), ended["cause"], f"-> {_remedy(ended)}")
+    return ["The last motion ended before its goal:", *dict.fromkeys(told)]
 
 
 def _remedy(broken: dict[str, Any]) -> str:

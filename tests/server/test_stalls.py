@@ -1,0 +1,173 @@
+"""Server or emulator is not run for a time amid a motion (promise 55), exactly, on one clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+import pytest
+from emulated_cell import EmulatedCell
+from server_clients import Pendant
+from server_rig import MS
+
+from openpendant.server.controller_path import ControllerPath
+from openpendant.simplemsg import Message, Received
+from openpendant.simplemsg.pendant import Activity
+from openpendant.simplemsg.verdicts import CATALOGUE
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+Who = Literal["server", "emulator"]
+
+
+class StallingCell(EmulatedCell):
+    """A cell either end of which may not be run for a time; what arrives waits in its sockets."""
+
+    stalled: Who | None = None
+
+    def __init__(self) -> None:
+        self._to_server: list[tuple[ControllerPath, Received]] = []
+        self._to_emulator: list[tuple[ControllerPath, Message]] = []
+        super().__init__()
+
+    def _hear(self, path: ControllerPath, received: Received) -> None:
+        if self.stalled == "server":
+            self._to_server.append((path, received))
+        else:
+            super()._hear(path, received)
+
+    def _to_controller(self, path: ControllerPath, message: Message) -> None:
+        if self.stalled == "emulator":
+            self._to_emulator.append((path, message))
+        else:
+            super()._to_controller(path, message)
+
+    def stall(self, who: Who, milliseconds: int) -> None:
+        """Let time pass without one of the two; then it reads what waits, and has its tick."""
+        began, self.stalled = self.now, who
+        for _ in range(0, milliseconds, 5):
+            self.now += 5 * MS
+            if who == "server":
+                self._from_controller(self.controller.advance(self.now))
+                if self.now % (10 * MS) == 0:
+                    for message in self.controller.state_messages(self.now):
+                        self._hear(ControllerPath.STATE, message)
+            elif self.now % (10 * MS) == 0:
+                self.perform(self.core.tick(self.now))
+        self.stalled = None
+        if who == "emulator":
+            self.controller.was_away(began, self.now)
+        waiting, self._to_server = self._to_server, []
+        for path, received in waiting:
+            self._hear(path, received)
+        commands, self._to_emulator = self._to_emulator, []
+        for path, command in commands:
+            self._to_controller(path, command)
+        self._from_controller(self.controller.advance(self.now))
+        for message in self.controller.state_messages(self.now):
+            self._hear(ControllerPath.STATE, message)
+        self.perform(self.core.tick(self.now))
+
+
+def joint_move(cell: StallingCell, pendant: Pendant) -> None:
+    at = cell.position
+    assert pendant.move(at[0] + 0.6, *at[1:], speed=0.4) is V.ACCEPTED
+
+
+def planned_path(cell: StallingCell, pendant: Pendant) -> None:
+    at = cell.position
+    path = ((at[0] + 0.3, at[1] - 0.2, *at[2:]), (at[0] + 0.5, *at[1:]))
+    assert pendant.path(*path, speed=0.3) is V.ACCEPTED
+
+
+MOTIONS: tuple[Callable[[StallingCell, Pendant], None], ...] = (joint_move, planned_path)
+
+
+def finished(cell: StallingCell, pendant: Pendant) -> list[V]:
+    for _ in range(400):
+        if cell.core.cell.activity is Activity.IDLE:
+            break
+        cell.wait(50)
+    return [code for _, code in pendant.outcomes()]
+
+
+@pytest.mark.parametrize("who", ["server", "emulator"])
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("after", [50, 60, 300, 555, 900])
+def test_promise_55_a_stall_of_200_ms_ends_no_planned_motion(
+    who: Who, motion: Callable[[StallingCell, Pendant], None], after: int
+) -> None:
+    cell = StallingCell()
+    pendant = cell.holder()
+    motion(cell, pendant)
+    cell.wait(after)
+    cell.stall(who, 200)
+    assert finished(cell, pendant) == [V.ACCEPTED]
+    assert cell.core.cell.stop is None
+    events, counts = cell.controller.referee.events, cell.controller.referee.counts
+    assert not events["under-runs"]
+    assert not counts
+
+
+@pytest.mark.parametrize("who", ["server", "emulator"])
+def test_promise_55_nor_do_many_of_them_one_after_the_other(who: Who) -> None:
+    cell = StallingCell()
+    pendant = cell.holder()
+    joint_move(cell, pendant)
+    for _ in range(8):
+        cell.wait(100)
+        cell.stall(who, 200)
+    assert finished(cell, pendant) == [V.ACCEPTED]
+    assert not cell.controller.referee.events["under-runs"]
+
+
+@pytest.mark.parametrize("who", ["server", "emulator"])
+def test_the_robot_is_never_seen_to_jump(who: Who) -> None:
+    cell = StallingCell()
+    pendant = cell.holder()
+    joint_move(cell, pendant)
+    cell.wait(500)
+    before = cell.position[0]
+    cell.stall(who, 200)
+    # 0.4 of the speed limit of a UR5's first joint, 3.15 rad/s, for 0.2 s.
+    assert 0.0 <= cell.position[0] - before <= 0.4 * cell.limits.velocity[0] * 0.2 + 1e-6
+
+
+def test_promise_26_a_real_controller_is_stopped_for_within_such_a_stall() -> None:
+    cell = StallingCell()
+    cell.core.cell.feedback.says_emulated = False
+    pendant = cell.holder()
+    joint_move(cell, pendant)
+    cell.wait(300)
+    cell.stall("server", 200)
+    assert [code for _, code in pendant.outcomes()] == [V.SERVER_LATE]
+    assert cell.core.cell.stop is not None
+
+
+def test_a_queue_that_the_server_left_dry_names_the_server() -> None:
+    """Shorter than the watchdog waits for an emulated robot, longer than its points last."""
+    cell = StallingCell()
+    pendant = cell.holder()
+    joint_move(cell, pendant)
+    cell.wait(300)
+    cell.stall("server", 330)
+    cell.wait(50)
+    assert [code for _, code in pendant.outcomes()] == [V.SERVER_LATE]
+    assert cell.controller.referee.events["under-runs"] == 1
+    assert cell.core.cell.stop is None
+    assert "log" in CATALOGUE[V.SERVER_LATE].remedy
+
+
+def test_an_under_run_while_the_server_ticked_is_the_controllers() -> None:
+    """Its answers stay away: nobody may send more."""
+    cell = StallingCell()
+    pendant = cell.holder()
+    joint_move(cell, pendant)
+    cell.wait(300)
+    cell._awaited[ControllerPath.MOTION] = 0
+    held: list[tuple[int, Message]] = []
+    hear = cell._from_controller
+    cell._from_controller = lambda outgoing: held.extend(outgoing)  # type: ignore[method-assign]
+    cell.wait(400)
+    cell._from_controller = hear  # type: ignore[method-assign]
+    cell.wait(50)
+    assert [code for _, code in pendant.outcomes()] == [V.CONTROLLER_STOPPED]

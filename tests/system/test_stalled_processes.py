@@ -1,0 +1,105 @@
+"""Processes that are not run for a time: stopped by a signal, or beside one that burns a core."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from typing import Any
+
+import pytest
+from burner import MOST_VOID, VoidTime, burner
+
+from openpendant.simplemsg.pendant import StopKind
+from openpendant.tools.bench.cells import PEERS, running_room
+from openpendant.tools.bench.jogging_pendants import SLOT
+from openpendant.tools.pendants.client import Aborted
+
+pytestmark = [pytest.mark.realtime, pytest.mark.soak]
+
+STALLS = 50
+STALL = 0.2
+TOO_LONG = 0.215
+"""A stall that the machine made longer than this [s] is void, and made again."""
+
+JOGGED = 60.0
+ROBOTS = 30
+
+
+@pytest.mark.asyncio
+async def test_promise_55_fifty_stalls_of_200_ms_end_no_planned_motion(start_cell: Any) -> None:
+    cell = await start_cell(settings="")
+    pendant = await cell.ready_pendant()
+    void, done, voided = VoidTime(), 0, 0
+    async with pendant.control():
+        start = pendant.joints()[0]
+        while done < STALLS:
+            process = cell.server if done % 2 else cell.emulator
+            at = pendant.joints()
+            away = 1.0 if at[0] < start + 0.5 else -1.0
+            began = time.monotonic()
+            move = await pendant.move_joints([at[0] + away, *at[1:]], speed=0.3)
+            await asyncio.sleep(0.3 + 0.01 * (done % 40))
+            stopped = time.monotonic()
+            await asyncio.to_thread(_stall, process.pid)
+            took = time.monotonic() - stopped
+            aborted = await _how_it_ends(move)
+            if aborted is None:
+                done += 1
+                continue
+            # What the idle timer tells of the machine comes a moment later.
+            await asyncio.sleep(0.5)
+            is_void = took > TOO_LONG or void.is_void(began, time.monotonic())
+            assert is_void, f"stall {done + 1}, {took * 1e3:.0f} ms: {aborted}"
+            voided += 1
+            assert voided <= MOST_VOID * STALLS, "the machine was late too often"
+            await _begin_anew(pendant)
+    void.end()
+
+
+async def _how_it_ends(move: Any) -> Aborted | None:
+    try:
+        await move.done()
+    except Aborted as aborted:
+        return aborted
+    return None
+
+
+def _stall(pid: int) -> None:
+    os.kill(pid, signal.SIGSTOP)
+    time.sleep(STALL)
+    os.kill(pid, signal.SIGCONT)
+
+
+async def _begin_anew(pendant: Any) -> None:
+    await pendant.wait_until(lambda state: not any(state.velocities), within=5)
+    await pendant.wait_until(lambda state: state.motion_possible == 1, within=5)
+    if pendant.state.stop != StopKind.NONE:
+        await pendant.reset_stop()
+
+
+def test_thirty_jogging_robots_beside_a_burner_are_held_99_percent_of_the_time() -> None:
+    """What ends a jog is reset and pressed anew; what the machine itself missed is void."""
+    void = VoidTime()
+    with running_room(ROBOTS) as (server, cells), burner():
+        command = [sys.executable, "-m", "openpendant.tools.bench.jogging_pendants"]
+        command += [str(server["pendant"]), str(server["pid"]), str(JOGGED), str(PEERS), *cells]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=240, check=True)
+        account = json.loads(done.stdout)
+    held = heard = voided = 0
+    slots = {float(begins): counts for begins, counts in account["slots"].items()}
+    for begins, (told, jogging) in slots.items():
+        if void.is_void(begins, begins + SLOT):
+            voided += 1
+        else:
+            heard, held = heard + told, held + jogging
+    void.end()
+    told = f"{account['ended']}, {voided} of {len(slots)} slots void, latched {account['latched']}"
+    told = f"held {100 * held / heard:.2f} %, {told}"
+    assert voided <= MOST_VOID * len(slots), told
+    assert held >= 0.99 * heard, told
+    assert not account["latched"], told
