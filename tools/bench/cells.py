@@ -75,13 +75,14 @@ def _room(event_loop: str, figure: str) -> Iterator[Sides]:
 
 @contextmanager
 def running_room(
-    robots: int, event_loop: str = "asyncio"
+    robots: int, event_loop: str = "asyncio", *, is_pinned: bool = True
 ) -> Iterator[tuple[dict[str, Any], list[str]]]:
     """Run emulated robots and one server for all of them.
 
     Args:
         robots: how many.
         event_loop: what server and controllers run on.
+        is_pinned: each process keeps to its processor; else the system places them.
 
     Yields:
         The server's ready line and the names of its cells.
@@ -95,7 +96,7 @@ def running_room(
                     *("openpendant.controller_emulator", "--robot", _ROBOT, "--json"),
                     *("--motion-port", "0", "--state-port", "0", "--count", str(count)),
                     *("--event-loop", event_loop),
-                    place=PEERS,
+                    place=PEERS if is_pinned else None,
                     first=True,
                 )
             )
@@ -106,7 +107,7 @@ def running_room(
         file.write_text(_room_file(cells, controllers), encoding="utf-8")
         command = ["openpendant.server", "--json", "--config", str(file)]
         command += ["--event-loop", event_loop]
-        server = stack.enter_context(process(*command, place=SERVER))
+        server = stack.enter_context(process(*command, place=SERVER if is_pinned else None))
         yield server, cells
 
 
