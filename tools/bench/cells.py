@@ -75,13 +75,15 @@ def _room(event_loop: str, figure: str) -> Iterator[Sides]:
 
 @contextmanager
 def running_room(
-    robots: int, event_loop: str = "asyncio"
+    robots: int, event_loop: str = "asyncio", *, is_pinned: bool = True, jog_lead: float = 0.05
 ) -> Iterator[tuple[dict[str, Any], list[str]]]:
     """Run emulated robots and one server for all of them.
 
     Args:
         robots: how many.
         event_loop: what server and controllers run on.
+        is_pinned: each process keeps to its processor; else the system places them.
+        jog_lead: how far set-points of the jogs are sent ahead [s].
 
     Yields:
         The server's ready line and the names of its cells.
@@ -95,7 +97,7 @@ def running_room(
                     *("openpendant.controller_emulator", "--robot", _ROBOT, "--json"),
                     *("--motion-port", "0", "--state-port", "0", "--count", str(count)),
                     *("--event-loop", event_loop),
-                    place=PEERS,
+                    place=PEERS if is_pinned else None,
                     first=True,
                 )
             )
@@ -103,17 +105,17 @@ def running_room(
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="openpendant-bench-"))
         cells = [f"robot {number}" for number in range(1, robots + 1)]
         file = Path(folder) / "room.toml"
-        file.write_text(_room_file(cells, controllers), encoding="utf-8")
+        file.write_text(_room_file(cells, controllers, jog_lead), encoding="utf-8")
         command = ["openpendant.server", "--json", "--config", str(file)]
         command += ["--event-loop", event_loop]
-        server = stack.enter_context(process(*command, place=SERVER))
+        server = stack.enter_context(process(*command, place=SERVER if is_pinned else None))
         yield server, cells
 
 
-def _room_file(cells: list[str], controllers: list[dict[str, int]]) -> str:
+def _room_file(cells: list[str], controllers: list[dict[str, int]], jog_lead: float) -> str:
     tables = "".join(
         f'[[cells]]\nname = "{name}"\nrobot = "{_ROBOT}"\n'
-        f'modes.initial = "manual_reduced"\n'
+        f'modes.initial = "manual_reduced"\njog.lead = {jog_lead}\n'
         f"controller = {{motion_port = {at['motion']}, state_port = {at['state']},"
         " points_in_flight = 4}\n"
         for name, at in zip(cells, controllers, strict=True)

@@ -71,6 +71,9 @@ KEYS = (Key.JOINTS, Key.BASE, Key.JOINTS, Key.TOOL)
 SLOT = 0.1
 """What was heard is counted in slots of so long [s], so that some of them may be left out."""
 
+ANYWHERE = "any"
+"""A place: the system chooses the processor."""
+
 _MOVES = 1e-4
 """A joint faster than this moves [rad/s or m/s]."""
 
@@ -318,7 +321,8 @@ async def _hold(pendant: JoggingPendant, later: float) -> None:
 def main(argv: list[str]) -> None:
     """Run, and print the account as one JSON object."""
     port, pid, seconds, place, *cells = argv
-    pin(0, int(place))
+    if place != ANYWHERE:
+        pin(0, int(place))
     before_ordinary_programs(0)
     account = asyncio.run(_run(int(port), int(pid), float(seconds), cells))
     print(json.dumps({name: getattr(account, name) for name in Account.__slots__}))
