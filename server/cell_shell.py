@@ -41,6 +41,7 @@ from .outgoing import (
     Query,
     Send,
     Spread,
+    Warn,
     Withdraw,
 )
 from .planning.jobs import Planned
@@ -166,6 +167,8 @@ class CellShell:
                     if self.journal.is_kept:
                         self.journal.out(f"{self.label}accounts", repr(change).encode())
                     self._access.change(change, self.take_account_change)
+                case Warn(text=text):
+                    log.warning("cell %s: %s", self.core.name, text)
                 case Keep(motion=motion):
                     if self._plans is not None:
                         self._plans.keep(motion)

@@ -186,6 +186,17 @@ class Query:
     message: Message
 
 
+@dataclass(frozen=True, slots=True)
+class Warn:
+    """Write one line to the log, as a warning.
+
+    Attributes:
+        text: the line.
+    """
+
+    text: str
+
+
 Outgoing = (
     Send
     | Spread
@@ -201,4 +212,5 @@ Outgoing = (
     | CheckPassword
     | ChangeAccount
     | Query
+    | Warn
 )

@@ -122,6 +122,11 @@ class StoredRows:
         return max(int(passed.sum()) - 1, 0)
 
     @property
+    def waypoints_left(self) -> int:
+        """How many waypoints the set-points have yet to pass."""
+        return int((self._samples.trajectory().waypoint_times > self.path_time).sum())
+
+    @property
     def path_time(self) -> float:
         """Where the set-points are on the trajectory, as a time of it [s]."""
         run = self._run

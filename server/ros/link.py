@@ -10,6 +10,7 @@ from enum import Enum
 
 from ..outgoing import Close, Outgoing
 from ..peer_faults import MOST_FAULTS, PeerFaults
+from .outcomes import Sender
 from .trajectory import Collection, PointMessage, begins, same_point
 
 
@@ -51,6 +52,11 @@ class Link:
         last = self.finished
         return last is not None and not begins(message) and same_point(last, message)
 
+    @property
+    def sender(self) -> Sender:
+        """Who sends on it."""
+        return Sender(self.session, self.address)
+
     def drop_points(self) -> None:
         """Forget the points of an unfinished trajectory."""
         self.collection = None
@@ -69,8 +75,23 @@ class Orphan:
 
     Attributes:
         collection: the points.
+        sender: whose they are.
         until: when they are forgotten [ns].
     """
 
     collection: Collection
+    sender: Sender
     until: int
+
+
+@dataclass(frozen=True, slots=True)
+class Waiting:
+    """A complete trajectory that waits for the robot to stand.
+
+    Attributes:
+        sender: whose it is.
+        collection: its points.
+    """
+
+    sender: Sender
+    collection: Collection
