@@ -111,6 +111,7 @@ class StartCell:
         settings: str = PATIENT,
         server: tuple[str, ...] = (),
         emulator: tuple[str, ...] = (),
+        has_store: bool = False,
     ) -> RunningCell:
         """Start a cell; where it is given no configuration, the server gets one of `settings`."""
         number = next(self._numbers)
@@ -119,6 +120,8 @@ class StartCell:
             config = self._folder / f"server-{number}.toml"
             config.write_text(settings, encoding="utf-8")
             server = (*server, "--config", str(config))
+        if has_store:
+            server = (*server, "--store", str(self._folder / f"store-{number}.db"))
         controlling = await _spawn(
             "openpendant.controller_emulator",
             *("--robot", robot, "--start", start, "--report", str(report), "--json"),
