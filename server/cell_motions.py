@@ -225,7 +225,7 @@ class CellMotions:
         trajectory, certificate = planned.result
         refusal = (
             self._recheck(work.request.session, work.kind, now)
-            or _too_late(work, planned.plan_time, now)
+            or _too_late(work, max(planned.plan_time, planned.took), now)
             or start_mismatch(trajectory, self._feedback)
         )
         if refusal is not None:
@@ -298,12 +298,12 @@ class CellMotions:
         return self._driving.end(Refusal(VerdictCode.PROGRAM_STOPPED), now)
 
 
-def _too_late(work: Work, plan_time: float, now: int) -> Refusal | None:
-    """Return why a motion that was planned in `plan_time` [s] may not begin any more."""
+def _too_late(work: Work, planning: float, now: int) -> Refusal | None:
+    """Return why a motion that was being planned for so long [s] may not begin any more."""
     if work.begin_by is None:
         return None
-    late = (now - work.begin_by) / 1e9 - plan_time
+    late = (now - work.begin_by) / 1e9 - planning
     if late <= 0:
         return None
-    text = f"the plan came {late:.3f} s too late to begin, its {plan_time:.3f} s not counted"
+    text = f"it could begin {late:.3f} s too late, {planning:.3f} s of planning not counted"
     return Refusal(VerdictCode.TRAJECTORY_LATE, text, value=late)

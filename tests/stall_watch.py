@@ -39,12 +39,27 @@ class StallWatch:
         Waits of less than 30 ms are not counted.
         """
         now = time.monotonic()
+        self._take()
+        return max((took for ended, took in self._stalls if began <= ended <= now), default=0.0)
+
+    def stalls(self, began: float, ended: float, over: float) -> list[tuple[float, float]]:
+        """Return when each wait longer than `over` [s] began and ended, where it touches a time.
+
+        Args:
+            began: beginning of that time, by the monotonic clock [s].
+            ended: its end.
+            over: shorter ones are left out; 30 ms at least.
+        """
+        self._take()
+        waits = [(end - took, end) for end, took in self._stalls if took > over]
+        return [wait for wait in waits if wait[0] <= ended and wait[1] >= began]
+
+    def _take(self) -> None:
         while chunk := self._read():
             *lines, self._rest = (self._rest + chunk).split(b"\n")
             for line in lines:
                 ended, took = map(float, line.split())
                 self._stalls.append((ended, took))
-        return max((took for ended, took in self._stalls if began <= ended <= now), default=0.0)
 
     def _read(self) -> bytes:
         try:

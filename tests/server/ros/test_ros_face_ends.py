@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from ros_face_situations import PATH, TOPIC, jobs, moving, planning, superseding
 from server_rig import FAILURE, MS, SUCCESS, TICK, ServerRig, ready
@@ -95,6 +97,14 @@ def test_a_plan_may_take_its_time_but_what_it_waited_counts(late_ns: int, moves:
     assert (rig.activity() is Activity.MOVING) is moves
     assert rig.core.ros.refused is (None if moves else V.TRAJECTORY_LATE)
     assert bool(rig.points) is moves
+
+
+def test_a_planner_that_waits_for_a_processor_is_planning() -> None:
+    rig, _ = planning()
+    planned = replace(rig.planned(rig.jobs.pop(0)), took=2.5)
+    rig.wait(3_300)
+    rig.perform(rig.core.planned(planned, rig.now))
+    assert rig.activity() is Activity.MOVING
 
 
 def test_what_is_read_late_may_have_come_when_the_loop_fell_asleep() -> None:
