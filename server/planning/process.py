@@ -207,8 +207,11 @@ class PlanningProcess:
             assert in_hand is not None
             in_hand.end()
             if not in_hand.is_withdrawn:
-                took = asyncio.get_running_loop().time() - in_hand.given
-                in_hand.task.deliver(replace(planned, took=took))
+                if isinstance(planned, Planned) and isinstance(planned.result, tuple):
+                    # Only the beginning of a motion asks how long it waited.
+                    took = asyncio.get_running_loop().time() - in_hand.given
+                    planned = replace(planned, took=took)
+                in_hand.task.deliver(planned)
             self._on_change()
 
     def _fail_in_hand(self) -> None:
