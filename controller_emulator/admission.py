@@ -33,6 +33,13 @@ _APPROACH_SHARE = 0.5
 """Part of the acceleration limit used to close the gap to a first point."""
 
 
+PLACEHOLDER_DURATION = 10 * NANOSECONDS
+"""What the stock client states as the duration of a first point for want of a better one [ns]."""
+
+_DEFAULT_RATIO = 0.1
+"""Part of the speed limits where the velocity field says none, as the stock client assumes."""
+
+
 class Tolerances(NamedTuple):
     """How much more than a limit the controller lets pass.
 
@@ -113,7 +120,8 @@ class Admission:
 
         A point at time 0 states where the motion starts and must be where the robot stands; a small
         gap is closed by a slow motion before the trajectory's clock starts. A later point is moved
-        to from rest in its time.
+        to from rest in its time. The stock client's placeholder of 10 s is no time at all: where
+        the robot stands it costs nothing, elsewhere the velocity field says how fast.
 
         Args:
             point: the point.
@@ -125,9 +133,24 @@ class Admission:
         for joint, value in enumerate(before.velocity or ()):
             if abs(value) > _REST_FRACTION * self.limits.velocity[joint]:
                 return violation(ViolationKind.START_VELOCITY, joint, value)
+        if point.time is None and point.duration == PLACEHOLDER_DURATION:
+            gaps = [abs(b - a) for a, b in zip(before.position, point.position, strict=True)]
+            if max(gaps) <= self._tolerances.start:
+                return self._start(point, before)
+            point = replace(point, duration=self._approach_time(gaps, point.speed_ratio))
         if point.duration if point.time is None else point.time:
             return self.next(point, Knot.at_rest(before.position), 0)
         return self._start(point, before)
+
+    def _approach_time(self, gaps: Sequence[float], speed_ratio: float) -> int:
+        """Return how long the way to a first point takes at a part of the speed limits [ns]."""
+        ratio = speed_ratio or _DEFAULT_RATIO
+        limits = zip(gaps, self.limits.velocity, self.limits.acceleration, strict=True)
+        seconds = max(
+            max(gap / (ratio * velocity), math.sqrt(4 * gap / (_APPROACH_SHARE * acceleration)))
+            for gap, velocity, acceleration in limits
+        )
+        return math.ceil(seconds * NANOSECONDS)
 
     def _start(self, point: Point, before: Knot) -> Leg | Refusal:
         for joint, value in enumerate(point.velocity or ()):

@@ -40,6 +40,15 @@ def parser() -> argparse.ArgumentParser:
     add("--start", metavar="home|zero|'[…]'", help="joint position at the start, rad or m")
     add("--event-loop", metavar="NAME", help="asyncio (default) or uvloop, of the extra `fast`")
     add("--rate", type=int, metavar="HZ", help="joint reports per second (default 100)")
+    add(
+        "--byte-order", metavar="ORDER", help="of the state link until a request tells: little, big"
+    )
+    add(
+        "--joint-feedback",
+        action=argparse.BooleanOptionalAction,
+        default=None,
+        help="report type 15 too (default), which the stock ROS-I client logs as unknown",
+    )
     add("--buffer", type=int, metavar="POINTS", help="most buffered points (default 200)")
     add("--scenario", type=Path, metavar="FILE", help="timed operator events")
     add("--report", type=Path, metavar="FILE", help="write the referee's record as JSON")

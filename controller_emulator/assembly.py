@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from openpendant.motion.robot import SerialRobot, serial_robot
+from openpendant.simplemsg import MsgType
 
 from .admission import Admission, Tolerances
 from .controller import Controller
 from .float32 import NANOSECONDS
-from .profiles import PROFILES
+from .profiles import PROFILES, Profile
 from .referee import Referee
 from .servo import StartRule
 from .settings import EmulatorSettings
@@ -33,7 +34,7 @@ def build_controller(settings: EmulatorSettings, now: int) -> Controller:
     return Controller(
         Admission(limits, tolerances),
         start_position(settings, robot),
-        PROFILES[settings.profile],
+        _profile(settings),
         buffer_depth=settings.buffer,
         start_rule=StartRule(
             points=settings.start_points,
@@ -47,6 +48,15 @@ def build_controller(settings: EmulatorSettings, now: int) -> Controller:
         referee=Referee(settings.violations_kept),
         now=now,
     )
+
+
+def _profile(settings: EmulatorSettings) -> Profile:
+    """Return the vendor's behaviour, without the messages that were switched off."""
+    profile = PROFILES[settings.profile]
+    if settings.joint_feedback:
+        return profile
+    state = tuple(kind for kind in profile.state if kind is not MsgType.JOINT_FEEDBACK)
+    return profile._replace(state=state)
 
 
 def start_position(settings: EmulatorSettings, robot: SerialRobot) -> tuple[float, ...]:

@@ -11,7 +11,7 @@ import socket
 from collections.abc import Callable
 from typing import NamedTuple, cast
 
-from openpendant.simplemsg import Connection, LocalProtocolError, Message, Received
+from openpendant.simplemsg import ByteOrder, Connection, LocalProtocolError, Message, Received
 from openpendant.simplemsg.journal import Journal
 
 from .float32 import NANOSECONDS
@@ -36,11 +36,13 @@ class LinkEvents(NamedTuple):
 
     Attributes:
         opened: a new link; False refuses it.
+        learned: the first bytes of a link told its byte order.
         received: a message, or a frame that is none.
         closed: a link that was opened is gone.
     """
 
     opened: Callable[[Link], bool]
+    learned: Callable[[Link, ByteOrder], None]
     received: Callable[[Link, Received], None]
     closed: Callable[[Link], None]
 
@@ -50,6 +52,8 @@ class Link(asyncio.Protocol):
 
     Attributes:
         number: unique within the run.
+        address: the peer's.
+        told: order of what it is told unasked, on the state port.
         is_open: False before the connection is made and after it is lost.
         stalled_since: when a listener fell behind [ns], None while it keeps up.
     """
@@ -70,6 +74,8 @@ class Link(asyncio.Protocol):
             journal: the time, and the record of what happens.
         """
         self.number = number
+        self.address = ""
+        self.told = ByteOrder.LITTLE
         self.is_open = False
         self.stalled_since: int | None = None
         self._connection = connection
@@ -87,6 +93,8 @@ class Link(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Prepare the socket; called by the loop."""
         self._transport = cast(asyncio.Transport, transport)
+        peer = transport.get_extra_info("peername")
+        self.address = peer[0] if peer else ""
         _prepare(transport.get_extra_info("socket"))
         self.is_open = True
         if not self._events.opened(self):
@@ -98,11 +106,15 @@ class Link(asyncio.Protocol):
         if not self.is_open or self._transport is None:
             return
         self._journal.begin("in", self.number, data)
+        known = self._connection.byte_order
         complete = self._connection.receive(data)
+        order = self._connection.byte_order
+        if order is not None and order is not known:
+            self._events.learned(self, order)
         for message in complete:
             self._events.received(self, message)
         if self._connection.fault is not None:
-            self._close()
+            self.close()
         elif self._connection.more:
             # One talkative client must not hold up the others: the rest waits for the next turn.
             self._transport.pause_reading()
@@ -132,7 +144,7 @@ class Link(asyncio.Protocol):
             frame = self._connection.send(message)
         except LocalProtocolError:
             # The peer's header broke a rule that our own reply would have to break, too.
-            self._close()
+            self.close()
             return
         self._write(frame)
         if self._journal.answer("flooded", self.number, self.backlog > REPLY_BACKLOG):
@@ -171,7 +183,7 @@ class Link(asyncio.Protocol):
         if is_slow or is_stalled:
             self.abort()
 
-    def _close(self) -> None:
+    def close(self) -> None:
         """Close the connection after what was written has left."""
         self._is_ending = True
         if self._transport is not None:

@@ -7,6 +7,7 @@ runs on one event loop, so no two calls of the core overlap.
 from __future__ import annotations
 
 import asyncio
+import logging
 import math
 import os
 from collections.abc import Callable
@@ -37,6 +38,11 @@ _ACCEPT_BACKLOG = 32
 
 _AWAY = 30_000_000
 """A process in which nothing happened for so long, whatever its timer, was not run [ns]."""
+
+_MOST_ORDERS = 64
+"""Addresses whose byte order is kept; of more the oldest goes."""
+
+log = logging.getLogger("openpendant.emulator")
 
 
 class Ports(NamedTuple):
@@ -101,6 +107,8 @@ class Service:
         self._links_made = 0
         self._state_order = ByteOrder[settings.byte_order.upper()]
         self._codec = codec_for(PENDANT, self._state_order, settings.real_size)
+        self._codecs = {order: codec_for(PENDANT, order, settings.real_size) for order in ByteOrder}
+        self._orders: dict[str, ByteOrder] = {}
         self._ticks_per_report = math.ceil(LEAST_TICK_RATE / settings.rate)
         self._period = 1 / (settings.rate * self._ticks_per_report)
         self._ticks = 0
@@ -181,13 +189,17 @@ class Service:
 
     def motion_link(self) -> Link:
         """Return a link of the motion port that is about to be connected."""
-        events = LinkEvents(self._motion_opened, self._motion_received, self._motion_closed)
+        events = LinkEvents(
+            self._motion_opened, self._learn_order, self._motion_received, self._motion_closed
+        )
         return self._link(events, None)
 
     def state_link(self) -> Link:
         """Return a link of the state port that is about to be connected."""
-        events = LinkEvents(self._state_opened, self._state_received, self._state_closed)
-        return self._link(events, self._state_order)
+        events = LinkEvents(
+            self._state_opened, self._learn_order, self._state_received, self._state_closed
+        )
+        return self._link(events, None)
 
     def _link(self, events: LinkEvents, order: ByteOrder | None) -> Link:
         self._links_made += 1
@@ -198,7 +210,7 @@ class Service:
         return len(links) < self._settings.max_connections
 
     def _motion_opened(self, link: Link) -> bool:
-        now = self.journal.begin("opened", link.number, port="motion")
+        now = self.journal.begin("opened", link.number, port="motion", address=link.address)
         if not self._has_room(self._motion_links):
             return False
         self._motion_links[link.number] = link
@@ -217,11 +229,35 @@ class Service:
         self._tell_change()
 
     def _state_opened(self, link: Link) -> bool:
-        self.journal.begin("opened", link.number, port="state")
+        self.journal.begin("opened", link.number, port="state", address=link.address)
         if not self._has_room(self._state_links):
             return False
+        link.told = self._orders.get(link.address, self._state_order)
         self._state_links[link.number] = link
         return True
+
+    def _learn_order(self, link: Link, order: ByteOrder) -> None:
+        """Note the order of an address's first request on either port, for its state links.
+
+        A listener that was told in the other order is closed, so that it connects again and is told
+        rightly: the stock client's listener never says a word by itself.
+        """
+        self._orders.pop(link.address, None)
+        self._orders[link.address] = order
+        if len(self._orders) > _MOST_ORDERS:
+            del self._orders[next(iter(self._orders))]
+        for listener in list(self._state_links.values()):
+            if listener.address != link.address or listener.told is order:
+                continue
+            before, listener.told = listener.told, order
+            if listener is link:
+                continue
+            log.warning(
+                "%s speaks %s endian: its state link, told in %s endian, is closed to come again"
+                " (--byte-order %s says so from the start)",
+                *(link.address, order.name.lower(), before.name.lower(), order.name.lower()),
+            )
+            listener.close()
 
     def _state_received(self, link: Link, message: Received) -> None:
         reply = self.controller.answer(message, self.journal.now)
@@ -247,9 +283,12 @@ class Service:
     def _broadcast(self, messages: list[Message]) -> None:
         if not self._state_links:
             return
-        frames = b"".join(map(self._codec.encode, messages))
+        frames: dict[ByteOrder, bytes] = {}
         for link in list(self._state_links.values()):
-            link.send_state(frames)
+            order = link.told
+            if order not in frames:
+                frames[order] = b"".join(map(self._codecs[order].encode, messages))
+            link.send_state(frames[order])
 
     def _schedule(self) -> None:
         """Set the timer to the next absolute deadline; a missed one is skipped, not run late."""

@@ -62,7 +62,12 @@ class EmulatorSettings(BaseModel):
     rate: int = Field(100, ge=1, le=250, description="joint reports per second")
     buffer: int = Field(200, ge=2, le=10_000, description="most buffered points")
     byte_order: Literal["little", "big"] = Field(
-        "little", description="order on the state link; the motion link follows its client"
+        "little",
+        description="order on the state link until its client's first request, on either link,"
+        " tells; the motion link follows its client",
+    )
+    joint_feedback: bool = Field(
+        True, description="report type 15 too, which the stock ROS-I client does not know"
     )
     real_size: Literal[4, 8] = Field(4, description="bytes of a real on the wire")
     strict_sequence: bool = Field(True, description="a gap in the sequence breaks the motion off")

@@ -143,6 +143,7 @@ class CellMotions:
         job: MotionJob,
         kind: MotionKind = MotionKind.MOVE,
         back: WayBack | None = None,
+        begin_by: int | None = None,
     ) -> list[Outgoing]:
         """Have a motion planned that `check` permitted; its fate comes as news.
 
@@ -151,11 +152,15 @@ class CellMotions:
             job: what is to be planned.
             kind: what it is for.
             back: how it is taken back once it has begun; None where it cannot be.
+            begin_by: when it is too late to begin, not counting what planning takes [ns]; None
+                where it never is.
         """
         if self.scene is not None:
             job = replace(job, scene=self.scene)
         cap = self._modes.tool_speed_cap(self._feedback.mode)
-        self._driving.work = Work(request, kind, job.job_id, planned_cap=cap, back=back)
+        self._driving.work = Work(
+            request, kind, job.job_id, planned_cap=cap, back=back, begin_by=begin_by
+        )
         return [Plan(job)]
 
     def move_joints(self, request: Request, job: JointPathJob, now: int) -> list[Outgoing]:
@@ -218,8 +223,10 @@ class CellMotions:
             return self._tell(Refused(work.request, planned.result), now)
         assert isinstance(planned.result, tuple)
         trajectory, certificate = planned.result
-        refusal = self._recheck(work.request.session, work.kind, now) or start_mismatch(
-            trajectory, self._feedback
+        refusal = (
+            self._recheck(work.request.session, work.kind, now)
+            or _too_late(work, max(planned.plan_time, planned.took), now)
+            or start_mismatch(trajectory, self._feedback)
         )
         if refusal is not None:
             return self._tell(Refused(work.request, refusal), now)
@@ -289,3 +296,14 @@ class CellMotions:
         if self._driving.work is None:
             return Refusal(VerdictCode.NOTHING_TO_CONTROL)
         return self._driving.end(Refusal(VerdictCode.PROGRAM_STOPPED), now)
+
+
+def _too_late(work: Work, planning: float, now: int) -> Refusal | None:
+    """Return why a motion that was being planned for so long [s] may not begin any more."""
+    if work.begin_by is None:
+        return None
+    late = (now - work.begin_by) / 1e9 - planning
+    if late <= 0:
+        return None
+    text = f"it could begin {late:.3f} s too late, {planning:.3f} s of planning not counted"
+    return Refusal(VerdictCode.TRAJECTORY_LATE, text, value=late)

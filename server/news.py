@@ -86,6 +86,7 @@ class Ended:
         plan_time: wall time that planning took [s].
         motion_time: planned duration [s].
         jog: how a jog came to rest; None for any other motion.
+        waypoints_left: how many waypoints its set-points had not passed.
     """
 
     request: Request
@@ -93,6 +94,7 @@ class Ended:
     plan_time: float
     motion_time: float
     jog: StopAccount | None = None
+    waypoints_left: int = 0
 
 
 @dataclass(frozen=True, slots=True)

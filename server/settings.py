@@ -174,12 +174,15 @@ class RosFace(Table):
     """State port, for addresses without a motion connection to learn it from."""
     state_rate: Annotated[float, Field(ge=1, le=125)] = 50.0
     """Joint positions and status, Hz."""
-    trajectory_gap: Annotated[float, Field(ge=0.02, le=5)] = 0.15
-    """A trajectory ends when no point follows for so long after the last reply, s."""
+    trajectory_gap: Annotated[float, Field(ge=0.02, le=0.9)] = 0.15
+    """A streamed trajectory ends when no point follows for so long after the last reply, s."""
     resume_window: Annotated[float, Field(gt=0, le=10)] = 2.0
     """How long points of a lost connection wait for it to come back, s."""
     idle_release: Annotated[float, Field(gt=0, le=60)] = 3.0
     """The authority ends after so long at rest with nothing queued, s."""
+    abort_silence: Annotated[float, Field(ge=0, le=4)] = 1.5
+    """After a refused or broken-off trajectory its client is told no joint positions for so long,
+    s, because the stock action node ends a goal by nothing but 1 s without them; 0 for never."""
     approach_speed: Annotated[float, Field(gt=0, le=0.1)] = 0.1
     """Speed towards a first point where the robot does not stand, of the joints' limits."""
     max_points: Annotated[int, Field(ge=1, le=20_000)] = 5_000

@@ -29,6 +29,7 @@ from .declaration import (
     message,
     record,
 )
+from .verdicts import STATUS_ERROR_OFFSET
 
 _JOINT_UNIT = "rad, m for a linear axis"
 
@@ -172,7 +173,13 @@ class Status(Topic):
 
     drives_powered: Annotated[int, Int("tri-state: motors have power", values=TriState)]
     e_stopped: Annotated[int, Int("tri-state: an emergency stop is active", values=TriState)]
-    error_code: Annotated[int, Int("the controller's own error number, 0 for none")]
+    error_code: Annotated[
+        int,
+        Int(
+            "the controller's own error number, 0 for none; from a pendant server also"
+            f" {STATUS_ERROR_OFFSET:,} + a verdict of its own"
+        ),
+    ]
     in_error: Annotated[int, Int("tri-state: an error is active", values=TriState)]
     in_motion: Annotated[int, Int("tri-state: the robot moves", values=TriState)]
     mode: Annotated[int, Int("-1 unknown, 1 manual, 2 automatic", values=ControllerMode)]

@@ -11,6 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import IntEnum
 
+STATUS_ERROR_OFFSET = 1_000_000
+"""Added to a verdict's number in the `error_code` of STATUS, where controllers' own numbers stand.
+
+No controller that is known here has numbers of seven digits: ABB's have five or six, the others
+fewer.
+"""
+
 
 class VerdictCode(IntEnum):
     """Why a request was refused or a motion aborted; ACCEPTED and COMPLETED are 0."""
@@ -63,6 +70,8 @@ class VerdictCode(IntEnum):
     PLANNER_FAILED = 54
     SEQUENCE = 55
     TOO_MANY_POINTS = 56
+    TRAJECTORY_INCOMPLETE = 57
+    TRAJECTORY_LATE = 58
     CONTROLLER_REFUSED = 60
     CONTROLLER_SILENT = 61
     CONTROLLER_LOST = 62
@@ -327,6 +336,15 @@ CATALOGUE: dict[VerdictCode, CatalogueEntry] = {
     ),
     VerdictCode.TOO_MANY_POINTS: _entry(
         "The trajectory has more points than the server takes.", "Split or thin the trajectory."
+    ),
+    VerdictCode.TRAJECTORY_INCOMPLETE: _entry(
+        "A trajectory did not come to its end: it announced one that never came, or its link was"
+        " lost.",
+        "Send it again, whole; look for what broke the client off.",
+    ),
+    VerdictCode.TRAJECTORY_LATE: _entry(
+        "The robot could not begin a trajectory soon enough after its last point; it was dropped.",
+        "Send it again once the robot stands; where it stood, take load off the machine.",
     ),
     VerdictCode.CONTROLLER_REFUSED: _entry(
         "The controller answered a point with failure; the motion was stopped.",

@@ -12,15 +12,16 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from promise_table import COMMON, figure
 from stall_watch import StallWatch
 
 BURST = 0.3
 """How long it burns, and how long it sleeps between two bursts [s]."""
 
-VOID_OVER = 0.05
+VOID_OVER = figure(COMMON, "idle").seconds
 """An idle timer that is later than this says that the machine was late [s]."""
 
-MOST_VOID = 0.1
+MOST_VOID = figure(COMMON, "void_share").bound / 100.0
 """A run with a greater share of void time is repeated."""
 
 _BURN = """
@@ -54,12 +55,16 @@ class VoidTime:
 
     def within(self, began: float, ended: float) -> float:
         """Return how much of a time was void [s]; times are of the monotonic clock."""
-        waits = self._watch.stalls(began, ended, VOID_OVER)
+        waits = self._touching(began, ended)
         return sum(min(end, ended) - max(begin, began) for begin, end in waits)
 
     def is_void(self, began: float, ended: float) -> bool:
         """Tell whether a sample between two times is void."""
-        return bool(self._watch.stalls(began, ended, VOID_OVER))
+        return bool(self._touching(began, ended))
+
+    def _touching(self, began: float, ended: float) -> list[tuple[float, float]]:
+        waits = self._watch.stalls(VOID_OVER)
+        return [(due, woke) for due, woke in waits if due <= ended and woke >= began]
 
     def end(self) -> None:
         """End the timer."""

@@ -12,6 +12,8 @@ from collections import deque
 from collections.abc import Sequence
 from random import Random
 
+from promise_table import figure
+
 from openpendant.motion.limits import JointLimits
 from openpendant.server.driving.driving import Driving
 from openpendant.server.driving.feedback import Feedback
@@ -31,7 +33,7 @@ from openpendant.simplemsg import (
 
 MS = 1_000_000
 TICK = 10 * MS
-_LONGEST_DELAY = 200 * MS
+_LONGEST_DELAY = figure(52, "late").ns
 
 Measured = tuple[tuple[float, ...], tuple[float, ...]]
 """(n,) places [rad or m] and (n,) speeds [rad/s or m/s]."""

@@ -339,7 +339,8 @@ class Driving:
     def _ended(work: Work, refusal: Refusal | None, now: int) -> Ended:
         jog = work.jog
         if jog is None:
-            return Ended(work.request, refusal, work.plan_time, work.duration)
+            left = 0 if work.stored is None else work.stored.waypoints_left
+            return Ended(work.request, refusal, work.plan_time, work.duration, waypoints_left=left)
         jog.press.end(JogEnd.STOPPED, now)
         return Ended(work.request, refusal, 0.0, jog.last.time, jog.account())
 

@@ -149,6 +149,11 @@ class StoredRows:
         return course[0][1] if course[0][0] <= time else min(time, course[0][1])
 
     @property
+    def waypoints_left(self) -> int:
+        """How many waypoints the set-points have yet to pass."""
+        return int((self._samples.trajectory().waypoint_times > self.path_time).sum())
+
+    @property
     def path_time(self) -> float:
         """Where the set-points are on the trajectory, as a time of it [s]."""
         run = self._run

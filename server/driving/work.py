@@ -27,6 +27,7 @@ class Work:
         plan_time: how long it was planned [s].
         duration: of the certified trajectory [s]; 0 of a jog.
         back: how it is taken back; None where it is no jog, no increment and no undo of one.
+        begin_by: latest time at which it may begin, not counting `plan_time` [ns]; None for any.
         has_arrived: the robot stood at its end.
         execution: sends its set-points; None while it is planned.
         stored: the certified trajectory that is played; None while planning and in a jog.
@@ -40,6 +41,7 @@ class Work:
     plan_time: float = 0.0
     duration: float = 0.0
     back: WayBack | None = None
+    begin_by: int | None = None
     has_arrived: bool = field(default=False, init=False)
     execution: Execution | None = field(default=None, init=False)
     stored: StoredRows | None = field(default=None, init=False)

@@ -5,6 +5,8 @@ Owns the filling of these messages from the cell; knows nothing of who listens o
 
 from __future__ import annotations
 
+from typing import Protocol
+
 from openpendant.simplemsg import (
     CommType,
     JointPosition,
@@ -22,7 +24,7 @@ from openpendant.simplemsg.pendant import (
     StateField,
     StopKind,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import STATUS_ERROR_OFFSET, VerdictCode
 
 from ..driving.feedback import Feedback
 from ..jog.jogging import JogRows
@@ -149,27 +151,35 @@ def joint_position_message(cell: RobotCell, now: int) -> JointPosition | None:
     return JointPosition(sequence=0, joints=joint_array(position))
 
 
-def status_message(cell: RobotCell, refused: VerdictCode | None, now: int) -> Status:
+class Reason(Protocol):
+    """Why the last trajectory of a ROS-I client did not come to its end."""
+
+    def beside(self, standing: VerdictCode | None) -> VerdictCode:
+        """Return the newer of it and of the condition that is broken now; None for none."""
+
+
+def status_message(cell: RobotCell, newest: Reason | None, now: int) -> Status:
     """Return the status for the ROS-I state port: the controller's, narrowed by our own.
 
     Args:
         cell: the cell.
-        refused: why the last trajectory of this face was refused; None where it was not.
+        newest: why the last trajectory of this face did not come to its end; None where it did.
         now: monotonic time, ns.
 
     Returns:
-        Our own obstacles make `motion_possible` false; a refusal is shown as an error, because
-        the real client does not look at failure replies.
+        Our own obstacles make `motion_possible` false; they and a refusal are shown as an error,
+        because the real client does not look at failure replies. An error of the controller's own
+        comes before them.
     """
     status = cell.feedback.status or _UNKNOWN_STATUS
     obstacle = cell.obstacle(now)
     busy = obstacle is not None and obstacle.code in PASSING
     moving = cell.activity is not Activity.IDLE or status.in_motion == TriState.TRUE
     error_code, in_error = status.error_code, status.in_error
-    if in_error != TriState.TRUE and refused is not None:
-        error_code, in_error = refused, TriState.TRUE
-    if in_error != TriState.TRUE and obstacle is not None and not busy:
-        error_code, in_error = obstacle.code, TriState.TRUE
+    standing = None if obstacle is None or busy else obstacle.code
+    verdict = standing if newest is None else newest.beside(standing)
+    if in_error != TriState.TRUE and verdict is not None:
+        error_code, in_error = STATUS_ERROR_OFFSET + verdict, TriState.TRUE
     return Status(
         drives_powered=status.drives_powered,
         e_stopped=status.e_stopped,

@@ -216,6 +216,8 @@ class Planned:
             task about a program, what was done, or what is wrong with the program.
         plan_time: wall time that planning took [s].
         playback: of a recording, what was asked and what is possible.
+        took: from when a planning process was given the job to when its answer was read [s], which
+            is longer where that process, niced as it is, waited for a processor; 0 if not measured.
     """
 
     job_id: int
@@ -230,3 +232,4 @@ class Planned:
     )
     plan_time: float
     playback: PlaybackAccount | None = None
+    took: float = 0.0

@@ -55,6 +55,7 @@ class _Record(BaseModel):
     model_config = ConfigDict(extra="ignore")
 
     plan_time: float
+    took: float = 0.0
     joints: int = 0
     refused: _Refused | None = None
     samples: dict[str, str] | None = None
@@ -78,7 +79,8 @@ def plan_to_json(planned: Planned) -> dict[str, Any]:
     samples = {name: _encode(getattr(trajectory, name)) for name in _ARRAYS}
     if trajectory.fine is not None:
         samples |= {f"fine_{name}": _encode(getattr(trajectory.fine, name)) for name in _FINE}
-    record = {"plan_time": planned.plan_time, "joints": trajectory.dof, "samples": samples}
+    times = {"plan_time": planned.plan_time, "took": planned.took}
+    record = {**times, "joints": trajectory.dof, "samples": samples}
     if planned.playback is not None:
         record["playback"] = _PLAYBACK.dump_python(planned.playback, mode="json")
     return record
@@ -119,6 +121,7 @@ def plan_from_json(
             (trajectory, certify(trajectory, limits, start=start)),
             read.plan_time,
             None if read.playback is None else _PLAYBACK.validate_python(read.playback),
+            read.took,
         )
     except KeyError as error:
         raise PlanRecordError(f"no samples of {error.args[0]}") from None

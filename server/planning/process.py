@@ -18,6 +18,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import BinaryIO
 
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -93,8 +94,9 @@ class PlanningProcess:
             log.error("the planning process takes no job: %s", error)
             _kill(self._process)
             return False
-        timer = asyncio.get_running_loop().call_later(_LONGEST_PLAN, self._give_up, task)
-        self._in_hand = TaskInHand(task, timer)
+        loop = asyncio.get_running_loop()
+        timer = loop.call_later(_LONGEST_PLAN, self._give_up, task)
+        self._in_hand = TaskInHand(task, timer, loop.time())
         if pieces:
             self._writing = asyncio.ensure_future(self._write_rest(self._process, pieces))
         return True
@@ -205,6 +207,10 @@ class PlanningProcess:
             assert in_hand is not None
             in_hand.end()
             if not in_hand.is_withdrawn:
+                if isinstance(planned, Planned) and isinstance(planned.result, tuple):
+                    # Only the beginning of a motion asks how long it waited.
+                    took = asyncio.get_running_loop().time() - in_hand.given
+                    planned = replace(planned, took=took)
                 in_hand.task.deliver(planned)
             self._on_change()
 

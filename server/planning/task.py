@@ -59,6 +59,7 @@ class TaskInHand:
     Attributes:
         task: the job.
         timer: ends the process where no answer comes.
+        given: when the process was given it, by the loop's clock [s].
         is_withdrawn: nobody waits for the answer.
         patience: runs out some time after that; None until then, and until the process is warm.
         is_overdue: it ran out.
@@ -66,6 +67,7 @@ class TaskInHand:
 
     task: Task
     timer: Timer
+    given: float = 0.0
     is_withdrawn: bool = False
     patience: Timer | None = None
     is_overdue: bool = False

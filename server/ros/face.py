@@ -34,7 +34,7 @@ from openpendant.simplemsg.pendant import AuthorityReason
 from openpendant.simplemsg.stop_walk import holds_stop
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..news import Begun, Ended, Interrupted, News, Refused, StopMoved
+from ..news import Begun, Ended, Interrupted, News, Refused
 from ..outgoing import Outgoing, Send
 from ..pendant.state_report import status_message
 from ..refusal import Refusal
@@ -56,19 +56,21 @@ class RosFace:
         self._cell = cell
         self._links: dict[int, Link] = {}
         self._trajectories = RosTrajectories(cell, settings.ros_i, self._links)
-        self._state = RosStatePort(cell, round(1e9 / settings.ros_i.state_rate))
+        period_ns = round(1e9 / settings.ros_i.state_rate)
+        self._state = RosStatePort(cell, self._trajectories.outcomes, period_ns)
 
     @property
     def refused(self) -> VerdictCode | None:
-        """Why the last trajectory was refused; shown in STATUS until the next is taken."""
-        return self._trajectories.refused
+        """Why the last trajectory did not come to its end; in STATUS until the next is taken."""
+        newest = self._trajectories.outcomes.newest
+        return None if newest is None else newest.code
 
     # Connections.
 
     def opened(self, session: int, port: RosPort, address: str, now: int) -> list[Outgoing]:
         """Take note of a new connection; a state connection is told the state at once."""
         self._links[session] = Link(port, session, address)
-        return self._state.opened(session, self.refused, now) if port is RosPort.STATE else []
+        return self._state.opened(session, address, now) if port is RosPort.STATE else []
 
     def closed(self, session: int, now: int) -> list[Outgoing]:
         """Take note that a connection ended.
@@ -78,9 +80,10 @@ class RosFace:
         """
         link = self._links.pop(session)
         self._state.closed(session)
-        self._trajectories.link_lost(link, now)
+        lost = self._trajectories.passed_stop(link, now)
+        lost += self._trajectories.link_lost(link, now)
         change = self._cell.authority.release(session, AuthorityReason.CONNECTION_LOST)
-        return self._cell.authority_gone(change, now)
+        return self._cell.authority_gone(change, now) + lost
 
     # Messages.
 
@@ -106,9 +109,10 @@ class RosFace:
             case JointTraj() if link.port is RosPort.MOTION or holds_stop(received):
                 return self._trajectories.whole_trajectory(session, link, received, now)
             case Overtaken(received=overtaken):
-                return self._overtaken(session, overtaken, now)
+                return self._overtaken(link, overtaken, now)
             case StopAhead(message=stop):
-                return [Send(session, accepted(stop))] if received.is_request else []
+                told = self._trajectories.passed_stop(link, now)
+                return [*told, Send(session, accepted(stop))] if received.is_request else told
         if received.comm_type != CommType.REQUEST:
             return []
         match received:
@@ -122,18 +126,14 @@ class RosFace:
                 return [self._status_reply(session, now)]
         return [Send(session, refused(received)), *link.count_fault(now)]
 
-    def _overtaken(self, session: int, received: Received, now: int) -> list[Outgoing]:
+    def _overtaken(self, link: Link, received: Received, now: int) -> list[Outgoing]:
         """Refuse the points that a STOP has overtaken; take anything else as usual."""
-        if not isinstance(received, JointTrajPt | JointTrajPtFull | JointTraj):
-            return self.receive(session, received, now)
-        if received.comm_type not in (CommType.TOPIC, CommType.REQUEST):
-            return []
-        self._trajectories.refused = VerdictCode.OVERTAKEN_BY_STOP
-        is_request = received.comm_type == CommType.REQUEST
-        return [Send(session, refused(received))] if is_request else []
+        if isinstance(received, JointTrajPt | JointTrajPtFull | JointTraj):
+            return self._trajectories.overtaken(link, received)
+        return self.receive(link.session, received, now)
 
     def _status_reply(self, session: int, now: int) -> Send:
-        status = status_message(self._cell, self.refused, now)
+        status = status_message(self._cell, self._trajectories.outcomes.newest, now)
         status.comm_type, status.reply_code = CommType.REPLY, ReplyCode.SUCCESS
         return Send(session, status)
 
@@ -143,36 +143,25 @@ class RosFace:
             reply = HeaderOnly(received.msg_type, reply_code=ReplyCode.FAILURE)
             out.append(Send(session, reply))
         if link.collection is not None:
-            self._trajectories.discard(link, VerdictCode.MALFORMED)
+            refusal = Refusal(VerdictCode.MALFORMED, str(received.error))
+            out += self._trajectories.discard(link, refusal, now)
         return out + link.count_fault(now)
 
     def news(self, news: News, now: int) -> list[Outgoing]:
         """Take note of what became of a trajectory; the client learns it from STATUS."""
-        trajectories = self._trajectories
+        outcomes = self._trajectories.outcomes
         match news:
-            case Begun(request=request) if request.session in self._links:
-                trajectories.refused = None
-            case Refused(request=request) if request.session in self._links:
-                # A trajectory that ends where the robot stands is no error.
-                trajectories.refused = None
-                if news.refusal.code is not VerdictCode.NO_MOTION:
-                    self._show(news.refusal)
-            case Ended(request=request) if request.session in self._links:
-                self._show(news.refusal)
-            case StopMoved(stop=stop) if stop is not None:
-                trajectories.discard_all(VerdictCode.STOP_LATCHED)
+            case Begun(request=request) if outcomes.is_of(request.session):
+                outcomes.newest = None
+            case Refused() | Ended():
+                return outcomes.ended(news, now)
             case Interrupted(refusal=refusal):
-                return trajectories.interrupt(refusal)
+                return self._trajectories.interrupt(refusal, now)
         return []
-
-    def _show(self, refusal: Refusal | None) -> None:
-        """Show in STATUS why a trajectory ended; a stop that was asked for is no error."""
-        if refusal is not None and refusal.code is not VerdictCode.STOPPED:
-            self._trajectories.refused = refusal.code
 
     # Time.
 
     def tick(self, now: int) -> list[Outgoing]:
         """Let trajectories go on, and send state to whoever is due."""
         out = self._trajectories.tick(now)
-        return out + self._state.tick(self.refused, now) if self._links else out
+        return out + self._state.tick(now) if self._links else out

@@ -10,6 +10,7 @@ from enum import Enum
 
 from ..outgoing import Close, Outgoing
 from ..peer_faults import MOST_FAULTS, PeerFaults
+from .outcomes import Sender
 from .trajectory import Collection, PointMessage, begins, same_point
 
 
@@ -32,6 +33,7 @@ class Link:
         collection: points of an unfinished trajectory.
         gap_ends: when the trajectory counts as finished [ns].
         rejecting: a trajectory was discarded; its further points are refused without a new reason.
+        overtaken: points of this connection that a STOP behind them has overtaken, not told of yet.
         finished: last point of the last complete trajectory.
         idle_since: since when the link holds the authority without using it [ns].
     """
@@ -43,6 +45,7 @@ class Link:
     collection: Collection | None = None
     gap_ends: int | None = None
     rejecting: bool = False
+    overtaken: int = 0
     finished: PointMessage | None = None
     idle_since: int | None = None
 
@@ -50,6 +53,11 @@ class Link:
         """Tell whether a point ended the last trajectory; one that can begin one is a new one."""
         last = self.finished
         return last is not None and not begins(message) and same_point(last, message)
+
+    @property
+    def sender(self) -> Sender:
+        """Who sends on it."""
+        return Sender(self.session, self.address)
 
     def drop_points(self) -> None:
         """Forget the points of an unfinished trajectory."""
@@ -69,8 +77,23 @@ class Orphan:
 
     Attributes:
         collection: the points.
+        sender: whose they are.
         until: when they are forgotten [ns].
     """
 
     collection: Collection
+    sender: Sender
     until: int
+
+
+@dataclass(frozen=True, slots=True)
+class Waiting:
+    """A complete trajectory that waits for the robot to stand.
+
+    Attributes:
+        sender: whose it is.
+        collection: its points.
+    """
+
+    sender: Sender
+    collection: Collection

@@ -32,15 +32,25 @@ from ..readiness import PASSING
 from ..refusal import Refusal
 from ..robot_cell import RobotCell
 from ..settings import RosFace as RosSettings
-from .link import Link, Orphan
+from .link import Link, Orphan, Waiting
+from .outcomes import RosOutcomes, Sender
 from .trajectory import Collection, PointMessage, begins, streamed
+
+LATEST_BEGINNING_NS = 1_000_000_000
+"""So long after its last point a trajectory may begin at the latest, and what planning takes.
+
+Nobody expects a robot to set off later. An announced end is waited for as long.
+"""
+
+_LATE_TICK_NS = 100_000_000
+"""A tick that comes so long after the last judges no silence: points may wait to be read."""
 
 
 class RosTrajectories:
     """All unfinished and waiting trajectories of a cell.
 
     Attributes:
-        refused: why the last trajectory was refused; None once the next is taken.
+        outcomes: what is told of those that did not come to their end.
     """
 
     def __init__(self, cell: RobotCell, settings: RosSettings, links: dict[int, Link]) -> None:
@@ -51,22 +61,31 @@ class RosTrajectories:
             settings: of this face.
             links: the connections by their numbers, as they come and go.
         """
-        self.refused: VerdictCode | None = None
+        self.outcomes = RosOutcomes(settings.abort_silence)
         self._cell = cell
         self._settings = settings
         self._links = links
         self._orphans: dict[str, Orphan] = {}
-        self._waiting: tuple[int, Collection] | None = None
+        self._leftovers: dict[
+            str, int
+        ] = {}  # until when an address sends the rest of a refused one
+        self._waiting: Waiting | None = None
         self._requests = 0
         self._gap_ns = round(settings.trajectory_gap * 1e9)
+        self._resume_ns = round(settings.resume_window * 1e9)
+        self._ticked: int | None = None
 
-    def link_lost(self, link: Link, now: int) -> None:
+    def link_lost(self, link: Link, now: int) -> list[Outgoing]:
         """Keep the points of an unfinished trajectory for the client to come back."""
+        waiting = self._waiting
         if link.collection is not None:
-            until = now + round(self._settings.resume_window * 1e9)
-            self._orphans[link.address] = Orphan(link.collection, until)
-        if self._waiting is not None and self._waiting[0] == link.session:
-            self._waiting = None
+            orphan = Orphan(link.collection, link.sender, now + self._resume_ns)
+            self._orphans[link.address] = orphan
+        if waiting is None or waiting.sender != link.sender:
+            return []
+        self._waiting = None
+        why = Refusal(VerdictCode.TRAJECTORY_INCOMPLETE, "its link was lost before it began")
+        return self._drop(waiting.sender, waiting.collection, why, now)
 
     # Points.
 
@@ -83,22 +102,28 @@ class RosTrajectories:
         if collection is None or (begins(message) and not collection.repeats(message)):
             if link.repeats_finished(message):
                 return _answer(session, message, None)
-            if link.rejecting and not begins(message):
-                # Left over from a trajectory that was discarded; it ends with the next beginning.
+            if not begins(message) and self._is_left_over(link, now):
                 return _answer(session, message, Refusal(VerdictCode.SEQUENCE))
+            if not begins(message) and self._is_under_way(session):
+                return self._cut_off(link, message, now)
             begun = self._begin(link, message, session, now)
             if isinstance(begun, Refusal):
-                return self._turn_away(session, link, message, begun)
+                return self._turn_away(session, link, message, begun, now)
             collection, out = begun
         refusal = collection.take(message)
         if refusal is not None:
-            self.discard(link, refusal.code)
+            out += self.discard(link, refusal, now)
             return out + _answer(session, message, refusal)
         out += _answer(session, message, None)
-        link.gap_ends = now + self._gap_ns
+        collection.last_byte = self._arrival(now)
+        link.gap_ends = now + (LATEST_BEGINNING_NS if collection.awaits_end else self._gap_ns)
         if collection.complete:
-            out += self._finish(session, link, message, now)
+            out += self._finish(link, message, now)
         return out
+
+    def _arrival(self, now: int) -> int:
+        """Return the earliest time at which what is read now may have come."""
+        return now if self._ticked is None else min(now, self._ticked)
 
     def whole_trajectory(
         self, session: int, link: Link, message: JointTraj, now: int
@@ -109,15 +134,16 @@ class RosTrajectories:
         points = streamed(message)
         begun = self._begin(link, points[0], session, now)
         if isinstance(begun, Refusal):
-            return self._turn_away(session, link, message, begun)
+            return self._turn_away(session, link, message, begun, now)
         collection, out = begun
         for point in points:
             refusal = collection.take(point)
             if refusal is not None:
-                self.discard(link, refusal.code)
+                out += self.discard(link, refusal, now)
                 return out + _answer(session, message, refusal)
+        collection.last_byte = self._arrival(now)
         out += _answer(session, message, None)
-        return out + self._finish(session, link, points[-1], now)
+        return out + self._finish(link, points[-1], now)
 
     def _begin(
         self, link: Link, message: PointMessage, session: int, now: int
@@ -126,27 +152,75 @@ class RosTrajectories:
 
         What this client sent before and was not moved yet is replaced; what moves is stopped.
         """
-        resumed = self._adopt(link, message, now)
+        orphan = self._orphans.pop(link.address, None)
+        resumed = None if orphan is None else _resumed(orphan, message, now)
         if resumed is None and not begins(message):
             return Refusal(VerdictCode.SEQUENCE, f"a trajectory cannot begin at {message.sequence}")
         taken = self._take_authority(session, link, now)
         if isinstance(taken, Refusal):
             return taken
+        out: list[Outgoing] = []
+        superseded = Refusal(VerdictCode.STOPPED, "a new trajectory replaces this one")
+        if resumed is None:
+            for sender, replaced in self._unmoved(link, orphan):
+                points = (0, len(replaced.points))
+                out += self.outcomes.tell(sender, points, superseded, now, is_wanted=True)
         self._waiting = None
+        self._leftovers.pop(link.address, None)
         link.rejecting = False
         link.finished = None
         link.idle_since = None
         link.collection = resumed or Collection(self._cell.slots, self._settings.max_points)
-        superseded = Refusal(VerdictCode.STOPPED, "a new trajectory replaces this one")
-        return link.collection, taken + self._cell.end(superseded, now)
+        self.outcomes.begins(link.sender)
+        return link.collection, taken + out + self._cell.end(superseded, now)
 
-    def _adopt(self, link: Link, message: PointMessage, now: int) -> Collection | None:
-        """Return the points of this client's lost connection if a point goes on with them."""
-        orphan = self._orphans.pop(link.address, None)
-        if orphan is None or now > orphan.until:
-            return None
-        known = orphan.collection
-        return known if known.repeats(message) or known.continues(message) else None
+    def _unmoved(self, link: Link, orphan: Orphan | None) -> list[tuple[Sender, Collection]]:
+        """Return what a client has sent that has not moved the robot yet, and whose it is."""
+        unmoved = [] if orphan is None else [(orphan.sender, orphan.collection)]
+        if link.collection is not None:
+            unmoved.append((link.sender, link.collection))
+        if self._waiting is not None:
+            unmoved.append((self._waiting.sender, self._waiting.collection))
+        return unmoved
+
+    def _is_left_over(self, link: Link, now: int) -> bool:
+        """Tell whether a point belongs to a trajectory that was refused, and told of, before.
+
+        The real client goes on with its points after a failure reply, and on a new link where the
+        old one was closed for it; what it is told must stay the first reason.
+        """
+        if not link.rejecting and self._leftovers.get(link.address, now) > now:
+            link.rejecting = True
+        if link.rejecting:
+            self._leftovers[link.address] = now + self._resume_ns
+        return link.rejecting
+
+    def _is_under_way(self, session: int) -> bool:
+        """Tell whether the last trajectory of a connection waits, is planned or is moved."""
+        waiting = self._waiting
+        return self.outcomes.is_of(session) or (
+            waiting is not None and waiting.sender.session == session
+        )
+
+    def _cut_off(
+        self, link: Link, message: JointTrajPt | JointTrajPtFull, now: int
+    ) -> list[Outgoing]:
+        """Break a trajectory off because a point follows that came after it counted as complete.
+
+        Nobody knows where it was to end.
+        """
+        text = f"point {message.sequence} came after the trajectory had ended"
+        if message.sequence >= 0:
+            text += f": no point had come for {self._settings.trajectory_gap * 1e3:.0f} ms"
+        refusal = Refusal(VerdictCode.SEQUENCE, text)
+        out: list[Outgoing] = []
+        waiting, self._waiting = self._waiting, None
+        if waiting is not None:
+            out = self._drop(waiting.sender, waiting.collection, refusal, now)
+        else:
+            out = self._cell.end(refusal, now)
+        self._reject(link, now)
+        return out + _answer(link.session, message, refusal)
 
     def _ineligible(self, link: Link) -> Refusal | None:
         """Return why a client may not move the robot, whatever the robot does."""
@@ -171,82 +245,141 @@ class RosTrajectories:
         return self._cell.take_authority(holder, now, beats=False)
 
     def _turn_away(
-        self, session: int, link: Link, message: PointMessage | JointTraj, refusal: Refusal
+        self,
+        session: int,
+        link: Link,
+        message: PointMessage | JointTraj,
+        refusal: Refusal,
+        now: int,
     ) -> list[Outgoing]:
         """Refuse a trajectory at its first point; the link is closed where it may not move.
 
         The real client takes a failure reply for a success, so closing is the only answer it sees.
         """
-        self.discard(link, refusal.code)
-        out = _answer(session, message, refusal)
+        points = len(message.points) if isinstance(message, JointTraj) else 1
+        link.drop_points()
+        self._reject(link, now)
+        out = self.outcomes.tell(link.sender, (0, points), refusal, now)
+        out += _answer(session, message, refusal)
         if refusal.code is not VerdictCode.SEQUENCE:
-            out.append(Close(session, refusal.sentence))
+            out.append(Close(session, "its trajectory was refused"))
         return out
 
-    def discard(self, link: Link, code: VerdictCode) -> None:
+    def discard(self, link: Link, refusal: Refusal, now: int) -> list[Outgoing]:
         """Forget the points of a link, and refuse those that belong to the same trajectory."""
+        collection = link.collection
+        assert collection is not None
         link.drop_points()
-        link.rejecting = True
-        self.refused = code
+        self._reject(link, now)
+        return self._drop(link.sender, collection, refusal, now)
 
-    def discard_all(self, code: VerdictCode) -> None:
-        """Forget every point that does not move the robot yet, because somebody stopped it."""
-        self._waiting = None
-        self._orphans.clear()
+    def _reject(self, link: Link, now: int) -> None:
+        """Refuse what still comes of a trajectory, on a new link of its client too."""
+        link.rejecting = True
+        self._leftovers[link.address] = now + self._resume_ns
+
+    def _drop(
+        self, sender: Sender, collection: Collection, refusal: Refusal, now: int
+    ) -> list[Outgoing]:
+        return self.outcomes.tell(sender, (0, len(collection.points)), refusal, now)
+
+    def _forget_unmoved(self, refusal: Refusal, now: int, by: int = 0) -> list[Outgoing]:
+        """Forget every point that does not move the robot yet.
+
+        Args:
+            refusal: why.
+            now: monotonic time, ns.
+            by: number of the connection whose client wants it so; 0 for none.
+        """
+        dropped = [(orphan.sender, orphan.collection) for orphan in self._orphans.values()]
+        if self._waiting is not None:
+            dropped.append((self._waiting.sender, self._waiting.collection))
         for link in self._links.values():
             if link.collection is not None:
-                self.discard(link, code)
+                dropped.append((link.sender, link.collection))
+                link.drop_points()
+                self._reject(link, now)
+        self._waiting = None
+        self._orphans.clear()
+        out: list[Outgoing] = []
+        for sender, collection in dropped:
+            points, is_wanted = (0, len(collection.points)), sender.session == by
+            out += self.outcomes.tell(sender, points, refusal, now, is_wanted=is_wanted)
+        return out
 
-    def interrupt(self, refusal: Refusal) -> list[Outgoing]:
-        """Forget the same because the controller broke off; who waits to move is closed for it."""
+    def interrupt(self, refusal: Refusal, now: int) -> list[Outgoing]:
+        """Forget what does not move yet, because the controller or somebody broke off.
+
+        Who waits to move is closed for it.
+        """
         sessions = [session for session, link in self._links.items() if link.collection is not None]
         if self._waiting is not None:
-            sessions.append(self._waiting[0])
-        self.discard_all(refusal.code)
-        out: list[Outgoing] = []
-        for session in sessions:
-            why = self._ineligible(self._links[session]) or refusal  # it names what to mend
-            self.refused = why.code
-            out.append(Close(session, why.sentence))
-        return out
+            sessions.append(self._waiting.sender.session)
+        if sessions:
+            # One that turned the mode selector, say: it names what to mend.
+            refusal = self._ineligible(self._links[sessions[0]]) or refusal
+        out = self._forget_unmoved(refusal, now)
+        return out + [Close(session, "its trajectory was broken off") for session in sessions]
 
     def stop(self, link: Link, now: int) -> list[Outgoing]:
         """Stop the robot at once and forget all points; a fresh trajectory may follow."""
-        link.drop_points()
+        refusal = Refusal(VerdictCode.STOPPED, f"stop from the ROS-I client at {link.address}")
+        self.outcomes.unwanted(link.session)
+        told = self._forget_unmoved(refusal, now, by=link.session)
+        stopped = self._cell.halt(refusal, now)
+        self._leftovers.pop(link.address, None)
         link.rejecting = False
         link.finished = None
-        self.discard_all(VerdictCode.STOPPED)
-        return self._cell.halt(
-            Refusal(VerdictCode.STOPPED, f"stop from the ROS-I client at {link.address}"), now
-        )
+        return stopped + told
+
+    def overtaken(
+        self, link: Link, message: JointTrajPt | JointTrajPtFull | JointTraj
+    ) -> list[Outgoing]:
+        """Refuse points that a STOP of the same connection, which has acted, has overtaken."""
+        if message.comm_type not in (CommType.TOPIC, CommType.REQUEST):
+            return []
+        link.overtaken += len(message.points) if isinstance(message, JointTraj) else 1
+        return _answer(link.session, message, Refusal(VerdictCode.OVERTAKEN_BY_STOP))
+
+    def passed_stop(self, link: Link, now: int) -> list[Outgoing]:
+        """Tell of the points in front of a STOP, whose own place has come, or will never come."""
+        if not link.overtaken:
+            return []
+        points, link.overtaken = (0, link.overtaken), 0
+        text = "a STOP that came behind these points has acted before them"
+        refusal = Refusal(VerdictCode.OVERTAKEN_BY_STOP, text)
+        return self.outcomes.tell(link.sender, points, refusal, now)
 
     # Complete trajectories.
 
-    def _finish(
-        self, session: int, link: Link, last: PointMessage | None, now: int
-    ) -> list[Outgoing]:
+    def _finish(self, link: Link, last: PointMessage | None, now: int) -> list[Outgoing]:
         """Hand a complete trajectory to the planner, now or when the robot has come to rest."""
         collection = link.collection
         assert collection is not None
         link.drop_points()
         link.finished = last
-        self._waiting = (session, collection)
+        self._waiting = Waiting(link.sender, collection)
         return self._plan_waiting(now)
 
     def _plan_waiting(self, now: int) -> list[Outgoing]:
         if self._waiting is None:
             return []
-        session, collection = self._waiting
-        cell = self._cell
+        sender, collection = self._waiting.sender, self._waiting.collection
+        session, cell = sender.session, self._cell
         obstacle = self._ineligible(self._links[session]) or cell.check(
             session, now, MotionKind.ROS
         )
-        if obstacle is not None and obstacle.code in PASSING:
+        is_passing = obstacle is not None and obstacle.code in PASSING
+        begin_by = collection.last_byte + LATEST_BEGINNING_NS
+        if now > begin_by and (obstacle is None or is_passing):
+            self._waiting = None
+            return self._drop(sender, collection, _late(collection, obstacle, now), now)
+        if is_passing:
             return []
         self._waiting = None
         if obstacle is not None:
-            self.refused = obstacle.code
-            return [Close(session, obstacle.sentence)]
+            out = self._drop(sender, collection, obstacle, now)
+            return [*out, Close(session, "its trajectory was refused")]
         self._requests += 1
         job = RosPathJob(
             cell.motions.new_job_id(),
@@ -255,22 +388,45 @@ class RosTrajectories:
             self._settings.approach_speed,
             START_TOLERANCE,
         )
-        return cell.motions.ask(Request(session, self._requests), job, MotionKind.ROS)
+        request = Request(session, self._requests)
+        self.outcomes.hand_on(request, sender, len(collection.points))
+        return cell.motions.ask(request, job, MotionKind.ROS, begin_by=begin_by)
 
     # Time.
 
     def tick(self, now: int) -> list[Outgoing]:
         """Plan what waited, end collections, and give idle authority back."""
+        before, self._ticked = self._ticked, now
+        self.outcomes.tick(now)
+        if self._leftovers:
+            self._leftovers = {who: end for who, end in self._leftovers.items() if end > now}
         if not self._links and not self._orphans:
             return []
         out = self._plan_waiting(now)
+        is_late = before is not None and now - before > min(self._gap_ns, _LATE_TICK_NS)
         for session, link in list(self._links.items()):
-            if link.collection is not None and link.gap_ends is not None and now >= link.gap_ends:
-                out += self._finish(session, link, link.collection.last, now)
+            if link.gap_ends is not None and now >= link.gap_ends and not is_late:
+                out += self._fall_silent(link, now)
             out += self._release_idle(session, link, now)
-        for address in [key for key, orphan in self._orphans.items() if now > orphan.until]:
-            del self._orphans[address]
+        for address, orphan in list(self._orphans.items()):
+            if now > orphan.until:
+                del self._orphans[address]
+                text = f"its link was lost, and not back within {self._resume_ns / 1e9:g} s"
+                refusal = Refusal(VerdictCode.TRAJECTORY_INCOMPLETE, text)
+                out += self._drop(orphan.sender, orphan.collection, refusal, now)
         return out
+
+    def _fall_silent(self, link: Link, now: int) -> list[Outgoing]:
+        """End the collection of a link on which no point came for long enough."""
+        collection = link.collection
+        assert collection is not None
+        if not collection.awaits_end:
+            return self._finish(link, collection.last, now)
+        text = (
+            f"it began at {SpecialSequence.START_DOWNLOAD:d}, and no point came for"
+            f" {LATEST_BEGINNING_NS / 1e9:g} s; its end would be {SpecialSequence.END:d}"
+        )
+        return self.discard(link, Refusal(VerdictCode.TRAJECTORY_INCOMPLETE, text), now)
 
     def _release_idle(self, session: int, link: Link, now: int) -> list[Outgoing]:
         cell = self._cell
@@ -290,6 +446,23 @@ class RosTrajectories:
             return []
         link.idle_since = None
         return cell.authority_gone(cell.authority.release(session, AuthorityReason.RELEASED), now)
+
+
+def _resumed(orphan: Orphan, message: PointMessage, now: int) -> Collection | None:
+    """Return the points of a client's lost connection if a point goes on with them."""
+    known = orphan.collection
+    if now > orphan.until:
+        return None
+    return known if known.repeats(message) or known.continues(message) else None
+
+
+def _late(collection: Collection, obstacle: Refusal | None, now: int) -> Refusal:
+    """Return why a trajectory is dropped that the robot could not begin in time."""
+    waited = (now - collection.last_byte) / 1e9
+    why = "the server came to it late" if obstacle is None else obstacle.sentence
+    text = f"{waited:.3f} s after its last point it had not begun: {why}"
+    limit = LATEST_BEGINNING_NS / 1e9
+    return Refusal(VerdictCode.TRAJECTORY_LATE, text, value=waited, limit=limit)
 
 
 def _answer(

@@ -1,6 +1,7 @@
 """Collecting the points of one ROS-Industrial trajectory, and what each of them asks for.
 
-Owns the order of sequence numbers, the tolerance for points that come twice, and the reading of
+Owns the order of sequence numbers, the tolerance for points that come twice, whether a trajectory
+says where it ends (one that begins at -1 ends at -3, and nowhere else), and the reading of
 velocity, duration and time fields. It knows nothing of connections, authority or time.
 
 How the real clients fill the fields: `velocity` is the largest joint speed as a fraction of its
@@ -48,12 +49,15 @@ class Collection:
         max_points: most points that are taken.
         points: what they ask for, in order.
         complete: the point that ends the trajectory came.
+        last_byte: when its last point came, or earlier [ns].
     """
 
     slots: JointSlots
     max_points: int
     points: list[RosPoint] = field(default_factory=list)
     complete: bool = False
+    last_byte: int = 0
+    _announced: bool = False
     _last: PointMessage | None = None
     _sequence: int = -1
     _time: float = 0.0
@@ -63,6 +67,11 @@ class Collection:
     def last(self) -> PointMessage | None:
         """The last point that was taken."""
         return self._last
+
+    @property
+    def awaits_end(self) -> bool:
+        """Whether it announced that it will say where it ends, and has not said it yet."""
+        return self._announced and not self.complete
 
     def repeats(self, message: PointMessage) -> bool:
         """Tell whether a point is the last one again, as after a reconnection."""
@@ -97,6 +106,8 @@ class Collection:
             text = f"the trajectory would last {self._asked:g} s; accepted: {MAX_DURATION:g}"
             return Refusal(VerdictCode.BAD_ARGUMENT, text, value=self._asked, limit=MAX_DURATION)
         self.points.append(point)
+        if self._last is None:
+            self._announced = sequence == SpecialSequence.START_DOWNLOAD
         self._last = message
         # A download counts its first point as -1 and goes on with 1; -3 ends it at any place.
         self._sequence = max(sequence, 0) if sequence != SpecialSequence.END else self._sequence + 1

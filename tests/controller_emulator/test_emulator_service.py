@@ -39,9 +39,14 @@ Start = Callable[..., Awaitable["Running"]]
 class Peer:
     """A client that speaks simple message over asyncio streams."""
 
-    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    def __init__(
+        self,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+        order: ByteOrder = ByteOrder.LITTLE,
+    ) -> None:
         self.reader, self.writer = reader, writer
-        self.connection = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE)
+        self.connection = Connection(Role.CLIENT, PENDANT, order)
         self._waiting: list[Received] = []
 
     async def receive(self) -> Received:
@@ -72,16 +77,16 @@ class Running:
         self.service, self.ports = service, ports
         self.peers: list[Peer] = []
 
-    async def connect(self, port: int) -> Peer:
-        peer = Peer(*await asyncio.open_connection(LOOPBACK, port))
+    async def connect(self, port: int, order: ByteOrder) -> Peer:
+        peer = Peer(*await asyncio.open_connection(LOOPBACK, port), order)
         self.peers.append(peer)
         return peer
 
-    async def motion(self) -> Peer:
-        return await self.connect(self.ports.motion)
+    async def motion(self, order: ByteOrder = ByteOrder.LITTLE) -> Peer:
+        return await self.connect(self.ports.motion, order)
 
-    async def state(self) -> Peer:
-        return await self.connect(self.ports.state)
+    async def state(self, order: ByteOrder = ByteOrder.LITTLE) -> Peer:
+        return await self.connect(self.ports.state, order)
 
     async def close(self) -> None:
         for peer in self.peers:
@@ -284,3 +289,52 @@ def _message(received: Received) -> Message:
 
 
 STOP_FRAME = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE).send(STOP)
+
+
+async def hears(listener: Peer) -> type[Received]:
+    """Return what kind of message comes next; a frame in the other order raises an error."""
+    message = await listener.receive()
+    assert listener.connection.fault is None
+    return type(message)
+
+
+async def test_a_listener_is_told_in_the_order_of_its_motion_link(start: Start) -> None:
+    emulator = await start()
+    motion = await emulator.motion(ByteOrder.BIG)
+    await motion.ask(Ping())
+    assert await hears(await emulator.state(ByteOrder.BIG)) is JointPosition
+
+
+async def test_one_that_was_told_in_the_other_order_is_closed_and_told_rightly_then(
+    start: Start, caplog: pytest.LogCaptureFixture
+) -> None:
+    emulator = await start()
+    listener = await emulator.state(ByteOrder.BIG)
+    await asyncio.sleep(0.05)
+    await (await emulator.motion(ByteOrder.BIG)).ask(Ping())
+    assert len(await asyncio.wait_for(listener.reader.read(), TIMEOUT_S)) < 4096
+    assert await hears(await emulator.state(ByteOrder.BIG)) is JointPosition
+    assert "127.0.0.1 speaks big endian" in caplog.text
+    assert "--byte-order big" in caplog.text
+
+
+async def test_a_listener_that_asks_is_told_in_its_own_order_from_then_on(start: Start) -> None:
+    emulator = await start()
+    listener = await emulator.state(ByteOrder.BIG)
+    await asyncio.sleep(0.05)
+    listener.writer.write(listener.connection.send(Ping()))
+    answer = struct.pack(">4i", 12, 1, 3, 1)
+    heard = b""
+    while answer not in heard:
+        heard += await asyncio.wait_for(listener.reader.read(4096), TIMEOUT_S)
+    before, after = heard.split(answer)
+    assert before.startswith(struct.pack("<i", 56))
+    listener.connection.receive(answer + after)
+    assert [await hears(listener) for _ in range(4)][-1] in (JointPosition, JointFeedback)
+
+
+async def test_nobody_is_closed_where_all_speak_alike(start: Start) -> None:
+    emulator = await start()
+    listener = await emulator.state()
+    await (await emulator.motion()).ask(Ping())
+    assert JointPosition in {await hears(listener) for _ in range(20)}

@@ -13,14 +13,15 @@ from pathlib import Path
 import pytest
 from promise_figures import Figures, Void
 from promise_rig import PromiseRig, promise_rig
-from promise_table import figure
+from promise_table import Figure, figure
 from recording_controller import Arrival
 from wire_pendant import WirePendant
 
 from openpendant.simplemsg.pendant import StopKind
 from openpendant.simplemsg.verdicts import VerdictCode
 
-STOPPED = figure(26, "stopped")
+REAL, EMULATED = figure(26, "stopped"), figure(26, "emulated_stopped")
+EXPLICIT = {"deadline": figure(26, "stop").seconds}
 
 pytestmark = [pytest.mark.realtime, pytest.mark.soak, pytest.mark.timeout(3_600)]
 
@@ -52,14 +53,16 @@ def come_back(pendant: WirePendant) -> None:
     pendant.wait_until(lambda state: state.stop == StopKind.NONE)
 
 
-def test_promise_26_a_frozen_server_is_stopped_for_within_200_ms(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("settings", "stopped"), [(EXPLICIT, REAL), ({}, EMULATED)])
+def test_promise_26_a_frozen_server_is_stopped_for_within_200_ms(
+    tmp_path: Path, settings: dict[str, float], stopped: Figure
+) -> None:
     figures = Figures("promise 26, server frozen to STOP at the controller")
-    void = Void(figures, STOPPED.trials)
-    deadline = {"deadline": figure(26, "stop").seconds}
-    with promise_rig(tmp_path, watchdog=deadline) as rig:
+    void = Void(figures, stopped.trials)
+    with promise_rig(tmp_path, watchdog=settings) as rig:
         pendant = rig.pendant("frozen out")
         pendant.take_control()
-        while figures.need_more(STOPPED.trials, STOPPED.ms):
+        while figures.need_more(stopped.trials, stopped.ms):
             pendant.hold_anew()
             pressed = pendant.press(0.3 if len(figures.delays) % 2 else -0.3, 0.25)
             pendant.listen(0.08)
@@ -73,4 +76,4 @@ def test_promise_26_a_frozen_server_is_stopped_for_within_200_ms(tmp_path: Path)
             figures.idle.append(rig.idle_delay())
             come_back(pendant)
         pendant.close()
-    figures.judge(STOPPED.ms)
+    figures.judge(stopped.ms)

@@ -7,6 +7,7 @@ from typing import Literal
 
 import pytest
 from emulated_cell import EmulatedCell
+from promise_table import figure
 from server_clients import Pendant
 from server_rig import MS
 
@@ -79,6 +80,8 @@ def planned_path(cell: StallingCell, pendant: Pendant) -> None:
     assert pendant.path(*path, speed=0.3) is V.ACCEPTED
 
 
+STALL = round(figure(55, "stall").ms)
+
 MOTIONS: tuple[Callable[[StallingCell, Pendant], None], ...] = (joint_move, planned_path)
 
 
@@ -100,7 +103,7 @@ def test_promise_55_a_stall_of_200_ms_ends_no_planned_motion(
     pendant = cell.holder()
     motion(cell, pendant)
     cell.wait(after)
-    cell.stall(who, 200)
+    cell.stall(who, STALL)
     assert finished(cell, pendant) == [V.ACCEPTED]
     assert cell.core.cell.stop is None
     events, counts = cell.controller.referee.events, cell.controller.referee.counts
@@ -115,7 +118,7 @@ def test_promise_55_nor_do_many_of_them_one_after_the_other(who: Who) -> None:
     joint_move(cell, pendant)
     for _ in range(8):
         cell.wait(100)
-        cell.stall(who, 200)
+        cell.stall(who, STALL)
     assert finished(cell, pendant) == [V.ACCEPTED]
     assert not cell.controller.referee.events["under-runs"]
 
@@ -127,7 +130,7 @@ def test_the_robot_is_never_seen_to_jump(who: Who) -> None:
     joint_move(cell, pendant)
     cell.wait(500)
     before = cell.position[0]
-    cell.stall(who, 200)
+    cell.stall(who, STALL)
     # 0.4 of the speed limit of a UR5's first joint, 3.15 rad/s, for 0.2 s.
     assert 0.0 <= cell.position[0] - before <= 0.4 * cell.limits.velocity[0] * 0.2 + 1e-6
 
@@ -138,7 +141,7 @@ def test_promise_26_a_real_controller_is_stopped_for_within_such_a_stall() -> No
     pendant = cell.holder()
     joint_move(cell, pendant)
     cell.wait(300)
-    cell.stall("server", 200)
+    cell.stall("server", STALL)
     assert [code for _, code in pendant.outcomes()] == [V.SERVER_LATE]
     assert cell.core.cell.stop is not None
 

@@ -89,10 +89,16 @@ async def stop_process(process: asyncio.subprocess.Process) -> None:
         await process.wait()
 
 
-async def _spawn(module: str, *arguments: str) -> asyncio.subprocess.Process:
-    return await asyncio.create_subprocess_exec(
-        sys.executable, "-m", module, *arguments, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE
-    )
+async def _spawn(
+    module: str, *arguments: str, log: Path | None = None
+) -> asyncio.subprocess.Process:
+    with contextlib.ExitStack() as stack:
+        return await asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", module, *arguments),
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=None if log is None else stack.enter_context(log.open("wb")),
+        )
 
 
 class StartCell:
@@ -111,14 +117,21 @@ class StartCell:
         settings: str = PATIENT,
         server: tuple[str, ...] = (),
         emulator: tuple[str, ...] = (),
+        has_store: bool = False,
+        log: Path | None = None,
     ) -> RunningCell:
-        """Start a cell; where it is given no configuration, the server gets one of `settings`."""
+        """Start a cell; where it is given no configuration, the server gets one of `settings`.
+
+        What the server logs goes to `log`, or where the tests' own output goes.
+        """
         number = next(self._numbers)
         report = self._folder / f"referee-{number}.json"
         if "--config" not in server:
             config = self._folder / f"server-{number}.toml"
             config.write_text(settings, encoding="utf-8")
             server = (*server, "--config", str(config))
+        if has_store:
+            server = (*server, "--store", str(self._folder / f"store-{number}.db"))
         controlling = await _spawn(
             "openpendant.controller_emulator",
             *("--robot", robot, "--start", start, "--report", str(report), "--json"),
@@ -132,6 +145,7 @@ class StartCell:
             *("--ros-motion-port", "0", "--ros-state-port", "0"),
             *("--controller", f"127.0.0.1:{controller['motion']}:{controller['state']}"),
             *server,
+            log=log,
         )
         ports = await read_ready(serving, "the server")
         cell = RunningCell(controlling, serving, controller, ports, report)

@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 from burner import MOST_VOID, VoidTime, burner
+from promise_table import figure
 
 from openpendant.simplemsg.pendant import StopKind
 from openpendant.tools.bench.cells import running_room
@@ -21,8 +22,7 @@ from openpendant.tools.pendants.client import Aborted
 
 pytestmark = [pytest.mark.realtime, pytest.mark.soak]
 
-STALLS = 50
-STALL = 0.2
+STALLS, STALL = figure(55, "stalls").count, figure(55, "stall").seconds
 TOO_LONG = 0.215
 """A stall that the machine made longer than this [s] is void, and made again."""
 

@@ -13,6 +13,7 @@ from tls_certificates import make_certificate
 
 from openpendant.tools import why
 from openpendant.tools.pendants.client import AccountRole, PendantClient, Refused, WrongArgument
+from openpendant.tools.pendants.commands import home, reset, stop
 from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
 from openpendant.tools.pendants.terminal import cli as pendant
 
@@ -23,8 +24,14 @@ Command = Callable[[list[str]], int]
 PLAIN: dict[str, tuple[Command, list[str], tuple[int, ...]]] = {
     "why": (why.main, [], (0, 1)),
     "pendant": (pendant.main, ["--plain"], (0,)),
+    "reset": (reset.main, ["--yes"], (0,)),
 }
 """Each command, what makes it need no terminal, and its exit codes where the server answers."""
+
+
+def _address(name: str, port: int) -> list[str]:
+    where = f"127.0.0.1:{port}"
+    return ["--server", where] if name == "reset" else [where]
 
 
 async def run(
@@ -32,7 +39,7 @@ async def run(
 ) -> tuple[bool, str]:
     """Run a command against a server as otto; return whether it was answered, and what was said."""
     main, more, good = PLAIN[name]
-    arguments = [f"127.0.0.1:{server.port}", "--ca", str(ca), "--user", "otto", *more]
+    arguments = [*_address(name, server.port), "--ca", str(ca), "--user", "otto", *more]
     code = await asyncio.to_thread(main, arguments)
     said = capsys.readouterr()
     return code in good, said.out + said.err
@@ -140,7 +147,20 @@ async def test_tls_on_one_side_only_is_told_with_what_to_change(
     tls = {"certificate": str(certificate), "key": str(key)} if is_secured else {}
     option = [] if is_secured else ["--ca", str(certificate)]
     async with guarded_server(tmp_path, tls=tls) as server:
-        assert await asyncio.to_thread(command, [f"127.0.0.1:{server.port}", *option, *more])
+        assert await asyncio.to_thread(command, [*_address(name, server.port), *option, *more])
     said = capsys.readouterr().err
     assert told in said
     assert said.count("\n") == 1
+
+
+async def test_a_stop_asks_nobody_who_he_is_and_a_motion_does(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("OPENPENDANT_PASSWORD", raising=False)
+    monkeypatch.setattr("getpass.getpass", lambda _: pytest.fail("a password was asked for"))
+    async with guarded_server(tmp_path) as server:
+        where = ["--server", f"127.0.0.1:{server.port}"]
+        assert await asyncio.to_thread(stop.main, where) == 0
+        assert server.app.cells[0].core.cell.stop is not None
+        assert await asyncio.to_thread(home.main, where) == 1
+        assert "LOGIN_NEEDED" in capsys.readouterr().err

@@ -42,6 +42,7 @@ from openpendant.simplemsg import (
     joint_array,
 )
 from openpendant.simplemsg.errors import BodyFault
+from openpendant.simplemsg.verdicts import STATUS_ERROR_OFFSET
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 FAULTS, WINDOW = figure(7, "faults").count, round(figure(7, "window").ms)
@@ -140,7 +141,7 @@ def test_positions_that_are_not_fresh_are_not_repeated() -> None:
     told = len(listener.all(JointPosition))
     rig.wait(200)
     assert len(listener.all(JointPosition)) == told
-    assert listener.all(Status)[-1].error_code == V.FEEDBACK_STALE
+    assert listener.all(Status)[-1].error_code == STATUS_ERROR_OFFSET + V.FEEDBACK_STALE
 
 
 @pytest.mark.parametrize(
@@ -148,9 +149,9 @@ def test_positions_that_are_not_fresh_are_not_repeated() -> None:
     [
         (lambda rig: None, 0, 0, 1),
         (manual, 0, 0, 1),
-        (latched, V.STOP_LATCHED, 1, 0),
-        (down, V.CONTROLLER_DOWN, 1, 0),
-        (e_stopped, V.CONTROLLER_NOT_READY, 1, 0),
+        (latched, 1_000_020, 1, 0),
+        (down, 1_000_023, 1, 0),
+        (e_stopped, 1_000_025, 1, 0),
         (lambda rig: rig.holder().move(0.5, 0.5), 0, 0, 1),
     ],
 )
@@ -175,7 +176,8 @@ def test_status_says_in_motion_as_long_as_the_motion_lasts() -> None:
 
 
 @pytest.mark.parametrize(
-    ("code", "shown"), [(V.NOT_TIMEABLE, V.NOT_TIMEABLE), (V.NO_MOTION, None), (V.STOPPED, None)]
+    ("code", "shown"),
+    [(V.NOT_TIMEABLE, V.NOT_TIMEABLE), (V.NO_MOTION, None), (V.STOPPED, V.STOPPED)],
 )
 def test_status_shows_why_a_plan_was_refused_unless_that_is_no_error(
     code: V, shown: V | None

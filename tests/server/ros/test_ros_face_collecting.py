@@ -8,6 +8,7 @@ from server_rig import FAILURE, MS, SUCCESS, ready
 
 from openpendant.simplemsg import JointTraj, TrajPoint, joint_array
 from openpendant.simplemsg.pendant import Activity
+from openpendant.simplemsg.verdicts import STATUS_ERROR_OFFSET
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -121,7 +122,7 @@ def test_a_gap_in_the_sequence_discards_the_trajectory(sequences: tuple[int, ...
     assert client.point(4, 0.4, 0.0) is FAILURE
     rig.wait(500)
     assert jobs(rig) == []
-    assert status_of(rig).error_code == V.SEQUENCE
+    assert status_of(rig).error_code == STATUS_ERROR_OFFSET + V.SEQUENCE
     assert client.closed_for == []
 
 

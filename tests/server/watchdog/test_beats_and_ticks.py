@@ -9,6 +9,7 @@ from typing import cast
 
 import pytest
 from judged_server import ROBOT, LoopPlanner, running_emulator
+from promise_table import figure
 from virtual_clock import VirtualLoop
 
 from openpendant.motion.robot import serial_robot
@@ -23,7 +24,7 @@ from openpendant.tools.pendants.client import PendantClient
 pytestmark = [pytest.mark.virtual_clock, pytest.mark.asyncio]
 
 MS = 1_000_000
-DEADLINE, EMULATED = 100 * MS, 400 * MS
+DEADLINE, EMULATED = figure(26, "stop").ns, figure(26, "emulated").ns
 
 
 def loop() -> VirtualLoop:

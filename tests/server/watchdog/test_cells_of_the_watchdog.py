@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from openpendant.server.watchdog import child
-from openpendant.server.watchdog.pipe import STOPPED
 
 
 class Connection:
@@ -22,14 +21,14 @@ class Connection:
 
 
 @pytest.fixture
-def told(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
-    said: list[bytes] = []
+def told(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    said: list[int] = []
     monkeypatch.setattr(child, "_tell", said.append)
     return said
 
 
 @pytest.fixture
-def stop(told: list[bytes]) -> Callable[[int], list[int]]:
+def stop(told: list[int]) -> Callable[[int], list[int]]:
     def stopped(cells: int) -> list[int]:
         process: Any = child._Child.__new__(child._Child)
         process._connections = [Connection() for _ in range(4)]
@@ -45,14 +44,14 @@ def stop(told: list[bytes]) -> Callable[[int], list[int]]:
     [(0b0001, [1, 0, 0, 0]), (0b0010, [0, 1, 0, 0]), (0b1010, [0, 1, 0, 1]), (0b1111, [1] * 4)],
 )
 def test_each_cell_that_may_move_is_stopped_and_no_other(
-    stop: Callable[[int], list[int]], told: list[bytes], cells: int, stops: list[int]
+    stop: Callable[[int], list[int]], told: list[int], cells: int, stops: list[int]
 ) -> None:
     assert stop(cells) == stops
-    assert told == [STOPPED]
+    assert told == [cells]
 
 
 def test_where_nothing_may_move_nothing_is_stopped_and_nothing_said(
-    stop: Callable[[int], list[int]], told: list[bytes]
+    stop: Callable[[int], list[int]], told: list[int]
 ) -> None:
     assert stop(0) == [0] * 4
     assert told == []

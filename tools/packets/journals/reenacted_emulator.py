@@ -49,7 +49,7 @@ class ReenactedEmulator:
                 is_motion = happening.more.get("port") == "motion"
                 link = service.motion_link() if is_motion else service.state_link()
                 self._links[happening.link] = link
-                link.connection_made(DeadEnd())
+                link.connection_made(DeadEnd(happening.more.get("address", "")))
             case "closed":
                 self._link(happening).connection_lost(None)
                 del self._links[happening.link]

@@ -1,0 +1,127 @@
+"""What the operator's commands are told: which server and cell, who comes in, and how to answer."""
+
+from __future__ import annotations
+
+import argparse
+import ssl
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..client import DEFAULT_PORT
+from ..signing_in import PASSWORD_VARIABLE, guest_name, pairing_code, password_of, trusted
+
+EPILOG = (
+    "Exit codes: 0 done, 1 refused or not done, 2 wrong usage, 69 no server answered or it does"
+    " not want us, 130 interrupted."
+)
+
+
+@dataclass(frozen=True, slots=True)
+class WayIn:
+    """How a command gets to its cell.
+
+    Attributes:
+        host: the server.
+        port: its pendant port.
+        cell: name of the cell; empty for the only one.
+        tls: how to encrypt; None for clear text.
+        user: account, or name of a guest.
+        password: of the account; None where none is named.
+        pairing: code of a class; None where none was asked for.
+    """
+
+    host: str
+    port: int
+    cell: str
+    tls: ssl.SSLContext | None = None
+    user: str = ""
+    password: str | None = None
+    pairing: str | None = None
+
+
+def parser(name: str, description: str, *, logs_in: bool = True) -> argparse.ArgumentParser:
+    """Return what reads the arguments that the commands share.
+
+    Args:
+        name: of the command.
+        description: what it does.
+        logs_in: the server may ask who comes in.
+    """
+    reader = argparse.ArgumentParser(
+        prog=f"openpendant {name}", description=description, epilog=EPILOG
+    )
+    reader.add_argument(
+        "--server",
+        type=_address,
+        default=("127.0.0.1", DEFAULT_PORT),
+        metavar="HOST[:PORT]",
+        help=f"the pendant server (default: 127.0.0.1:{DEFAULT_PORT})",
+    )
+    reader.add_argument("--cell", default="", help="name of the cell, where it serves several")
+    reader.add_argument(
+        "--ca", type=Path, metavar="FILE", help="certificate of the server; encrypts the connection"
+    )
+    if logs_in:
+        reader.add_argument(
+            "--user",
+            default="",
+            metavar="NAME",
+            help=f"account; its password is asked for, or taken from {PASSWORD_VARIABLE};"
+            " with --pairing: your name in the class",
+        )
+        reader.add_argument("--pairing", action="store_true", help="ask for the code of a class")
+    reader.add_argument(
+        "--json", action="store_true", help="one JSON object a line on standard output"
+    )
+    return reader
+
+
+def add_speed(reader: argparse.ArgumentParser, default: float, of_what: str) -> None:
+    """Add the option that says how fast."""
+    reader.add_argument(
+        "--speed",
+        type=_fraction,
+        default=default,
+        metavar="FRACTION",
+        help=f"of {of_what}, above 0, up to 1 (default: {default:g})",
+    )
+
+
+def way_in(arguments: argparse.Namespace) -> WayIn:
+    """Return how to get in; asks for a secret where one is needed.
+
+    Raises:
+        WrongArgument: a certificate cannot be used, or nobody typed the secret.
+    """
+    host, port = arguments.server
+    tls = trusted(arguments.ca)
+    if "user" not in arguments:
+        return WayIn(host, port, arguments.cell, tls)
+    if arguments.pairing:
+        code = pairing_code()
+        user = arguments.user or guest_name("terminal")
+        return WayIn(host, port, arguments.cell, tls, user, pairing=code)
+    password = password_of(arguments.user)
+    return WayIn(host, port, arguments.cell, tls, arguments.user, password)
+
+
+def _address(text: str) -> tuple[str, int]:
+    host, port = text, str(DEFAULT_PORT)
+    if text.startswith("["):
+        host, _, rest = text[1:].partition("]")
+        port = rest.removeprefix(":") or port
+    elif text.count(":") == 1:
+        host, _, port = text.partition(":")
+    if not host or not (port.isascii() and port.isdigit() and 1 <= int(port) <= 65_535):
+        raise argparse.ArgumentTypeError(f"{text!r} is no HOST[:PORT] with a port of 1 to 65535")
+    return host, int(port)
+
+
+def _fraction(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value <= 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is no fraction above 0, up to 1")
+    return value

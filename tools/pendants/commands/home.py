@@ -1,0 +1,42 @@
+"""`openpendant home`: moves the robot to a named position, and ends with the outcome."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+
+from ..client import PendantClient
+from .arguments import add_speed, parser, way_in
+from .moving import STATE_RATE, move
+from .running import Voice, run
+
+_TARGETS = ("home", "zero")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the command and return its exit code.
+
+    Args:
+        argv: arguments behind `openpendant home`; None takes those of the process.
+    """
+    reader = parser("home", "Move the robot to its home position. Ctrl-C stops it.")
+    reader.add_argument("--to", choices=_TARGETS, default="home", help="named position")
+    add_speed(reader, 0.1, "the joints' largest speed")
+    arguments = reader.parse_args(sys.argv[1:] if argv is None else argv)
+    what = f"{arguments.to} at {arguments.speed:.0%} speed"
+
+    async def act(pendant: PendantClient, voice: Voice) -> int:
+        return await move(
+            pendant, voice, what, lambda: pendant.home(arguments.to, speed=arguments.speed)
+        )
+
+    return run(
+        Voice("home", is_json=arguments.json),
+        partial(way_in, arguments),
+        act,
+        state_rate=STATE_RATE,
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
