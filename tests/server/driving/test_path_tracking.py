@@ -59,6 +59,15 @@ def test_between_two_samples_the_straight_way_counts() -> None:
     assert path.deviation((0.09, 0.09), 50 * MS) is not None
 
 
+def test_between_two_samples_the_way_back_counts_as_the_way_there() -> None:
+    path = PathTracking(FLAT)
+    for index in range(3):
+        place = 0.2 - index / 10
+        path.commanded(index * 100 * MS, Row(index / 10, [place, place], [-1.0] * 2, []))
+    assert path.deviation((0.15, 0.15), 90 * MS) is None
+    assert path.deviation((0.11, 0.11), 50 * MS) is not None
+
+
 def test_each_joint_may_lag_by_its_own_greatest_speed() -> None:
     path = line(LAGGING)
     follow(path, 490)
