@@ -218,7 +218,9 @@ def test_what_stands_between_two_stops_is_overtaken_by_the_second() -> None:
 def test_a_stop_stands_in_its_place_where_a_part_of_a_backlog_ends_in_front_of_it() -> None:
     codec = codec_for(PENDANT)
     wire = served(PENDANT, PENDANT_STOPS, frames_per_call=1)
-    first = wire.marked(wire.receive(codec.encode(ResetStop(1)) + codec.encode(SoftwareStop(2, ""))))
+    first = wire.marked(
+        wire.receive(codec.encode(ResetStop(1)) + codec.encode(SoftwareStop(2, "")))
+    )
     assert first == [Overtaken(ResetStop(1))]
     received = wire.receive(b"")
     assert wire.overtaking
