@@ -53,9 +53,10 @@ def test_a_stall_longer_than_the_stock_runs_nothing_dry_and_the_axes_go_on() -> 
     assert rig.status.error_code == ErrorCode.NONE
 
 
-def test_what_does_not_come_soon_after_a_stall_is_missed() -> None:
+@pytest.mark.parametrize("milliseconds", [200, 95])  # the stock lasts for 100
+def test_what_does_not_come_soon_after_a_stall_is_missed(milliseconds: int) -> None:
     rig = moving(21)
-    away(rig, 200)
+    away(rig, milliseconds)
     rig.wait(19)
     assert rig.status.error_code == ErrorCode.NONE
     rig.wait(2)
