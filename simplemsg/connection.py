@@ -237,8 +237,10 @@ class Connection:
         last = walk.taken if walk.is_ahead else passing[-1].place
         marked: list[Arrival] = []
         for at, each in enumerate(received, place):
-            if at in stops:
-                marked.append(stops[at])
+            stop = stops.get(at)
+            if stop is not None:
+                stop.is_sound = not isinstance(each, Malformed)
+                marked.append(stop)
             elif at < last and not isinstance(each, walk.before_all):
                 marked.append(Overtaken(each))
             else:

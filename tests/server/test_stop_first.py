@@ -412,7 +412,7 @@ async def test_a_ros_stop_acts_at_once_and_is_answered_in_its_place(
 @pytest.mark.parametrize(
     "numbers", [(MsgType.JOINT_TRAJ_PT, -4), (MsgType.JOINT_TRAJ_PT_FULL, 0, -4)]
 )
-async def test_a_ros_stop_that_ends_behind_its_sequence_stops_and_is_answered(
+async def test_a_ros_stop_that_ends_behind_its_sequence_stops_and_is_refused_as_a_frame(
     order: ByteOrder, numbers: tuple[int, ...]
 ) -> None:
     rig = ByteRig()
@@ -422,7 +422,7 @@ async def test_a_ros_stop_that_ends_behind_its_sequence_stops_and_is_answered(
     before = len(rig.stops)
     client.say(struct.pack(f"{order.value}{4 + len(body)}i", *header, *body))
     assert len(rig.stops) == before + 1
-    assert client.heard() == [HeaderOnly(msg_type, reply_code=ReplyCode.SUCCESS)]
+    assert client.heard() == [HeaderOnly(msg_type, reply_code=ReplyCode.FAILURE)]
 
 
 async def test_points_behind_a_ros_stop_begin_a_fresh_trajectory() -> None:

@@ -30,7 +30,7 @@ class SlowLine(EmulatedCell):
     def __init__(self) -> None:
         self.late: list[tuple[ControllerPath, Received]] = []
         self.slow: tuple[ControllerPath, ...] = ()
-        super().__init__()
+        super().__init__(controller={"lead": 0.09})  # so that it runs dry before reports are lost
 
     def _hear(self, path: ControllerPath, received: Received) -> None:
         if path in self.slow:
