@@ -19,7 +19,7 @@ def cruising() -> tuple[ServerRig, JogPad]:
     pad.squeeze()
     assert pad.speed(1.0, 2.0) is V.ACCEPTED
     assert pad.pendant.path((0.0, 0.5), (1.9, 1.9)) is V.ACCEPTED
-    pad.hold(600)
+    pad.hold(400)
     assert newest_speed(rig) == pytest.approx(2.0, rel=0.05)
     return rig, pad
 

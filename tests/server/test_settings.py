@@ -142,3 +142,29 @@ def test_a_slow_controller_may_be_older(period: float, fresh_ms: int, abort_ms: 
     link = make_settings({"controller": {"state_period": period}}, "cell.toml").controller
     assert link.fresh_age_ns == fresh_ms * 1_000_000
     assert link.abort_age_ns == abort_ms * 1_000_000
+
+
+@pytest.mark.parametrize(
+    ("deadline", "real", "emulated"),
+    [("by controller", 0.1, 0.4), (0.05, 0.05, 0.05), (0.3, 0.1, 0.3), (1.0, 0.1, 1.0)],
+)
+def test_a_deadline_that_a_file_names_counts_and_is_never_above_100_ms_on_a_real_controller(
+    deadline: float | str, real: float, emulated: float
+) -> None:
+    rule = make_settings({"watchdog": {"deadline": deadline}}, "cell.toml").watchdog
+    assert (rule.real_deadline, rule.emulated_deadline) == (real, emulated)
+
+
+@pytest.mark.parametrize(
+    ("given", "lead"),
+    [
+        ({}, 0.25),
+        ({"lead": 0.2}, 0.2),
+        ({"stop_connection": False}, 0.1),
+        ({"stop_connection": False, "lead": 0.08}, 0.08),
+    ],
+)
+def test_planned_motion_is_sent_less_far_ahead_where_the_watchdog_has_to_connect_first(
+    given: dict[str, Any], lead: float
+) -> None:
+    assert make_settings({"controller": given}, "cell.toml").controller.planned_lead == lead

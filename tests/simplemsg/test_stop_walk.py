@@ -121,6 +121,9 @@ NO_ROS_STOPS = {
     "a STOP inside another frame": lambda o: bare(
         o, 999, bytes(8) + codec_for(STANDARD, o).encode(point(-4))
     ),
+    "a STOP that is all of another frame's body": lambda o: bare(
+        o, 999, codec_for(STANDARD, o).encode(point(-4))
+    ),
     "a status that holds the number": lambda o: bare(o, MsgType.STATUS, numbers(o, -4)),
 }
 
@@ -158,6 +161,14 @@ def test_a_pendants_stop_is_known_by_its_type_alone(name: str, order: ByteOrder)
     assert len(stop.reason) <= 64
 
 
+def test_a_sequence_ends_with_its_frame() -> None:
+    order = ByteOrder.LITTLE
+    short = bare(order, MsgType.JOINT_TRAJ_PT, b"\xfc\xff\xff")
+    behind = bare(order, 999, bytes(243))  # its length begins with the byte that makes it a STOP
+    assert (short + behind)[16:20] == numbers(order, -4)
+    assert found(served(STANDARD, ROS_STOPS), PING[order] + short + behind) == []
+
+
 @pytest.mark.parametrize("at", range(1, 24))
 def test_a_frame_that_was_begun_is_none_until_its_last_byte(at: int) -> None:
     frame = bare(ByteOrder.LITTLE, MsgType.JOINT_TRAJ_PT, numbers(ByteOrder.LITTLE, -4, 0))
@@ -172,7 +183,8 @@ def test_a_frame_that_was_begun_is_none_until_its_last_byte(at: int) -> None:
 def test_behind_a_length_that_cannot_be_one_nothing_is_looked_for(length: int) -> None:
     stop = codec_for().encode(point(-4))
     wire = served(STANDARD, ROS_STOPS, max_frame=1_023)
-    assert len(found(wire, stop + struct.pack("<4i", length, 11, 2, 0) + stop)) == 1
+    behind = struct.pack("<4i", length, 999, 2, 0) + bytes(max(length - 12, 0))
+    assert len(found(wire, stop + behind + stop)) == 1
     assert len(found(wire, stop)) == 1
 
 
@@ -193,6 +205,26 @@ def test_what_stands_in_front_of_a_stop_is_overtaken_and_nothing_behind_it() -> 
     marked = wire.marked(received)
     assert marked == [Overtaken(ResetStop(1)), wire.stops[0], AuthorityBeat(), ResetStop(3)]
     assert not wire.overtaking
+
+
+def test_what_stands_between_two_stops_is_overtaken_by_the_second() -> None:
+    codec = codec_for(PENDANT)
+    messages = [SoftwareStop(1, ""), ResetStop(2), SoftwareStop(3, "")]
+    wire = served(PENDANT, PENDANT_STOPS)
+    marked = wire.marked(wire.receive(b"".join(map(codec.encode, messages))))
+    assert marked == [wire.stops[0], Overtaken(ResetStop(2)), wire.stops[1]]
+
+
+def test_a_stop_stands_in_its_place_where_a_part_of_a_backlog_ends_in_front_of_it() -> None:
+    codec = codec_for(PENDANT)
+    wire = served(PENDANT, PENDANT_STOPS, frames_per_call=1)
+    first = wire.marked(
+        wire.receive(codec.encode(ResetStop(1)) + codec.encode(SoftwareStop(2, "")))
+    )
+    assert first == [Overtaken(ResetStop(1))]
+    received = wire.receive(b"")
+    assert wire.overtaking
+    assert wire.marked(received) == [wire.stops[0]]
 
 
 def test_a_hello_is_not_overtaken() -> None:

@@ -215,6 +215,36 @@ def test_an_unanswered_point_ends_it_at_the_deadline(player: Player) -> None:
     assert refusal.code is VerdictCode.CONTROLLER_SILENT
 
 
+@pytest.mark.parametrize(
+    ("away_ms", "error", "told_after_ms", "is_ours"),
+    [
+        (330, 109, 0, True),  # an under-run, by the emulator's number
+        (330, -1, 0, True),  # an error without a number
+        (330, 109, 1_000, True),
+        (330, 109, 1_001, False),
+        (330, 103, 0, False),
+        (29, 109, 0, False),  # nobody was away
+        (60, 109, 0, False),  # what had left lasted for long after that
+    ],
+)
+def test_an_under_run_is_the_servers_where_it_was_away_and_left_the_robot_dry(
+    player: Player, away_ms: int, error: int, told_after_ms: int, is_ours: bool
+) -> None:
+    now = 0
+    for now in range(0, 101 * MS, 10 * MS):
+        player.send_all(now)
+    now += away_ms * MS
+    own = Refusal(VerdictCode.CONTROLLER_STOPPED, "error")
+    player.execution.blamed(own, player.feedback, now)
+    later = now + told_after_ms * MS
+    player.feedback.take(Status(1, 0, max(error, 0), 1, 1, 2, 1), later)
+    for at in range(now, later, 10 * MS):
+        player.execution.blamed(own, player.feedback, at)  # nobody is away any more
+    told = player.execution.blamed(own, player.feedback, later)
+    assert (told.code is VerdictCode.SERVER_LATE) is is_ours
+    assert (told is own) is not is_ours
+
+
 def test_it_starts_only_where_the_robot_stands(player: Player) -> None:
     assert start_mismatch(TRAJECTORY, player.feedback) is None
     player.report((0.0, 0.0101), 1)

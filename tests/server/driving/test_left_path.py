@@ -21,6 +21,7 @@ from watched_motions import (
     why,
 )
 
+from openpendant.simplemsg.pendant import Activity, MotionControl, MotionControlAction
 from openpendant.simplemsg.verdicts import CATALOGUE
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
@@ -209,6 +210,18 @@ def test_a_joint_that_sags_backwards_along_its_path_is_stopped_in_time_whoever_f
     since = it.cell.now
     it.cell.reported = lambda at, now: shifted(at, 0, -0.5 * (now - since) / 1e9)
     assert it.until_stopped(within_ms) - since <= within_ms * MS
+
+
+def test_the_ramp_of_a_stop_leads_off_the_path_and_is_no_reason_for_another() -> None:
+    it = moving(speed=1.0)
+    it.wait(WARM_MS)
+    assert it.pendant.code(MotionControl(50, MotionControlAction.PROGRAM_STOP)) is V.ACCEPTED
+    since = it.cell.now
+    it.cell.reported = lambda at, now: shifted(at, 4, min(1.0 * (now - since) / 1e9, 0.1))
+    it.wait(60)
+    assert it.cell.core.cell.activity is Activity.STOPPING
+    it.wait(2_000)
+    assert it.cell.core.cell.stop is None
 
 
 class FastTool:

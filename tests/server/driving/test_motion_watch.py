@@ -49,6 +49,7 @@ class Watched:
     cap: float | None = None
     speeds: tuple[float, float] = (0.0, 0.0)
     now: int = 0
+    points: TwoLinks = field(default_factory=TwoLinks)
     refused: list[Refusal] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -56,7 +57,7 @@ class Watched:
         self.report(*self.start)
         self.timing.begin()
         self.watch = MotionWatch(
-            LIMITS, self.tolerances, self.timing, self.start, TwoLinks(), lambda: self.cap
+            LIMITS, self.tolerances, self.timing, self.start, self.points, lambda: self.cap
         )
         for index in range(200):
             place = [a + b * index / 100 for a, b in zip(self.start, self.speeds, strict=True)]
@@ -174,6 +175,31 @@ def test_what_lags_add_to_the_speed_of_the_tool_is_accepted() -> None:
     assert it.along(lambda t: (0.25 * t, 0.9), 0.4) is None
     it = Watched(tolerances, cap=0.25, start=(0.0, 0.9), speeds=(0.15, -0.3))
     assert it.along(lambda t: (0.26 * t, 0.9), 0.4) is not None
+
+
+@pytest.mark.parametrize(("turn", "code"), [(0.149, None), (0.150, V.OVER_SPEED)])
+def test_noise_counts_twice_for_the_tool_by_the_levers_of_all_joints(
+    turn: float, code: V | None
+) -> None:
+    # In 250 ms 62.5 mm and a tenth, and 2 mrad or mm times 2 m and 1.
+    it = Watched(WIDE._replace(noise=0.001), cap=0.25, start=(0.0, 0.0))
+    refusal = it.along(lambda t: (turn * t, 0.0), 0.4)
+    assert (None if refusal is None else refusal.code) is code
+
+
+class ElbowOnly(TwoLinks):
+    """The slide moves the elbow alone."""
+
+    def speed_points(self, position: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+        return (0.0, 0.0, 0.0), (0.0, position[1], 0.0)
+
+
+def test_an_elbow_that_is_too_fast_is_named_though_the_tool_stands() -> None:
+    it = Watched(WIDE, cap=0.25, start=(0.0, 0.0), points=ElbowOnly())
+    refusal = it.along(lambda t: (0.0, 0.28 * t), 0.4)
+    assert refusal is not None
+    assert (refusal.code, refusal.joint) == (V.OVER_SPEED, -1)
+    assert refusal.text.startswith("the elbow is reported at 0.280 m/s over 250 ms")
 
 
 def test_a_cap_that_is_lowered_on_the_way_does_not_count_against_what_has_left() -> None:

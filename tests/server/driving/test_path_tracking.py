@@ -59,6 +59,15 @@ def test_between_two_samples_the_straight_way_counts() -> None:
     assert path.deviation((0.09, 0.09), 50 * MS) is not None
 
 
+def test_between_two_samples_the_way_back_counts_as_the_way_there() -> None:
+    path = PathTracking(FLAT)
+    for index in range(3):
+        place = 0.2 - index / 10
+        path.commanded(index * 100 * MS, Row(index / 10, [place, place], [-1.0] * 2, []))
+    assert path.deviation((0.15, 0.15), 90 * MS) is None
+    assert path.deviation((0.11, 0.11), 50 * MS) is not None
+
+
 def test_each_joint_may_lag_by_its_own_greatest_speed() -> None:
     path = line(LAGGING)
     follow(path, 490)
@@ -72,6 +81,26 @@ def test_each_joint_may_lag_by_its_own_greatest_speed() -> None:
     assert found is not None
     assert (found.joint, found.speed) == (0, 1.0)
     assert found.limit == pytest.approx(0.091)
+
+
+def test_a_joint_that_stands_by_now_may_still_lag_by_the_speed_that_it_had() -> None:
+    path = PathTracking(LAGGING)
+    for index in range(60):
+        place = [index / 100, min(index, 40) / 100]
+        speeds = [1.0, 1.0 if index < 40 else 0.0]
+        path.commanded(index * 10 * MS, Row(index / 100, place, speeds, []))
+    for at in range(41):
+        assert path.deviation((at / 100, at / 100), at * 10 * MS) is None
+    # 50 ms behind, 30 ms after it was to stand: its own lag explains that, no place on the path.
+    assert path.deviation((0.43, 0.35), 430 * MS) is None
+    assert path.deviation((0.44, 0.2), 440 * MS) is not None
+
+
+def test_the_clock_of_a_controller_may_be_a_little_faster() -> None:
+    path = line(FLAT, seconds=61.0)
+    for at in range(0, 60_000, 100):  # faster by 4e-4
+        assert path.deviation((at * 1.0004 / 1e3, 0.0), at * MS) is None, at
+    assert path.deviation((60.0 * 1.0008, 0.0), 60_000 * MS) is not None
 
 
 def test_one_that_falls_behind_on_its_path_is_on_it() -> None:

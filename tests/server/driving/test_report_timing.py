@@ -66,6 +66,19 @@ def test_a_motion_compares_with_nothing_from_before_it() -> None:
         timing.take((0.0,), at * MS)
     assert timing.joint_base is not None
     assert timing.joint_base.time == 1_000 * MS
+    assert timing.point_base is None
+
+
+def test_a_pause_tells_nothing_of_the_rhythm() -> None:
+    timing = taken(*range(0, 1_001, 10), *range(3_000, 3_501, 10))
+    assert timing.joint_base is not None
+    assert timing.elapsed(timing.joint_base) == 0.05
+
+
+def test_slow_reports_are_as_far_apart_as_they_arrived_before_their_rhythm_is_known() -> None:
+    timing = taken(*range(0, 501, 20))
+    assert timing.joint_base is not None
+    assert timing.elapsed(timing.joint_base) == 0.06
 
 
 def test_the_rhythm_is_learned_where_it_is_not_the_declared_one() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from emulated_cell import EmulatedCell
 from server_rig import LIMITS
@@ -10,6 +12,7 @@ from watched_motions import is_stop, moving, why
 from openpendant.server.access.audit import AuditEntry, AuditEvent
 from openpendant.server.driving.standstill_watch import StandstillWatch
 from openpendant.server.outgoing import LogLine, Outgoing
+from openpendant.simplemsg.pendant import Activity
 
 MS = 1_000_000
 
@@ -49,6 +52,15 @@ def test_a_motion_is_told_once_and_the_next_after_a_second_of_rest() -> None:
         if watch.take((place, 0.0), number * 10 * MS) is not None
     ]
     assert when == [50, 290]
+
+
+def test_a_sliding_joint_moves_by_half_as_many_metres() -> None:
+    watch = StandstillWatch(replace(LIMITS, prismatic=(False, True)))
+    assert watch.take((0.0, 0.0), 0) is None
+    assert watch.take((0.019, 0.0099), 10 * MS) is None
+    moved = watch.take((0.019, 0.0101), 20 * MS)
+    assert moved is not None
+    assert (moved.joint, moved.unit) == (1, "m")
 
 
 def test_it_begins_anew_where_the_robot_was_commanded_or_not_seen_meanwhile() -> None:
@@ -95,6 +107,20 @@ def test_promise_52_what_a_robot_does_when_it_is_commanded_is_no_motion_without_
     it.pendant.stop()
     it.wait(2_000)
     assert it.cell.core.cell.uncommanded is None
+
+
+def test_a_robot_that_is_moved_after_its_motion_has_ended_is_not_stopped() -> None:
+    cell = LoggedCell()
+    pendant = cell.holder()
+    pendant.move(*(value + 0.05 for value in cell.position))
+    cell.wait(3_000)
+    assert cell.core.cell.activity is Activity.IDLE
+    sent, begins = len(cell.sent), cell.now
+    cell.reported = lambda at, now: (at[0], at[1] + 0.1 * (now - begins) / 1e9, *at[2:])
+    cell.wait(1_000)
+    assert len(cell.lines) == 1
+    assert cell.core.cell.stop is None
+    assert not any(map(is_stop, cell.sent[sent:]))
 
 
 def test_the_next_motion_that_is_commanded_ends_the_tale() -> None:

@@ -84,6 +84,17 @@ def test_what_waits_for_the_robot_to_rest_begins_within_1_s_or_not_at_all(
     assert rig.core.ros.refused is (None if planned == 2 else V.TRAJECTORY_LATE)
 
 
+def test_what_waits_for_a_robot_that_never_rests_is_dropped_and_told() -> None:
+    rig, _ = superseding()
+    planned = len(jobs(rig))
+    rig.wait(1_100)
+    assert rig.activity() is Activity.STOPPING
+    assert rig.core.ros.refused is V.TRAJECTORY_LATE
+    rig.controller.coasts = False
+    rig.wait(1_000)
+    assert len(jobs(rig)) == planned
+
+
 @pytest.mark.parametrize(("late_ns", "moves"), [(0, True), (1, False)])
 def test_a_plan_may_take_its_time_but_what_it_waited_counts(late_ns: int, moves: bool) -> None:
     rig, _ = planning()

@@ -259,6 +259,19 @@ def test_a_start_names_what_is_no_file_and_leaves_it_alone(
     assert not list(path.parent.glob("*broken*"))
 
 
+def test_a_store_behind_a_link_whose_target_is_replaced_is_noticed(path: Path) -> None:
+    link = path.with_name("link.db")
+    link.symlink_to(path.name)
+    with opened(path) as store:
+        save(store, "weld")
+    with opened(link) as store:
+        copy = path.with_name("copy.db")
+        shutil.copy(path, copy)
+        os.replace(copy, path)
+        with pytest.raises(NotOurFile, match="which is not the file that was opened"):
+            save(store, "more")
+
+
 KILLED = """
 import os, shutil, sys
 from pathlib import Path
