@@ -9,6 +9,7 @@ from server_rig import FAILURE, SUCCESS, ready
 
 from openpendant.server.outgoing import ForwardStop
 from openpendant.simplemsg import JointTraj, TrajPoint, joint_array
+from openpendant.simplemsg.verdicts import STATUS_ERROR_OFFSET
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
@@ -46,16 +47,16 @@ def test_the_rest_of_a_discarded_trajectory_does_not_hide_why_it_was_discarded()
     answers = client.trajectory(PATH[0], (math.nan, 0.0), PATH[1], PATH[2])
     assert answers == [SUCCESS, FAILURE, FAILURE, FAILURE]
     assert rig.core.ros.refused is V.NOT_FINITE
-    assert status_of(rig).error_code == V.NOT_FINITE
+    assert status_of(rig).error_code == STATUS_ERROR_OFFSET + V.NOT_FINITE
 
 
 def test_a_client_that_waits_for_the_robot_to_stand_keeps_the_authority() -> None:
-    rig = ready()
+    rig = ready(ros_i={"idle_release": 0.3})
     rig.controller.be_moved((0.1, 0.0), (0.01, 0.0))
     rig.wait(20)
     client = rig.ros()
     client.trajectory(*PATH)
-    rig.wait(4_000)
+    rig.wait(700)
     assert jobs(rig) == []
     rig.controller.be_moved((0.1, 0.0))
     rig.wait(500)
