@@ -208,7 +208,12 @@ class Connection:
         # Nearly all that controllers and pendants say comes so: one frame, whole and alone.
         known = self._usual.get(data[_HEADER])
         if known is not None and known[0] == len(data):
-            return [self._take(data, known[1])]
+            received = [self._take(data, known[1])]
+            if self._walk is not None and type(received[0]) is Malformed:
+                # Its header is usual and its body broken: even so it may be a STOP.
+                self._look_for_stops(data)
+                self._account_for(received, len(data), PREFIX_SIZE)
+            return received
         if self._walk is not None:
             self._look_for_stops(data)
         received, start, needed = self._split(data, known)

@@ -267,8 +267,10 @@ async def test_without_a_hello_a_stop_is_refused_like_anything_else() -> None:
 
 
 @pytest.mark.parametrize("order", ByteOrder)
-@pytest.mark.parametrize("body", [b"", b"\1\0\0\0", b"\1\0\0\0\xff"])
-async def test_a_pendants_stop_that_is_too_short_stops(order: ByteOrder, body: bytes) -> None:
+@pytest.mark.parametrize("body", [b"", b"\1\0\0\0", b"\1\0\0\0\xff", b"\1\0\0\0" + b"\xff" * 64])
+async def test_a_pendants_stop_that_is_too_short_or_whose_reason_is_no_text_stops(
+    order: ByteOrder, body: bytes
+) -> None:
     rig = ByteRig()
     client = rig.client(order=order)
     client.say(client.frames(hello()))

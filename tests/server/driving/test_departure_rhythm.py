@@ -33,8 +33,8 @@ TIMES = TRAJECTORY.times.tolist()
 DONE = HeaderOnly(MsgType.JOINT_TRAJ_PT_FULL)
 
 BEGUN, ENDING = 20, 36
-"""Ticks until the robot moves fast enough to be found on its way; and those at the end, in the last 25
-of which all has left ahead."""
+"""Ticks until the robot moves fast enough to be found on its way; and those at the end, in 25 of
+which all has left ahead."""
 
 SETTLING = 2
 """Ticks with no set-point or with two, where the rhythm happens to begin at its edge."""
