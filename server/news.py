@@ -86,7 +86,7 @@ class Ended:
         plan_time: wall time that planning took [s].
         motion_time: planned duration [s].
         jog: how a jog came to rest; None for any other motion.
-        waypoints_left: how many waypoints its set-points had not passed.
+        waypoints_left: how many waypoints the robot had not passed.
     """
 
     request: Request

@@ -208,7 +208,12 @@ class Connection:
         # Nearly all that controllers and pendants say comes so: one frame, whole and alone.
         known = self._usual.get(data[_HEADER])
         if known is not None and known[0] == len(data):
-            return [self._take(data, known[1])]
+            received = [self._take(data, known[1])]
+            if self._walk is not None and type(received[0]) is Malformed:
+                # Its header is usual and its body broken: even so it may be a STOP.
+                self._look_for_stops(data)
+                self._account_for(received, len(data), PREFIX_SIZE)
+            return received
         if self._walk is not None:
             self._look_for_stops(data)
         received, start, needed = self._split(data, known)
@@ -237,8 +242,10 @@ class Connection:
         last = walk.taken if walk.is_ahead else passing[-1].place
         marked: list[Arrival] = []
         for at, each in enumerate(received, place):
-            if at in stops:
-                marked.append(stops[at])
+            stop = stops.get(at)
+            if stop is not None:
+                stop.is_sound = not isinstance(each, Malformed)
+                marked.append(stop)
             elif at < last and not isinstance(each, walk.before_all):
                 marked.append(Overtaken(each))
             else:

@@ -117,12 +117,14 @@ class StopAhead:
         message: what it says; what a frame too short leaves out is zero.
         place: how many frames were walked before it.
         acted: set by whoever made it act, or let its place pass.
+        is_sound: its frame is one of its type; set when it was decoded.
         answered: set by whoever answered it before its place.
     """
 
     message: Message
     place: int
     acted: bool = False
+    is_sound: bool = True
     answered: bool = False
 
     @property

@@ -339,7 +339,7 @@ class Driving:
     def _ended(work: Work, refusal: Refusal | None, now: int) -> Ended:
         jog = work.jog
         if jog is None:
-            left = 0 if work.stored is None else work.stored.waypoints_left
+            left = work.waypoints_left
             return Ended(work.request, refusal, work.plan_time, work.duration, waypoints_left=left)
         jog.press.end(JogEnd.STOPPED, now)
         return Ended(work.request, refusal, 0.0, jog.last.time, jog.account())

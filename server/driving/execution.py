@@ -196,7 +196,8 @@ class Execution:
         blamed = self.blamed(refusal, feedback, now)
         if blamed is not refusal:
             return blamed
-        dry = (now - self._following.base) / 1e9 - self._stock
+        # By the server's clock: reports that are as late as the points make the robot seem behind.
+        dry = (now - self._following.earliest(0.0)) / 1e9 - self._stock
         if feedback.error:
             known = f"; it shows {error_text(feedback.error)}"
         elif dry > 0.0:

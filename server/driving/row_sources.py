@@ -149,9 +149,9 @@ class StoredRows:
         return course[0][1] if course[0][0] <= time else min(time, course[0][1])
 
     @property
-    def waypoints_left(self) -> int:
-        """How many waypoints the set-points have yet to pass."""
-        return int((self._samples.trajectory().waypoint_times > self.path_time).sum())
+    def waypoints(self) -> int:
+        """How many waypoints it has after its start."""
+        return len(self._samples.trajectory().waypoint_times) - 1
 
     @property
     def path_time(self) -> float:

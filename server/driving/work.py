@@ -72,3 +72,8 @@ class Work:
         if self.stored is None or self.execution is None:
             return 0
         return self.stored.waypoints_passed(self.execution.reached)
+
+    @property
+    def waypoints_left(self) -> int:
+        """How many waypoints the robot has yet to pass; 0 in a jog and while planned."""
+        return 0 if self.stored is None else self.stored.waypoints - self.waypoints_passed

@@ -111,8 +111,12 @@ class RosFace:
             case Overtaken(received=overtaken):
                 return self._overtaken(link, overtaken, now)
             case StopAhead(message=stop):
-                told = self._trajectories.passed_stop(link, now)
-                return [*told, Send(session, accepted(stop))] if received.is_request else told
+                out = self._trajectories.passed_stop(link, now)
+                if received.is_request:
+                    # A frame that is not one of its type is refused, though it has stopped.
+                    answer = accepted(stop) if received.is_sound else refused(stop)
+                    out.append(Send(session, answer))
+                return out
         if received.comm_type != CommType.REQUEST:
             return []
         match received:

@@ -43,7 +43,10 @@ Nobody expects a robot to set off later. An announced end is waited for as long.
 """
 
 _LATE_TICK_NS = 100_000_000
-"""A tick that comes so long after the last judges no silence: points may wait to be read."""
+"""A tick that comes so long after the last judges no silence: points may wait to be read.
+
+The next one does, however late, or on a machine that is always late nothing would ever end.
+"""
 
 
 class RosTrajectories:
@@ -74,6 +77,7 @@ class RosTrajectories:
         self._gap_ns = round(settings.trajectory_gap * 1e9)
         self._resume_ns = round(settings.resume_window * 1e9)
         self._ticked: int | None = None
+        self._was_late = False
 
     def link_lost(self, link: Link, now: int) -> list[Outgoing]:
         """Keep the points of an unfinished trajectory for the client to come back."""
@@ -403,9 +407,10 @@ class RosTrajectories:
         if not self._links and not self._orphans:
             return []
         out = self._plan_waiting(now)
-        is_late = before is not None and now - before > min(self._gap_ns, _LATE_TICK_NS)
+        was_late, self._was_late = self._was_late, self._is_late(before, now)
+        may_wait = self._was_late and not was_late
         for session, link in list(self._links.items()):
-            if link.gap_ends is not None and now >= link.gap_ends and not is_late:
+            if link.gap_ends is not None and now >= link.gap_ends and not may_wait:
                 out += self._fall_silent(link, now)
             out += self._release_idle(session, link, now)
         for address, orphan in list(self._orphans.items()):
@@ -415,6 +420,9 @@ class RosTrajectories:
                 refusal = Refusal(VerdictCode.TRAJECTORY_INCOMPLETE, text)
                 out += self._drop(orphan.sender, orphan.collection, refusal, now)
         return out
+
+    def _is_late(self, before: int | None, now: int) -> bool:
+        return before is not None and now - before > min(self._gap_ns, _LATE_TICK_NS)
 
     def _fall_silent(self, link: Link, now: int) -> list[Outgoing]:
         """End the collection of a link on which no point came for long enough."""

@@ -327,7 +327,7 @@ class TestCell(Cell.TestCase):  # type: ignore[misc, valid-type]  # made by hypo
     def runTest(self) -> None:
         Cell.counts.clear()
         super().runTest()
-        judge(Cell.counts, 20)
+        judge(Cell.counts, 10)
 
 
 @pytest.mark.soak

@@ -12,6 +12,7 @@ from server_clients import Pendant
 from server_rig import MS
 
 from openpendant.server.controller_path import ControllerPath
+from openpendant.server.settings import ControllerLink
 from openpendant.simplemsg import Message, Received
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import CATALOGUE
@@ -109,6 +110,10 @@ def test_promise_55_a_stall_of_200_ms_ends_no_planned_motion(
     events, counts = cell.controller.referee.events, cell.controller.referee.counts
     assert not events["under-runs"]
     assert not counts
+
+
+def test_promise_55_planned_motions_leave_so_far_ahead_unless_told_otherwise() -> None:
+    assert round(ControllerLink().planned_lead * 1e3) == figure(55, "lead").ms
 
 
 @pytest.mark.parametrize("who", ["server", "emulator"])

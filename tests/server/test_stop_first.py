@@ -267,8 +267,10 @@ async def test_without_a_hello_a_stop_is_refused_like_anything_else() -> None:
 
 
 @pytest.mark.parametrize("order", ByteOrder)
-@pytest.mark.parametrize("body", [b"", b"\1\0\0\0", b"\1\0\0\0\xff"])
-async def test_a_pendants_stop_that_is_too_short_stops(order: ByteOrder, body: bytes) -> None:
+@pytest.mark.parametrize("body", [b"", b"\1\0\0\0", b"\1\0\0\0\xff", b"\1\0\0\0" + b"\xff" * 64])
+async def test_a_pendants_stop_that_is_too_short_or_whose_reason_is_no_text_stops(
+    order: ByteOrder, body: bytes
+) -> None:
     rig = ByteRig()
     client = rig.client(order=order)
     client.say(client.frames(hello()))
@@ -412,7 +414,7 @@ async def test_a_ros_stop_acts_at_once_and_is_answered_in_its_place(
 @pytest.mark.parametrize(
     "numbers", [(MsgType.JOINT_TRAJ_PT, -4), (MsgType.JOINT_TRAJ_PT_FULL, 0, -4)]
 )
-async def test_a_ros_stop_that_ends_behind_its_sequence_stops_and_is_answered(
+async def test_a_ros_stop_that_ends_behind_its_sequence_stops_and_is_refused_as_a_frame(
     order: ByteOrder, numbers: tuple[int, ...]
 ) -> None:
     rig = ByteRig()
@@ -422,7 +424,7 @@ async def test_a_ros_stop_that_ends_behind_its_sequence_stops_and_is_answered(
     before = len(rig.stops)
     client.say(struct.pack(f"{order.value}{4 + len(body)}i", *header, *body))
     assert len(rig.stops) == before + 1
-    assert client.heard() == [HeaderOnly(msg_type, reply_code=ReplyCode.SUCCESS)]
+    assert client.heard() == [HeaderOnly(msg_type, reply_code=ReplyCode.FAILURE)]
 
 
 async def test_points_behind_a_ros_stop_begin_a_fresh_trajectory() -> None:

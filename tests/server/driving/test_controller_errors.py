@@ -25,12 +25,12 @@ def test_a_number_is_always_told(number: int, words: tuple[str, ...]) -> None:
 
 
 class SlowLine(EmulatedCell):
-    """A cell whose controller is heard late on the motion connection, or on both."""
+    """A cell with few points ahead; its controller is heard late on one connection, or on both."""
 
     def __init__(self) -> None:
         self.late: list[tuple[ControllerPath, Received]] = []
         self.slow: tuple[ControllerPath, ...] = ()
-        super().__init__()
+        super().__init__(controller={"lead": 0.09})  # so that it runs dry before reports are lost
 
     def _hear(self, path: ControllerPath, received: Received) -> None:
         if path in self.slow:

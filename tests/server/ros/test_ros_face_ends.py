@@ -144,6 +144,18 @@ def test_after_a_stall_a_silence_is_judged_by_the_next_tick_only() -> None:
     assert [len(job.points) for job in jobs(rig)] == [2]
 
 
+def test_a_loop_that_is_always_late_ends_a_stream_all_the_same() -> None:
+    rig = ready()
+    client = rig.ros()
+    client.point(0, *PATH[0])
+    client.point(1, *PATH[1])
+    for _ in range(3):
+        rig.now += 150 * MS
+        rig.report()
+        rig.tick()
+    assert len(jobs(rig)) == 1
+
+
 def test_a_point_that_follows_too_late_breaks_off_what_moves_already() -> None:
     rig, client = moving()
     assert client.point(3, 1.1, 0.3) is FAILURE

@@ -8,7 +8,9 @@ import pytest
 from ros_face_situations import PATH, collecting, manual, moving, planning, status_of, superseding
 from server_clients import RosClient
 from server_rig import MS, ServerRig, ready
+from watched_motions import following_ros
 
+from openpendant.motion.robot import serial_robot
 from openpendant.server.core import Port
 from openpendant.server.outgoing import LogLine
 from openpendant.server.refusal import Refusal
@@ -140,6 +142,17 @@ def test_each_set_back_has_one_line_that_says_whose_how_far_and_why(
     (line,) = lines(rig)
     whose = f"ROS-I trajectory of 127.0.0.1 (session {client.session})"
     assert line.startswith(f"{whose} {what} points done: {code.name} ({code:d}): ")
+
+
+def test_a_point_is_done_where_the_robot_has_passed_it_and_not_only_its_set_point() -> None:
+    it = following_ros()
+    cell, home = it.cell, serial_robot("ur5").home_position
+    while cell.position[0] < home[0] + 0.35:
+        it.wait(10)
+    assert cell.position[0] < home[0] + 0.4, "the robot is past the third point"
+    told = cell.core.cell.end(Refusal(V.STOPPED), cell.now)
+    (line,) = (item.text for item in told if isinstance(item, LogLine))
+    assert "broken off, 2 of 4 points done" in line
 
 
 @pytest.mark.parametrize(("happens", "what", "code"), SET_BACKS)

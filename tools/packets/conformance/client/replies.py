@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from openpendant.simplemsg import CommType, MsgType, ReplyCode
+import struct
+
+from openpendant.simplemsg import ByteOrder, CommType, MsgType, ReplyCode
+from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
 
 from ..findings import Finding
 from .check import ClientCheck, Habit, Observed, Problem, Tally, client_check, each
@@ -55,16 +58,33 @@ def _impatience(outstanding: list[Frame]) -> Problem | None:
 
 @client_check(
     "RC02",
-    "nothing but replies is sent on the state port",
+    "nothing but replies, and once IDENTIFY, is sent on the state port",
     "industrial_core robot_state_interface only listens there; vendors' servers do not read",
 )
 def silent_on_state(seen: Observed) -> Finding:
     """Look at everything that the client sent on the state port."""
-    return each(
-        [frame for frame in seen.trace.on(Purpose.STATE) if frame.is_whole_header],
-        lambda f: None if f.comm_type == CommType.REPLY else f"type {f.msg_type}, not a reply",
-        "the client sent nothing on a state port",
-    )
+    asked: set[int] = set()
+
+    def rule(frame: Frame) -> Problem | None:
+        if frame.comm_type == CommType.REPLY:
+            return None
+        if _identifies(frame) and id(frame.link) not in asked:
+            asked.add(id(frame.link))
+            return None
+        return f"type {frame.msg_type}, not a reply"
+
+    frames = [frame for frame in seen.trace.on(Purpose.STATE) if frame.is_whole_header]
+    return each(frames, rule, "the client sent nothing on a state port")
+
+
+def _identifies(frame: Frame) -> bool:
+    """Tell whether a frame is the question that does nothing, OPERATOR_EVENT with IDENTIFY."""
+    if frame.msg_type != OperatorEvent.PLACE.msg_type or frame.comm_type != CommType.REQUEST:
+        return False
+    # Not a message of the dialect in which a stock client is read, so by its bytes.
+    order = "<" if frame.order is ByteOrder.LITTLE else ">"
+    action = frame.data[HEADER : HEADER + 4]
+    return len(action) == 4 and struct.unpack(f"{order}i", action)[0] == OperatorAction.IDENTIFY
 
 
 @client_check(
