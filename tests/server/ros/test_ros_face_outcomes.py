@@ -208,6 +208,18 @@ def test_what_is_left_of_a_refused_trajectory_is_not_told_of_on_a_new_link_eithe
     assert rig.core.ros.refused is V.NOT_AUTOMATIC
 
 
+def test_what_is_left_is_not_told_of_where_its_client_left_at_the_first_refusal() -> None:
+    rig = ready()
+    manual(rig)
+    client = rig.ros()
+    client.point(0, 0.0, 0.0)
+    client.close()
+    rig.wait(250)
+    rig.ros().point(1, 0.1, 0.0)
+    assert len(lines(rig)) == 1
+    assert rig.core.ros.refused is V.NOT_AUTOMATIC
+
+
 def test_long_after_it_the_middle_of_a_trajectory_is_told_of_again() -> None:
     rig, client = may_not_move()
     client.close()
