@@ -120,6 +120,15 @@ def test_one_bad_document_keeps_the_whole_file_out_and_is_named(
     assert names(path) == []
 
 
+def test_a_program_is_kept_as_a_server_would_keep_it(path: Path) -> None:
+    body = {"robot": "ur5", "name": "a", "format": "openpendant-program/1"}
+    assert main(["import", str(documents(document("program", "a", body)))]) == 0
+    with opened(path) as store:
+        kept = json.loads(store.load(DocumentKind.PROGRAM, "a").body)
+    assert list(kept)[:3] == ["format", "name", "robot"]
+    assert (kept["points"], kept["statements"]) == ([], [])
+
+
 def test_a_program_of_a_robot_that_is_not_known_here_is_taken_and_that_is_said(
     path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
