@@ -32,8 +32,9 @@ TRAJECTORY = plan_joint_move((0.0, 0.0), (1.8, -1.8), LIMITS)
 TIMES = TRAJECTORY.times.tolist()
 DONE = HeaderOnly(MsgType.JOINT_TRAJ_PT_FULL)
 
-BEGUN, ENDING = 20, 20
-"""Ticks until the robot moves fast enough to be found on its way; and those at the end."""
+BEGUN, ENDING = 20, 30
+"""Ticks until the robot moves fast enough to be found on its way; and those at the end, when all
+has left."""
 
 SETTLING = 2
 """Ticks with no set-point or with two, where the rhythm happens to begin at its edge."""
