@@ -14,7 +14,7 @@ from openpendant.simplemsg.verdicts import VerdictCode as V
 
 def cruising() -> tuple[ServerRig, JogPad]:
     """Return a motion that was planned under a cap of 2 m/s and runs at full speed."""
-    rig = ready(modes={"initial": "manual_high"})
+    rig = ready(modes={"initial": "manual_high"}, controller={"lead": 0.09})
     pad = JogPad(rig)
     pad.squeeze()
     assert pad.speed(1.0, 2.0) is V.ACCEPTED

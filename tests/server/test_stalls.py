@@ -29,7 +29,7 @@ class StallingCell(EmulatedCell):
     def __init__(self) -> None:
         self._to_server: list[tuple[ControllerPath, Received]] = []
         self._to_emulator: list[tuple[ControllerPath, Message]] = []
-        super().__init__()
+        super().__init__(controller={"lead": figure(55, "lead").seconds})
 
     def _hear(self, path: ControllerPath, received: Received) -> None:
         if self.stalled == "server":
