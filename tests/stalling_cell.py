@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Literal
 
 from emulated_cell import EmulatedCell
@@ -18,10 +19,10 @@ class StallingCell(EmulatedCell):
 
     stalled: Who | None = None
 
-    def __init__(self) -> None:
+    def __init__(self, **settings: object) -> None:
         self._to_server: list[tuple[ControllerPath, Received]] = []
         self._to_emulator: list[tuple[ControllerPath, Message]] = []
-        super().__init__()
+        super().__init__(**settings)
 
     def _hear(self, path: ControllerPath, received: Received) -> None:
         if self.stalled == "server":
@@ -35,11 +36,21 @@ class StallingCell(EmulatedCell):
         else:
             super()._to_controller(path, message)
 
-    def stall(self, who: Who, milliseconds: int) -> None:
-        """Let time pass without one of the two; then it reads what waits, and has its tick."""
+    def stall(
+        self, who: Who, milliseconds: int, beat: tuple[int, Callable[[], None]] | None = None
+    ) -> None:
+        """Let time pass without one of the two; then it reads what waits, and has its tick.
+
+        Args:
+            who: is not run.
+            milliseconds: for how long.
+            beat: a pendant's, and every how many ms; those to a server that stalls wait as one.
+        """
         began, self.stalled = self.now, who
-        for _ in range(0, milliseconds, 5):
+        for passed in range(0, milliseconds, 5):
             self.now += 5 * MS
+            if beat is not None and who == "emulator" and passed % beat[0] == 0:
+                beat[1]()
             if who == "server":
                 self._from_controller(self.controller.advance(self.now))
                 if self.now % (10 * MS) == 0:
@@ -53,6 +64,8 @@ class StallingCell(EmulatedCell):
         waiting, self._to_server = self._to_server, []
         for path, received in waiting:
             self._hear(path, received)
+        if beat is not None and who == "server":
+            beat[1]()
         commands, self._to_emulator = self._to_emulator, []
         for path, command in commands:
             self._to_controller(path, command)
