@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
+from typing import Any, Literal
 
 from emulated_cell import EmulatedCell
 from server_rig import MS
@@ -19,7 +19,7 @@ class StallingCell(EmulatedCell):
 
     stalled: Who | None = None
 
-    def __init__(self, **settings: object) -> None:
+    def __init__(self, **settings: Any) -> None:
         self._to_server: list[tuple[ControllerPath, Received]] = []
         self._to_emulator: list[tuple[ControllerPath, Message]] = []
         super().__init__(**settings)

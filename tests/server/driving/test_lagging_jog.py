@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from random import Random
+from typing import cast
 
 import pytest
 from lagging_robot import TICK, LaggingRobot, TrackedDrive
 from simple_jogger import SimpleJogger
 
-from openpendant.motion.jog import JogCaps, JointJog
+from openpendant.motion.jog import JogCaps, Jogger, JointJog
 from openpendant.motion.limits import JointLimits
 from openpendant.server.driving.work import Work
 from openpendant.server.jog.jogging import JogRows
@@ -48,7 +49,7 @@ def held_jog(lag: float) -> tuple[TrackedDrive, StandingRobot]:
     press = Press(1, 1, HOLD_NS, drive.now)
     jogger = SimpleJogger(LIMITS, start, caps)
     jogger.aim(JointJog((0.5, 0.3)))
-    rows = JogRows(jogger, start, JointJog((0.5, 0.3)), press)
+    rows = JogRows(cast(Jogger, jogger), start, JointJog((0.5, 0.3)), press)
     drive.perform(
         drive.driving.drive(Work(Request(1, 1), MotionKind.JOG, 1), rows, LEAD, drive.now)
     )
