@@ -92,6 +92,10 @@ class LaggingRobot:
             own = self._times[-1]
         self._clock.append((now, own))
 
+    def stock(self, now: int) -> int:
+        """Return for how long it can go on with the points that it has [ns]."""
+        return self._times[-1] - self._own(now)
+
     def position(self, now: int) -> tuple[float, ...]:
         if self._stopped_at is not None and now >= self._stopped_at:
             return self._braking((now - self._stopped_at) / 1e9)
@@ -137,9 +141,10 @@ class LaggingRobot:
 class Delays:
     """How late each report is, 0 to 200 ms; none overtakes one before it."""
 
-    def __init__(self, chance: Random) -> None:
+    def __init__(self, chance: Random, *, is_prompt: bool = False) -> None:
         self._chance = chance
-        self._kind = chance.choice(("none", "steady", "each", "bursts", "growing"))
+        kinds = ("none",) if is_prompt else ("none", "steady", "each", "bursts", "growing")
+        self._kind = chance.choice(kinds)
         self._most = chance.randint(10 * MS, _LONGEST_DELAY)
         self._hold_until = 0
 
@@ -177,7 +182,19 @@ class TrackedDrive:
         cap: float | None = None,
         *,
         chance: Random,
+        is_prompt: bool = False,
     ) -> None:
+        """Join both.
+
+        Args:
+            limits: of the robot.
+            link: how the server talks to it; says its noise.
+            robot: stands where it begins.
+            points: whose speed a mode caps.
+            cap: of that speed [m/s].
+            chance: decides delays and noise.
+            is_prompt: no report is late.
+        """
         self.now = 1_000_000_000
         self.robot = robot
         self.alarms: list[Refusal] = []
@@ -189,7 +206,7 @@ class TrackedDrive:
         self.driving.points = points
         self._chance = chance
         self._noise = link.noise
-        self._delays = Delays(chance)
+        self._delays = Delays(chance, is_prompt=is_prompt)
         self._under_way: deque[tuple[int, Measured]] = deque()
         self._report(self._measured(), self.now)
 

@@ -26,16 +26,23 @@ from ..uplinks.generic import GenericUplink
 from .certified import Certified
 from .execution import START_TOLERANCE, Execution, Phase
 from .feedback import Feedback
+from .following import JogPace
 from .motion_watch import ArmPoints, Cap, MotionWatch
 from .report_timing import ReportTiming
 from .row_sources import StoredRows
 from .standstill_watch import StandstillWatch, UncommandedMotion
-from .tracking_tolerances import tracking_tolerances
+from .tracking_tolerances import TrackingTolerances, tracking_tolerances
 from .work import Work
 
 _STOPPING_NS = 5_000_000_000
 _STOP_REPEAT_NS = 100_000_000
 _MOST_AT_ONCE = 2  # points on one event, where several may: what is late is caught up in steps
+_MOST_JOGGED_AHEAD = 0.1
+"""A jog is not sent farther ahead of a robot that is not seen [s], where reports come so often."""
+
+_REPORTS_MISSED = 2.5
+"""So many periods without a report are a silence."""
+
 _LONGEST_SHIVER = 1.0
 """A pause whose set-points have stood so long is at rest whatever the reports say [s]."""
 
@@ -185,24 +192,30 @@ class Driving:
         start: Sequence[float] | None = None,
     ) -> Execution:
         limits, uplink, error = self._limits, self._uplink, self._feedback.error
-        watch = self._watch = self._watch_for(work.kind, rows)
+        says_emulated = self._feedback.says_emulated
+        tolerances = tracking_tolerances(self._link, limits, says_emulated=says_emulated)
+        watch = self._watch = self._watch_for(work.kind, rows, tolerances)
         return Execution(
             *(rows, limits, uplink, self._link, now),
             lead=lead,
+            pace=None if lead is None else self._jog_pace(lead, tolerances),
             known_error=error,
             start=start,
             watch=watch,
         )
 
-    def _watch_for(self, kind: MotionKind, rows: StoredRows | JogRows) -> MotionWatch:
-        limits, feedback = self._limits, self._feedback
-        emulated = feedback.says_emulated
-        tolerances = tracking_tolerances(self._link, limits, says_emulated=emulated)
-        start = feedback.position or tuple(rows.last.position)
+    def _jog_pace(self, lead: float, tolerances: TrackingTolerances) -> JogPace:
+        unseen = max(_MOST_JOGGED_AHEAD - lead, _REPORTS_MISSED * self._link.state_period)
+        return JogPace(tolerances.lag, unseen)
+
+    def _watch_for(
+        self, kind: MotionKind, rows: StoredRows | JogRows, tolerances: TrackingTolerances
+    ) -> MotionWatch:
+        start = self._feedback.position or tuple(rows.last.position)
         # A ROS-Industrial trajectory moves in automatic, where no mode caps the tool, also on a
         # controller that does not say its mode, which counts as manual for everybody else.
         cap = (lambda: None) if kind is MotionKind.ROS else self._cap
-        return MotionWatch(limits, tolerances, self._timing, start, self.points, cap)
+        return MotionWatch(self._limits, tolerances, self._timing, start, self.points, cap)
 
     def _start(self, work: Work, execution: Execution, now: int) -> list[Outgoing]:
         first = execution.next_point(now)

@@ -22,7 +22,7 @@ from ..uplinks.generic import GenericUplink
 from .controller_errors import UNDER_RUNS, error_text
 from .departure import DepartureCheck
 from .feedback import Feedback
-from .following import LONGEST_LAG, Following
+from .following import LONGEST_LAG, Following, JogPace
 from .interruption import lost
 from .motion_watch import MotionWatch
 from .row_sources import RowSource
@@ -83,6 +83,7 @@ class Execution:
         now: int,
         *,
         lead: float | None = None,
+        pace: JogPace | None = None,
         known_error: int = 0,
         start: Sequence[float] | None = None,
         watch: MotionWatch | None = None,
@@ -96,6 +97,7 @@ class Execution:
             link: how to talk to the controller.
             now: monotonic time, ns.
             lead: how far set-points leave ahead of the robot [s]; the link's where left out.
+            pace: of a jog; None for a planned motion.
             known_error: error that the controller shows already; it ends no motion by itself.
             start: (n,) where a jog begins, which may be beyond a limit; None for all else.
             watch: is told each set-point that leaves; None where nobody compares.
@@ -106,7 +108,7 @@ class Execution:
         self._uplink = uplink
         self._lead = round((link.planned_lead if lead is None else lead) * 1e9)
         self._departure = DepartureCheck(limits, start)
-        self._following = Following(now)
+        self._following = Following(now, pace)
         self._watch = watch
         self._known_error = known_error
         self._sent = 0
@@ -137,7 +139,7 @@ class Execution:
             self.phase = _SENDING
             following.go_on(due, now)
         lead = self._lead if self._is_turn else self._lead - _HALF_TICK_NS
-        is_due = round(due * 1e9) <= now - following.base + lead
+        is_due = round(due * 1e9) <= following.time(now) + lead
         # Where the reports just moved the robot back, none is due in a tick: a ramp must not wait.
         if not is_due and not (self._is_turn and rows.is_urgent):
             return None

@@ -3,71 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
 
 import pytest
-from emulated_cell import EmulatedCell
 from promise_table import figure
 from server_clients import Pendant
-from server_rig import MS
+from stalling_cell import StallingCell, Who
 
 from openpendant.server.controller_path import ControllerPath
 from openpendant.server.settings import ControllerLink
-from openpendant.simplemsg import Message, Received
+from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import CATALOGUE
 from openpendant.simplemsg.verdicts import VerdictCode as V
-
-Who = Literal["server", "emulator"]
-
-
-class StallingCell(EmulatedCell):
-    """A cell either end of which may not be run for a time; what arrives waits in its sockets."""
-
-    stalled: Who | None = None
-
-    def __init__(self) -> None:
-        self._to_server: list[tuple[ControllerPath, Received]] = []
-        self._to_emulator: list[tuple[ControllerPath, Message]] = []
-        super().__init__(controller={"lead": figure(55, "lead").seconds})
-
-    def _hear(self, path: ControllerPath, received: Received) -> None:
-        if self.stalled == "server":
-            self._to_server.append((path, received))
-        else:
-            super()._hear(path, received)
-
-    def _to_controller(self, path: ControllerPath, message: Message) -> None:
-        if self.stalled == "emulator":
-            self._to_emulator.append((path, message))
-        else:
-            super()._to_controller(path, message)
-
-    def stall(self, who: Who, milliseconds: int) -> None:
-        """Let time pass without one of the two; then it reads what waits, and has its tick."""
-        began, self.stalled = self.now, who
-        for _ in range(0, milliseconds, 5):
-            self.now += 5 * MS
-            if who == "server":
-                self._from_controller(self.controller.advance(self.now))
-                if self.now % (10 * MS) == 0:
-                    for message in self.controller.state_messages(self.now):
-                        self._hear(ControllerPath.STATE, message)
-            elif self.now % (10 * MS) == 0:
-                self.perform(self.core.tick(self.now))
-        self.stalled = None
-        if who == "emulator":
-            self.controller.was_away(began, self.now)
-        waiting, self._to_server = self._to_server, []
-        for path, received in waiting:
-            self._hear(path, received)
-        commands, self._to_emulator = self._to_emulator, []
-        for path, command in commands:
-            self._to_controller(path, command)
-        self._from_controller(self.controller.advance(self.now))
-        for message in self.controller.state_messages(self.now):
-            self._hear(ControllerPath.STATE, message)
-        self.perform(self.core.tick(self.now))
 
 
 def joint_move(cell: StallingCell, pendant: Pendant) -> None:

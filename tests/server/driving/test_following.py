@@ -6,7 +6,7 @@ import pytest
 
 from openpendant.motion.trajectory import Row
 from openpendant.server.driving.feedback import Feedback
-from openpendant.server.driving.following import SAME_PLACE, Following
+from openpendant.server.driving.following import SAME_PLACE, Following, JogPace
 from openpendant.server.settings import ControllerLink
 from openpendant.simplemsg import JointFeedback, ValidField, joint_array
 
@@ -98,3 +98,68 @@ def test_the_place_is_the_last_sample_nearly_as_near_as_the_nearest(seed: int) -
     # At the last sample nobody can see how far behind it is.
     behind = 0 if place == len(rows) - 1 else 1_000 * MS - round(rows[place].time * 1e9)
     assert following.base == behind
+
+
+def jogged(lag: float = 0.0, unseen: float = 1.0) -> Following:
+    """Return the progress of a jog, 3 s of which were sent."""
+    made = Following(0, JogPace(lag, unseen))
+    for index in range(300):
+        made.sent(row(index))
+    return made
+
+
+def seen(following: Following, *reports: tuple[int, float]) -> Following:
+    for at, place in reports:
+        following.update(report(place, at * MS))
+    return following
+
+
+def test_a_jogged_robot_that_stands_is_behind_by_as_long_as_it_stands() -> None:
+    following = seen(jogged(), *((at, 0.5) for at in range(500, 1_001, 10)))
+    assert following.lag == pytest.approx(0.5)
+
+
+def test_one_that_stood_and_goes_on_is_forgiven_after_a_second() -> None:
+    stood = [(at, max(at - 200, 500) / 1e3) for at in range(500, 1_701, 10)]
+    following = seen(jogged(), *stood[:-20])
+    assert following.lag == pytest.approx(0.2)
+    assert seen(following, *stood[-20:]).lag == 0
+    assert following.base == 200 * MS
+
+
+@pytest.mark.parametrize(("pace", "behind"), [(0.9, 0.1), (0.5, 0.5), (0.4, 0.6)])
+def test_a_slow_one_is_behind_by_what_it_loses_in_a_second(pace: float, behind: float) -> None:
+    following = seen(jogged(), *((at, at * pace / 1e3) for at in range(0, 2_001, 10)))
+    assert following.lag == pytest.approx(behind, abs=0.02)
+
+
+def test_a_planned_motion_forgives_nothing() -> None:
+    following = Following(0)
+    for index in range(300):
+        following.sent(row(index))
+    stood = [(at, max(at - 200, 500) / 1e3) for at in range(500, 2_501, 10)]
+    assert seen(following, *stood).lag == pytest.approx(0.2)
+
+
+def test_a_new_press_after_a_rest_starts_with_no_lag() -> None:
+    following = seen(jogged(), *((at, 0.5) for at in range(500, 801, 10)))
+    following.go_on(3.0, 5_000 * MS)
+    assert following.lag == 0
+    assert following.time(5_000 * MS) == 3_000 * MS
+
+
+@pytest.mark.parametrize(("behind", "expected"), [(0, 0), (50, 0), (80, 0), (130, 50)])
+def test_a_jog_is_paced_by_a_controller_whose_robot_lags(behind: int, expected: int) -> None:
+    following = seen(jogged(lag=0.08), (500, (500 - behind) / 1e3))
+    assert following.clock == expected * MS
+
+
+def test_the_clock_of_a_jog_stands_where_no_report_comes() -> None:
+    following = seen(jogged(unseen=0.05), (500, 0.5))
+    times = [following.time(at * MS) // MS for at in (500, 549, 550, 551, 700)]
+    assert times == [500, 549, 550, 550, 550]
+
+
+def test_that_of_a_planned_motion_runs_on(following: Following) -> None:
+    following.update(report(0.05, 50 * MS))
+    assert following.time(700 * MS) == 700 * MS
