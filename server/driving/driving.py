@@ -38,7 +38,8 @@ _STOPPING_NS = 5_000_000_000
 _STOP_REPEAT_NS = 100_000_000
 _MOST_AT_ONCE = 2  # points on one event, where several may: what is late is caught up in steps
 _MOST_JOGGED_AHEAD = 0.1
-"""A jog is not sent farther ahead of a robot that is not seen [s], where reports come so often."""
+"""A jog is not sent farther ahead of where the robot was seen last [s]; where reports are rarer than
+that allows, not farther than a silence is long."""
 
 _REPORTS_MISSED = 2.5
 """So many periods without a report are a silence."""
@@ -205,8 +206,9 @@ class Driving:
         )
 
     def _jog_pace(self, lead: float, tolerances: TrackingTolerances) -> JogPace:
-        unseen = max(_MOST_JOGGED_AHEAD - lead, _REPORTS_MISSED * self._link.state_period)
-        return JogPace(tolerances.lag, unseen)
+        room = max(_MOST_JOGGED_AHEAD - lead, 0.0)
+        unseen = max(room, _REPORTS_MISSED * self._link.state_period)
+        return JogPace(min(tolerances.lag, room), unseen)
 
     def _watch_for(
         self, kind: MotionKind, rows: StoredRows | JogRows, tolerances: TrackingTolerances
