@@ -38,8 +38,8 @@ _STOPPING_NS = 5_000_000_000
 _STOP_REPEAT_NS = 100_000_000
 _MOST_AT_ONCE = 2  # points on one event, where several may: what is late is caught up in steps
 _MOST_JOGGED_AHEAD = 0.1
-"""A jog is not sent farther ahead of where the robot was seen last [s]; where reports are rarer than
-that allows, not farther than a silence is long."""
+"""A jog is not sent farther ahead of where the robot was seen last [s]; where reports are rarer,
+not farther than a silence is long."""
 
 _REPORTS_MISSED = 2.5
 """So many periods without a report are a silence."""
