@@ -11,6 +11,9 @@ WORKERS ?= 2
 
 VENV := .venv
 PY := $(VENV)/bin/python
+RULES := $(PY) -m ruff check .
+FORMAT := $(PY) -m ruff format --check .
+TYPES := $(PY) -m mypy .
 INSTALL := $(PY) -m pip --disable-pip-version-check install --no-input -c constraints.txt
 REQUIREMENTS := Makefile pyproject.toml constraints.txt hatch_build.py
 
@@ -28,11 +31,19 @@ unexport PYTHONDONTWRITEBYTECODE
 .DELETE_ON_ERROR:
 FUZZ_SECONDS ?= 60
 
+# A commit to compare with: of bench (none unless named) and of mutants (HEAD unless named).
+BASE ?=
+
+BENCH ?=
+BENCH_ARGS ?=
+
 MUTANTS ?=
-BASE ?= HEAD
 MUTANTS_ARGS ?=
 
-.PHONY: help demo test bench lint format soak mutants fuzz reference clean stale
+WALK ?=
+WALK_ARGS ?=
+
+.PHONY: help demo test conformance bench lint format soak mutants walk fuzz reference clean stale
 
 ## help     this list
 help:
@@ -46,19 +57,24 @@ help:
 demo: $(VENV)/demo.stamp
 	$(VENV)/bin/openpendant demo --robot '$(ROBOT)'
 
-## test     lint, then every test but the soak tests, in WORKERS=2 processes
-test: lint
-	$(PY) -m pytest --numprocesses $(WORKERS) --dist loadfile --no-loadscope-reorder $(PYTEST_ARGS)
+## test     every test but the soak tests, in WORKERS=2 processes, and lint beside them
+test: $(VENV)/dev.stamp
+	$(PY) tests/run_lanes.py --workers $(WORKERS) \
+		--beside '$(RULES)' --beside '$(FORMAT)' --beside '$(TYPES)' -- $(PYTEST_ARGS)
 
-## bench    medians and ratios of what must be fast
+## conformance  what the conformance tests leave out of `make test`: whole runs, faults not to be found
+conformance: $(VENV)/dev.stamp
+	$(PY) -m pytest -m conformance $(PYTEST_ARGS)
+
+## bench    medians and ratios of what must be fast; BASE=commit compares with that, BENCH=pattern chooses rows
 bench: $(VENV)/demo.stamp
-	$(PY) -m openpendant.tools.bench
+	$(PY) -m openpendant.tools.bench $(if $(BASE),--base '$(BASE)') $(BENCH_ARGS) $(if $(BENCH),--only '$(BENCH)')
 
 ## lint     ruff (rules and format) and mypy --strict, tests included
 lint: $(VENV)/dev.stamp
-	$(PY) -m ruff check .
-	$(PY) -m ruff format --check .
-	$(PY) -m mypy .
+	$(RULES)
+	$(FORMAT)
+	$(TYPES)
 
 ## format   let ruff put the files in order
 format: $(VENV)/dev.stamp
@@ -67,20 +83,25 @@ format: $(VENV)/dev.stamp
 
 ## soak     the long tests: thousands of random examples each, tests marked soak, and every promise
 soak: $(VENV)/dev.stamp
-	$(PY) -m pytest -m "soak or hypothesis or promise" --hypothesis-profile=soak --timeout=3600 $(PYTEST_ARGS)
+	$(PY) tests/run_lanes.py --soak --workers $(WORKERS) -- $(PYTEST_ARGS)
 
 ## mutants  faults planted one by one, which tests must find; MUTANTS=changed, or a name or file
 mutants: $(VENV)/dev.stamp
-	$(PY) tests/mutants/run.py --workers $(WORKERS) --base '$(BASE)' $(MUTANTS_ARGS) '$(MUTANTS)'
+	$(PY) tests/mutants/run.py --workers $(WORKERS) --base '$(or $(BASE),HEAD)' $(MUTANTS_ARGS) '$(MUTANTS)'
+
+## walk     what each event costs on its way through the server; WALK=a1 shows one file by file
+walk: $(VENV)/dev.stamp
+	$(PY) tests/walks/run.py $(WALK_ARGS) $(WALK)
 
 ## fuzz     atheris on decoder, connection, JSON bodies and capture loader, FUZZ_SECONDS=60 in all
 fuzz: $(VENV)/fuzz.stamp
 	$(PY) tests/fuzz/run.py --seconds $(FUZZ_SECONDS)
 
-## reference  write docs/protocol.md, docs/generated and the tables of docs/promises.md anew
+## reference  write docs/protocol.md, docs/generated, docs/command-to-motion.md and the tables of promises.md
 reference: $(VENV)/dev.stamp
 	$(PY) -m openpendant.tools.reference
-	$(PY) tests/promise_page.py
+	$(PY) tests/promises/promise_page.py
+	$(PY) tests/walks/motion_page.py
 
 ## clean    remove the environment and everything generated
 clean:

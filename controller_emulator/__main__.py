@@ -9,7 +9,7 @@ import sys
 def _main() -> int:
     # Start-up makes objects that stay; looking for garbage among them takes a tenth of its time.
     gc.disable()
-    from .cli import main
+    from .shell.cli import main
 
     return main()
 

@@ -1,7 +1,7 @@
-"""How numbers read after they travelled as 4-byte reals.
+"""Rounding allowances for numbers that travelled as 4-byte reals.
 
-Owns the two allowances for that: how far a value may be from the one that was meant, and which
-decimal time a 4-byte real stands for. Knows no messages and no limits.
+Owns the two allowances: how far a value may be from the one that was meant, and which decimal
+time a 4-byte real stands for. Knows no messages and no limits.
 """
 
 from __future__ import annotations

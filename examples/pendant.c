@@ -12,7 +12,7 @@
 
 enum { HELLO = 65000, VERDICT = 65002, AUTHORITY = 65005, STOP = 65014, RESET, ENABLING,
        SET_MODE, STATE = 65020, JOG_ENDED = 65025, JOG_START = 65030, JOG_BEAT, JOG_RELEASE };
-enum { TOPIC = 1, REQUEST, HEADER = 12, SUCCESS = 1, HELD = 1, REDUCED_SPEED = 1, JOINTS = 1 };
+enum { IDLE, TOPIC, REQUEST, HEADER = 12, SUCCESS = 1, HELD = 1, REDUCED_SPEED = 1, JOINTS = 1 };
 typedef union { int32_t i; float f; } Word;
 
 static int server;
@@ -49,8 +49,7 @@ int main(int argc, char *argv[]) {
     strcpy((char *)&hello[10], "C pendant");
     say(HELLO, HELLO, hello, 18);
     Word jog[24] = {{.i = 3}, {.i = 1}, {.i = 0}, {.f = 0.25F}, {.i = JOINTS}}; /* press 1 */
-    jog[13] = body[4];       /* so many joints */
-    jog[14].f = 0.5F;        /* joint 1, at half the jog speed */
+    jog[13] = body[4], jog[14].f = 0.5F; /* of so many joints the first, at half the jog speed */
     say(AUTHORITY, VERDICT, (Word[]){{.i = 1}, {.i = 1}}, 2);
     say(SET_MODE, VERDICT, (Word[]){{.i = 2}, {.i = REDUCED_SPEED}}, 2);
     say(ENABLING, 0, (Word[]){{.i = HELD}}, 1);
@@ -66,5 +65,6 @@ int main(int argc, char *argv[]) {
     printf("joint 1 stands at %.4f, %.0f ms after the release\n", body[5].f, 1e3 * body[2].f);
     say(STOP, VERDICT, (Word[17]){{.i = 5}}, 17); /* latches, whoever asks for it */
     say(ENABLING, 0, (Word[]){{.i = 0}}, 1);      /* let go, then reset on purpose */
+    do await(STATE); while (body[5].i != IDLE);   /* which is refused while it is stopping */
     say(RESET, VERDICT, (Word[]){{.i = 6}}, 1);
 }

@@ -6,15 +6,14 @@ const net = require("node:net"), { setTimeout: sleep } = require("node:timers/pr
 const HELLO = 65000, VERDICT = 65002, AUTHORITY = 65005, STOP = 65014, RESET = 65015;
 const ENABLING = 65016, SET_MODE = 65017, STATE = 65020, JOG_ENDED = 65025, JOG_START = 65030;
 const JOG_BEAT = 65031, JOG_RELEASE = 65032, TOPIC = 1, REQUEST = 2;
-const SUCCESS = 1, HELD = 1, LET_GO = 0, REDUCED_SPEED = 1, JOINTS = 1;
+const SUCCESS = 1, HELD = 1, LET_GO = 0, REDUCED_SPEED = 1, JOINTS = 1, IDLE = 0;
 
 const int = (...values) => Buffer.from(new Int32Array(values).buffer);
 const real = (...values) => Buffer.from(new Float32Array(values).buffer);
 const text = (value, size) => Buffer.concat([Buffer.from(value), Buffer.alloc(size)], size);
 
 const server = net.connect(Number(process.argv[2] ?? 11010), process.argv[3] ?? "127.0.0.1");
-server.setNoDelay(true);
-server.on("error", fail);
+server.setNoDelay(true).on("error", fail);
 server.on("close", () => fail(new Error("the connection was lost")));
 
 let unread = Buffer.alloc(0);
@@ -65,6 +64,7 @@ async function main() {
   console.log(`joint 1 stands at ${at}, ${time.toFixed(0)} ms after the release`);
   await ask(STOP, VERDICT, int(5), text("", 64)); // latches, whoever asks for it
   put(ENABLING, TOPIC, int(LET_GO)); // let go, then reset on purpose
+  while ((await next(STATE)).readInt32LE(20) !== IDLE); // it is refused while the robot is stopping
   await ask(RESET, VERDICT, int(6));
   process.exit(0);
 }

@@ -1,5 +1,5 @@
-"""Robot facts and joint-space mathematics: no protocol, no sockets, no clock.
+"""Motion: robot facts and joint-space mathematics, without protocol, sockets or clock.
 
-Nothing is imported here: `robot`, `limits` and `errors` are plain data that the emulator loads
-without numpy, while `kinematics` and `timing` each bring one heavy library.
+Nothing is imported here: `description` and `errors` are plain data that the emulator loads without
+numpy, while `kinematics` and `timing` each bring one heavy library.
 """

@@ -1,7 +1,7 @@
-"""Files that nobody vouches for: read whole, but no more of them than a bound.
+"""Bounded reading of files of unknown origin.
 
-Owns that nothing but a regular file is opened, without waiting, and the words for a file that
-cannot be read, is too large, or is no text. Which error carries these is the caller's.
+Owns that only a regular file is opened, without waiting, that no more than a bound is read, and the
+words for a file that cannot be read, is too large, or is no text. The caller chooses the error.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import BinaryIO, TypeAlias
 from .errors import MotionError
 
 Refusal: TypeAlias = Callable[[str, str, str], MotionError]
-"""From the file, a field of it (none here) and what is wrong to the error to raise."""
+"""Returns the error to raise for the file, a field of it (none here) and the problem."""
 
 
 def open_regular(path: Path) -> BinaryIO:
@@ -26,7 +26,7 @@ def open_regular(path: Path) -> BinaryIO:
         OSError: there is none, it may not be read, or it is a folder, a device or a pipe.
         ValueError: no file can be called so.
     """
-    # Without waiting: of a pipe that nobody writes to, opening alone would never end.
+    # Without waiting: opening a pipe that nobody writes to would block for ever.
     file = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
         mode = os.fstat(file).st_mode
@@ -42,7 +42,7 @@ def open_regular(path: Path) -> BinaryIO:
 
 
 def beginning_of(path: Path, most: int) -> bytes:
-    """Return the first bytes of a regular file, at most so many; raises as `open_regular`."""
+    """Return the first bytes of a regular file, at most `most`; raises as `open_regular`."""
     with open_regular(path) as stream:
         return stream.read(most)
 
@@ -52,7 +52,7 @@ def read_bounded(path: Path, most: int, refusal: Refusal) -> bytes:
 
     Args:
         path: the file.
-        most: bytes that are accepted; no more than one beyond is read.
+        most: greatest accepted number of bytes; no more than one beyond is read.
         refusal: makes the error.
 
     Raises:
@@ -63,7 +63,7 @@ def read_bounded(path: Path, most: int, refusal: Refusal) -> bytes:
     except OSError as error:
         raise refusal(str(path), "", error.strerror or "cannot be read") from error
     except ValueError as error:
-        # The name may hold what a terminal must not be sent.
+        # The name may hold characters that must not be sent to a terminal.
         raise refusal(repr(str(path)), "", "is not a legal file name") from error
     if len(content) > most:
         raise refusal(str(path), "", f"is larger than {most} bytes, the most that is accepted")
@@ -75,12 +75,13 @@ def read_text(path: Path, most: int, refusal: Refusal, encoding: str = "utf-8") 
 
     Args:
         path: the file.
-        most: bytes that are accepted.
+        most: greatest accepted number of bytes.
         refusal: makes the error.
-        encoding: `utf-8`, or `utf-8-sig` where a byte-order mark is dropped.
+        encoding: `utf-8`, or `utf-8-sig`, which drops a byte-order mark.
 
     Raises:
-        MotionError: the one that `refusal` makes, as of `read_bounded`, or for what is no UTF-8.
+        MotionError: the one that `refusal` makes, as of `read_bounded`, or for text that is not
+            UTF-8.
     """
     content = read_bounded(path, most, refusal)
     try:

@@ -1,9 +1,9 @@
-"""Turns as numbers: roll, pitch, yaw, their increments and rates, and rotation vectors.
+"""Orientations as numbers: roll, pitch, yaw, their increments and rates, and rotation vectors.
 
-Owns the formulas. Of the two things that pendants both call A, B, C, `rpy_increment` is the one
-that adds to the three values; turns about the axes of a frame are `jog.increments.turned`. They
-agree only where roll, pitch and yaw are all 0, or the axis is that of the outermost turn. Knows no
-robot. Convention of `pose`: R = Rz(yaw) Ry(pitch) Rx(roll); quaternions x, y, z, w; radians.
+Owns the formulas. Of the two things that pendants call A, B, C, `rpy_increment` is the one that
+adds to the three values; rotations about the axes of a frame are `jog.jog_commands.turned`. They
+agree only where roll, pitch and yaw are all 0, or the axis is that of the outermost rotation. Knows
+no robot. Convention of `pose`: R = Rz(yaw) Ry(pitch) Rx(roll); quaternions x, y, z, w; radians.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .errors import BadArgument
 from .pose import Array, Pose
 
 _GIMBAL = 1e-9
-"""Cosine of the pitch below which roll and yaw turn about one axis."""
+"""Cosine of the pitch below which roll and yaw are about one axis."""
 
 
 def roll_pitch_yaw(rotation: Array) -> Array:
@@ -58,7 +58,7 @@ def rpy_increment(pose: Pose, increment: Sequence[float] | Array) -> Pose:
 def quaternion_of_vector(vector: Array) -> Array:
     """Return the (4,) quaternion of a (3,) rotation vector: axis times angle [rad]."""
     half = 0.5 * math.sqrt(float(vector @ vector))
-    # np.sinc(x) is sin(πx)/(πx), so nothing is divided by a vanishing angle.
+    # np.sinc(x) is sin(πx)/(πx): no division by a vanishing angle.
     return np.append(0.5 * float(np.sinc(half / math.pi)) * vector, math.cos(half))
 
 
@@ -92,7 +92,7 @@ def cross_matrix(vector: Array) -> Array:
 def angular_velocity_of_rpy_rates(rpy: Sequence[float] | Array) -> Array:
     """Return the (3, 3) matrix from the rates of roll, pitch, yaw to ω in the parent's axes.
 
-    Its columns are the axes that the three turn about (Siciliano et al., Robotics, section 3.6):
+    Its columns are the axes of the three rotations (Siciliano et al., Robotics, section 3.6):
     roll about the x axis after pitch and yaw, pitch about the y axis after yaw, yaw about z.
 
     Args:

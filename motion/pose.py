@@ -1,10 +1,10 @@
-"""A position and an orientation, and the algebra on them.
+"""Pose: a position and an orientation, and the algebra on them.
 
 Owns the conventions: metres; unit quaternions x, y, z, w with w not negative; roll, pitch, yaw as
 R = Rz(yaw) Ry(pitch) Rx(roll). The formulas between quaternions, matrices and angles are those of
 J. Diebel, *Representing Attitude: Euler Angles, Unit Quaternions, and Rotation Vectors*, 2006, but
-where a function names another source. A pose says nothing of the frame it is expressed in: whoever
-passes one names the frame beside it. Knows no robot and no kinematics library.
+where a function names another source. A pose does not name its frame; the caller that passes one
+names the frame beside it. Knows no robot and no kinematics library.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,7 @@ _NEARLY_PARALLEL = 1e-6
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pose:
-    """A rigid placement; the arrays are the pose's own and read-only.
+    """Rigid placement; the arrays are the pose's own and read-only.
 
     Attributes:
         position: (3,) [m].
@@ -64,7 +64,7 @@ class Pose:
 
     @classmethod
     def from_values(cls, position: Sequence[float], quaternion: Sequence[float]) -> Pose:
-        """Build a pose from plain numbers: (3,) position [m] and (4,) quaternion x, y, z, w.
+        """Return a pose from plain numbers: (3,) position [m] and (4,) quaternion x, y, z, w.
 
         Raises:
             BadArgument, NotFinite: as of a `Pose`.
@@ -73,7 +73,7 @@ class Pose:
 
     @classmethod
     def from_rpy(cls, position: Sequence[float] | Array, rpy: Sequence[float] | Array) -> Pose:
-        """Build a pose from a (3,) position [m] and (3,) roll, pitch, yaw [rad].
+        """Return a pose from a (3,) position [m] and (3,) roll, pitch, yaw [rad].
 
         Raises:
             BadArgument: a vector does not have three values.
@@ -93,7 +93,7 @@ class Pose:
 
     @classmethod
     def from_matrix(cls, rotation: Array, position: Sequence[float] | Array) -> Pose:
-        """Build a pose from a (3, 3) rotation matrix and a position [m].
+        """Return a pose from a (3, 3) rotation matrix and a position [m].
 
         Raises:
             NotFinite: a value is infinite or not a number.
@@ -114,14 +114,14 @@ class Pose:
         return np.array(flat).reshape(4, 4)
 
     def compose(self, other: Pose) -> Pose:
-        """Return the placement of `other`, given in this pose's frame, in this pose's parent."""
+        """Return the pose of `other`, given in this pose's frame, in this pose's parent frame."""
         return Pose(
             self.position + self.rotation @ other.position,
             quaternion_product(self.quaternion, other.quaternion),
         )
 
     def inverse(self) -> Pose:
-        """Return the pose that undoes this one."""
+        """Return the inverse of this pose."""
         conjugate = self.quaternion * np.array([-1.0, -1.0, -1.0, 1.0])
         return Pose(-(self.rotation.T @ self.position), conjugate)
 
@@ -134,7 +134,7 @@ class Pose:
         return rotation_distance(self.quaternion, other.quaternion)
 
     def interpolate(self, other: Pose, fraction: float) -> Pose:
-        """Return the pose part of the way to another: straight line and constant-speed turn.
+        """Return the pose at a fraction of the path to another: straight line and even rotation.
 
         Args:
             other: the pose at fraction 1.
@@ -144,8 +144,20 @@ class Pose:
         return Pose(position, slerp(self.quaternion, other.quaternion, fraction))
 
 
+class PoseArray(NamedTuple):
+    """Poses as arrays, m of them, such as the tool's along a curve.
+
+    Attributes:
+        rotation: (m, 3, 3).
+        position: (m, 3) [m].
+    """
+
+    rotation: Array
+    position: Array
+
+
 def slerp(start: Array, goal: Array, fraction: float) -> Array:
-    """Interpolate two unit quaternions the short way round, turning at a constant speed.
+    """Return the interpolation of two unit quaternions by the lesser angle, at a constant rate.
 
     Source: K. Shoemake, *Animating Rotation with Quaternion Curves*, SIGGRAPH 1985.
 
@@ -213,7 +225,7 @@ def matrix_to_quaternion(rotation: Array) -> Array:
     Source: S. W. Shepperd, *Quaternion from Rotation Matrix*, J. Guidance and Control 1, 1978.
     """
     (a, b, c), (d, e, f), (g, h, i) = np.asarray(rotation, dtype=np.float64).tolist()
-    # The element with the greatest square is divided by, so nothing is lost near a half turn.
+    # Divided by the element with the greatest square, so that no digits are lost near π.
     squares = (1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i, 1.0 + a + e + i)
     match squares.index(max(squares)):
         case 0:
@@ -230,23 +242,23 @@ def matrix_to_quaternion(rotation: Array) -> Array:
 
 
 def _leading(quaternion: Sequence[float]) -> float:
-    """Return the first element that is not 0 of w, x, y, z; its sign is the quaternion's."""
+    """Return the first element of w, x, y, z that is not 0; its sign is the quaternion's."""
     x, y, z, w = quaternion
     return w or x or y or z
 
 
 def _canonical(quaternion: Array) -> Array:
-    # q and -q are one rotation; adding zero turns -0.0 into 0.0.
+    # q and -q are one rotation; adding zero makes -0.0 into 0.0.
     return (quaternion if _leading(quaternion.tolist()) > 0.0 else -quaternion) + 0.0
 
 
 def checked_vector(values: Sequence[float] | Array, count: int, what: str) -> Array:
-    """Return numbers that somebody handed in as a (count,) array of their own.
+    """Return the caller's numbers as a (count,) array of its own.
 
     Args:
-        values: what was handed in, in any unit.
+        values: the numbers, in any unit.
         count: how many there must be.
-        what: what to call them in errors.
+        what: their name in errors.
 
     Raises:
         BadArgument: there are not so many values.

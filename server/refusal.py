@@ -1,11 +1,17 @@
-"""Why a request is refused or a motion aborted, with its numbers; and the table from motion errors.
+"""Refusals: verdict code, sentence and numbers of a refused request or an aborted motion.
 
-Owns the one mapping from an error of `motion` to a code of the verdict catalogue.
+Owns the one mapping from an error of `motion` to a code of the verdict catalogue, the model that
+some replies to management requests extend (`JsonBody`), and the sentence about data from
+outside whose fields break a rule. That sentence names the place and the rule, never the value that
+stood there, because the value may be a secret. Must not know any operation; `management` has the
+table of all.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from openpendant.motion import errors
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
@@ -45,7 +51,7 @@ CODE_OF_ERROR: dict[type[errors.MotionError], VerdictCode] = {
     errors.OutOfRange: VerdictCode.OUT_OF_RANGE,
     errors.TooFast: VerdictCode.TOO_FAST,
     errors.TooSharp: VerdictCode.TOO_SHARP,
-    errors.Unreachable: VerdictCode.UNREACHABLE,
+    errors.PoseUnreachable: VerdictCode.UNREACHABLE,
     errors.BranchChange: VerdictCode.BRANCH_CHANGE,
     errors.NotTimeable: VerdictCode.NOT_TIMEABLE,
     errors.NoMotion: VerdictCode.NO_MOTION,
@@ -82,32 +88,20 @@ CODE_OF_ERROR: dict[type[errors.MotionError], VerdictCode] = {
 
 def refusal_of(error: errors.MotionError) -> Refusal:
     """Return the refusal that says what a motion error says, numbers included."""
-    code = CODE_OF_ERROR[type(error)]
-    match error:
-        case errors.OutOfRange():
-            limit = error.lower if error.value < error.lower else error.upper
-            return Refusal(code, str(error), error.index, error.value, limit)
-        case errors.SegmentRefused():
-            inner = refusal_of(error.reason)
-            return Refusal(inner.code, str(error), inner.joint, inner.value, inner.limit)
-        case errors.PlatformLimit():
-            return Refusal(code, str(error), error.index, error.value, error.limit)
-        case errors.TooFast() | errors.TooSharp():
-            return Refusal(code, str(error), error.index, error.value, error.limit)
-        case errors.SceneTooLarge():
-            return Refusal(code, str(error), value=float(error.pairs), limit=float(error.limit))
-        case errors.WrongJointCount():
-            return Refusal(code, str(error), value=float(error.got), limit=float(error.expected))
-        case errors.NotFinite():
-            return Refusal(code, str(error), error.index)
-        case errors.Unreachable():
-            # The worse of both residuals: a pose may be out of reach by its turn alone.
-            residual = max(error.best_position_error, error.best_rotation_error)
-            return Refusal(code, str(error), value=residual)
-        case errors.BranchChange():
-            return Refusal(code, str(error), value=error.step)
-        case errors.NotTimeable():
-            return Refusal(code, str(error), value=error.path_length)
-        case errors.CertificateRefused():
-            return Refusal(code, str(error), value=error.value, limit=error.limit)
-    return Refusal(code, str(error))
+    cause = error
+    while isinstance(cause, errors.SegmentRefused):
+        cause = cause.reason
+    return Refusal(CODE_OF_ERROR[type(cause)], str(error), *cause.numbers)
+
+
+def field_fault(error: ValidationError) -> str:
+    """Return the first place that is wrong, and how, as one sentence."""
+    first = error.errors(include_url=False, include_input=False, include_context=False)[0]
+    where = ".".join(str(part) for part in first["loc"])
+    return f"{where}: {first['msg']}" if where else first["msg"]
+
+
+class JsonBody(BaseModel):
+    """One JSON object; an unknown key is refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)

@@ -28,7 +28,7 @@ from .connection import (
     Role,
     Unasked,
 )
-from .declaration import Message
+from .declaration import Message, joint_array
 from .errors import (
     BodyFault,
     FramingFault,
@@ -41,7 +41,6 @@ from .errors import (
     ProtocolError,
     RemoteProtocolError,
 )
-from .joints import joint_array
 from .opaque import HeaderOnly, Opaque, accepted, message_type, refused
 from .standard import (
     GetVersion,
@@ -55,7 +54,7 @@ from .standard import (
     Status,
     TrajPoint,
 )
-from .stop_walk import PENDANT_STOPS, ROS_STOPS, StopAhead, StopRule
+from .stop_walk import PENDANT_STOPS, ROS_STOPS, StopRule, WaitingStop
 
 __version__ = "0.1.0"
 
@@ -104,12 +103,12 @@ __all__ = [
     "Role",
     "SpecialSequence",
     "Status",
-    "StopAhead",
     "StopRule",
     "TrajPoint",
     "TriState",
     "Unasked",
     "ValidField",
+    "WaitingStop",
     "__version__",
     "accepted",
     "codec_for",

@@ -16,16 +16,8 @@ from .codes import ByteOrder, CommType, MsgType, ReplyCode
 from .declaration import Message
 from .errors import BodyFault, HeaderFault, LocalProtocolError, NotEncodable
 from .fixed import UNPACKABLE, FixedLayout
-from .layout import (
-    HEADER_SIZE,
-    PREFIX_SIZE,
-    Bytes,
-    Decode,
-    Encode,
-    Misfit,
-    WireForm,
-    broken_header_rule,
-)
+from .framing import HEADER_SIZE, PREFIX_SIZE, Bytes, broken_header_rule
+from .layout import Decode, Encode, Misfit, WireForm
 from .motoman import MOTOMAN_MESSAGES
 from .opaque import HeaderOnly, Opaque
 from .pendant import PENDANT_MESSAGES

@@ -23,7 +23,7 @@ class ByteOrder(Enum):
 
 
 class CommType(IntEnum):
-    """What kind of exchange a frame belongs to (REP-I0006, header)."""
+    """Kind of exchange to which a frame belongs (REP-I0006, header)."""
 
     INVALID = 0
     TOPIC = 1

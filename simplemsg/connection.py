@@ -22,15 +22,13 @@ from .errors import (
     MessageFault,
     OrderUndetectable,
 )
-from .layout import HEADER_SIZE, PREFIX_SIZE, Bytes, Decode
+from .framing import HEADER_SIZE, LEAST_LENGTH, MAX_FRAME, PREFIX_SIZE, Bytes, detect_byte_order
+from .layout import Decode
 from .opaque import message_type
-from .stop_walk import StopAhead, StopRule, StopWalk
+from .stop_walk import StopRule, StopWalk, WaitingStop
 
 MAX_REFERENCE_FRAME = 1023
 """Largest frame that the reference C++ library sends or can receive safely, bytes."""
-
-MAX_DETECTABLE_LENGTH = 65_535
-"""Largest length field that reads differently in both byte orders."""
 
 FRAMES_PER_CALL = 64
 """Most frames decoded per call, so that one talkative peer cannot hold up the others."""
@@ -39,19 +37,17 @@ _WINDOW = 16 * 1024
 """Bytes that are looked at in one call, or one frame, where more than that waits: a backlog that is
 handled in parts is not copied once for each of them."""
 
-_LEAST_LENGTH = HEADER_SIZE - PREFIX_SIZE
-
 _HEADER = slice(0, HEADER_SIZE)
 
 _Known = tuple[int, Decode]
 """Size of a frame, and what decodes it."""
 
-# Asked for with every frame, and an enumeration takes three times as long to find a member.
+# Looked up for every frame; finding a member of an enumeration takes three times as long.
 _TOPIC, _REQUEST, _REPLY = CommType.TOPIC, CommType.REQUEST, CommType.REPLY
 
 
 class Role(Enum):
-    """Which end of the conversation we are."""
+    """Our end of the conversation."""
 
     CLIENT = "opens the connection and knows the byte order"
     SERVER = "accepts the connection and may learn the byte order from the first frame"
@@ -59,7 +55,7 @@ class Role(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Malformed:
-    """A frame in bounds whose header or body is wrong; the conversation goes on.
+    """A frame in bounds whose header or body is wrong; the conversation continues.
 
     Attributes:
         msg_type: from the header.
@@ -90,7 +86,7 @@ Received = Message | Malformed | Unasked
 
 @dataclass(frozen=True, slots=True)
 class Overtaken:
-    """What stands in front of a STOP that has arrived: it must not undo the STOP.
+    """Message in front of a STOP that has arrived: it must not undo the STOP.
 
     Attributes:
         received: what came.
@@ -99,8 +95,8 @@ class Overtaken:
     received: Received
 
 
-Arrival = Received | Overtaken | StopAhead
-"""What comes in a conversation in which a STOP goes first; the STOP itself stands in its place."""
+Arrival = Received | Overtaken | WaitingStop
+"""Items of a conversation in which a STOP goes first; the STOP itself stands in its place."""
 
 
 class Connection:
@@ -127,7 +123,7 @@ class Connection:
         frames_per_call: int = FRAMES_PER_CALL,
         stop_rule: StopRule | None = None,
     ) -> None:
-        """Make a conversation that has not begun.
+        """Make a conversation that has not started.
 
         Args:
             role: which end we are.
@@ -143,7 +139,7 @@ class Connection:
         """
         if role is Role.CLIENT and byte_order is None:
             raise ValueError("a client must know the byte order: the controller's wins")
-        if not HEADER_SIZE <= max_frame <= MAX_DETECTABLE_LENGTH + PREFIX_SIZE:
+        if not HEADER_SIZE <= max_frame <= MAX_FRAME:
             raise ValueError(f"max_frame must be {HEADER_SIZE} to 65539, not {max_frame}")
         self.role = role
         self.byte_order: ByteOrder | None = None
@@ -158,10 +154,10 @@ class Connection:
         self._pending = bytearray()
         self._needed = PREFIX_SIZE
         self.more = False
-        self.stops: list[StopAhead] = []
+        self.stops: list[WaitingStop] = []
         self.overtaking = False
         self._walk = None if stop_rule is None else StopWalk(stop_rule, max_frame)
-        self._passing: list[StopAhead] = []
+        self._passing: list[WaitingStop] = []
         self._usual: dict[bytes, _Known] = {}
         if byte_order is not None:
             self.settle_byte_order(byte_order)
@@ -205,7 +201,7 @@ class Connection:
             data = bytes(memoryview(data))
         if self._pending:
             return self._go_on(data)
-        # Nearly all that controllers and pendants say comes so: one frame, whole and alone.
+        # Nearly all bytes of controllers and pendants come as one whole frame, alone.
         known = self._usual.get(data[_HEADER])
         if known is not None and known[0] == len(data):
             received = [self._take(data, known[1])]
@@ -257,10 +253,10 @@ class Connection:
         pending = self._pending
         pending += data
         if len(pending) < self._needed:
-            return []  # and nothing behind the frame that was begun has come either
+            return []  # nothing behind the incomplete frame has come either
         if self._walk is not None and data:
             self._look_for_stops(pending)
-        # At least the one frame that is known to be whole; all, where that is not much more.
+        # At least the one frame that is known to be whole; all frames, if they are not many bytes.
         window = bytes(pending[: max(self._needed, _WINDOW)])
         received, start, needed = self._split(window, self._usual.get(window[_HEADER]))
         del pending[:start]
@@ -297,7 +293,7 @@ class Connection:
         """Take the whole frames at the front, the first of which may be known.
 
         Returns:
-            What they say, where the rest begins, and how many bytes that needs to be taken apart.
+            The messages, the start of the rest, and the number of bytes that the rest needs.
         """
         received: list[Received] = []
         start, size, needed = 0, len(buffer), PREFIX_SIZE
@@ -327,8 +323,8 @@ class Connection:
         if self.byte_order is None and not self._learn_byte_order(buffer):
             return None
         (length,) = self._prefix.unpack_from(buffer, start)
-        if not _LEAST_LENGTH <= length <= self._max_length:
-            self.fault = LengthOutOfBounds(length, _LEAST_LENGTH, self._max_length)
+        if not LEAST_LENGTH <= length <= self._max_length:
+            self.fault = LengthOutOfBounds(length, LEAST_LENGTH, self._max_length)
             return None
         return PREFIX_SIZE + int(length), self._codec.decode
 
@@ -413,22 +409,3 @@ class Connection:
 @cache
 def _frames_up_to(max_frame: int, codec: Codec) -> dict[bytes, _Known]:
     return {header: known for header, known in codec.usual.items() if known[0] <= max_frame}
-
-
-def detect_byte_order(frame: Bytes) -> ByteOrder | None:
-    """Tell the byte order from a frame's length prefix: only one reading lies in 12 to 65,535.
-
-    Args:
-        frame: the frame or its beginning.
-
-    Returns:
-        The order, or None where neither reading of the first four bytes is a frame's length.
-    """
-    prefix = frame[:PREFIX_SIZE]
-    if len(prefix) < PREFIX_SIZE:
-        return None
-    if _LEAST_LENGTH <= int.from_bytes(prefix, "little") <= MAX_DETECTABLE_LENGTH:
-        return ByteOrder.LITTLE
-    if _LEAST_LENGTH <= int.from_bytes(prefix, "big") <= MAX_DETECTABLE_LENGTH:
-        return ByteOrder.BIG
-    return None

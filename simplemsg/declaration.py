@@ -1,14 +1,15 @@
-"""How a message is declared: its fields with type, unit and meaning, and its place in the protocol.
+"""Declarations of messages: fields with type, unit and meaning, and their place in the protocol.
 
 A message is declared once, as a class whose annotations carry one `Field` each. The codec, the
 readable text form and the reference pages are all derived from that declaration; no other module
-knows a byte offset. This module knows nothing of bytes.
+knows a byte offset. Owns, too, how joint values fill the ten slots of a message, and what the
+values of integer fields are called. Knows nothing of bytes.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum, IntFlag
 from inspect import get_annotations
@@ -28,7 +29,7 @@ MASK = "********"
 
 
 class Direction(Enum):
-    """Which way a message travels."""
+    """Direction in which a message travels."""
 
     TO_CONTROLLER = "client to controller"
     FROM_CONTROLLER = "controller to client"
@@ -101,7 +102,7 @@ class Tail(Field):
 
 
 class CountPlace(Enum):
-    """Where the number of records of an `Array` stands."""
+    """Place of the number of records of an `Array`."""
 
     NOWHERE = "the body's length tells"
     BEFORE = "just before the records"
@@ -130,7 +131,7 @@ class Array(Field):
     meant_by: str = ""
 
     def takes(self, number: int, meant: int) -> bool:
-        """Say whether so many records may travel where so many are meant."""
+        """Return True if so many records may travel where so many are meant."""
         if not self.least <= number <= self.most:
             return False
         return not self.meant_by or (self.least <= meant <= number and number in (meant, self.most))
@@ -174,7 +175,7 @@ class Record:
 
     @classmethod
     def is_secret(cls, name: str) -> bool:
-        """Tell whether a field holds what is shown to nobody."""
+        """Return True if a field is secret: it is shown to nobody."""
         field = cls.FIELDS.get(name)
         return isinstance(field, Text) and field.secret
 
@@ -274,3 +275,56 @@ def message(place: Place) -> Callable[[type[_MessageT]], type[_MessageT]]:
         return cast("type[_MessageT]", made)
 
     return declare
+
+
+_PADDING = tuple((0.0,) * (JOINT_SLOTS - count) for count in range(JOINT_SLOTS + 1))
+"""The unused slots of a message, by the number of those that are used."""
+
+
+def joint_array(values: Sequence[float]) -> tuple[float, ...]:
+    """Return joint values padded with zeros to the ten slots of a message.
+
+    Raises:
+        ValueError: there are more than ten values.
+    """
+    if len(values) > JOINT_SLOTS:
+        raise ValueError(f"{len(values)} joints do not fit the {JOINT_SLOTS} slots of a message")
+    return tuple(values) + _PADDING[len(values)]
+
+
+def value_name(field: Field, value: object) -> str | None:
+    """Return the name of a field's value, such as `BUSY` or `TIME|POSITION`.
+
+    Args:
+        field: its declaration.
+        value: as decoded.
+
+    Returns:
+        None where the field's values have no names, or this one has none. Bits without a name are
+        added to the others in hexadecimal, as in `TIME|0x30`.
+    """
+    if not isinstance(field, Int) or field.values is None or not isinstance(value, int):
+        return None
+    if issubclass(field.values, IntFlag):
+        return _bits(field.values, value)
+    return _member(field.values, value)
+
+
+def _member(values: type[IntEnum], value: int) -> str | None:
+    try:
+        return values(value).name
+    except ValueError:
+        return None
+
+
+def _bits(flags: type[IntFlag], value: int) -> str | None:
+    # A negative number has no end of bits; on the wire there are 32.
+    rest = value & 0xFFFF_FFFF
+    names: list[str] = []
+    for bit in flags:
+        if rest & bit:
+            names.append(str(bit.name))
+            rest &= ~int(bit)
+    if not names:
+        return None
+    return "|".join([*names, f"0x{rest:x}"] if rest else names)

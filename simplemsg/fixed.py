@@ -1,4 +1,4 @@
-"""Packs and unpacks messages, and parts of messages, of fixed size.
+"""Packing and unpacking of messages, and parts of messages, of fixed size.
 
 For each message it writes, once for each byte order and real width, the source of two small
 functions with every index in place (the way `dataclasses` writes `__init__`): a generic loop over
@@ -16,22 +16,12 @@ from typing import Any
 
 from .codes import CommType, ReplyCode
 from .declaration import Field, Int, Message, Reals, Record, Text
-from .layout import (
-    HEADER_SIZE,
-    PREFIX_SIZE,
-    Bytes,
-    Decode,
-    Encode,
-    Misfit,
-    WireForm,
-    broken_header_rule,
-    text_from_wire,
-    text_to_wire,
-)
+from .framing import HEADER_SIZE, PREFIX_SIZE, Bytes, broken_header_rule
+from .layout import Decode, Encode, Misfit, WireForm, text_from_wire, text_to_wire
 from .unfit import encoding_fault
 
 UNPACKABLE = (struct.error, OverflowError, ValueError, TypeError, AttributeError)
-"""What packing raises for a value of the wrong kind or size."""
+"""Errors that packing raises for a value of the wrong kind or size."""
 
 
 def _compile(name: str, source: list[str], scope: dict[str, Any]) -> FunctionType:
@@ -235,7 +225,7 @@ class FixedLayout:
 
 
 def breaks_rule(cls: type[Message], comm_type: int, reply_code: int) -> bool:
-    """Say whether a message of this class may not have this header."""
+    """Return True if a message of this class may not have this header."""
     if cls.PLACE.is_reply and comm_type != CommType.REPLY:
         return True
     return broken_header_rule(cls.PLACE.msg_type, comm_type, reply_code) is not None

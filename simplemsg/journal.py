@@ -27,14 +27,14 @@ JOURNAL_FORMAT = "openpendant-journal/1"
 
 
 class Stream(Protocol):
-    """Where a journal is written."""
+    """Destination of a journal."""
 
     def write(self, *parts: Part) -> object:
         """Take a line, or some of it; raises OSError where it cannot."""
 
 
 class Gap(NamedTuple):
-    """A time in which no event began.
+    """A time in which no event started.
 
     Attributes:
         lasted: how long it was [ns].
@@ -50,7 +50,7 @@ class Gap(NamedTuple):
 
 
 class Journal:
-    """Tells the time of an event, and writes down what happened where somebody wants to know.
+    """Clock of events, and record of them where a stream is given.
 
     Attributes:
         now: time of the event that is being handled, monotonic [ns]; 0 before the first.
@@ -97,7 +97,7 @@ class Journal:
         self._write(json.dumps(header | about) + "\n")
 
     def end(self) -> None:
-        """Say that nothing is missing, and write no more; the stream may be closed now."""
+        """Write the line that marks the journal complete; afterwards the stream may be closed."""
         self._write('{"end": true}\n')
         self._stream, self.is_kept = None, False
 

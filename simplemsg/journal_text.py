@@ -1,4 +1,4 @@
-"""How values stand in a journal's lines, and which are spelled out later, a piece at a time.
+"""Spelling of values in a journal's lines; long values are spelled out later, in pieces.
 
 Owns the spelling: bytes as hexadecimal digits or base64, everything else as JSON. To spell out a
 megabyte takes milliseconds, which an event loop does not have, and one call for it keeps all
@@ -20,7 +20,7 @@ PIECE = 3 * 16_384
 """Bytes or characters of a piece; whole groups of base64, so that pieces follow without a seam."""
 
 _GAP = {"": ""}
-"""Where a long value belongs in JSON: no name of what is noted is empty."""
+"""Key of a long value's place in JSON: no other key of a journal is empty."""
 
 _GAP_TEXT = json.dumps(_GAP)  # in a text its quotation marks would be escaped
 

@@ -24,7 +24,7 @@ _MOST_KEPT = 10_000
 
 
 class JournalWriter:
-    """A file that takes text at once and writes it soon."""
+    """A file that takes text without blocking and writes it in a thread."""
 
     def __init__(self, path: Path) -> None:
         """Open the file; an older one is renamed first, to `path.1`, `path.2` and so on.
@@ -43,7 +43,7 @@ class JournalWriter:
         self._thread.start()
 
     def write(self, *parts: Part) -> None:
-        """Take what is to be written next.
+        """Return the next text to write.
 
         Raises:
             OSError: what was taken before could not be written, or waits for too long.

@@ -1,4 +1,4 @@
-"""How declared fields lie in bytes: `struct` codes, texts, and the rules of the header.
+"""Layout of declared fields in bytes: `struct` codes and texts.
 
 The one place that knows `struct` formats of fields. It knows nothing of streams, and nothing of how
 fast a message must be packed (`fixed`, `variable`).
@@ -10,17 +10,8 @@ import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from .codes import CommType, ReplyCode
 from .declaration import Field, Int, Message, Real, Reals, Text
-
-HEADER_SIZE = 16
-"""Bytes before the body: length, message type, communication type, reply code."""
-
-PREFIX_SIZE = 4
-"""Bytes of the length field, which does not count itself."""
-
-Bytes = bytes | bytearray | memoryview
-"""What may be decoded; memory views are of single bytes."""
+from .framing import Bytes
 
 Encode = Callable[[Message], bytes]
 Decode = Callable[[Bytes], Message]
@@ -32,7 +23,7 @@ class Misfit(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class WireForm:
-    """What a connection has settled: byte order prefix of `struct` and width of a real.
+    """Form of numbers on a connection: byte order prefix of `struct` and width of a real.
 
     Attributes:
         order: "<" or ">".
@@ -86,21 +77,3 @@ def text_from_wire(raw: bytes) -> str:
         UnicodeDecodeError: it is not UTF-8; also where the field's end cuts a character in two.
     """
     return raw.split(b"\0", 1)[0].decode("utf-8")
-
-
-def broken_header_rule(msg_type: int, comm_type: int, reply_code: int) -> str | None:
-    """Say which rule a header breaks, as the C++ library's `SimpleMessage::validateMessage`.
-
-    Returns:
-        The reason, or None where the header is valid.
-    """
-    if msg_type == 0:
-        return "message type 0 is reserved"
-    if comm_type == CommType.INVALID:
-        return "communication type 0 is invalid"
-    if (comm_type == CommType.REPLY) == (reply_code == ReplyCode.UNUSED):
-        return (
-            f"reply code {reply_code} does not go with communication type {comm_type};"
-            " only a reply has one, and it is not 0"
-        )
-    return None

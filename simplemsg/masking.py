@@ -1,4 +1,4 @@
-"""Secrets in bytes that are written down: which they are, and what stands there instead.
+"""Masking of secrets in bytes that are written down.
 
 Owns that no password and no pairing code gets into a journal or a recording (promise 30). Sizes
 stay, and what is text stays text, so that whoever reads the masked bytes takes them apart as the
@@ -10,9 +10,8 @@ from __future__ import annotations
 from typing import Literal
 
 from .codes import ByteOrder
-from .connection import MAX_DETECTABLE_LENGTH, detect_byte_order
 from .declaration import Int, Message, Record, Text
-from .layout import HEADER_SIZE, PREFIX_SIZE
+from .framing import HEADER_SIZE, MAX_DETECTABLE_LENGTH, PREFIX_SIZE, detect_byte_order
 from .pendant import PENDANT_MESSAGES
 
 _TYPE_ENDS = 2 * PREFIX_SIZE
@@ -54,7 +53,7 @@ _MASKED = bytes(map(_substitute, range(256)))
 
 
 def _secret_from(cls: type[Record]) -> int | None:
-    """Return where in a frame the secret of a message begins; None where it has none."""
+    """Return the offset of a message's secret in its frame; None where it has none."""
     at = HEADER_SIZE
     for name, field in cls.FIELDS.items():
         if cls.is_secret(name):
@@ -70,7 +69,7 @@ def _secret_from(cls: type[Record]) -> int | None:
 
 
 def _layouts() -> dict[int, dict[int, int | None]]:
-    """Return by message type, for each size of frame that is declared, where its secret begins."""
+    """Return by message type, for each declared size of frame, the offset of its secret."""
     layouts: dict[int, dict[int, int | None]] = {}
     for cls in PENDANT_MESSAGES:
         if any(_secret_from(each) for each in PENDANT_MESSAGES if _number(each) == _number(cls)):
@@ -113,7 +112,7 @@ class SecretMask:
         used = 0
         while used < len(data):
             if self.is_lost:
-                # No frame can be found any more, and what this is nobody knows.
+                # No frame can be found any more, so any byte may belong to a secret.
                 out += data[used:].translate(_MASKED)
                 break
             part = data[used : used + self._portion]
@@ -124,7 +123,7 @@ class SecretMask:
 
     @property
     def _portion(self) -> int:
-        """How many bytes follow until there is something to decide."""
+        """Number of bytes that follow until the next decision."""
         if self._at < PREFIX_SIZE:
             return PREFIX_SIZE - self._at
         return (_TYPE_ENDS if self._at < _TYPE_ENDS else self._size) - self._at

@@ -1,4 +1,4 @@
-"""Which I/O bits and registers a Motoman controller has, and which of them may be written.
+"""I/O bits and registers of a Motoman controller, and the rule which of them may be written.
 
 Source: ros-industrial/motoman, `MotoPlus/IoServer.c` of MotoROS 1.9.12. Bit addresses are decimal:
 the last digit is the bit, 0 to 7, of the group that the other digits number.
@@ -12,7 +12,7 @@ from enum import Enum
 from .motoman_codes import IoResult
 
 REGISTER_OFFSET = 1_000_000
-"""What the controller adds to a register number below it, to make an address."""
+"""Number that the controller adds to a smaller register number to make an address."""
 
 REGISTERS = range(1_000)
 """Numbers of the M registers, all of which can be read."""
@@ -24,7 +24,7 @@ _BITS_OF_A_GROUP = 8
 _LARGEST = {"bit": 1, "group": 255, "register": 65_535}
 
 
-class Controller(Enum):
+class ControllerModel(Enum):
     """Models of the controller."""
 
     DX100 = "DX100"
@@ -89,23 +89,23 @@ _YRC1000MICRO = (
     *((40010, 42567), (50010, 55127), *_SAME, (80010, 85127), (87010, 87207)),
 )
 
-AREAS: dict[Controller, tuple[Area, ...]] = {
+AREAS: dict[ControllerModel, tuple[Area, ...]] = {
     controller: tuple(
         Area(name, first, last, writable)
         for (name, writable), (first, last) in zip(_NAMES.items(), ranges, strict=True)
     )
     for controller, ranges in {
-        Controller.DX100: _DX100,
-        Controller.FS100: _FS100,
-        Controller.DX200: _DX200,
-        Controller.YRC1000: _YRC1000,
-        Controller.YRC1000MICRO: _YRC1000MICRO,
+        ControllerModel.DX100: _DX100,
+        ControllerModel.FS100: _FS100,
+        ControllerModel.DX200: _DX200,
+        ControllerModel.YRC1000: _YRC1000,
+        ControllerModel.YRC1000MICRO: _YRC1000MICRO,
     }.items()
 }
 """Every range of bit addresses of each model, lowest first."""
 
 
-def area_of(controller: Controller, bit: int) -> Area | None:
+def area_of(controller: ControllerModel, bit: int) -> Area | None:
     """Return the range that holds a bit address, None where there is no such bit."""
     if bit % 10 >= _BITS_OF_A_GROUP:
         return None
@@ -125,12 +125,12 @@ def register_number(address: int) -> int:
     return address - REGISTER_OFFSET if address >= REGISTER_OFFSET else address
 
 
-def judge_bit(controller: Controller, bit: int, value: int | None = None) -> IoResult:
+def judge_bit(controller: ControllerModel, bit: int, value: int | None = None) -> IoResult:
     """Return the verdict on reading a bit, or on writing it where a value is given."""
     return _judge(area_of(controller, bit), value, _LARGEST["bit"])
 
 
-def judge_group(controller: Controller, group: int, value: int | None = None) -> IoResult:
+def judge_group(controller: ControllerModel, group: int, value: int | None = None) -> IoResult:
     """Return the verdict on reading eight bits, or on writing them where a value is given."""
     return _judge(area_of(controller, group * 10), value, _LARGEST["group"])
 

@@ -1,4 +1,4 @@
-"""What each number of the Motoman dialect means to the person who reads it, and what helps.
+"""Catalogue of the Motoman dialect: the meaning of each number, and what helps.
 
 Apart from the numbers themselves, so that decoding messages need not load these texts.
 """
@@ -16,7 +16,7 @@ from .verdicts import CatalogueEntry
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """What a motion reply says to the person who reads it.
+    """Explanation of a motion reply for the person who reads it.
 
     Attributes:
         name: of result and reason, such as `NOT_READY/NOT_READY_HOLD`.
@@ -199,7 +199,7 @@ CATALOGUE: dict[type[IntEnum], Mapping[Any, CatalogueEntry]] = {
 
 
 def explain(command: int, result: int, subcode: int) -> Explanation:
-    """Say in words what a MOTION_REPLY says in three numbers.
+    """Return the meaning of a MOTION_REPLY's three numbers in words.
 
     Args:
         command: of the reply; a message type where it answers no MOTION_CTRL.

@@ -1,4 +1,4 @@
-"""STOP first: finds every STOP in bytes that have arrived and were not decoded yet.
+"""Search for STOP: finds every STOP in bytes that have arrived and were not decoded yet.
 
 Owns what a STOP is by its bytes, and the walk that finds it: from frame to frame by their lengths,
 never by searching, so that the bytes of a STOP inside another frame are none. A frame of such a
@@ -19,15 +19,13 @@ from dataclasses import dataclass
 
 from .codec import STANDARD, codec_for
 from .codes import ByteOrder, CommType, MsgType, SpecialSequence
-from .declaration import Message, Text
+from .declaration import Message, Text, joint_array
 from .errors import MessageFault
-from .joints import joint_array
-from .layout import HEADER_SIZE, PREFIX_SIZE
+from .framing import HEADER_SIZE, LEAST_LENGTH, PREFIX_SIZE
 from .pendant import Hello, SoftwareStop
 from .standard import JointTraj, JointTrajPt, JointTrajPtFull
 
 _INTEGER = 4
-_LEAST_LENGTH = HEADER_SIZE - PREFIX_SIZE
 
 # As plain numbers: an enumeration takes three times as long to compare.
 _TOPIC, _REQUEST, _STOP = int(CommType.TOPIC), int(CommType.REQUEST), int(SpecialSequence.STOP)
@@ -41,7 +39,7 @@ _Read = Callable[[bytes, int, ByteOrder], Message | None]
 
 @dataclass(frozen=True, slots=True)
 class StopRule:
-    """Which frames are a STOP on a port.
+    """Rule that names the frames that are a STOP on a port.
 
     Attributes:
         sequence_at: by message type, where in the frame the sequence stands that has to be STOP's.
@@ -105,12 +103,12 @@ PENDANT_STOPS = StopRule(
 
 
 def holds_stop(trajectory: JointTraj) -> bool:
-    """Tell whether a whole trajectory has a point that is a STOP."""
+    """Return True if a whole trajectory has a point that is a STOP."""
     return any(point.sequence == SpecialSequence.STOP for point in trajectory.points)
 
 
 @dataclass(slots=True, eq=False)
-class StopAhead:
+class WaitingStop:
     """A STOP that was found before its turn; it also stands in its place among the messages.
 
     Attributes:
@@ -129,7 +127,7 @@ class StopAhead:
 
     @property
     def is_request(self) -> bool:
-        """Whether it is owed an answer."""
+        """True if it is owed an answer."""
         return self.message.comm_type == _REQUEST
 
 
@@ -159,7 +157,7 @@ class StopWalk:
         self._max_length = max_frame - PREFIX_SIZE
         self._at = 0
         self._walked = 0
-        self._ahead: deque[StopAhead] = deque()
+        self._ahead: deque[WaitingStop] = deque()
         self._header = struct.Struct("=3i")
         self._integer = struct.Struct("=i")
         self._order: ByteOrder | None = None
@@ -170,7 +168,7 @@ class StopWalk:
         self._header = struct.Struct(f"{order.value}3i")
         self._integer = struct.Struct(f"{order.value}i")
 
-    def go_on(self, buffer: bytes | bytearray) -> list[StopAhead]:
+    def go_on(self, buffer: bytes | bytearray) -> list[WaitingStop]:
         """Walk over the frames that have become whole.
 
         Args:
@@ -183,7 +181,7 @@ class StopWalk:
         order = self._order
         if order is None or self.is_lost:
             return []
-        found: list[StopAhead] = []
+        found: list[WaitingStop] = []
         # Half a megabyte of bare headers must not hold up the others, so all names are local.
         at, walked, size = self._at, self._walked, len(buffer)
         last_header, most = size - HEADER_SIZE, self._max_length
@@ -191,7 +189,7 @@ class StopWalk:
         reads, sequence_at = self._rule.reads, self._rule.sequence_at
         while at <= last_header:
             length, msg_type, comm_type = header(buffer, at)
-            if not _LEAST_LENGTH <= length <= most:
+            if not LEAST_LENGTH <= length <= most:
                 self.is_lost = True
                 break
             end = at + PREFIX_SIZE + length
@@ -204,15 +202,15 @@ class StopWalk:
                 ):
                     message = reads[msg_type](bytes(buffer[at:end]), comm_type, order)
                     if message is not None:
-                        found.append(StopAhead(message, walked))
+                        found.append(WaitingStop(message, walked))
             at = end
             walked += 1
         self._at, self._walked = at, walked
         self._ahead += found
         return found
 
-    def take(self, frames: int, size: int) -> list[StopAhead]:
-        """Take note that frames at the front of the buffer were decoded and are gone from it.
+    def take(self, frames: int, size: int) -> list[WaitingStop]:
+        """Note that frames at the front of the buffer were decoded and are gone from it.
 
         Args:
             frames: how many.
@@ -223,12 +221,12 @@ class StopWalk:
         """
         self.taken += frames
         self._at -= size
-        taken: list[StopAhead] = []
+        taken: list[WaitingStop] = []
         while self._ahead and self._ahead[0].place < self.taken:
             taken.append(self._ahead.popleft())
         return taken
 
     @property
     def is_ahead(self) -> bool:
-        """Whether a STOP stands behind all frames that were taken."""
+        """True while a STOP stands behind all frames that were taken."""
         return bool(self._ahead)

@@ -1,4 +1,4 @@
-"""Finds the value for which a message could not be packed, to name it in the error.
+"""Search for the value for which a message could not be packed, to name it in the error.
 
 Packing itself checks nothing beforehand (that would cost more than packing); only once it failed is
 the message searched, value by value.
@@ -15,7 +15,8 @@ from typing import Any
 from .codes import CommType
 from .declaration import MASK, Array, Field, Int, Message, Real, Reals, Record, Tail, Text
 from .errors import LocalProtocolError, NotEncodable
-from .layout import WireForm, broken_header_rule, text_to_wire
+from .framing import broken_header_rule
+from .layout import WireForm, text_to_wire
 
 _REAL_WIDTHS = {"f": 4, "d": 8}
 
@@ -49,7 +50,7 @@ def encoding_fault(message: Message, form: WireForm) -> LocalProtocolError:
 
 
 def header_fault(msg_type: int, comm_type: int, reply_code: int) -> str | None:
-    """Say what is wrong with a header of ours, None where nothing is."""
+    """Return the fault of a header of ours, None where it has none."""
     header = {"message type": msg_type, "communication type": comm_type, "reply code": reply_code}
     for name, value in header.items():
         if not _packs("=i", value):

@@ -1,4 +1,4 @@
-"""Packs and unpacks messages that end in records of one kind, or in a free tail of bytes."""
+"""Packing and unpacking of messages that end in records of one kind or in a tail of bytes."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import Any
 
 from .declaration import Array, CountPlace, Message, Record, Tail
 from .fixed import UNPACKABLE, FieldGroup, breaks_rule
-from .layout import HEADER_SIZE, PREFIX_SIZE, Misfit, WireForm
+from .framing import HEADER_SIZE, PREFIX_SIZE
+from .layout import Misfit, WireForm
 from .unfit import encoding_fault
 
 _COUNT_SIZE = 4
@@ -30,7 +31,7 @@ class VariableLayout:
 
     @staticmethod
     def suits(cls: type[Message]) -> bool:
-        """Say whether a message class is of variable size."""
+        """Return True if a message class is of variable size."""
         return any(isinstance(field, Array | Tail) for field in cls.FIELDS.values())
 
     def encode(self, message: Message) -> bytes:

@@ -157,7 +157,7 @@ class VerdictCode(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class CatalogueEntry:
-    """What a verdict means to the person who reads it.
+    """Meaning of a verdict for the person who reads it.
 
     Attributes:
         cause: what happened.

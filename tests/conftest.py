@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import asyncio
 import os
+import signal
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import pytest
-from busy_machine import Attempts
 from hypothesis import HealthCheck, Phase, settings
-from promise_table import tests_of_promises
-from virtual_clock import VirtualLoop
+from lanes import Lane, OneLane, add_option, most_workers
+from promises.promise_table import tests_of_promises
+from rigs.clock.busy_machine import Attempts
+from rigs.clock.virtual_clock import VirtualLoop
 
-from openpendant.server.store.location import STORE_VARIABLE
+from openpendant.server.store.store_client import STORE_VARIABLE
 
 TESTS = Path(__file__).parent
 
@@ -34,8 +36,25 @@ settings.register_profile(
 settings.load_profile("repeatable")
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let a run take one lane of tests."""
+    add_option(parser)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
+    """Start no more workers for a lane than it has files."""
+    return most_workers(config)
+
+
 def pytest_configure(config: pytest.Config) -> None:
-    """Have tests on the real clock tried again, and those of promises marked."""
+    """Have tests on the real clock tried again, those of promises marked, one lane chosen."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        # So it is for what a shell runs beside itself (`make test &`), and so all processes that
+        # tests start would inherit it, those among them that are to be interrupted.
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    if (lane := config.getoption("--lane")) is not None:
+        config.pluginmanager.register(OneLane(Lane(lane)), "lane")
     config.pluginmanager.register(Attempts(), "attempts")
     config.pluginmanager.register(PromisesMarked(), "promises")
 

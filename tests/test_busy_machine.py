@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from busy_machine import MOST_DOUBTFUL, Attempts
-from stall_watch import StallWatch
+from rigs.clock.busy_machine import MOST_DOUBTFUL, Attempts
+from rigs.clock.stall_watch import StallWatch
 
 CONFTEST = """
-import busy_machine
+from rigs.clock import busy_machine
 
 class Idle:
     \"\"\"An idle process that is late when the test says so.\"\"\"
@@ -212,3 +212,7 @@ def test_the_idle_process_has_the_priority_of_the_tests() -> None:
         assert niceness == os.getpriority(os.PRIO_PROCESS, 0)
     finally:
         watch.end()
+
+
+def test_what_tests_start_can_be_interrupted_whoever_started_the_tests() -> None:
+    assert signal.getsignal(signal.SIGINT) is not signal.SIG_IGN

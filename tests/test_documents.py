@@ -43,3 +43,29 @@ def test_every_page_is_listed_in_the_index() -> None:
 def test_the_picture_is_well_formed() -> None:
     root = ElementTree.parse(ROOT / "docs" / "parts.svg").getroot()
     assert root.tag.endswith("svg")
+
+
+FIELD_TERMS = {
+    "README.md": ("Cartesian", "joint-space", "tool centre point", "TCP"),
+    "docs/pendant-apps.md": (
+        *("Cartesian", "joint space", "tool centre point", "TCP", "end effector"),
+        *("heartbeat", "keep-alive", "standstill", "blending"),
+    ),
+    "docs/motion.md": (
+        *("Cartesian", "joint-space", "tool centre point", "TCP", "end effector"),
+        *("blending", "standstill"),
+    ),
+    "docs/programs.md": ("Cartesian", "joint-space", "TCP", "blending", "standstill"),
+    "docs/frames-and-scene.md": ("tool centre point", "TCP", "end effector", "Cartesian"),
+    "docs/safety.md": ("standstill", "heartbeat", "tool centre point", "TCP", "end effector"),
+    "docs/ros-i.md": ("joint space", "Cartesian", "TCP", "standstill"),
+    "docs/minimum-controller.md": ("joint space", "blending", "standstill"),
+    "docs/terminal-pendant.md": ("joint space", "Cartesian", "TCP", "standstill"),
+}
+"""Words of the field, and the pages on which a reader looks for them."""
+
+
+@pytest.mark.parametrize("page", FIELD_TERMS)
+def test_a_term_of_the_field_stands_on_the_page_where_a_reader_looks_for_it(page: str) -> None:
+    text = (ROOT / page).read_text("utf-8").lower()
+    assert [term for term in FIELD_TERMS[page] if term.lower() not in text] == []

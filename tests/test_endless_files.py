@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from openpendant.controller_emulator import settings as emulator
-from openpendant.controller_emulator.scenario import load_scenario
+from openpendant.controller_emulator.shell import settings as emulator
+from openpendant.controller_emulator.shell.scenario import load_scenario
+from openpendant.motion.description.robot import load_robot
 from openpendant.motion.errors import RobotFileError
-from openpendant.motion.robot import load_robot
-from openpendant.server import configuration_file as server
-from openpendant.server.access.tls import TlsSettings, TlsUnusable, server_context
+from openpendant.server.access.tls import TlsUnusable, server_context
+from openpendant.server.settings import config_file as server
+from openpendant.server.settings.access_settings import TlsSettings
 from openpendant.tools.packets.console import PacketToolError
 from openpendant.tools.packets.faulty.fault_script import load_script
 
@@ -30,8 +31,8 @@ Loaders = dict[str, tuple[Callable[[Path], object], type[Exception]]]
 OF_TOML: Loaders = {
     "faults": (load_script, PacketToolError),
     "serve --config": (server.load_settings, server.ConfigurationError),
-    "emulate --config": (emulator.load_settings, emulator.ConfigurationError),
-    "emulate --scenario": (load_scenario, emulator.ConfigurationError),
+    "emulate --config": (emulator.load_settings, emulator.EmulatorSettingsError),
+    "emulate --scenario": (load_scenario, emulator.EmulatorSettingsError),
 }
 LOADERS: Loaders = {
     **OF_TOML,

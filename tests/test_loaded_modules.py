@@ -5,17 +5,24 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from functools import cache
 
 import pytest
 
 NO_ARM_MATHEMATICS = {"pinocchio", "toppra", "ompl", "scipy", "matplotlib"}
+SERVER = ("openpendant.server.shell.app", "openpendant.server.cli.serve")
+EMULATOR = tuple(
+    f"openpendant.controller_emulator.{name}"
+    for name in ("shell.cli", "shell.service", "core.controller")
+)
 ROOMS = ("simplemsg", "motion", "controller_emulator", "server", "tools")
 
 
-def loaded_by(*modules: str) -> set[str]:
+@cache
+def loaded_by(*modules: str) -> frozenset[str]:
     """Names in `sys.modules` after a fresh interpreter imported the given modules."""
     script = f"import json, sys, {', '.join(modules)}; print(json.dumps(list(sys.modules)))"
-    return set(json.loads(_python(script)))
+    return frozenset(json.loads(_python(script)))
 
 
 def _python(script: str) -> str:
@@ -26,9 +33,8 @@ def _python(script: str) -> str:
     return ran.stdout
 
 
-@pytest.mark.parametrize("module", ["cli", "service", "controller"])
-def test_the_emulator_starts_without_heavy_libraries(module: str) -> None:
-    loaded = loaded_by(f"openpendant.controller_emulator.{module}")
+def test_the_emulator_starts_without_heavy_libraries() -> None:
+    loaded = loaded_by(*EMULATOR)
     assert loaded.isdisjoint(NO_ARM_MATHEMATICS | {"numpy", "typer", "rich"})
     assert "openpendant.server" not in loaded
 
@@ -46,16 +52,19 @@ def test_the_packet_tools_load_no_robot_mathematics() -> None:
 
 
 def test_robot_facts_load_neither_numpy_nor_heavier() -> None:
-    modules = [f"openpendant.motion.{name}" for name in ("robot", "limits", "errors")]
+    modules = [
+        f"openpendant.motion.{name}"
+        for name in ("description.robot", "description.limits", "errors")
+    ]
     assert loaded_by(*modules).isdisjoint(NO_ARM_MATHEMATICS | {"numpy"})
 
 
 def test_the_server_starts_without_what_only_its_planning_worker_needs() -> None:
-    assert loaded_by("openpendant.server.cli").isdisjoint({"toppra", "matplotlib", "scipy"})
+    assert loaded_by(*SERVER).isdisjoint({"toppra", "matplotlib", "scipy"})
 
 
 def test_a_planning_process_is_warm_without_what_it_never_calls() -> None:
-    warm_up = "from openpendant.server.planning.planner import warm_up; warm_up('ur5')"
+    warm_up = "from openpendant.server.planning.worker.job_planner import warm_up; warm_up('ur5')"
     script = f"import json, sys; {warm_up}; print(json.dumps(list(sys.modules)))"
     loaded = set(json.loads(_python(script)))
     assert "toppra" in loaded
@@ -63,12 +72,13 @@ def test_a_planning_process_is_warm_without_what_it_never_calls() -> None:
 
 
 def test_uvloop_is_loaded_for_nobody_who_does_not_ask() -> None:
-    modules = ("openpendant.server.app", "openpendant.server.cli")
-    assert "uvloop" not in loaded_by(*modules, "openpendant.controller_emulator.cli")
+    assert "uvloop" not in loaded_by(*SERVER)
+    assert "uvloop" not in loaded_by(*EMULATOR)
 
 
-def test_the_command_loads_the_standard_library_only() -> None:
-    packages = {name.partition(".")[0] for name in loaded_by("openpendant.tools.cli")}
+@pytest.mark.parametrize("module", ["openpendant.tools.cli", "openpendant.tools.console"])
+def test_the_command_and_its_console_load_the_standard_library_only(module: str) -> None:
+    packages = {name.partition(".")[0] for name in loaded_by(module)}
     foreign = packages - loaded_packages_at_start() - set(sys.stdlib_module_names)
     assert foreign == {"openpendant"}
 
@@ -78,6 +88,7 @@ def loaded_packages_at_start() -> set[str]:
     return {name.partition(".")[0] for name in loaded_by("json")}
 
 
+@pytest.mark.soak  # test_layers.py finds the imports that would do it, without running them
 def test_no_file_is_loaded_under_two_names() -> None:
     script = f"""
 import collections, importlib, json, os, pkgutil, sys

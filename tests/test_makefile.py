@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import stat
 import subprocess
@@ -37,9 +38,17 @@ class Project:
     interpreter: Path
 
     def make(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
-        """Run make; the outer make's variables must not reach it."""
+        """Run make; what was given to an outer one must not reach it.
+
+        That hands its arguments on in its own variables, and in those of the Makefile.
+        """
         self.log.write_text("")
-        kept = {name: value for name, value in os.environ.items() if "MAKE" not in name}
+        own = re.findall(r"(?m)^(\w+) \?=", (self.folder / "Makefile").read_text())
+        kept = {
+            name: value
+            for name, value in os.environ.items()
+            if "MAKE" not in name and name not in own
+        }
         return subprocess.run(
             ["make", f"PYTHON={self.interpreter}", *arguments],
             cwd=self.folder,
@@ -74,7 +83,7 @@ def project(tmp_path: Path) -> Project:
 def test_help_is_the_default_and_lists_the_targets(project: Project) -> None:
     shown = project.make()
     assert shown.returncode == 0
-    for target in ("demo", "test", "bench", "lint", "soak", "clean"):
+    for target in ("demo", "test", "conformance", "bench", "lint", "soak", "walk", "clean"):
         assert f"  make {target} " in shown.stdout
     assert project.calls == []
 
@@ -90,15 +99,52 @@ def test_demo_moves_a_ur5_unless_told_otherwise(project: Project) -> None:
     assert project.calls[-1] == "demo --robot ur5"
 
 
-def test_test_installs_what_tests_and_ends_with_pytest(project: Project) -> None:
+def test_test_installs_what_tests_and_runs_lanes_with_lint_beside(
+    project: Project,
+) -> None:
     assert project.make("test").returncode == 0
     assert project.installed == ["hatchling", "--no-build-isolation -e .[server,plot,terminal,dev]"]
-    assert project.calls[-4:] == [
-        "-m ruff check .",
-        "-m ruff format --check .",
-        "-m mypy .",
-        "-m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder",
-    ]
+    assert project.calls[-1] == (
+        "tests/run_lanes.py --workers 2 --beside .venv/bin/python -m ruff check ."
+        " --beside .venv/bin/python -m ruff format --check ."
+        " --beside .venv/bin/python -m mypy . --"
+    )
+
+
+def test_lint_runs_the_same_commands(project: Project) -> None:
+    assert project.make("lint").returncode == 0
+    assert project.calls[-3:] == ["-m ruff check .", "-m ruff format --check .", "-m mypy ."]
+
+
+def test_workers_and_arguments_of_pytest_reach_the_lanes(project: Project) -> None:
+    project.make("test", "WORKERS=3", "PYTEST_ARGS=tests/motion -k 'limits or ik'")
+    assert "run_lanes.py --workers 3 " in project.calls[-1]
+    assert project.calls[-1].endswith(" -- tests/motion -k limits or ik")
+    project.make("soak", "PYTEST_ARGS=tests/server")
+    assert project.calls[-1] == "tests/run_lanes.py --soak --workers 2 -- tests/server"
+
+
+def test_what_an_outer_make_was_given_does_not_reach_the_inner_one(
+    project: Project, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PYTEST_ARGS", "-k nothing")
+    monkeypatch.setenv("MAKEFLAGS", " -- PYTEST_ARGS=-k\\ nothing")
+    project.make("test")
+    assert project.calls[-1].endswith(" -m mypy . --")
+
+
+def test_bench_compares_with_a_commit_only_where_one_is_named(project: Project) -> None:
+    project.make("bench")
+    assert project.calls[-1] == "-m openpendant.tools.bench"
+    project.make("bench", "BASE=v1", "BENCH=*50 poses*", "BENCH_ARGS=--quick")
+    assert project.calls[-1] == "-m openpendant.tools.bench --base v1 --quick --only *50 poses*"
+
+
+def test_mutants_compare_with_the_last_commit_unless_another_is_named(project: Project) -> None:
+    project.make("mutants", "MUTANTS=changed")
+    assert "--base HEAD changed" in project.calls[-1]
+    project.make("mutants", "MUTANTS=changed", "BASE=v1")
+    assert "--base v1 changed" in project.calls[-1]
 
 
 @pytest.mark.parametrize("target", ["demo", "test"])

@@ -5,7 +5,7 @@ import socket
 import time
 
 import pytest
-from virtual_clock import START_NS, StalledError, VirtualLoop
+from rigs.clock.virtual_clock import START_NS, StalledError, VirtualLoop
 
 HOUR_S = 3600.0
 

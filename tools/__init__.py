@@ -1,1 +1,1 @@
-"""What people start: the command `openpendant`, the demo, pendants, packet tools and benchmarks."""
+"""Programs for users: command `openpendant`, demo, pendants, packet tools and benchmarks."""

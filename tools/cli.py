@@ -1,8 +1,9 @@
 """The command `openpendant`: one table of sub-commands, each imported only when it is called.
 
 Owns what all sub-commands share: help, version, unknown commands, missing extras, interrupts and
-closed pipes. Must import nothing but the standard library, so that `openpendant emulate` starts
-where the server's libraries do not exist. Arguments of a sub-command belong to its own room.
+closed pipes. Must import nothing but the standard library and `console`, so that `openpendant
+emulate` starts where the server's libraries do not exist. Arguments of a sub-command belong to its
+own room.
 
 Exit codes: 0 done, 2 wrong usage, 69 something is not installed, 70 a fault of this program, 74 the
 output cannot be written, 130 interrupted, 141 the reader of the output went away; other codes are
@@ -17,23 +18,12 @@ import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from pathlib import Path
+
+from .console import ExitCode, complain, discard_output
 
 TRACEBACK_VARIABLE = "OPENPENDANT_TRACEBACK"
 """Environment variable: when set, an unforeseen error shows its traceback."""
-
-
-class ExitCode(IntEnum):
-    """Exit codes of the command itself; the names follow `sysexits.h` and the shells."""
-
-    OK = 0
-    USAGE = 2
-    NOT_INSTALLED = 69
-    INTERNAL_ERROR = 70
-    OUTPUT_FAILED = 74
-    INTERRUPTED = 130
-    PIPE_CLOSED = 141
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,19 +36,27 @@ class Command:
 
 COMMANDS: Mapping[str, Command] = {
     "demo": Command("openpendant.tools.demo", "watch a pendant move an emulated robot"),
-    "serve": Command("openpendant.server.cli", "run the pendant server of a cell"),
-    "emulate": Command("openpendant.controller_emulator.cli", "run an emulated robot controller"),
+    "serve": Command("openpendant.server.cli.serve", "run the pendant server of a cell"),
+    "emulate": Command(
+        "openpendant.controller_emulator.shell.cli", "run an emulated robot controller"
+    ),
     "pendant": Command("openpendant.tools.pendants.terminal.cli", "a teach pendant in a terminal"),
     "stop": Command("openpendant.tools.pendants.commands.stop", "stop the robot; anybody may"),
     "reset": Command("openpendant.tools.pendants.commands.reset", "reset the latched stop"),
     "home": Command("openpendant.tools.pendants.commands.home", "move the robot to its home"),
     "run": Command("openpendant.tools.pendants.commands.run", "run a stored program"),
-    "robots": Command("openpendant.motion.cli", "list, show, check, draw and import robots"),
-    "plan": Command("openpendant.motion.plan_cli", "plan a motion offline; table, files and plot"),
-    "store": Command("openpendant.server.store.cli", "show, carry and check saved documents"),
-    "users": Command("openpendant.server.access.cli", "list, add and change the accounts"),
-    "audit": Command("openpendant.server.access.audit_cli", "show and check the audit log"),
-    "program": Command("openpendant.server.programs.cli", "check, print and convert programs"),
+    "robots": Command("openpendant.motion.cli.robots", "list, show, check, draw and import robots"),
+    "plan": Command(
+        "openpendant.motion.cli.plan_command", "plan a motion offline; table, files and plot"
+    ),
+    "store": Command(
+        "openpendant.server.cli.store_commands", "show, carry and check saved documents"
+    ),
+    "users": Command("openpendant.server.cli.users_commands", "list, add and change the accounts"),
+    "audit": Command("openpendant.server.cli.audit_commands", "show and check the audit log"),
+    "program": Command(
+        "openpendant.server.cli.program_commands", "check, print and convert programs"
+    ),
     "why": Command("openpendant.tools.why", "ask a server why its robot does not move"),
     "packets": Command("openpendant.tools.packets.cli", "decode and encode simple message packets"),
 }
@@ -107,10 +105,10 @@ def main(argv: Sequence[str] | None = None, *, commands: Mapping[str, Command] =
     except KeyboardInterrupt:
         return ExitCode.INTERRUPTED
     except BrokenPipeError:
-        _discard_output()
+        discard_output()
         return ExitCode.PIPE_CLOSED
     except OSError as error:
-        _discard_output()
+        discard_output()
         # A sub-command that failed has said why already, maybe for this very reason.
         reason = f"cannot write to standard output: {error.strerror or error}"
         return code or _complain(reason, ExitCode.OUTPUT_FAILED)
@@ -142,7 +140,7 @@ def _run(command: Command, arguments: list[str]) -> int:
         library = (error.name or "").partition(".")[0]
         if library == "openpendant" or not library:
             return _internal_error(error)
-        return _complain(_not_installed(library), ExitCode.NOT_INSTALLED)
+        return _complain(_not_installed(library), ExitCode.UNAVAILABLE)
     except BrokenPipeError:
         raise
     except Exception as error:
@@ -158,7 +156,7 @@ def _internal_error(error: Exception) -> int:
 
 
 def _complain(message: str, code: ExitCode) -> int:
-    print(f"openpendant: {message}", file=sys.stderr)
+    complain(f"openpendant: {message}")
     return code
 
 
@@ -201,8 +199,3 @@ def _version() -> str:
     from openpendant.simplemsg import __version__
 
     return __version__
-
-
-def _discard_output() -> None:
-    # What is still buffered would fail once more, with a traceback, when the interpreter ends.
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -39,11 +39,11 @@ _PR_SET_PDEATHSIG = 1  # from linux/prctl.h
 
 
 class DemoFailed(Exception):
-    """A part of the demonstration did not do its work; the text says which and how."""
+    """Failure of a part of the demonstration; the text names the part and its failure."""
 
 
-class Interrupted(BaseException):
-    """A signal asks the demonstration to end; `number` is the signal's."""
+class DemoInterrupted(BaseException):
+    """Interruption of the demonstration by a signal; `number` is the signal's."""
 
     def __init__(self, number: int) -> None:
         """Make the interruption by a signal."""
@@ -52,7 +52,7 @@ class Interrupted(BaseException):
 
 
 class Interruptions:
-    """Turns signals into `Interrupted`, but only where the demonstration waits or computes.
+    """Turns signals into `DemoInterrupted`, but only where the demonstration waits or computes.
 
     Anywhere else a signal is kept until the next such place: raised between the start of a process
     and the note that it has to be stopped, or while one is being stopped, it would leave an orphan.
@@ -84,7 +84,7 @@ class Interruptions:
         self._is_welcome = True
         try:
             if self._pending is not None:
-                raise Interrupted(self._pending)
+                raise DemoInterrupted(self._pending)
             yield
         finally:
             self._is_welcome = False
@@ -95,7 +95,7 @@ class Interruptions:
         if self._is_welcome:
             # A second Ctrl-C must not interrupt the unwinding that this one begins.
             self._is_welcome = False
-            raise Interrupted(self._pending)
+            raise DemoInterrupted(self._pending)
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,7 +191,7 @@ def _ready(part: _Part, interruptions: Interruptions) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Journals:
-    """Where server and emulator write down every byte, to be run again."""
+    """Journal files of server and emulator, which hold every byte for a rerun."""
 
     server: Path
     emulator: Path
@@ -315,5 +315,5 @@ def main(argv: list[str]) -> int:
         except (DemoFailed, OSError) as error:
             print(f"openpendant demo: {error}", file=sys.stderr)
             return 1
-        except Interrupted as interruption:
+        except DemoInterrupted as interruption:
             return 128 + interruption.number

@@ -1,7 +1,7 @@
-"""What the demonstration shows afterwards: planned against executed motion, as numbers and a plot.
+"""Report of the demonstration: planned against executed motion, as numbers and a plot.
 
-Reads what the processes left: the server's kept motions, the emulator's motion log and referee
-report, the pendant's tour report. Knows nothing of how they were made.
+Reads the files of the processes: the server's kept motions, the emulator's motion log and referee
+report, the pendant's tour report. Knows nothing of the processes.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Samples:
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class TourMotion:
     """One motion of the tour.
 
     Attributes:
@@ -81,20 +81,20 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class DemoResult:
-    """All that the demonstration found.
+    """Results of the demonstration.
 
     Attributes:
         robot: name of the robot.
         joints: names of its joints.
         motions: in order.
-        executed: what the emulated controller did.
-        violations: what its referee counted.
+        executed: motion of the emulated controller.
+        violations: counted by its referee.
         taught_poses: poses of the taught path.
     """
 
     robot: str
     joints: tuple[str, ...]
-    motions: tuple[Motion, ...]
+    motions: tuple[TourMotion, ...]
     executed: Samples
     violations: int
     taught_poses: int
@@ -119,7 +119,7 @@ class DemoResult:
 def summarise(
     robot: str, tour: Path, plans: Path, record: Path, referee: Path, origin: float
 ) -> DemoResult:
-    """Read what the processes left and compare plan and execution.
+    """Read the files of the processes and compare plan and execution.
 
     Args:
         robot: name or file of the robot.
@@ -161,7 +161,7 @@ def _read_kept(path: Path) -> tuple[Path, float]:
     return path, json.loads(path.read_text(encoding="utf-8"))["started_ns"] / 1e9
 
 
-def _compare(path: Path, name: str, executed: Samples, until: float) -> Motion:
+def _compare(path: Path, name: str, executed: Samples, until: float) -> TourMotion:
     """Compare a kept motion with what was executed before the next one began."""
     about: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     started = about["started_ns"] / 1e9
@@ -170,7 +170,7 @@ def _compare(path: Path, name: str, executed: Samples, until: float) -> Motion:
     delay, error = tracking(planned, executed, until)
     certificate = about["certificate"]
     ratio = max(certificate["velocity"]["ratio"], certificate["acceleration"]["ratio"])
-    return Motion(name, planned, about["plan_time"], ratio, delay, error)
+    return TourMotion(name, planned, about["plan_time"], ratio, delay, error)
 
 
 def tracking(planned: Samples, executed: Samples, until: float) -> tuple[float, float]:

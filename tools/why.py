@@ -14,13 +14,13 @@ import ssl
 import sys
 from pathlib import Path
 
+from openpendant.simplemsg.pendant.management.cell import Why
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from .console import ExitCode, complain
 from .pendants.client import DEFAULT_PORT, PendantClient, PendantError, Refused, WrongArgument
-from .pendants.management.cell import Why
-from .pendants.signing_in import PASSWORD_VARIABLE, password_of, trusted
+from .pendants.credentials import PASSWORD_VARIABLE, password_of, tls_context
 
-_READY, _NOT_READY, _USAGE, _UNAVAILABLE, _INTERRUPTED = 0, 1, 2, 69, 130
 _TIMEOUT = 5.0
 _KINDS = ("move", "jog", "program")
 _IS_IT = f"is it a pendant port (default {DEFAULT_PORT})?"
@@ -38,17 +38,17 @@ def main(argv: list[str] | None = None) -> int:
     arguments = _parser().parse_args(sys.argv[1:] if argv is None else argv)
     host, port = arguments.server
     try:
-        tls, password = trusted(arguments.ca), password_of(arguments.user)
+        tls, password = tls_context(arguments.ca), password_of(arguments.user)
     except WrongArgument as error:
-        return _complain(str(error), _USAGE)
+        return _complain(str(error), ExitCode.USAGE)
     except KeyboardInterrupt:
-        return _complain("interrupted", _INTERRUPTED)
+        return _complain("interrupted", ExitCode.INTERRUPTED)
     try:
         answer = asyncio.run(_ask(arguments, tls, password))
     except TimeoutError:
         return _complain(f"{host}:{port} did not answer within {_TIMEOUT:g} s; {_IS_IT}")
     except WrongArgument as error:
-        return _complain(str(error), _USAGE)
+        return _complain(str(error), ExitCode.USAGE)
     except Refused as refused:
         if refused.code == VerdictCode.UNKNOWN_CELL:
             return _complain(f"{host}:{port}: {refused}; say which by --cell NAME")
@@ -56,7 +56,7 @@ def main(argv: list[str] | None = None) -> int:
     except PendantError as error:
         return _complain(str(error))
     print(json.dumps(answer, indent=2, ensure_ascii=False) if arguments.json else table(answer))
-    return _READY if answer["ready"] else _NOT_READY
+    return ExitCode.OK if answer["ready"] else ExitCode.FAILED
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -149,8 +149,8 @@ def table(answer: Why) -> str:
     return "\n".join(lines)
 
 
-def _complain(text: str, code: int = _UNAVAILABLE) -> int:
-    print(f"openpendant why: {text}", file=sys.stderr)
+def _complain(text: str, code: int = ExitCode.UNAVAILABLE) -> int:
+    complain(f"openpendant why: {text}")
     return code
 
 

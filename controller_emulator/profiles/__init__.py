@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from .generic import GENERIC
-from .profile import Profile
+from .profile import ControllerProfile
 
-PROFILES: dict[str, Profile] = {profile.name: profile for profile in (GENERIC,)}
+PROFILES: dict[str, ControllerProfile] = {profile.name: profile for profile in (GENERIC,)}
 
-__all__ = ["GENERIC", "PROFILES", "Profile"]
+__all__ = ["GENERIC", "PROFILES", "ControllerProfile"]

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from openpendant.simplemsg import ByteOrder, MsgType
 
-from .profile import Profile
+from .profile import ControllerProfile
 
-GENERIC = Profile(
+GENERIC = ControllerProfile(
     name="generic",
     motion_port=12000,
     state_port=12002,

@@ -1,4 +1,4 @@
-"""What tells one vendor's controller from another, as data. Knows no behaviour."""
+"""Vendor profile: the values in which one vendor's controller differs from another."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 from openpendant.simplemsg import ByteOrder, MsgType
 
 
-class Profile(NamedTuple):
+class ControllerProfile(NamedTuple):
     """One vendor's way of speaking simple message.
 
     Attributes:

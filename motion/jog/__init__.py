@@ -1,32 +1,32 @@
-"""Jogging: joints and the tool by hand, from rest to rest, scaled before anything that must not be.
+"""Jogging in joint space and Cartesian, from rest to rest, slowed down before limits and contacts.
 
-Owns the mathematics between a key that is held and the set-points of each tick; `jogger` is its
-door. Knows no server, protocol or clock.
+Owns the mathematics between a held key and the set-points of each tick; `jogger` is its entry
+point. Knows no server, protocol or clock.
 """
 
 from __future__ import annotations
 
+from .escape_directions import EscapeDirection, find_escapes, leads_out
+from .jog_commands import BASE_AXES, LONGEST_STEP, JogCaps, JogTarget, JointJog, ToolJog
+from .jog_model import JogModel, jog_model
+from .jog_status import JogCause, JogEscape, JogSetpoint, JogSlowdown
 from .jogger import Jogger
-from .model import JogModel, jog_model
-from .reasons import JogCause, JogReason, JogStep, Retreat
-from .targets import BASE_AXES, LONGEST_STEP, JogCaps, JogTarget, JointJog, ToolJog
-from .ways_out import WayOut, leads_out, ways_out
 
 __all__ = [
     "BASE_AXES",
     "LONGEST_STEP",
+    "EscapeDirection",
     "JogCaps",
     "JogCause",
+    "JogEscape",
     "JogModel",
-    "JogReason",
-    "JogStep",
+    "JogSetpoint",
+    "JogSlowdown",
     "JogTarget",
     "Jogger",
     "JointJog",
-    "Retreat",
     "ToolJog",
-    "WayOut",
+    "find_escapes",
     "jog_model",
     "leads_out",
-    "ways_out",
 ]

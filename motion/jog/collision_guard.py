@@ -1,18 +1,20 @@
-"""How near bodies come along a jog: slow from 20 mm, still 5 mm apart at rest.
+"""Collision guard of a jog: slows from a distance of 20 mm between bodies, leaves 5 mm at rest.
 
-Owns those distances, and which pairs count: only those that come nearer. So a pair that touches
-never holds a motion that takes it apart, and a pair that stays 8 mm apart slows nobody. Both jogs
-ask about the place where they could next stand still, so what is in between was asked about before.
+Owns those distances, and which pairs of bodies count: only those that come nearer. So a pair that
+touches never holds a motion that parts it, and a pair that stays 8 mm apart slows nothing. Both
+jogs ask about the place where they could next stand still, so everything before it was asked about
+already.
 
 Every tick asks, but not about every pair. By the bound of `CollisionModel.sweep`, a pair that was
-d apart before the moving joints went by Δ is at least d - sweep · |Δ| apart now. Of pairs that were
-farther apart than 100 mm at the last look at all, that leaves each beyond 40 mm as long as
+d apart before the moving joints went by Δ is at least d - sweep · |Δ| apart now. So every pair that
+was farther apart than 100 mm at the last check of all pairs is still beyond 40 mm as long as
 
     Σ over the joints of |Δ| · max over these pairs of sweep / (d - 40 mm)  <  1
 
 since for each of the pairs the sum is at least its own sweep · |Δ| / (d - 40 mm). Until then only
-the distances of the others are computed, a microsecond each; then all are looked at anew. By the
-same bound `clear_way` says how far along a straight line nothing need be asked.
+the distances of the other pairs are computed, at about 1 µs each; then all pairs are checked again.
+By the same bound `clear_distance` gives the length along a straight line on which nothing has to be
+checked.
 """
 
 from __future__ import annotations
@@ -23,9 +25,9 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from ..collision import TOUCHING, CollisionModel
 from ..pose import Array
-from .reasons import JogCause, JogReason
+from ..scene.collision import TOUCHING, CollisionModel
+from .jog_status import JogCause, JogSlowdown
 
 SLOW = 0.020
 """Bodies nearer than this slow a jog [m]."""
@@ -34,32 +36,32 @@ CLEAR = 0.005
 """Bodies are at least this far apart when a jog has stopped for them [m]."""
 
 NEAR = 0.040
-"""While all bodies are farther apart than this, nothing is told of them [m]."""
+"""While all bodies are farther apart than this, no distance is reported [m]."""
 
 CLOSING = 0.25
-"""How fast bodies may come nearer at `SLOW`; from there on less, by the root of what is left [m/s].
+"""Greatest closing speed of two bodies at `SLOW`; nearer, it falls with the root of the rest [m/s].
 
-So an even deceleration brings them to rest. What slides along a body is hardly slowed by it.
+That is an even deceleration to rest at `CLEAR`. A body that slides along another is hardly slowed.
 """
 
 Distances: TypeAlias = Mapping[int, float]
 """Distances [m] by the index of the pair; a pair that is not among them is beyond `NEAR`."""
 
-_WATCHED = 0.100  # m: pairs nearer than this at a look at all are then computed at every place
-_BETWEEN = 0.001  # m, that a distance may dip between two places that were looked at
-_PROBE = 0.1  # rad or m: how far ahead it is looked for a way out of a contact without depth
-_UNSEEN = 0.8  # of the way by the rates at its start, for what these change on it
+_WATCHED = 0.100  # m: pairs nearer than this at a check of all pairs are computed every time
+_BETWEEN = 0.001  # m: how far a distance may dip between two places that were checked
+_PROBE = 0.1  # rad or m: how far ahead a contact without depth is tested for parting
+_UNSEEN = 0.8  # of the path computed by the rates at its start, which change along it
 _SAME = 1e-12  # m
-_STEP = 1e-3  # rad or m, of differences
+_STEP = 1e-3  # rad or m: step of central differences
 _TOUCH = 1e-3  # m: nearer pairs count alike
 
 
 class Closing(NamedTuple):
-    """How fast bodies come nearer along a direction, at most.
+    """Upper bounds of how fast bodies come nearer along a direction.
 
     Attributes:
         rates: of each moving joint of the model, without sign [rad/s or m/s].
-        pairs: of each pair [m/s].
+        pairs: closing speed of each pair [m/s].
     """
 
     rates: list[float]
@@ -67,7 +69,7 @@ class Closing(NamedTuple):
 
 
 class CollisionGuard:
-    """Watches one robot in one scene."""
+    """Collision guard of one robot in one scene."""
 
     def __init__(self, collision: CollisionModel) -> None:
         self._collision = collision
@@ -79,7 +81,7 @@ class CollisionGuard:
         self._last: Distances = {}
 
     def look(self, position: Sequence[float]) -> Distances | None:
-        """Return the distances of all pairs that may be near; None where none is."""
+        """Return the distances of all pairs that may be near; None if no pair is within `NEAR`."""
         if not self._pairs:
             return None
         place = np.array(position)
@@ -93,20 +95,21 @@ class CollisionGuard:
         return self._last if min(self._last.values(), default=math.inf) <= NEAR else None
 
     def closing(self, rates: Sequence[float]) -> Closing:
-        """Return how fast bodies come nearer at (n,) joint rates, at most [rad/s or m/s]."""
+        """Return upper bounds of how fast bodies come nearer at (n,) joint rates [rad/s or m/s]."""
         moving = np.abs(self._collision.model_rates(np.array(rates)))
         return Closing(moving.tolist(), (self._collision.sweep @ moving).tolist())
 
-    def clear_way(self, closing: Closing) -> float:
-        """Return how far from the place last looked at all pairs stay beyond `SLOW`.
+    def clear_distance(self, closing: Closing) -> float:
+        """Return how far from the place last checked all pairs stay beyond `SLOW`.
 
-        By the parameter of the way of which `closing` has the rates, forwards and backwards. A
-        pair that is d apart there is at least d - s · closing apart after s; of those that are not
-        watched the sum of the module's text is below 1 until they come to `NEAR`.
+        In units of the path parameter by which `closing` has the rates, forwards and backwards. A
+        pair that is d apart there is at least d - s · closing apart after s; for pairs that are not
+        watched the sum of the module docstring is below 1 until they come to `NEAR`.
         """
         if not self._pairs:
             return math.inf
         used = sum([use * rate for use, rate in zip(self._use, closing.rates, strict=True)])
+        # What is left of the sum of the module docstring bounds the far pairs, all of them at once.
         way = (1.0 - self._used) / used if used > 0.0 else math.inf
         for pair, distance in self._last.items():
             rate = closing.pairs[pair]
@@ -115,13 +118,14 @@ class CollisionGuard:
         return way
 
     def _far_are_far(self, place: Array) -> bool:
-        """Return whether every pair that is not watched is surely beyond `NEAR`."""
+        """Return True if every pair that is not watched is proven to be beyond `NEAR`."""
         seen_at = self._seen_at
         if seen_at is None:
             return False
         used = 0.0
         joints = self._collision.model_positions(place).tolist()
         for joint, seen, use in zip(joints, seen_at, self._use, strict=True):
+            # Runs for every joint in every tick; a call of `abs` would take 20 ns more.
             used += (joint - seen if joint > seen else seen - joint) * use
         self._used = used
         return used < 1.0
@@ -132,6 +136,8 @@ class CollisionGuard:
         self._watched = np.flatnonzero(~far).tolist()
         self._seen_at = self._collision.model_positions(place).tolist()
         left = distances[far] - NEAR
+        # One number a joint instead of one a pair: the greatest over the far pairs is at least each
+        # pair's own, so the sum errs on the side of checking all pairs too early.
         uses = self._collision.sweep[far] / left[:, np.newaxis]
         self._use = uses.max(axis=0, initial=0.0).tolist()
         self._used = 0.0
@@ -147,15 +153,15 @@ class CollisionGuard:
         """Judge a motion by the distances at its start and at its end.
 
         Args:
-            before: of `look` at the start.
-            after: of `look` at the end.
-            way: (n,) place and (n,) direction of the motion, asked about only where bodies without
-                depth touch at both ends.
-            time: that it takes [s].
+            before: distances of `look` at the start.
+            after: distances of `look` at the end.
+            way: (n,) position and (n,) direction of the motion; used only where bodies touch
+                without depth at both ends.
+            time: that the motion takes [s].
 
         Returns:
-            Which share of its speed two bodies leave that come nearer, 0 where it has to stop, and
-            the two; None if they leave all of it.
+            The share of its speed that two approaching bodies allow, 0 where it has to stop, and
+            the two; None if they allow all of it.
         """
         if after is None:
             return None
@@ -165,10 +171,14 @@ class CollisionGuard:
                 continue
             start = math.inf if before is None else before.get(pair, math.inf)
             if start == math.inf:
-                # What was known to be far may have come straight.
+                # The pair was beyond `NEAR` and has no number; the worst case is that it came
+                # straight on.
                 start = max(NEAR, distance + time * CLOSING)
+            # Only what comes nearer counts, and of bodies that touch alike at both ends what
+            # presses them together.
             if not distance < start - _SAME and not self._presses(pair, start, distance, way):
                 continue
+            # `_BETWEEN` is kept in reserve: the distance is known at both ends of the motion only.
             left = min(max((distance - CLEAR - _BETWEEN) / (SLOW - CLEAR - _BETWEEN), 0.0), 1.0)
             closing = max(start - distance, _SAME) / time
             share = math.sqrt(left) * CLOSING / closing
@@ -176,7 +186,7 @@ class CollisionGuard:
                 least, worst = share, pair
         if worst < 0:
             return None
-        return least, JogCause(JogReason.COLLISION, after[worst], CLEAR, pair=self._pairs[worst])
+        return least, JogCause(JogSlowdown.COLLISION, after[worst], CLEAR, pair=self._pairs[worst])
 
     def _presses(
         self,
@@ -185,7 +195,11 @@ class CollisionGuard:
         distance: float,
         way: tuple[Sequence[float], Sequence[float]],
     ) -> bool:
-        """Return whether bodies that touch alike at both ends do not part farther on either."""
+        """Return True if bodies that touch equally at both ends do not part farther on.
+
+        A contact without depth (meshes have no inside) reads the same before and after, whether the
+        motion presses or parts. So the distance is computed once more, `_PROBE` ahead.
+        """
         if distance > TOUCHING or start > TOUCHING or abs(distance - start) > _SAME:
             return False
         position, rate = way
@@ -194,15 +208,15 @@ class CollisionGuard:
         ahead = [value + gain * each for value, each in zip(position, rate, strict=True)]
         return self._collision.clearances_of((pair,), np.array(ahead))[0] <= distance
 
-    def unseen_way(self, distances: Distances, rate: Sequence[float]) -> float:
+    def unseen_distance(self, distances: Distances, rate: Sequence[float]) -> float:
         """Return how far a motion can go before bodies beyond `SLOW` may meet and part again.
 
-        To come from d to `CLEAR` and back to where they are seen apart, two bodies must move by
-        twice d - `CLEAR` relative to each other, which sweep · |rate| bounds.
+        From d to `CLEAR` and back to a distance that is noticed, two bodies must move by twice
+        d - `CLEAR` relative to each other, and sweep · |rate| bounds how fast they do.
 
         Args:
-            distances: of `look` where the motion is.
-            rate: (n,) velocity by the parameter of the way [rad or m].
+            distances: distances of `look` at the place of the motion.
+            rate: (n,) derivative of the joints by the path parameter [rad or m].
         """
         rates = np.abs(self._collision.model_rates(np.array(rate)))
         way = math.inf
@@ -213,7 +227,7 @@ class CollisionGuard:
         return way
 
     def in_contact(self, distances: Distances | None) -> bool:
-        """Return whether distances of `look` hold a pair nearer than a jog may stop."""
+        """Return True if a pair of these distances is nearer than a jog may come to rest."""
         return distances is not None and min(distances.values()) < CLEAR
 
     def nearest(self, position: Sequence[float]) -> JogCause | None:
@@ -222,13 +236,13 @@ class CollisionGuard:
         if found is None:
             return None
         pair = min(found, key=found.__getitem__)
-        return JogCause(JogReason.COLLISION, found[pair], CLEAR, pair=self._pairs[pair])
+        return JogCause(JogSlowdown.COLLISION, found[pair], CLEAR, pair=self._pairs[pair])
 
-    def way_apart(self, position: Sequence[float]) -> list[float] | None:
+    def separating_direction(self, position: Sequence[float]) -> list[float] | None:
         """Return the joint direction along which the near pairs part, greatest element ±1.
 
-        The gradient of -Σ 1/d over the pairs below `SLOW`, so the nearest count most; by central
-        differences. None where no joint changes their distances.
+        The gradient of -Σ 1/d over the pairs below `SLOW`, so the nearest pairs count most, by
+        central differences. None if no joint changes their distances.
         """
         place = np.array(position, dtype=np.float64)
         here = self.look(position) or {}

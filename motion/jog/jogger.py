@@ -1,9 +1,10 @@
-"""One press, or a chain of presses, from rest to rest: a target at any time, a set-point a tick.
+"""Jogger: presses from rest to rest, with a target at any time and a set-point a tick.
 
-Owns the changes of aim: joints ask for another velocity at once; the tool bends into another
-direction where the speed allows it; between joints and tool, on a turn-round, and where a bend does
-not work, the robot comes to rest first. Without a clock: whoever ticks says how long a tick is.
-Every set-point keeps to speed and acceleration limits from the one before, whatever was asked when.
+Owns the change of targets. A joint jog takes another velocity at once. A tool jog bends into
+another direction where the speed allows it. Between joint and tool jog, on a reversal, and where a
+bend is not possible, the robot comes to rest first. Reads no clock: the caller gives the length of
+each tick. Every set-point obeys speed and acceleration limits relative to the one before, whatever
+was asked and when.
 """
 
 from __future__ import annotations
@@ -11,15 +12,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..errors import BadArgument, WrongJointCount
-from .joint_motion import JointMotion
-from .model import JogModel
-from .reasons import JogCause, JogReason, JogStep, Retreat
-from .retreat import retreat
-from .targets import LONGEST_STEP, JogCaps, JogTarget, JointJog, ToolJog
-from .tool_motion import ToolMotion
+from .cartesian_jog import CartesianJogMotion
+from .escape_directions import leads_along, retreat
+from .jog_commands import LONGEST_STEP, JogCaps, JogTarget, JointJog, ToolJog
+from .jog_model import JogModel
+from .jog_status import JogCause, JogEscape, JogSetpoint, JogSlowdown
+from .joint_jog import JointJogMotion
 from .tool_path import JogTwist
-from .undo import JogWay
-from .ways_out import leads_along
+from .undo_path import UndoPath
 
 _BEND_RETRY = 4  # ticks between trials to bend
 
@@ -29,15 +29,15 @@ class Jogger:
 
     Attributes:
         caps: greatest speeds.
-        way: the way so far, for the undo.
+        way: the path so far, for the undo.
     """
 
     def __init__(self, model: JogModel, start: Sequence[float], caps: JogCaps) -> None:
-        """Begin at rest.
+        """Start at rest.
 
         Args:
             model: the robot.
-            start: (n,) where it stands [rad or m]; beyond a limit too, to be led back inside.
+            start: (n,) where it stands [rad or m]; also beyond a limit, to be led back inside.
             caps: greatest speeds.
 
         Raises:
@@ -49,18 +49,18 @@ class Jogger:
         position = [float(value) for value in start]
         model.arm.place(position)
         self.caps = caps
-        self.way = JogWay(position, model.unit)
+        self.way = UndoPath(position, model.unit)
         self._model = model
-        self._motion: JointMotion | ToolMotion = JointMotion(model, position)
+        self._motion: JointJogMotion | CartesianJogMotion = JointJogMotion(model, position)
         self._target: JogTarget | None = None
         self._twist: JogTwist | None = None
         self._tick = 0
         self._began = position
-        self._retreat: tuple[JogCause, Retreat | None] | None = None
+        self._retreat: tuple[JogCause, JogEscape | None] | None = None
 
     @property
     def at_rest(self) -> bool:
-        """Whether the robot stands."""
+        """True while the robot stands still."""
         return self._motion.at_rest
 
     @property
@@ -69,7 +69,7 @@ class Jogger:
         return list(self._motion.position)
 
     def aim(self, target: JogTarget | None) -> None:
-        """Ask for a motion; None releases.
+        """Set the target; None releases.
 
         Raises:
             WrongJointCount: there is not one rate per joint.
@@ -83,15 +83,15 @@ class Jogger:
             self._began = self.position
 
     def limit(self, caps: JogCaps) -> None:
-        """Change the caps; a motion that is faster brakes, or comes to rest and goes on.
+        """Change the caps; a motion that is faster brakes, or comes to rest and continues.
 
-        Another override is kept to at once. Other speeds of tool, elbow or rotation are other
-        directions to a tool jog, which it bends into or begins anew, at rest.
+        Another override holds at once. Other speeds of tool, elbow or rotation are another
+        direction to a tool jog: it bends into it, or starts again from rest.
         """
         self.caps = caps
         self._twist = None
 
-    def step(self, dt: float) -> JogStep:
+    def step(self, dt: float) -> JogSetpoint:
         """Return the next set-point.
 
         Args:
@@ -100,6 +100,8 @@ class Jogger:
         Raises:
             BadArgument: dt is outside.
         """
+        # Every bound of braking assumes ticks of at most `LONGEST_STEP`: a longer one could pass
+        # the end of a range before the next tick.
         if not 0.0 < dt <= LONGEST_STEP * (1.0 + 1e-9):
             raise BadArgument("dt", dt, f"more than 0 and at most {LONGEST_STEP} s")
         before = self._motion.velocity
@@ -114,11 +116,11 @@ class Jogger:
         return self._told(before, dt)
 
     def _step_joints(self, dt: float, rates: tuple[float, ...]) -> None:
-        if isinstance(self._motion, ToolMotion):
+        if isinstance(self._motion, CartesianJogMotion):
             if not self._motion.at_rest:
                 self._release(dt)
                 return
-            self._motion = JointMotion(self._model, self._motion.position)
+            self._motion = JointJogMotion(self._model, self._motion.position)
         self._motion.step(dt, rates, self.caps)
 
     def _step_tool(self, dt: float, target: ToolJog) -> None:
@@ -129,9 +131,11 @@ class Jogger:
             twist = JogTwist(linear * caps.tool_speed, angular * caps.rotation_speed, of_tool)
             twist = self._twist = self._same_as_now(twist)
         motion = self._motion
-        if isinstance(motion, JointMotion) or motion.twist is not twist:
+        if isinstance(motion, JointJogMotion) or motion.twist is not twist:
             if motion.at_rest:
-                motion = ToolMotion.begin(self._model, twist, motion.position, caps.point_speed)
+                motion = CartesianJogMotion.begin(
+                    self._model, twist, motion.position, caps.point_speed
+                )
             else:
                 bent = self._bent(twist)
                 if bent is None:
@@ -147,41 +151,48 @@ class Jogger:
             motion.scale /= magnitude
             if motion.cause is None:
                 speed = magnitude * caps.override * caps.tool_speed
-                motion.cause = JogCause(JogReason.TOOL_SPEED, speed, speed / magnitude)
+                motion.cause = JogCause(JogSlowdown.TOOL_SPEED, speed, speed / magnitude)
 
     def _same_as_now(self, twist: JogTwist) -> JogTwist:
-        """Return the direction that the tool has already, if it is the same."""
+        """Return the tool's present direction if it equals the asked one, else the asked one."""
         motion = self._motion
-        if not isinstance(motion, ToolMotion) or motion.point_speed != self.caps.point_speed:
+        if (
+            not isinstance(motion, CartesianJogMotion)
+            or motion.point_speed != self.caps.point_speed
+        ):
             return twist
         return motion.twist if motion.twist.is_like(twist) else twist
 
-    def _bent(self, twist: JogTwist) -> ToolMotion | None:
-        """Return the tool's motion bent into another direction; None while it has to slow."""
+    def _bent(self, twist: JogTwist) -> CartesianJogMotion | None:
+        """Return the tool's motion bent into another direction; None while it has to slow down."""
         self._tick += 1
-        if isinstance(self._motion, JointMotion) or self._tick % _BEND_RETRY != 1:
+        # A trial looks ahead over many cells, too much for every tick; in between the tool brakes,
+        # which makes the next trial likelier to succeed.
+        if isinstance(self._motion, JointJogMotion) or self._tick % _BEND_RETRY != 1:
             return None
         return self._motion.bent(twist, self.caps.point_speed)
 
     def _release(self, dt: float) -> None:
-        if isinstance(self._motion, JointMotion):
+        if isinstance(self._motion, JointJogMotion):
             self._motion.release(dt)
         elif not self._motion.at_rest:
             self._motion.step(dt, 0.0)
             if self._motion.lost:
                 self._leave_line(dt)
         else:
-            self._motion = JointMotion(self._model, self._motion.position)
+            self._motion = JointJogMotion(self._model, self._motion.position)
 
     def _leave_line(self, dt: float) -> None:
-        """Come to rest by the joints, where no speed on the line keeps to the accelerations."""
+        """Come to rest joint by joint, where no speed on the line obeys the accelerations."""
         lost = self._motion
-        motion = JointMotion(self._model, lost.position, lost.velocity)
+        # Limits of the joints outrank the line: the stop begins with the velocity of the last
+        # set-point, so no joint exceeds its acceleration, and the tool leaves the line instead.
+        motion = JointJogMotion(self._model, lost.position, lost.velocity)
         motion.release(dt)
-        motion.scale, motion.cause = 0.0, lost.cause or JogCause(JogReason.REACH, 1.0, 0.0)
+        motion.scale, motion.cause = 0.0, lost.cause or JogCause(JogSlowdown.REACH, 1.0, 0.0)
         self._motion = motion
 
-    def _told(self, before: Sequence[float], dt: float) -> JogStep:
+    def _told(self, before: Sequence[float], dt: float) -> JogSetpoint:
         motion = self._motion
         velocity = list(motion.velocity)
         gains = [(now - then) / dt for now, then in zip(velocity, before, strict=True)]
@@ -193,14 +204,15 @@ class Jogger:
                 found = retreat(self._model, motion.position, cause, reverse=back)
                 self._retreat = cause, found
             way_out = self._retreat[1]
-        return JogStep(
+        return JogSetpoint(
             list(motion.position), velocity, gains, motion.scale, cause, at_rest, way_out
         )
 
     def _leads_back(self) -> bool:
-        """Return whether the opposite of what was asked leads out of where the robot is held."""
+        """Return True if the opposite of what was asked leads away from what holds the robot."""
         motion = self._motion
-        if isinstance(motion, ToolMotion):
-            # It may come nearer to what the robot was led out of, so it is tried.
+        if isinstance(motion, CartesianJogMotion):
+            # The opposite may lead back to the limit that the robot was led away from, so it is
+            # tried.
             return leads_along(self._model, motion.position, motion.twist.reversed())
         return motion.position != self._began

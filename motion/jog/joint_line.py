@@ -1,44 +1,45 @@
-"""The straight line of the joints that a joint jog goes along while nothing bends it.
+"""Straight line in joint space that a joint jog follows while nothing bends it.
 
-Owns what can be known there for many ticks. Joints change their velocities alike, so from rest, and
-soon after a change of keys, they go along q(σ) = q₀ + σ a with a the velocity that is asked for, at
-the share dσ/dt of it that limits leave, and so does a stop. Along that line
+Owns what can be proven there for many ticks at once. All joints change their velocities by the same
+share, so from rest, and soon after a change of keys, they follow q(σ) = q₀ + σ a, where a is the
+velocity that is asked for and dσ/dt the share of it that limits leave. A stop follows the same
+line. Along it
 
-- no end of a range matters up to a σ that is worked out at its start (`RangeEnds.free_way`); the
-  line ends there;
-- bodies that a look finds beyond `SLOW` stay so for a way that their sweep bounds
-  (`CollisionGuard.clear_way`). As without a line it is asked about the place where a stop would
-  end; where it lies beyond that way, it is looked again;
-- looks at the speeds of tool and elbow bound them in between (`line_speeds`).
+- no end of a range matters up to a σ that is computed at the start, where the line ends
+  (`JointLimitBraking.free_distance`);
+- bodies that a check finds beyond `SLOW` stay so for a length that their sweep bounds
+  (`CollisionGuard.clear_distance`). As without a line, the place checked is where a stop would end;
+  where it lies beyond that length, it is checked again;
+- the speeds of tool and elbow at a few places bound them in between (`line_speed_bounds`).
 
-All three hold at whatever share, so a look stands for several ticks and each tick is still judged.
-Keys, override and caps are no part of it: a change of them ends the line in the same tick.
+All three hold at every share, so one check stands for several ticks, and each tick is still judged.
+Keys, override and caps are no part of the line: a change of them ends it in the same tick.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .line_speeds import LineSpeeds
-from .model import JogModel
-from .point_speeds import RESERVE, stop_time
-from .range_ends import ROUNDING, RangeEnds
-from .reasons import JogCause, JogReason
-from .targets import LONGEST_STEP
+from .jog_commands import LONGEST_STEP
+from .jog_model import JogModel
+from .jog_status import JogCause, JogSlowdown
+from .joint_limit_braking import ROUNDING, JointLimitBraking
+from .line_speed_bounds import LineSpeeds
+from .point_speed_bounds import RESERVE, stop_time
 
-_REASONS = (JogReason.TOOL_SPEED, JogReason.ELBOW_SPEED)
-_STRAIGHT = 1e-9  # of the asked speed: a velocity is along it up to rounding
+_REASONS = (JogSlowdown.TOOL_SPEED, JogSlowdown.ELBOW_SPEED)
+_STRAIGHT = 1e-9  # of the asked speed: a lesser deviation from the line is rounding
 _WORTH = 10  # ticks: shorter lines save nothing
 
 
-class JointLine:
-    """A line, and the place on it.
+class JogLine:
+    """A straight line in joint space, and the place of the motion on it.
 
     Attributes:
-        sigma: how far along it is [s].
-        share: dσ/dt, of the asked velocity, 0 to 1.
-        rise: how much the share can change in a second.
-        allowed: the speed of points that it keeps to [m/s].
+        sigma: how far along the line the motion is [s].
+        share: dσ/dt, share of the asked velocity, 0 to 1.
+        rise: greatest change of the share [1/s].
+        allowed: greatest speed of tool and elbow [m/s].
     """
 
     def __init__(
@@ -49,14 +50,14 @@ class JointLine:
         free: float,
         limit: float,
     ) -> None:
-        """Begin at σ = 0; `line_from` finds out before whether there is a line.
+        """Start at σ = 0; `line_from` has checked that there is a line.
 
         Args:
             model: the robot, serial.
-            line: (n,) place now and (n,) velocity that is asked for.
-            shares: of that velocity, now and at most.
-            free: up to which σ no end of a range matters.
-            limit: greatest speed of points [m/s].
+            line: (n,) position now and (n,) velocity that is asked for.
+            shares: share of that velocity, now and at most.
+            free: σ up to which no end of a range matters.
+            limit: greatest speed of tool and elbow [m/s].
         """
         assert model.line_points is not None
         self.sigma = 0.0
@@ -66,26 +67,27 @@ class JointLine:
         self.rise = ROUNDING / self._time
         self.allowed = RESERVE * limit
         until = free + self._stop_way(self._most, LONGEST_STEP)
+        # Bounds reach as far as a stop that begins at the line's end.
         self._speeds = LineSpeeds(model.line_points, line, until, self.allowed)
         self._guard = model.guard
         self._closing = None if model.guard is None else model.guard.closing(line[1])
-        self._clear = 0.0, -1.0  # where bodies were looked at, and how far around they are clear
+        self._clear = 0.0, -1.0  # σ of the last check of bodies, and how far around it is clear
 
     def goes_on(self, dt: float) -> bool:
-        """Return whether a tick stays on it, whatever is left of the asked velocity."""
+        """Return True if a tick stays on the line, whatever share of the asked velocity it has."""
         most = self._most
         return self.sigma + most * dt < self._free and (
             most == 1.0 or self.share + self.rise * dt <= most
         )
 
     def released(self, dt: float) -> float:
-        """Return the share after a tick of a stop."""
+        """Return the share after one tick of a stop."""
         return 0.0 if self.share <= self.rise * dt else self.share - dt / self._time
 
     def too_fast(self, share: float, dt: float) -> JogCause | None:
-        """Return the point that gets faster than allowed after a tick to a share, or may get so.
+        """Return the point that may exceed its speed limit after a tick to a share.
 
-        From the end of the tick to rest. None where it is proven that both keep to what is allowed.
+        From the end of the tick until rest. None if both points are proven to stay below it.
         """
         end = self.sigma + 0.5 * (self.share + share) * dt
         way = self._stop_way(share, dt)
@@ -93,49 +95,49 @@ class JointLine:
         return None if speed <= self.allowed else JogCause(_REASONS[which], speed, self._limit)
 
     def is_clear(self, share: float, dt: float) -> bool:
-        """Return whether it is known of all bodies where a stop ends after a tick to a share."""
+        """Return True if all bodies are proven clear where a stop after a tick to a share ends."""
         if self._guard is None:
             return True
         seen_at, around = self._clear
         return abs(self._stop_end(share, dt) - seen_at) <= around
 
     def note_clear(self, share: float, dt: float) -> None:
-        """Note that it was looked where a stop ends, and all bodies that count were clear."""
+        """Record that bodies were checked where a stop ends, and all that count were clear."""
         if self._guard is not None and self._closing is not None:
-            self._clear = self._stop_end(share, dt), self._guard.clear_way(self._closing)
+            self._clear = self._stop_end(share, dt), self._guard.clear_distance(self._closing)
 
     def advance(self, share: float, dt: float) -> float:
-        """Go on by a tick to a share, and return how far that is, by σ."""
+        """Advance by a tick to a share, and return the distance by σ."""
         way = 0.5 * (self.share + share) * dt
         self.sigma += way
         self.share = share
         return way
 
     def _stop_end(self, share: float, dt: float) -> float:
-        """Return where a stop after a tick to a share ends."""
+        """Return the σ where a stop after a tick to a share ends."""
         return self.sigma + 0.5 * (self.share + share) * dt + self._stop_way(share, dt)
 
     def _stop_way(self, share: float, dt: float) -> float:
-        """Return the way of a stop from a share, by σ, as `JointMotion` has it."""
+        """Return the length of a stop from a share by σ, computed as in `JointMotion`."""
         time = share * self._time
         return 0.5 * share * ((time if time > LONGEST_STEP else LONGEST_STEP) + dt)
 
 
 def line_from(
     model: JogModel,
-    ends: RangeEnds,
+    ends: JointLimitBraking,
     state: tuple[Sequence[float], Sequence[float]],
     asked: Sequence[float],
     limit: float,
-) -> JointLine | None:
-    """Return the line from a place; None where joints do not go along one, or not far.
+) -> JogLine | None:
+    """Return the line from a place; None if the joints do not follow one, or only a short one.
 
     Args:
         model: the robot.
-        ends: of the ranges, at the speeds of the press.
-        state: (n,) place and (n,) velocity.
+        ends: ends of the ranges, at the speeds of the press.
+        state: (n,) position and (n,) velocity.
         asked: (n,) velocity that is asked for.
-        limit: greatest speed of points [m/s].
+        limit: greatest speed of tool and elbow [m/s].
     """
     position, velocity = state
     if model.line_points is None:
@@ -143,17 +145,17 @@ def line_from(
     share = _share_along(velocity, asked)
     if share is None:
         return None
-    # At their full speed joints may be near an end where what limits leave of it is not.
+    # An end may matter at the full speed and not at the lower one that limits leave: try both.
     room = 2.0 * LONGEST_STEP / stop_time(model, asked)
     for most in (1.0, min(1.0, 2.0 * share + room)):
-        free = most * ends.free_way(position, [most * rate for rate in asked])
+        free = most * ends.free_distance(position, [most * rate for rate in asked])
         if free > _WORTH * LONGEST_STEP * most:
-            return JointLine(model, (position, asked), (share, most), free, limit)
+            return JogLine(model, (position, asked), (share, most), free, limit)
     return None
 
 
 def _share_along(velocity: Sequence[float], asked: Sequence[float]) -> float | None:
-    """Return which share of the asked velocity another one is; None if it is no share of it."""
+    """Return the share of the asked velocity that a velocity is; None if it is not along it."""
     pairs = list(zip(velocity, asked, strict=True))
     square = sum([rate * rate for rate in asked])
     if square == 0.0:
@@ -162,6 +164,7 @@ def _share_along(velocity: Sequence[float], asked: Sequence[float]) -> float | N
     if not 0.0 <= share <= 1.0 + _STRAIGHT:
         return None
     for now, rate in pairs:
+        # Written with `not`, so that a NaN counts as off the line.
         if not abs(now - share * rate) <= _STRAIGHT * abs(rate):
             return None
     return min(share, 1.0)

@@ -1,9 +1,9 @@
-"""The tool of a Stewart platform in a jog.
+"""Platform tool: the tool of a Stewart platform in a jog.
 
 Owns the reading of the platform's own limits as shares (workspace sum, cones of the anchors), and
 the search for the pose of given legs, started where the last one ended. Legs follow a pose by
-formula, so following needs no search. The condition number is of the leg Jacobian with turns
-measured at the platform's anchor circle, as in `stewart_workspace`.
+formula, so following needs no search. The condition number is of the leg Jacobian with rotations
+measured at the platform's anchor circle, as in `workspace`.
 """
 
 from __future__ import annotations
@@ -13,13 +13,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..kinematics.stewart.platform import StewartKinematics, assemble
 from ..pose import Array, Pose
-from ..stewart import StewartKinematics
-from ..stewart_assembly import assemble
-from .arm import Footing, Posture
-from .reasons import JogCause, JogReason, Retreat
+from .jog_robot import Footing, Posture
+from .jog_status import JogCause, JogEscape, JogSlowdown
 
-_REMEMBERED = 4  # poses: of a tick, of the stop after it, and of those before
+_REMEMBERED = 4  # poses: of a tick, of the stop after it, and of the ones before
 
 
 class PlatformTool:
@@ -32,7 +31,7 @@ class PlatformTool:
     """
 
     def __init__(self, kinematics: StewartKinematics, tcp: Pose | None = None) -> None:
-        """Bolt a tool on.
+        """Mount a tool.
 
         Args:
             kinematics: the platform.
@@ -60,18 +59,19 @@ class PlatformTool:
         arm = platform @ self._tcp.position
         lengths, jacobian = self._legs.linearise(platform, point - arm)
         moved = twist.copy()
+        # The legs are driven by the platform's origin; the twist is given at the tool centre point.
         moved[:3] -= np.cross(twist[3:], arm)
         rate: list[float] = (jacobian @ moved).tolist()
         return Footing(lengths.tolist(), rate, self._condition(jacobian))
 
     def forbids(self, position: Sequence[float], twist: Array) -> JogCause | None:
-        """Return None: a platform has all six directions."""
+        """Return None: a platform moves its tool in all six directions."""
         return None
 
     def point_speeds(
         self, position: Sequence[float], velocity: Sequence[float] | Array
     ) -> tuple[float, float]:
-        """Return the speed of the tool centre point, and 0 for the elbow that there is not."""
+        """Return the speed of the tool centre point, and 0 for the elbow that a platform lacks."""
         pose, jacobian = self._assembly(position)
         twist = np.linalg.solve(jacobian, np.asarray(velocity))
         arm = pose.rotation @ self._tcp.position
@@ -88,12 +88,12 @@ class PlatformTool:
         pose, _ = self._assembly(position)
         workspace = self._workspace
         use = workspace.usage(pose)
-        found = Posture(use, JogCause(JogReason.WORKSPACE, use, 1.0))
+        found = Posture(use, JogCause(JogSlowdown.WORKSPACE, use, 1.0))
         for swings in workspace.swings(pose):
             leg = int(np.argmax(swings))
             swing = float(swings[leg])
             if swing / workspace.cone > found.use:
-                cause = JogCause(JogReason.WORKSPACE, swing, workspace.cone, leg)
+                cause = JogCause(JogSlowdown.WORKSPACE, swing, workspace.cone, leg)
                 found = Posture(swing / workspace.cone, cause)
         return found
 
@@ -105,18 +105,19 @@ class PlatformTool:
         """Return the condition number at leg lengths."""
         return self._condition(self._assembly(position)[1])
 
-    def way_out(self, position: Sequence[float]) -> Retreat:
-        """Return the leg rates that lead home, farthest from all borders.
+    def way_out(self, position: Sequence[float]) -> JogEscape:
+        """Return the leg rates that lead home, the place farthest from all borders.
 
-        By x, y, z, roll, pitch and yaw all alike, so that the workspace sum falls from the start.
+        By x, y, z, roll, pitch and yaw in proportion, so that the workspace sum falls from the
+        start.
         """
         pose, _ = self._assembly(position)
         home = -self._workspace.coordinates(pose)
         way: list[float] = (self._legs.rpy_jacobian(pose) @ home).tolist()
         greatest = max(map(abs, way))
         if greatest < 1e-6:
-            return Retreat(None, True)
-        return Retreat(tuple(value / greatest for value in way), True)
+            return JogEscape(None, True)
+        return JogEscape(tuple(value / greatest for value in way), True)
 
     def _assembly(self, position: Sequence[float]) -> tuple[Pose, Array]:
         """Return the platform's pose and leg Jacobian at leg lengths.
@@ -128,7 +129,8 @@ class PlatformTool:
         for known, pose, jacobian in self._found:
             if known == lengths:
                 return pose, jacobian
-        # A platform cannot leave its assembly on the way, so the nearest answer is the right one.
+        # A platform cannot change its assembly while it moves, so the nearest answer is the right
+        # one.
         start = self._found[-1][1] if self._found else self._kinematics.forward(lengths)
         found = assemble(self._legs, np.array(lengths), start)
         pose = Pose.from_matrix(found.rotation, found.position)

@@ -1,16 +1,16 @@
-"""The tool of a serial arm in a jog: following a pose, its Jacobian, its condition number.
+"""Serial tool: the tool of a serial arm in a jog, with path following and condition number.
 
-Owns the Newton step from a place beside a pose onto it, and what an arm does with more or fewer
-axes than six:
+Owns the Newton step from a place beside a pose onto it, and what an arm does that has not exactly
+six axes:
 
 - six: J Δq = Δx.
 - seven and more: the least Δq that does it, weighted by the joints' speeds (Whitney 1969),
   Δq = W Jᵀ (J W Jᵀ)⁻¹ Δx, and with what the task leaves free away from joint limits (gradient
   projection, Liégeois 1977).
-- four, with a direction that the tool always keeps (SCARA, palletiser): x, y, z and the turn about
-  that direction. Any other turn is refused, rather than a part of what was asked be done.
-- fewer without such a direction: least squares, and refused where that leaves an error. Which
-  twists those are depends on the place.
+- four, with a direction that the tool always keeps (SCARA, palletiser): x, y, z and the rotation
+  about that direction. Any other rotation is refused instead of being done in part.
+- fewer without such a direction: least squares, refused where an error remains. Which twists these
+  are depends on the place.
 
 The condition number is of the Jacobian without units: lengths in halves of the arm's size, which is
 near the characteristic length that makes it least (Angeles 1992).
@@ -23,39 +23,39 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..closed_form import closed_form
-from ..kinematics import Array, Kinematics
+from ..kinematics.closed_form import closed_form
+from ..kinematics.ik.ik_context import kept_direction
+from ..kinematics.ik.singularity import SingularityKind, dexterity
+from ..kinematics.serial import Array, Kinematics
 from ..pose import Pose
-from ..reduced_task import kept_direction
-from ..singularity import SingularityKind, dexterity
-from ..tool_speed import elbow_link
-from .arm import Footing, Posture
-from .levers import levers
-from .reasons import JogCause, JogReason, Retreat
+from ..trajectory.point_speed import elbow_link
+from .jog_robot import Footing, Posture
+from .jog_status import JogCause, JogEscape, JogSlowdown
+from .line_speed_bounds import lever_arms
 
 _ITERATIONS = 8
-_SETTLED = 1e-4  # rad, or share of the length: a step whose square no longer matters
-_EXACT = 1e-7  # rad: the error that is left
-_FARTHEST = 0.25  # rad, or share of the length: farther is another way to reach the pose
-_MISFIT = 1e-4  # share of a twist that an arm of few axes may leave undone
-_LOST = 1e8  # condition number from which rounding decides which twists an arm of few axes can do
-_BESIDE = 0.01  # rad, or share of the length: how far beside such a place that can be told
-_NULL_ZONE = 0.25  # share of the range, at either end, in which spare axes turn away from limits
-_END = 0.1  # rad or m
+_SETTLED = 1e-4  # rad, or share of the length: the square of a lesser step is negligible
+_EXACT = 1e-7  # rad: greatest error that is left
+_FARTHEST = 0.25  # rad, or share of the length: farther is another branch
+_MISFIT = 1e-4  # share of a twist that an arm of few axes may miss
+_LOST = 1e8  # condition number from which rounding decides which twists are missed
+_BESIDE = 0.01  # rad, or share of the length: distance from such a place for the test
+_NULL_ZONE = 0.25  # share of the range at either end where spare axes avoid the limit
+_END = 0.1  # rad or m: a joint this near its limit takes no part in a way out
 _TASK_AXES = 6
 
 
 class SerialTool:
-    """A serial arm with a tool.
+    """Serial arm with a tool.
 
     Attributes:
         limits: limits of the joints.
         length: half the arm's size [m].
-        rigid: whether no joint depends on another.
+        rigid: True if no joint depends on another.
     """
 
     def __init__(self, kinematics: Kinematics, tcp: Pose | None = None) -> None:
-        """Bolt a tool on.
+        """Mount a tool.
 
         Args:
             kinematics: the robot.
@@ -66,7 +66,7 @@ class SerialTool:
         self.length = kinematics.size / 2.0
         link = elbow_link(kinematics)
         self._elbow = [] if link is None else [kinematics.link_point(link)]
-        by_joint = [] if link is None else levers(kinematics, link)
+        by_joint = [] if link is None else lever_arms(kinematics, link)
         self._elbow_levers = [(joint, lever) for joint, lever in enumerate(by_joint) if lever]
         self.rigid = kinematics.is_direct
         self._offset = None if tcp is None or not tcp.position.any() else tcp.position
@@ -87,10 +87,12 @@ class SerialTool:
         self._square = kinematics.dof == rows
         self._few = kinematics.dof < rows
         speeds = np.array(self.limits.velocity)
+        # By the squares of the speeds, the fast joints take most of the motion and slow it least.
         self._weights: Array = (speeds / speeds.max()) ** 2
         self._middle: list[float] = ((kinematics.lower + kinematics.upper) / 2.0).tolist()
         self._half: list[float] = ((kinematics.upper - kinematics.lower) / 2.0).tolist()
-        # Names of singularities need it. Worked out here, because `way_out` is asked on the way.
+        # Names of singularities need the closed form; built here, as `way_out` is asked while
+        # moving.
         closed_form(kinematics)
 
     def place(self, position: Sequence[float]) -> tuple[Array, Array]:
@@ -118,14 +120,19 @@ class SerialTool:
                 return None
             position = [value + step for value, step in zip(position, steps[0], strict=True)]
             error = max([abs(s) / u for s, u in zip(steps[0], self._units, strict=True)])
+            # Written with `not`, so that a NaN fails. A long Newton step leads to another branch,
+            # and a set-point there would be a jump.
             if not error < _FARTHEST:
                 return None
             if error < _SETTLED:
                 condition = self._condition(jacobian)
+                # Newton converges quadratically: the error left is about condition · error², so
+                # that no further step is computed just to see it.
                 if condition * error * error < _EXACT:
                     break
         else:
             return None
+        # Short steps may add up to another branch too.
         far = zip(position, seed, self._units, strict=True)
         if max([abs(value - start) / unit for value, start, unit in far]) > _FARTHEST:
             return None
@@ -137,10 +144,10 @@ class SerialTool:
             turn = twist[3:]
             across = float(np.linalg.norm(turn - (turn @ self._kept.in_base) * self._kept.in_base))
             if across > _MISFIT * float(np.linalg.norm(twist)):
-                return JogCause(JogReason.DIRECTION, across, 0.0)
+                return JogCause(JogSlowdown.DIRECTION, across, 0.0)
         if self._few and self._misses(list(position), twist):
             asked = twist[3:] if twist[3:].any() else twist[:3]
-            return JogCause(JogReason.DIRECTION, float(np.linalg.norm(asked)), 0.0)
+            return JogCause(JogSlowdown.DIRECTION, float(np.linalg.norm(asked)), 0.0)
         return None
 
     def point_speeds(
@@ -154,7 +161,7 @@ class SerialTool:
     def elbow_speed(
         self, position: Sequence[float], velocity: Sequence[float], enough: float = 0.0
     ) -> float:
-        """Return the speed of the elbow, or what it is at most; 0 of an arm that has none."""
+        """Return the speed of the elbow or an upper bound of it; 0 for an arm without one."""
         most = sum([lever * abs(velocity[joint]) for joint, lever in self._elbow_levers])
         if most <= enough or not self._elbow:
             return most
@@ -162,7 +169,7 @@ class SerialTool:
         return self._kinematics.point_speeds(joints, rates, self._elbow)[0]
 
     def posture(self, position: Sequence[float]) -> Posture | None:
-        """Return None: a chain of joints has the limits of its joints only."""
+        """Return None: a serial arm has the limits of its joints only."""
         return None
 
     def gains(self, position: Sequence[float]) -> list[float]:
@@ -175,12 +182,12 @@ class SerialTool:
         _, _, jacobian = self._linearise(list(position))
         return self._condition(jacobian)
 
-    def way_out(self, position: Sequence[float]) -> Retreat:
+    def way_out(self, position: Sequence[float]) -> JogEscape:
         """Return the joint direction along which the least singular value grows fastest."""
         found = dexterity(self._kinematics, position)
         name = "" if found.kind is SingularityKind.UNNAMED else found.kind.value
         way: list[float] = (found.way_out / np.array(self._units)).tolist()
-        # A joint near the end of its range cannot take part.
+        # A joint near the end of its range cannot take part in the way out.
         ends = zip(position, self.limits.lower, self.limits.upper, way, strict=True)
         free = [
             0.0 if (w > 0.0 and q > upper - _END) or (w < 0.0 and q < lower + _END) else w
@@ -188,11 +195,11 @@ class SerialTool:
         ]
         greatest = max(map(abs, free))
         if greatest < 1e-6:
-            return Retreat(None, True, name)
-        return Retreat(tuple(value / greatest for value in free), True, name)
+            return JogEscape(None, True, name)
+        return JogEscape(tuple(value / greatest for value in free), True, name)
 
     def _linearise(self, position: list[float]) -> tuple[Array, Array, Array]:
-        """Return the tool's rotation and position, and the Jacobian of what it can do."""
+        """Return the tool's rotation and position, and the Jacobian of the directions it has."""
         rotation, point, jacobian = self._kinematics.linearise(np.array(position))
         if self._offset is not None:
             arm = rotation @ self._offset
@@ -204,7 +211,7 @@ class SerialTool:
         return rotation, point, jacobian if self._task is None else self._task @ jacobian
 
     def _solved(self, jacobian: Array, right: Array, position: list[float]) -> list[list[float]]:
-        """Return the joint steps (n,) of both columns of the right side."""
+        """Return the joint steps (n,) for both columns of the right side."""
         if self._square:
             steps: list[list[float]] = np.linalg.solve(jacobian, right).T.tolist()
             return steps
@@ -231,10 +238,10 @@ class SerialTool:
         return fitted
 
     def _misses(self, position: list[float], twist: Array) -> bool:
-        """Return whether an arm of few axes leaves a part of a twist undone.
+        """Return True if an arm of few axes cannot do a part of a twist.
 
-        At a singularity every arm does, of the direction that is lost there. So it is asked beside
-        it, on the way out; where that leads out of none, the twist is not what is at fault.
+        At a singularity every arm misses the direction that is lost there. So the test is made
+        beside it, on the way out; where the way out leads out of none, the twist is not at fault.
         """
         _, _, jacobian = self._linearise(position)
         if self._condition(jacobian) > _LOST:
@@ -267,7 +274,7 @@ class SerialTool:
 
 
 def _is_missed(jacobian: Array, rate: Array, twist: Array) -> bool:
-    """Return whether joint rates (n,) leave a part of a twist undone."""
+    """Return True if joint rates (n,) do not produce a part of a twist."""
     missed = float(np.abs(jacobian @ rate - twist).max())
     return missed > _MISFIT * float(np.abs(twist).max())
 
@@ -285,7 +292,7 @@ def _lever(arm: Array) -> Array:
 
 
 def _kept_task(direction: Array) -> Array:
-    """Return the (4, 6) matrix from a twist to [v; turn about the kept direction]."""
+    """Return the (4, 6) matrix from a twist to [v; rotation about the kept direction]."""
     task = np.zeros((4, 6))
     task[:3, :3] = np.eye(3)
     task[3, 3:] = direction

@@ -1,10 +1,10 @@
-"""Where a tool jog leads the tool: a straight line, an even turn, a screw; the bend between two.
+"""Tool path of a jog: a straight line, an even rotation or a screw, and the bend between two.
 
-Owns the pose as a function of the path parameter σ, one step at a time: exact where the twist is
-constant, so a line keeps from its start however long it is. With base or user axes the tool centre
-point goes straight while the tool turns about fixed axes; with the tool's own axes, which move
-along, both together are a screw. A new direction is blended in: over a length of σ the twist goes
-evenly from the old to the new one, which for two lines is a parabola.
+Owns the pose as a function of the path parameter σ, one step at a time. Steps are exact where the
+twist is constant, so a line is kept from its start however long it is. With base or user axes the
+tool centre point goes straight while the tool rotates about fixed axes; with the tool's own axes,
+which move with it, both together are a screw. A new direction is blended in: over a length of σ the
+twist changes linearly from the old to the new one, which for two lines is a parabola.
 
 σ has the unit of a second: at dσ/dt = 1 the tool has the full speeds of the caps. Base frame.
 """
@@ -23,12 +23,12 @@ _STILL = 1e-12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JogTwist:
-    """A direction at full speed.
+    """Direction of the tool at full speed.
 
     Attributes:
         linear: (3,) of the tool centre point [m/s].
         angular: (3,) [rad/s].
-        of_tool: whether both are along the tool's own axes, else along the base's.
+        of_tool: True if both are along the tool's own axes, else along the base's.
     """
 
     linear: Array
@@ -36,7 +36,7 @@ class JogTwist:
     of_tool: bool = False
 
     def is_like(self, other: JogTwist) -> bool:
-        """Return whether another is the same direction at the same speeds."""
+        """Return True if another twist has the same direction and the same speeds."""
         return (
             self.of_tool == other.of_tool
             and np.array_equal(self.linear, other.linear)
@@ -57,15 +57,15 @@ class JogTwist:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ToolPath:
-    """A pose and how it goes on; a value, so a step that turns out too long is simply taken again.
+    """Pose and the path that leads on from it; a value, so a step that is too long can be retried.
 
     Attributes:
         rotation: (3, 3) of the tool.
         point: (3,) of the tool centre point [m].
         target: the twist after the bend.
-        before: (6,) the twist that the bend starts with; None where there is no bend.
+        before: (6,) the twist that the bend starts with; None without a bend.
         bend: length of the bend by σ.
-        gone: how much of the bend lies behind.
+        gone: how much of the bend lies behind, by σ.
     """
 
     rotation: Array
@@ -77,7 +77,7 @@ class ToolPath:
 
     @property
     def left(self) -> float:
-        """What is left of the bend; infinite after it, where a step may have any length."""
+        """Rest of the bend by σ; infinite after it, where a step may have any length."""
         return math.inf if self.before is None else self.bend - self.gone
 
     def twist(self) -> Array:
@@ -85,9 +85,10 @@ class ToolPath:
         return self._blended(0.0)
 
     def advanced(self, step: float) -> ToolPath:
-        """Return the path from σ further on, at most `left`."""
+        """Return the path at σ further on; the step is at most `left`."""
         if self.before is None:
             return self._along(step)
+        # The twist is linear in σ here, so its value in the middle of the step is its mean over it.
         mean = self._blended(0.5 * step)
         rotation = turned(mean[3:] * step) @ self.rotation
         point = self.point + mean[:3] * step
@@ -118,6 +119,8 @@ def turned(vector: Array) -> Array:
     """Return the (3, 3) rotation of a (3,) rotation vector, by Rodrigues' formula."""
     x, y, z = vector.tolist()
     angle = math.sqrt(x * x + y * y + z * z)
+    # The limits of sin φ/φ and (1 - cos φ)/φ²: their next terms are below 1e-12, and 0/0 is
+    # avoided.
     if angle < 1e-6:
         first, second = 1.0, 0.5
     else:
@@ -135,11 +138,12 @@ def turned(vector: Array) -> Array:
 
 
 def _screw_shift(linear: Array, angular: Array) -> Array:
-    """Return how far a screw motion carries its origin, along its axes at the start.
+    """Return how far a screw motion moves its origin, along its axes at the start.
 
     The left Jacobian of SO(3) times v: v + (1 - cos φ)/φ² ω × v + (φ - sin φ)/φ³ ω × (ω × v).
     """
     angle = math.sqrt(float(angular @ angular))
+    # The limits of both factors: (φ - sin φ)/φ³ loses its digits to cancellation.
     if angle < 1e-4:
         first, second = 0.5, 1.0 / 6.0
     else:

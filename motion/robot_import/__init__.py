@@ -1,6 +1,7 @@
-"""Making a robot file of schema `robot-facts/1` from a URDF or a Denavit–Hartenberg table.
+"""Import of a robot: from a URDF or a Denavit–Hartenberg table to a file of `robot-facts/1`.
 
-A description is read into an `ImportedChain` (`urdf`, `urdf_chain`, `dh_file`); `configuration`
-does the four steps that turn it into a robot, and says of each fact whether it was read, asked for
-or assumed; `cli` is the command. Nothing outside this package needs it: what it makes is a file.
+`urdf` with `urdf_tree`, and `dh_file`, read a description into an `ImportedChain`. `new_robot`
+turns it into a robot in four steps and states for each fact whether it was read, asked for or
+assumed. Only the command in `cli/robots_import` uses this package: all others read its result, a
+robot file.
 """

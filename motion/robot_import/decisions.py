@@ -1,25 +1,106 @@
-"""Facts that a description leaves open: asked for, assumed aloud, or refused.
+"""Decisions on facts that a description leaves open: asked for, assumed with a report, or refused.
 
-Owns the record of where each fact of a new robot came from. What is asked and what is assumed is
-`configuration`'s; how a person is asked and told is the caller's.
+Owns the record of the source of each fact of a new robot; the values assumed for a joint that is
+not fully described, by the rules that `docs/robots.md` lists; and the text form of such values:
+screens use degrees and millimetres. The assumptions are cautious: a robot is moved slower than it
+could be, never faster than stated anywhere. The questions, and their place, are `new_robot`'s; the
+dialogue with a person is the caller's.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TypeAlias, TypeVar
 
 from ..errors import BadArgument, RobotFileError
+from .imported_chain import ImportedJoint
+
+RAMP = 0.5
+"""Time to full speed [s] where accelerations are not stated: acceleration = velocity / ramp."""
+
+
+@dataclass(frozen=True, slots=True)
+class AssumedLimits:
+    """Range and speed [rad or m, s], and the rule in words."""
+
+    lower: float
+    upper: float
+    velocity: float
+    rule: str
+
+
+REVOLUTE = AssumedLimits(-math.pi, math.pi, 1.0, "half a turn to either side")
+CONTINUOUS = AssumedLimits(
+    -2.0 * math.pi, 2.0 * math.pi, 1.0, "it turns without end; a turn to either side"
+)
+PRISMATIC = AssumedLimits(0.0, 1.0, 0.25, "a metre from its zero")
+
+
+def assumed_limits(joint: ImportedJoint) -> AssumedLimits:
+    """Return the assumed limits of a driven joint."""
+    if joint.unit == "m":
+        return PRISMATIC
+    return CONTINUOUS if joint.continuous else REVOLUTE
+
+
+def on_screen(value: float, unit: str) -> str:
+    """Return a value [rad or m] in degrees or millimetres, with its unit."""
+    return f"{1000.0 * value:zg} mm" if unit == "m" else f"{math.degrees(value):zg}°"
+
+
+def typed_range(text: str, unit: str) -> tuple[float, float]:
+    """Return two values, in degrees or millimetres, as a range [rad or m].
+
+    Raises:
+        BadArgument: not two numbers, the first less than the second.
+    """
+    values = typed_values(text, (unit, unit))
+    if not values[0] < values[1]:
+        raise BadArgument("range", text, "the least value, then the greatest")
+    return values[0], values[1]
+
+
+def typed_rate(text: str, unit: str) -> float:
+    """Return a rate per second, in degrees or millimetres, as [rad/s or m/s].
+
+    Raises:
+        BadArgument: not one number more than 0.
+    """
+    (value,) = typed_values(text, (unit,))
+    if not value > 0.0:
+        raise BadArgument("speed", text, "more than 0")
+    return value
+
+
+def typed_values(text: str, units: tuple[str, ...]) -> tuple[float, ...]:
+    """Return numbers separated by spaces or commas, in degrees or millimetres, as [rad or m].
+
+    Raises:
+        BadArgument: not one finite number per unit.
+    """
+    accepted = f"{len(units)} finite numbers" if len(units) > 1 else "a finite number"
+    try:
+        values = [float(part) for part in text.replace(",", " ").split()]
+    except ValueError:
+        raise BadArgument("answer", text, accepted) from None
+    if len(values) != len(units) or not all(map(math.isfinite, values)):
+        raise BadArgument("answer", text, accepted)
+    return tuple(
+        value / 1000.0 if unit == "m" else math.radians(value)
+        for value, unit in zip(values, units, strict=True)
+    )
+
 
 _Value = TypeVar("_Value")
 
 Ask: TypeAlias = Callable[[str, str], str]
-"""Asks a person: the question, and what no answer (an empty string) will mean."""
+"""Asks a person: the question, and the meaning of no answer (an empty string)."""
 
 
-class Step(StrEnum):
+class ImportStep(StrEnum):
     """The first paper's four steps of configuring a new robot."""
 
     MODEL = "1 model"
@@ -28,8 +109,8 @@ class Step(StrEnum):
     PENDANT = "4 pendant"
 
 
-class Outcome(StrEnum):
-    """Where a fact came from."""
+class FactSource(StrEnum):
+    """Source of a fact."""
 
     DONE = "done"  # the description or an option states it, or it follows from what they state
     ASKED = "asked"
@@ -37,27 +118,27 @@ class Outcome(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
-    """One fact of the new robot: `item` says which, `detail` what it is and why."""
+class ImportedFact:
+    """Fact of the new robot: its name in `item`, its value and source in `detail`."""
 
-    step: Step
-    outcome: Outcome
+    step: ImportStep
+    outcome: FactSource
     item: str
     detail: str
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
-    """A fact that is missing: what to ask, and the rule by which it is assumed otherwise."""
+class MissingFact:
+    """Fact that is missing: the question, and the rule of the assumption otherwise."""
 
-    step: Step
+    step: ImportStep
     item: str
     text: str
     rule: str
 
 
 class Decisions:
-    """Decides open facts, one after the other, and tells of each.
+    """Decisions on open facts, one after the other, with a report of each.
 
     Args:
         file: the description's name, for messages.
@@ -67,7 +148,7 @@ class Decisions:
     """
 
     def __init__(
-        self, file: str, tell: Callable[[Finding], None], ask: Ask | None, strict: bool
+        self, file: str, tell: Callable[[ImportedFact], None], ask: Ask | None, strict: bool
     ) -> None:
         self._file = file
         self._tell = tell
@@ -76,29 +157,29 @@ class Decisions:
         self._missing: list[tuple[str, str]] = []
         self.assumptions: list[str] = []
 
-    def done(self, step: Step, item: str, detail: str) -> None:
+    def done(self, step: ImportStep, item: str, detail: str) -> None:
         """Record a fact that is stated or follows."""
-        self._tell(Finding(step, Outcome.DONE, item, detail))
+        self._tell(ImportedFact(step, FactSource.DONE, item, detail))
 
-    def assumed(self, step: Step, item: str, detail: str) -> None:
+    def assumed(self, step: ImportStep, item: str, detail: str) -> None:
         """Record a fact that is assumed without a question worth asking."""
         self.assumptions.append(f"assumed: {item}: {detail}")
-        self._tell(Finding(step, Outcome.DEFAULTED, item, detail))
+        self._tell(ImportedFact(step, FactSource.DEFAULTED, item, detail))
 
     def decide(
         self,
-        question: Question,
+        question: MissingFact,
         default: _Value,
         show: Callable[[_Value], str],
         parse: Callable[[str], _Value],
     ) -> _Value:
-        """Return what a person answers, or the default.
+        """Return a person's answer, or the default.
 
         Args:
-            question: what is missing.
+            question: the missing fact.
             default: the value assumed.
-            show: puts a value into words.
-            parse: reads an answer; raises `BadArgument` on one that is not accepted.
+            show: returns a value in words.
+            parse: reads an answer; raises `BadArgument` for one that is not accepted.
         """
         if self._strict:
             self._missing.append((question.item, f"is missing; accepted: {question.text}"))
@@ -107,7 +188,7 @@ class Decisions:
         if answer is None:
             self.assumed(question.step, question.item, f"{show(default)} ({question.rule})")
             return default
-        self._tell(Finding(question.step, Outcome.ASKED, question.item, show(answer)))
+        self._tell(ImportedFact(question.step, FactSource.ASKED, question.item, show(answer)))
         return answer
 
     def finish(self) -> None:
@@ -122,7 +203,7 @@ class Decisions:
 
     def _answer(
         self,
-        question: Question,
+        question: MissingFact,
         default: _Value,
         show: Callable[[_Value], str],
         parse: Callable[[str], _Value],

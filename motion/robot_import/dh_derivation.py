@@ -1,13 +1,13 @@
-"""A standard Denavit–Hartenberg table derived from a chain of joints, and how exact it is.
+"""Derivation of a standard Denavit–Hartenberg table from a chain of joints, and its residual.
 
 Owns the construction: frame i has its z along joint i+1, its x along the common normal from
 joint i's axis. Source: J. Denavit, R. S. Hartenberg, "A kinematic notation for lower-pair
 mechanisms based on matrices", J. Appl. Mech. 22 (1955); J. J. Craig, "Introduction to Robotics",
-ch. 3, for parallel and meeting axes. numpy only; shares nothing with `kinematics`.
+ch. 3, for parallel and meeting axes. numpy only; shares nothing with `serial`.
 
-Base and tool of the table are free placements, so in exact numbers any chain has a table. What has
-none in practice are axes that are parallel but for rounding: their common normal lies kilometres
-away. Those are taken for parallel, and the residual tells what that costs.
+Base and tool of the table are free placements, so in exact numbers every chain has a table. In
+practice axes that are parallel except for rounding have none: their common normal lies kilometres
+away. Those count as parallel, and the residual shows the error.
 """
 
 from __future__ import annotations
@@ -17,24 +17,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..dh import dh_forward, dh_matrix
+from ..description.rules import MAX_LENGTH
+from ..description.schema import DhRow, DhTable, JointType, Variable
+from ..kinematics.dh import dh_forward, dh_matrix
 from ..pose import Array, Pose
-from ..robot_rules import MAX_LENGTH
-from ..robot_schema import DhRow, DhTable, JointType, Variable
-from .imported_chain import ImportedJoint
-from .placements import to_matrix, to_placement
+from .imported_chain import ImportedJoint, to_matrix, to_placement
 
-# Sines of the angle between two axes up to which they are taken for parallel, tried in turn.
+# Sines of the angle between two axes up to which they count as parallel, tried in sequence.
 _PARALLEL = (1e-12, 1e-9, 1e-6, 1e-4)
 _MEETING = 1e-12  # m: closer axes meet
 _SAMPLES = 50
-_NEAT = 1e-12  # rad: an angle this near to a quarter turn is written as that
+_NEAT = 1e-12  # rad: an angle this near to a multiple of π/2 is written as that
 _DIGITS = 12  # of a length [m]
 
 
 @dataclass(frozen=True, slots=True)
 class DerivedTable:
-    """A table, and the greatest difference of its forward kinematics from the chain's."""
+    """Table, and the greatest difference of its forward kinematics from the chain's."""
 
     table: DhTable
     position_residual: float
@@ -47,7 +46,7 @@ class DerivedTable:
 
 
 def derive_table(joints: tuple[ImportedJoint, ...]) -> DerivedTable | None:
-    """Derive the standard table of a chain; None if none has lengths a table may hold.
+    """Return the standard table of a chain; None if none has lengths that a table may hold.
 
     Args:
         joints: root to tip; one row is made per joint that is not fixed.
@@ -61,7 +60,7 @@ def derive_table(joints: tuple[ImportedJoint, ...]) -> DerivedTable | None:
 
 
 def table_residual(joints: tuple[ImportedJoint, ...], table: DhTable) -> tuple[float, float]:
-    """Return how far the table's tool pose is from the chain's at most, over random positions.
+    """Return the greatest difference of the table's tool pose from the chain's at random positions.
 
     Returns:
         Distance [m] and angle [rad].
@@ -124,7 +123,7 @@ def _table(
     frame = _first_frame(*axes[0])
     base = to_placement(frame)
     rows = []
-    # The last row has no axis after it; the tool's z is as good as any and often makes it neat.
+    # The last row has no axis after it; with the tool's z its values are often round.
     for joint, (point, direction) in zip(moving, [*axes[1:], _last_axis(axes, tip)], strict=True):
         theta, d, a, alpha = _row(frame, point, direction, parallel)
         theta, d, a, alpha = _neat(theta), round(d, _DIGITS), round(a, _DIGITS), _neat(alpha)

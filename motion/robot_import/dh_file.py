@@ -1,4 +1,4 @@
-"""A Denavit–Hartenberg table in a CSV, JSON or YAML file, as a chain of joints.
+"""Denavit–Hartenberg table in a CSV, JSON or YAML file, read as a chain of joints.
 
 Owns the file's form, its declared units, and both conventions:
 
@@ -8,25 +8,28 @@ Owns the file's form, its declared units, and both conventions:
 Standard is that of Denavit and Hartenberg (1955), modified that of J. J. Craig, "Introduction to
 Robotics", ch. 3, whose row i holds alpha and a of index i - 1. Both name theta and d of the row the
 joint that moves; the value in the file is what is added to the joint's position.
+
+The CSV form is read as the mapping that the YAML form holds: declarations stand in comments
+(`# convention: standard`), then one line names the columns, then there is a line per joint.
 """
 
 from __future__ import annotations
 
+import csv
 import math
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
-from ..errors import RobotFileError
-from ..pose import Array
-from ..robot import validated
-from ..robot_file import read_mapping
-from ..robot_rules import MAX_FIXED_ANGLE, MAX_LENGTH
-from ..robot_schema import (
+from ..bounded_file import read_text
+from ..description.robot import validated
+from ..description.rules import MAX_FIXED_ANGLE, MAX_LENGTH
+from ..description.schema import (
     DhRow,
     DhTable,
     Facts,
@@ -38,10 +41,80 @@ from ..robot_schema import (
     Variable,
     Vector,
 )
-from .dh_csv import read_dh_csv
-from .imported_chain import ImportedChain, ImportedJoint
-from .placements import to_matrix, to_placement
+from ..description.yaml_file import MAX_FILE_BYTES, read_mapping
+from ..errors import RobotFileError
+from ..pose import Array
+from .imported_chain import ImportedChain, ImportedJoint, to_matrix, to_placement
 from .urdf import placement_of
+
+_NUMBER_COLUMNS = frozenset(
+    {"theta", "d", "a", "alpha", "lower", "upper", "velocity", "acceleration"}
+)
+
+
+def read_dh_csv(path: Path) -> dict[str, Any]:
+    """Return the content of a table's YAML form: declarations, and `joints` as a list of rows.
+
+    Raises:
+        RobotFileError: the file cannot be read or is no table of cells.
+    """
+    file = str(path)
+    text = read_text(path, MAX_FILE_BYTES, RobotFileError, "utf-8-sig")
+    lines = text.splitlines()
+    content: dict[str, Any] = {}
+    for line in lines:
+        key, colon, value = line.strip().removeprefix("#").partition(":")
+        if line.strip().startswith("#") and colon:
+            _declare(content, key.strip(), value.strip(), file)
+    rows = [line for line in lines if line.strip() and not line.strip().startswith("#")]
+    try:
+        reader = csv.DictReader(rows, strict=True, skipinitialspace=True)
+        columns = [name.strip() for name in reader.fieldnames or ()]
+        _refuse_repeated(columns, file)
+        content["joints"] = [
+            _csv_row(row, number, columns, file) for number, row in enumerate(reader, start=1)
+        ]
+    except csv.Error as error:
+        raise RobotFileError(file, "", f"is not valid CSV: {error}") from error
+    return content
+
+
+def _declare(content: dict[str, Any], key: str, value: str, file: str) -> None:
+    # Two declarations that differ are refused: they make different robots.
+    said = content.setdefault(key, value)
+    if said != value:
+        problem = f"is declared twice, as {said[:40]!r} and {value[:40]!r}; accepted: one of them"
+        raise RobotFileError(file, key, problem)
+
+
+def _refuse_repeated(columns: Sequence[str], file: str) -> None:
+    for name, count in Counter(columns).items():
+        if count > 1:
+            problem = f"are {count} of the name {name[:40]!r}; accepted: each name once"
+            raise RobotFileError(file, "columns", problem)
+
+
+def _csv_row(
+    row: Mapping[str | None, Any], number: int, columns: Sequence[str], file: str
+) -> dict[str, Any]:
+    where = f"row {number}"
+    cells = sum(cell is not None for name, cell in row.items() if name is not None)
+    cells += len(row.get(None, ()))
+    if cells != len(columns):
+        accepted = f"{len(columns)}, one per column ({', '.join(columns)[:80]})"
+        raise RobotFileError(file, where, f"has {cells} cells; accepted: {accepted}")
+    found: dict[str, Any] = {}
+    for column, cell in row.items():
+        name, text = str(column).strip(), str(cell).strip()
+        if not text:
+            continue
+        try:
+            found[name] = float(text) if name in _NUMBER_COLUMNS else text
+        except ValueError:
+            problem = f"is {text[:40]!r}; accepted: a number"
+            raise RobotFileError(file, f"{where}.{name}", problem) from None
+    return found
+
 
 ENDINGS = (".csv", ".json", ".yaml", ".yml")
 
@@ -49,7 +122,7 @@ _ROOT, _TOOL = "base_link", "tool0"
 
 
 class Convention(StrEnum):
-    """Where a row's a and alpha stand: after the joint's motion, or before it."""
+    """Order of a row's a and alpha and the joint's motion."""
 
     STANDARD = "standard"
     MODIFIED = "modified"
@@ -70,7 +143,7 @@ class LengthUnit(StrEnum):
 
 
 class _End(Facts):
-    """A constant placement at an end of the chain, in the file's units."""
+    """Constant placement at an end of the chain, in the file's units."""
 
     xyz: Vector = (0.0, 0.0, 0.0)
     rpy: Vector | None = None
@@ -78,7 +151,7 @@ class _End(Facts):
 
 
 class _Row(Facts):
-    """One row: theta and d are offsets where they are the variable; limits are the joint's."""
+    """Row of the table: theta and d are offsets where they are variable; limits are the joint's."""
 
     joint: Name
     theta: Real = 0.0
@@ -94,7 +167,7 @@ class _Row(Facts):
 
 
 class _DhFile(Facts):
-    """A whole file."""
+    """Whole file."""
 
     name: str = ""
     convention: Convention
@@ -107,7 +180,7 @@ class _DhFile(Facts):
 
 
 def read_dh_file(path: Path) -> ImportedChain:
-    """Read a Denavit–Hartenberg table; its form is told by the file's ending.
+    """Read a Denavit–Hartenberg table; the file's ending sets its form.
 
     Raises:
         RobotFileError: the file is no sound table; it names the row and what is accepted.
@@ -162,7 +235,7 @@ def _in_si(row: _Row, angle: float, length: float) -> _Row:
 
 
 def _check_limits(table: _DhFile, file: str) -> None:
-    # Before the file's units are left, so that people read the numbers that they wrote.
+    # Before the units are converted, so that people read the numbers that they wrote.
     for index, row in enumerate(table.joints):
         unit = table.lengths if row.variable is Variable.D else table.angles
         where = f"joints[{index}] ({row.joint})"

@@ -1,25 +1,31 @@
-"""What a description of a robot says, before anything is assumed: one chain, gaps left as None.
+"""Imported chain: the content of a robot's description before any assumption, with None for gaps.
 
-Owns the common form that every importer ends in. SI units, radians; `rpy` as in the robot schema.
+Owns the common form that every importer returns. SI units, radians; `rpy` as in the robot schema.
+
+Owns also placements of that schema as matrices and back, the one module that computes roll, pitch
+and yaw of a rotation: R = Rz(yaw) Ry(pitch) Rx(roll), with yaw 0 where the pitch is ±π/2 and roll
+and yaw cannot be separated.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from ..robot_schema import Dependence, DhTable, JointType, Placement, Shape
+from ..description.schema import Dependence, DhTable, JointType, Placement, Shape
+from ..pose import Array, Pose
 
 UNTURNED = Placement(xyz=(0.0, 0.0, 0.0), rpy=(0.0, 0.0, 0.0))
 
 
 @dataclass(frozen=True, slots=True)
 class ImportedJoint:
-    """One joint of the chain; None is what the description does not say.
+    """Joint of the chain; None where the description says nothing.
 
     Attributes:
         name: the joint's name.
-        type: what it does.
+        type: kind of its motion.
         parent: link it is fastened to.
         child: link it carries.
         origin: the joint's frame in that of the parent link.
@@ -29,8 +35,8 @@ class ImportedJoint:
         velocity: greatest speed [rad/s or m/s].
         acceleration: greatest acceleration [rad/s² or m/s²].
         effort: greatest torque or force [N·m or N].
-        dependent: how it follows driven joints, if it has no motor.
-        continuous: it may turn without end, as far as the description goes.
+        dependent: its dependence on driven joints, if it has no motor.
+        continuous: True if it may rotate without end, by the description.
     """
 
     name: str
@@ -49,7 +55,7 @@ class ImportedJoint:
 
     @property
     def driven(self) -> bool:
-        """Whether the joint has a motor."""
+        """True if the joint has a motor."""
         return self.type is not JointType.FIXED and self.dependent is None
 
     @property
@@ -60,11 +66,11 @@ class ImportedJoint:
 
 @dataclass(frozen=True, slots=True)
 class ImportedChain:
-    """A chain of joints from a root link to a tool link, as described.
+    """Chain of joints from a root link to a tool link, as described.
 
     Attributes:
-        file: where it was read.
-        source: what kind of description that is, in words.
+        file: the file it was read from.
+        source: kind of the description, in words.
         name: the robot's own name there.
         joints: root to tip, fixed joints included.
         collision: shapes of each link that has some, in the link's frame.
@@ -72,8 +78,8 @@ class ImportedChain:
         base_frame: the controller's base frame in the root link's, if the description has one.
         home: chain-side position of the driven joints, if the description has one.
         dh: a standard table, if the description is one.
-        display_names: what people call the driven joints, if the description says.
-        remarks: what the reader did on its own, in words.
+        display_names: names of the driven joints on screens, if the description has them.
+        remarks: decisions of the reader, in words.
     """
 
     file: str
@@ -90,12 +96,12 @@ class ImportedChain:
 
     @property
     def root(self) -> str:
-        """The link the chain begins at."""
+        """Link where the chain begins."""
         return self.joints[0].parent
 
     @property
     def tip(self) -> str:
-        """The link the chain ends at."""
+        """Link where the chain ends."""
         return self.joints[-1].child
 
     @property
@@ -111,3 +117,37 @@ class ImportedChain:
     def with_remarks(self, *remarks: str) -> ImportedChain:
         """Return the chain with further remarks."""
         return replace(self, remarks=(*self.remarks, *remarks))
+
+
+_ROUNDING = 1e-15  # m or rad: what remains of a zero after a few products
+
+
+def to_matrix(placement: Placement) -> Array:
+    """Return a placement's (4, 4) homogeneous matrix."""
+    return Pose.from_rpy(placement.xyz, placement.rpy).to_matrix()
+
+
+def to_placement(matrix: Array) -> Placement:
+    """Return the placement of a (4, 4) homogeneous matrix."""
+    x, y, z = (_without_noise(float(value)) for value in matrix[:3, 3])
+    roll, pitch, yaw = (_without_noise(value) for value in _roll_pitch_yaw(matrix[:3, :3]))
+    return Placement(xyz=(x, y, z), rpy=(roll, pitch, yaw))
+
+
+def compose(outer: Placement, inner: Placement) -> Placement:
+    """Return the pose of `inner`, given in the frame `outer`, in the frame of `outer`'s parent."""
+    return to_placement(to_matrix(outer) @ to_matrix(inner))
+
+
+def _roll_pitch_yaw(rotation: Array) -> tuple[float, float, float]:
+    # Roll is computed after the yaw found is undone, so that near a pitch of π/2 each corrects the
+    # rounding of the other.
+    (a, b, c), (d, e, f), (g, _, _) = rotation.tolist()
+    yaw = math.atan2(d, a) if math.hypot(a, d) > _ROUNDING else 0.0
+    sine, cosine = math.sin(yaw), math.cos(yaw)
+    roll = math.atan2(sine * c - cosine * f, cosine * e - sine * b)
+    return roll, math.atan2(-g, math.hypot(a, d)), yaw
+
+
+def _without_noise(value: float) -> float:
+    return 0.0 if abs(value) < _ROUNDING else value

@@ -1,7 +1,7 @@
-"""What the own limits of a mimic joint ask of the joint that it follows.
+"""Mimic joint limits: the limits that followers impose on the joint that they follow.
 
 Owns this rule only: a motor may go no further and no faster than the joints that follow it can, so
-its range, speed and acceleration are narrowed to what theirs allow, aloud. URDF does not say that
+its range, speed and acceleration are narrowed to theirs, with a report. URDF does not state that
 the limits of a mimic joint bind its leader, so it counts as an assumption. Values are [rad or m].
 """
 
@@ -10,10 +10,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TypeAlias
 
+from ..description.schema import Term
 from ..errors import RobotFileError
-from ..robot_schema import Term
-from .assumptions import on_screen
-from .decisions import Decisions, Step
+from .decisions import Decisions, ImportStep, on_screen
 from .imported_chain import ImportedChain, ImportedJoint
 
 Limits: TypeAlias = Mapping[str, float | None]
@@ -25,13 +24,13 @@ _RATES = (("velocity", "speed", "/s"), ("acceleration", "acceleration", "/s²"))
 def narrowed_leaders(
     chain: ImportedChain, driven: Mapping[str, Limits], ramp: float, decisions: Decisions
 ) -> dict[str, Limits]:
-    """Return the limits of the driven joints, narrowed to what their followers can take.
+    """Return the limits of the driven joints, narrowed to those of their followers.
 
     Args:
         chain: the chain; a follower of it that states no limits narrows nothing.
         driven: limits of the driven joints, by name; lower, upper and velocity are numbers.
-        ramp: seconds to full speed, which stands for an acceleration that is not stated.
-        decisions: told of each limit that is narrowed.
+        ramp: seconds to full speed, for an acceleration that is not stated.
+        decisions: gets a report of each limit that is narrowed.
 
     Raises:
         RobotFileError: a follower's range leaves its leader none.
@@ -75,7 +74,7 @@ def _range(
             f" {_span(*stated, leader.unit)}; accepted: limits that leave {leader.name!r} a range",
         )
     decisions.assumed(
-        Step.PLANNING,
+        ImportStep.PLANNING,
         f"joint {leader.name!r} limits",
         f"narrowed to {_span(lower, upper, leader.unit)}, so that {follower.name!r}, which mimics"
         f" it, stays within its own {own}",
@@ -104,7 +103,7 @@ def _rates(
             continue
         narrowed[field] = allowed
         decisions.assumed(
-            Step.PLANNING,
+            ImportStep.PLANNING,
             f"joint {leader.name!r} {what}",
             f"narrowed to {on_screen(allowed, leader.unit)}{per}, so that {follower.name!r}, which"
             f" mimics it, keeps its own {on_screen(own, follower.unit)}{per}",

@@ -1,31 +1,114 @@
-"""Step 2 of a new robot's configuration: limits, home, and what its collision checks leave out.
+"""Planning step (step 2) of a new robot: limits, home, and the pairs left out of collision checks.
 
-Owns what planning needs to know beyond the model, and how each of it is filled in where the
-description is silent. Values are chain-side unless said; screens see degrees and millimetres.
+Owns the data that planning needs beyond the model, and the rules for each where the description has
+none. Values are chain-side unless said; screens show degrees and millimetres.
+
+Owns also the search for a home without contact, and the rules of the schema's `allowed_collisions`:
+neighbours; pairs further apart whose bounding shapes overlap so often that every alarm would be
+false; and, as a last resort, pairs that touch at home. The sampling uses the same collision model
+as planning.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from ..description.robot import SerialRobot
+from ..description.schema import AllowedReason
 from ..errors import BadArgument, RobotFileError, WrongJointCount
-from ..robot import SerialRobot
-from ..robot_schema import AllowedReason
-from .assumptions import (
+from ..pose import Array
+from .decisions import (
     RAMP,
+    Decisions,
+    ImportStep,
+    MissingFact,
     assumed_limits,
     on_screen,
     typed_range,
     typed_rate,
     typed_values,
 )
-from .collision_pairs import Pairs, free_home, neighbours, overlapping, touching
-from .decisions import Decisions, Question, Step
 from .imported_chain import ImportedChain, ImportedJoint
 from .mimic_limits import Limits, narrowed_leaders
 
-_STEP = Step.PLANNING
+if TYPE_CHECKING:
+    from ..scene.collision import CollisionModel
+
+Pairs = tuple[tuple[str, str, AllowedReason], ...]
+
+OVERLAP_SHARE = 0.27
+"""Least share of positions with contact at which a pair with one link between counts as coarse."""
+ALWAYS_SHARE = 0.95
+"""Least share of positions with contact at which any pair counts as coarse."""
+
+_SAMPLES = 300
+_HOME_TRIALS = 300
+
+
+def neighbours(links: Sequence[str], shaped: Sequence[str]) -> Pairs:
+    """Return each pair of successive links that have shapes; `links` are root to tip."""
+    with_shapes = [link for link in links if link in shaped]
+    return tuple((first, second, AllowedReason.ADJACENT) for first, second in pairwise(with_shapes))
+
+
+def overlapping(robot: SerialRobot) -> Pairs:
+    """Return pairs that touch in too many random positions for a contact to be real."""
+    model = _collision_model(robot)
+    random = np.random.default_rng(0)
+    counts: Counter[tuple[str, str]] = Counter()
+    for position in random.uniform(robot.limits.lower, robot.limits.upper, (_SAMPLES, robot.dof)):
+        counts.update(_contacts(model, position))
+    shaped = [link for link in robot.links if link in robot.collision]
+    found = []
+    for (first, second), count in sorted(counts.items()):
+        apart = abs(shaped.index(first) - shaped.index(second))
+        if count >= (OVERLAP_SHARE if apart <= 2 else ALWAYS_SHARE) * _SAMPLES:
+            found.append((first, second, AllowedReason.OVERLAP))
+    return tuple(found)
+
+
+def touching(robot: SerialRobot, position: Sequence[float]) -> tuple[tuple[str, str], ...]:
+    """Return the pairs of links that touch at a controller-side joint position."""
+    return tuple(sorted(_contacts(_collision_model(robot), np.array(position))))
+
+
+def free_home(robot: SerialRobot) -> Array | None:
+    """Return the random position nearest to the robot's home where nothing touches.
+
+    Returns:
+        (n,) controller-side [rad or m], or None if all of them touch.
+    """
+    model = _collision_model(robot)
+    random = np.random.default_rng(0)
+    lower, upper = np.array(robot.limits.lower), np.array(robot.limits.upper)
+    trials = random.uniform(lower, upper, (_HOME_TRIALS, robot.dof))
+    effort = np.abs((trials - np.array(robot.home_position)) / (upper - lower)).sum(axis=1)
+    for index in np.argsort(effort):
+        position: Array = np.round(trials[index], 2)
+        if (lower <= position).all() and (position <= upper).all() and not model.collides(position):
+            return position
+    return None
+
+
+def _contacts(model: CollisionModel, position: Array) -> set[tuple[str, str]]:
+    clearances = model.clearances(position).tolist()
+    return {pair for pair, free in zip(model.pairs, clearances, strict=True) if free <= 0.0}
+
+
+def _collision_model(robot: SerialRobot) -> CollisionModel:
+    # Imported here, since a robot without shapes needs no pinocchio to be imported.
+    from ..kinematics.serial import Kinematics
+    from ..scene.collision import CollisionModel
+
+    return CollisionModel(Kinematics(robot))
+
+
+_STEP = ImportStep.PLANNING
 
 
 def limits(chain: ImportedChain, decisions: Decisions) -> dict[str, Any]:
@@ -34,7 +117,7 @@ def limits(chain: ImportedChain, decisions: Decisions) -> dict[str, Any]:
     ramp = RAMP
     if any(joint.acceleration is None for joint in chain.driven):
         ramp = decisions.decide(
-            Question(
+            MissingFact(
                 _STEP,
                 "acceleration_ramp_s",
                 "seconds from rest to full speed",
@@ -62,11 +145,11 @@ def home(
     """Return the field `home` of a robot file.
 
     Args:
-        chain: the chain; its own home counts where none is wished.
+        chain: the chain; its own home is used where none is wished.
         wished: chain-side joint values [rad or m].
         coupling: factor of joint 2 in joint 3.
         content: the robot file so far, with its joints.
-        decisions: decides it where nobody said.
+        decisions: decides it where it is not stated.
 
     Raises:
         RobotFileError: a stated home has not one value per driven joint.
@@ -86,7 +169,7 @@ def home(
     if coupling:
         controller[2] += coupling * controller[1]
     values = decisions.decide(
-        Question(
+        MissingFact(
             _STEP,
             "home",
             f"{len(chain.driven)} joint values in degrees or mm",
@@ -161,7 +244,7 @@ def _driven_joint(joint: ImportedJoint, decisions: Decisions) -> Limits:
         )
     else:
         lower, upper = decisions.decide(
-            Question(
+            MissingFact(
                 _STEP,
                 f"{where} limits",
                 f"least and greatest position in {screen}",
@@ -174,7 +257,7 @@ def _driven_joint(joint: ImportedJoint, decisions: Decisions) -> Limits:
     velocity = joint.velocity
     if velocity is None:
         velocity = decisions.decide(
-            Question(_STEP, f"{where} speed", f"greatest speed in {screen}/s", "a cautious one"),
+            MissingFact(_STEP, f"{where} speed", f"greatest speed in {screen}/s", "a cautious one"),
             assumed.velocity,
             lambda speed: f"{on_screen(speed, unit)}/s",
             lambda text: typed_rate(text, unit),
@@ -189,7 +272,7 @@ def _driven_joint(joint: ImportedJoint, decisions: Decisions) -> Limits:
 
 
 def _followed(joint: ImportedJoint, driven: Mapping[str, Limits]) -> Limits:
-    # Where nothing is stated, a joint that follows goes where its leaders take it.
+    # Without a stated range, a follower has the range of its leaders' motion.
     if joint.dependent is None:
         return {}
     lower = upper = joint.dependent.offset

@@ -1,8 +1,8 @@
-"""A URDF file as links and joints, each read and checked by itself.
+"""URDF file as links and joints, each read and checked by itself.
 
 Owns the meaning of URDF's elements and their defaults (the joint's axis is x, an origin is none,
-the mimic multiplier is 1), and which of them no robot file can express. How links and joints hang
-together is `urdf_chain`'s. Source: https://wiki.ros.org/urdf/XML.
+the mimic multiplier is 1), and which of them no robot file can express. The tree of links and
+joints is `urdf_tree`'s. Source: https://wiki.ros.org/urdf/XML.
 """
 
 from __future__ import annotations
@@ -15,12 +15,11 @@ from enum import StrEnum
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
+from ..description.rules import MAX_FIXED_ANGLE, MAX_GAIN, MAX_LENGTH
+from ..description.schema import Placement, Shape
 from ..errors import BadArgument, NotFinite, RobotFileError
 from ..pose import Pose
-from ..robot_rules import MAX_FIXED_ANGLE, MAX_GAIN, MAX_LENGTH
-from ..robot_schema import Placement, Shape
-from .imported_chain import UNTURNED
-from .placements import to_placement
+from .imported_chain import UNTURNED, to_placement
 from .urdf_shapes import link_shapes
 from .xml_reader import number, numbers, read_xml
 
@@ -51,7 +50,7 @@ class Mimic:
 
 @dataclass(frozen=True, slots=True)
 class UrdfJoint:
-    """A `joint` element; None is what it does not say. Units: m, rad, s."""
+    """Element `joint`; None for what it does not state. Units: m, rad, s."""
 
     name: str
     type: UrdfType
@@ -69,7 +68,7 @@ class UrdfJoint:
 
 @dataclass(frozen=True, slots=True)
 class UrdfLink:
-    """A `link` element: its mass [kg] if stated, and its collision shapes."""
+    """Element `link`: its mass [kg] if stated, and its collision shapes."""
 
     name: str
     mass: float | None
@@ -79,7 +78,7 @@ class UrdfLink:
 
 @dataclass(frozen=True, slots=True)
 class UrdfModel:
-    """A whole file: links by name, joints in the file's order."""
+    """Whole file: links by name, joints in the file's order."""
 
     file: str
     name: str
@@ -177,7 +176,7 @@ def _check_bounds(
     lower, upper = bounds["lower"], bounds["upper"]
     if kind in (UrdfType.CONTINUOUS, UrdfType.FIXED) or (lower is None and upper is None):
         return
-    # URDF: what is left out of a pair is zero.
+    # URDF: a value left out of a pair is zero.
     if not (lower or 0.0) < (upper or 0.0):
         raise RobotFileError(
             file,

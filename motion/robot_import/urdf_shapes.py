@@ -1,8 +1,11 @@
-"""The collision shapes of a URDF link, as shapes of the robot schema.
+"""Collision shapes of a URDF link, as shapes of the robot schema.
 
-Owns the replacement of what the schema has no shape for by one that encloses it: a cylinder by the
-smaller of a capsule and a box, a mesh by a box around its vertices. Where a mesh cannot be read the
-link goes without, and a remark says so.
+Owns the replacement of a shape that the schema lacks by one that encloses it: a cylinder by the
+smaller of a capsule and a box, a mesh by a box around its vertices. A link whose mesh cannot be
+read has no shape for it, and a remark says so.
+
+The box around a mesh is the smaller of two: along the mesh's own axes and along its principal axes.
+Faces are not needed: a convex shape around all vertices is around all faces.
 """
 
 from __future__ import annotations
@@ -15,19 +18,46 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
+from ..description.rules import MAX_LENGTH
+from ..description.schema import BoxFacts, CapsuleFacts, Placement, Shape, SphereFacts
 from ..errors import MeshFileError, RobotFileError
-from ..mesh_file import read_mesh
-from ..robot_rules import MAX_LENGTH
-from ..robot_schema import Box, Capsule, Placement, Shape, Sphere
-from .mesh_bounds import bounding_box
-from .placements import compose
+from ..pose import Array
+from ..scene.mesh_file import read_mesh
+from .imported_chain import compose, to_placement
 from .xml_reader import numbers
+
+_THINNEST = 1e-4  # m: a flat mesh still gets a box
+
+
+def bounding_box(vertices: Array) -> BoxFacts:
+    """Return a box around (k, 3) vertices [m], placed in their frame.
+
+    It lies along the frame's axes, or along the principal axes of the vertices if it is then
+    smaller.
+    """
+    centred = vertices - vertices.mean(axis=0)
+    _, principal = np.linalg.eigh(centred.T @ centred)
+    if np.linalg.det(principal) < 0.0:
+        principal[:, 0] = -principal[:, 0]
+    boxes = [_box_along(axes, vertices) for axes in (np.eye(3), principal)]
+    return min(boxes, key=lambda box: math.prod(box.size))
+
+
+def _box_along(axes: Array, vertices: Array) -> BoxFacts:
+    along = vertices @ axes
+    lowest, highest = along.min(axis=0), along.max(axis=0)
+    placement = np.eye(4)
+    placement[:3, :3] = axes
+    placement[:3, 3] = axes @ ((lowest + highest) / 2.0)
+    x, y, z = (max(float(edge), _THINNEST) for edge in highest - lowest)
+    where = to_placement(placement)
+    return BoxFacts(type="box", size=(x, y, z), xyz=where.xyz, rpy=where.rpy)
 
 
 def link_shapes(
     link: Element, origin_of: dict[Element, Placement], file: str, where: str
 ) -> tuple[tuple[Shape, ...], tuple[str, ...]]:
-    """Read a link's collision shapes.
+    """Return a link's collision shapes.
 
     Args:
         link: the `link` element.
@@ -60,10 +90,10 @@ def _geometry(geometry: Element, file: str, where: str) -> Iterator[tuple[Shape 
         match form.tag:
             case "box":
                 x, y, z = _lengths(form, "size", 3, file, place)
-                yield Box(type="box", size=(x, y, z), xyz=_HERE, rpy=_HERE), ""
+                yield BoxFacts(type="box", size=(x, y, z), xyz=_HERE, rpy=_HERE), ""
             case "sphere":
                 (radius,) = _lengths(form, "radius", 1, file, place)
-                yield Sphere(type="sphere", radius=radius, xyz=_HERE, rpy=_HERE), ""
+                yield SphereFacts(type="sphere", radius=radius, xyz=_HERE, rpy=_HERE), ""
             case "cylinder" | "capsule":
                 (radius,) = _lengths(form, "radius", 1, file, place)
                 (length,) = _lengths(form, "length", 1, file, place)
@@ -78,11 +108,11 @@ _HERE = (0.0, 0.0, 0.0)
 
 
 def _round(tag: str, radius: float, length: float) -> tuple[Shape, str]:
-    capsule = Capsule(type="capsule", radius=radius, length=length, xyz=_HERE, rpy=_HERE)
+    capsule = CapsuleFacts(type="capsule", radius=radius, length=length, xyz=_HERE, rpy=_HERE)
     if tag == "capsule":
         return capsule, ""
     capsule_volume = math.pi * radius**2 * (length + 4.0 / 3.0 * radius)
-    box = Box(type="box", size=(2.0 * radius, 2.0 * radius, length), xyz=_HERE, rpy=_HERE)
+    box = BoxFacts(type="box", size=(2.0 * radius, 2.0 * radius, length), xyz=_HERE, rpy=_HERE)
     if math.prod(box.size) <= capsule_volume:
         return box, "a cylinder is enclosed in a box"
     return capsule, "a cylinder is enclosed in a capsule"
@@ -104,7 +134,7 @@ def _mesh(form: Element, file: str, where: str) -> tuple[Shape | None, str]:
 
 
 def _mesh_path(name: str, urdf: Path) -> Path | None:
-    # package://NAME/REST is looked for in folders called NAME above the URDF, then beside them.
+    # package://NAME/REST is searched in folders called NAME above the URDF, then beside them.
     parts = urlsplit(name)
     rest = unquote(parts.path).lstrip("/")
     folder = urdf.absolute().parent

@@ -1,20 +1,23 @@
-"""The tree that the links of a URDF form, and where in it an arm ends.
+"""URDF tree: a URDF's links, and its one chain from root to tip as a robot file can hold it.
 
-Owns what a tree of links must be, what a gripper is, and which tip is meant where none is named.
-What becomes of the chain to that tip is `urdf_chain`'s.
+Owns the rules of a tree of links, of a gripper, and of the tip that is meant where none is named.
+Owns also the treatment of the other branches (rigid ones give their shapes to the chain, moving
+ones are left out), and the conversion of mimic joints into dependent ones.
 
 A gripper is a link from which several branches move by one motor: the fingers, of which one has the
-motor and the others mimic it. An arm ends before it, because how far a gripper is open does not
-tell where the tool is.
+motor and the others mimic it. An arm ends before it, because the opening of a gripper does not
+determine the tool's pose.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
+from ..description.schema import Dependence, JointType, Placement, Shape, Term
 from ..errors import RobotFileError
+from .imported_chain import UNTURNED, ImportedChain, ImportedJoint, compose
 from .urdf import UrdfJoint, UrdfModel, UrdfType
 
 # Where two tips differ by fixed joints only, the first of these is the tool.
@@ -71,7 +74,7 @@ class LinkTree:
 
     @property
     def ends(self) -> tuple[str, ...]:
-        """The links that carry nothing, but for the root."""
+        """Links that carry nothing, except the root."""
         return tuple(link for link in self.above if not self.below[link])
 
     def way(self, link: str) -> list[UrdfJoint]:
@@ -99,7 +102,7 @@ class LinkTree:
 
 @dataclass(frozen=True, slots=True)
 class TipChoice:
-    """The links a chain could end at, the likeliest first; `clear` if there is no real doubt.
+    """Links where a chain could end, the likeliest first; `clear` if there is no real doubt.
 
     `fork` is the link at which the ways to them part: an arm could end there too.
     """
@@ -110,7 +113,7 @@ class TipChoice:
 
 
 def possible_tips(model: UrdfModel) -> TipChoice:
-    """Return where the chain could end: of the links at an end, those beyond most joints that move.
+    """Return the possible ends of the chain: of the end links, those beyond most joints that move.
 
     Raises:
         RobotFileError: the links form no tree, or nothing in it moves.
@@ -155,7 +158,7 @@ def _joints_above(model: UrdfModel) -> dict[str, UrdfJoint]:
 
 
 def _beyond(link: str, below: Mapping[str, Sequence[UrdfJoint]]) -> list[str]:
-    """Return a link and all that it carries, each before what hangs on it."""
+    """Return a link and all links that it carries, each before those that hang on it."""
     reached = [link]
     for each in reached:
         reached += [joint.child for joint in below[each]]
@@ -165,7 +168,7 @@ def _beyond(link: str, below: Mapping[str, Sequence[UrdfJoint]]) -> list[str]:
 def _fingers(links: Sequence[str], below: Mapping[str, Sequence[UrdfJoint]]) -> set[str]:
     """Return the joints at which the fingers of grippers begin; `links` from the root outwards."""
     motors = _motors([joint for link in links for joint in below[link] if _moves(joint)])
-    movers: dict[str, set[str]] = {}  # what moves the links beyond each one; two stand for more
+    movers: dict[str, set[str]] = {}  # motors of the links beyond each one; two stand for more
     bearers: set[str] = set()  # links beyond which there is a motor
     fingers: set[str] = set()
     for link in reversed(links):
@@ -182,7 +185,7 @@ def _fingers(links: Sequence[str], below: Mapping[str, Sequence[UrdfJoint]]) -> 
 
 
 def _motors(joints: Sequence[UrdfJoint]) -> dict[str, str]:
-    """Return the joint with the motor for each joint that moves: itself, or whom it mimics."""
+    """Return the joint with the motor for each joint that moves: itself, or the one it mimics."""
     leaders = {joint.name: joint.mimic.joint for joint in joints if joint.mimic is not None}
     motors: dict[str, str] = {}
     for joint in joints:
@@ -200,3 +203,154 @@ def _moves(joint: UrdfJoint) -> bool:
 
 def _tool_rank(link: str) -> int:
     return _TOOL_NAMES.index(link) if link in _TOOL_NAMES else len(_TOOL_NAMES)
+
+
+_BASE_NAME = "base"  # ROS-Industrial's name for the controller's own base frame
+_JOINT_TYPES = {
+    UrdfType.REVOLUTE: JointType.REVOLUTE,
+    UrdfType.CONTINUOUS: JointType.REVOLUTE,
+    UrdfType.PRISMATIC: JointType.PRISMATIC,
+    UrdfType.FIXED: JointType.FIXED,
+}
+
+
+def chain_to(model: UrdfModel, tip: str) -> ImportedChain:
+    """Return the chain from the root to a tip of a URDF.
+
+    Raises:
+        RobotFileError: the links form no tree, the tip is no link of it, or a joint on the way is
+            of a kind that no robot file can hold.
+    """
+    tree = LinkTree.of(model)
+    if tip not in model.links or tip == tree.root:
+        ends = ", ".join(tree.ends[:_SHOWN])
+        raise RobotFileError(model.file, f"link {tip!r}", f"is no tip; accepted: {ends or 'none'}")
+    way = tree.way(tip)
+    joints = tuple(_imported(joint, way, model) for joint in way)
+    if not any(joint.driven for joint in joints):
+        raise RobotFileError(
+            model.file, f"link {tip!r}", "has no motor between itself and the root"
+        )
+    links = [tree.root, *(joint.child for joint in way)]
+    shapes: dict[str, tuple[Shape, ...]] = {link: model.links[link].shapes for link in links}
+    remarks = [remark for link in links for remark in model.links[link].remarks]
+    remarks += _fold_branches(model, tree, links, shapes)
+    remarks += _readings(way)
+    return ImportedChain(
+        file=model.file,
+        source="URDF",
+        name=model.name,
+        joints=joints,
+        collision={link: found for link, found in shapes.items() if found},
+        masses={link: mass for link in links if (mass := model.links[link].mass) is not None},
+        base_frame=_base_frame(tree),
+        remarks=tuple(remarks),
+    )
+
+
+def _imported(joint: UrdfJoint, way: list[UrdfJoint], model: UrdfModel) -> ImportedJoint:
+    kind = _JOINT_TYPES.get(joint.type)
+    if kind is None:
+        raise RobotFileError(
+            model.file,
+            f"joint {joint.name!r}.type",
+            f"is {joint.type}, which is more than one axis; accepted: {', '.join(_JOINT_TYPES)}",
+        )
+    if kind is JointType.FIXED:
+        return ImportedJoint(joint.name, kind, joint.parent, joint.child, joint.origin)
+    bounded = joint.lower is not None or joint.upper is not None
+    continuous = joint.type is UrdfType.CONTINUOUS
+    return ImportedJoint(
+        name=joint.name,
+        type=kind,
+        parent=joint.parent,
+        child=joint.child,
+        origin=joint.origin,
+        axis=joint.axis,
+        lower=(joint.lower or 0.0) if bounded and not continuous else None,
+        upper=(joint.upper or 0.0) if bounded and not continuous else None,
+        velocity=joint.velocity,
+        acceleration=joint.acceleration,
+        effort=joint.effort,
+        dependent=_dependence(joint, way, model),
+        continuous=continuous,
+    )
+
+
+def _dependence(joint: UrdfJoint, way: list[UrdfJoint], model: UrdfModel) -> Dependence | None:
+    if joint.mimic is None:
+        return None
+    where = f"joint {joint.name!r}.mimic.joint"
+    by_name = {each.name: each for each in way}
+    names = [each.name for each in way]
+    gain, offset, follower = 1.0, 0.0, joint
+    seen = {joint.name}
+    while follower.mimic is not None:
+        # q = multiplier · leader + offset, put into what was already known of q.
+        gain, offset = gain * follower.mimic.multiplier, offset + gain * follower.mimic.offset
+        leader = by_name.get(follower.mimic.joint)
+        if leader is None or leader.type is UrdfType.FIXED:
+            raise RobotFileError(
+                model.file,
+                where,
+                f"is {follower.mimic.joint!r}; accepted: a moving joint between root and tip",
+            )
+        if leader.name in seen:
+            raise RobotFileError(
+                model.file, where, "leads back to itself; accepted: a driven joint"
+            )
+        seen.add(leader.name)
+        follower = leader
+    if names.index(follower.name) > names.index(joint.name):
+        raise RobotFileError(
+            model.file,
+            where,
+            f"is {follower.name!r}, which is further from the root; accepted: a joint before it",
+        )
+    return Dependence(terms=(Term(joint=follower.name, gain=gain),), offset=offset)
+
+
+def _fold_branches(
+    model: UrdfModel, tree: LinkTree, links: list[str], shapes: dict[str, tuple[Shape, ...]]
+) -> Iterator[str]:
+    children = tree.below
+    on_chain = set(links)
+    for link in links:
+        waiting = [(joint, UNTURNED) for joint in children[link] if joint.child not in on_chain]
+        while waiting:
+            joint, parent = waiting.pop()
+            if joint.type is not UrdfType.FIXED:
+                yield f"branch at joint {joint.name!r} moves; it is left out, with all beyond it"
+                continue
+            placement = compose(parent, joint.origin)
+            found = tuple(_placed(shape, placement) for shape in model.links[joint.child].shapes)
+            shapes[link] = (*shapes[link], *found)
+            what = f"its {len(found)} shapes are" if found else "without shapes, it is"
+            yield f"branch {joint.child!r} is fixed to {link!r}: {what} made part of it"
+            waiting += [(below, placement) for below in children[joint.child]]
+
+
+def _placed(shape: Shape, placement: Placement) -> Shape:
+    moved = compose(placement, shape)
+    return shape.model_copy(update={"xyz": moved.xyz, "rpy": moved.rpy})
+
+
+def _readings(way: list[UrdfJoint]) -> Iterator[str]:
+    for joint in way:
+        if joint.type is not UrdfType.CONTINUOUS and (joint.lower is None) != (joint.upper is None):
+            missing = "lower" if joint.lower is None else "upper"
+            yield f"joint {joint.name!r} does not state {missing}, which URDF then reads as 0"
+        if joint.mimic is not None:
+            yield f"joint {joint.name!r} mimics {joint.mimic.joint!r}: it has no motor of its own"
+
+
+def _base_frame(tree: LinkTree) -> Placement | None:
+    if _BASE_NAME not in tree.above:
+        return None
+    way = tree.way(_BASE_NAME)
+    if any(joint.type is not UrdfType.FIXED for joint in way):
+        return None
+    placement = UNTURNED
+    for joint in way:
+        placement = compose(placement, joint.origin)
+    return placement

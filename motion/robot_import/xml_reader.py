@@ -1,4 +1,4 @@
-"""Reading one XML element tree from a file that nobody vouches for, and numbers out of it.
+"""XML files of unknown origin: one element tree read within bounds, and numbers in it.
 
 Owns the bounds: file size, number and depth of elements, no document type (so no entities). Knows
 nothing of robots beyond the error it raises.

@@ -1,9 +1,10 @@
-"""Who somebody is, what that allows, and what is written down of it.
+"""Accounts, roles and login of clients, and the logs of what they did.
 
-Pure cores: `roles`, `accounts`, `passwords`, `password_guesses`, `lockout`, `pairing`, `grants`,
-`admission`, `exposure`, `audit`, `line_limit`, `request_order`; none knows a file, thread, socket
-or clock, nor the protocol. On the pendant face's side, pure too: `permissions`, `request_gate`,
-`desk`, `audit_trail`. Shells: `password_worker` and `audit_writer` own a thread each, `audit_file`
-and `account_store` the disk, `tls` the certificate, `process_log` standard error; `cli` and
-`audit_cli` are the commands. Nothing here decides about motion beyond "this role may ask for it".
+Pure cores: `roles`, `accounts`, `passwords`, `lockout`, `pairing`, `grants`, `admission`,
+`exposure`, `audit`; none knows a file, thread, socket or clock, nor the protocol. Pure too, for the
+endpoints: `permissions`, `request_gate`. Shells: `access_backend` and `process_backend` answer the
+cores' questions with `account_store` (disk) and `password_worker` (a thread); `audit_file` owns
+the audit log's files, `tls` the certificate, `process_log` the lines of standard error. The
+requests of clients are in `endpoints/pendant`, the audit trail of a cell in `core`, the commands in
+`cli`. Nothing here decides about motion beyond "this role may ask for it".
 """

@@ -1,24 +1,29 @@
-"""Accounts in the store: how one is written as a document, and the changes that keep a cell usable.
+"""Stored accounts: their documents in the store, and the changes that keep a cell usable.
 
-Owns the rules of the set: no two accounts that differ in capitals alone, and always somebody who
-can manage the others. Every call blocks on the disk and so stays off the event loop.
+Owns the rules of the set: no two accounts differ in capitals alone, and there is always somebody
+who can manage the others. Owns what a change says that an admin asks for at his pendant, and which
+call of `StoredAccounts` makes it. Every call blocks on the disk, and hashing a password on the
+processor, so checking and making a change both stay off the event loop.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
 
 from pydantic import ValidationError
 
+from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from ..store.documents import DocumentKind, Heading
-from ..store.errors import BadDocument
-from ..store.store import Store
-from .accounts import Account, AccountBook, account_key
-from .passwords import PasswordHash
-from .roles import Role
+from ..store.store_errors import BadDocument
+from ..store.store_interface import Store
+from .accounts import Account, AccountBook, account_key, name_fault
+from .passwords import PasswordHash, password_fault
+from .secret import Secret
 
 
 class AccountRefused(Exception):
@@ -205,3 +210,73 @@ class StoredAccounts:
             expected_revision=expected_revision,
             author=self._author,
         )
+
+
+class AccountAction(StrEnum):
+    """Kind of a change to an account."""
+
+    ADD = "add"
+    SET_PASSWORD = "set password"
+    SET_ROLE = "set role"
+    DISABLE = "disable"
+    ENABLE = "enable"
+    REMOVE = "remove"
+
+
+@dataclass(frozen=True, slots=True)
+class AccountChange:
+    """A change that is wanted.
+
+    Attributes:
+        number: of the change, for its answer.
+        author: who wants it.
+        action: what is done.
+        name: to whose account.
+        role: the role wanted; None where none is.
+        password: the password wanted; None where none is.
+    """
+
+    number: int
+    author: str
+    action: AccountAction
+    name: str
+    role: Role | None = None
+    password: Secret | None = None
+
+
+def change_fault(change: AccountChange) -> Refusal | None:
+    """Return why a change is refused whatever accounts there are; None where it is not."""
+    if change.password is None:
+        return None
+    return name_fault(change.name) or password_fault(change.password, change.name)
+
+
+def make_change(
+    accounts: StoredAccounts, change: AccountChange, hashed: PasswordHash | None
+) -> None:
+    """Make a change.
+
+    Args:
+        accounts: the accounts.
+        change: what is wanted.
+        hashed: the hash of its password; None where it has none.
+
+    Raises:
+        AccountRefused: it is not made.
+        StoreError: it cannot be saved.
+    """
+    match change.action:
+        case AccountAction.ADD:
+            assert change.role is not None, "a new account has a role"
+            assert hashed is not None, "a new account has a password"
+            accounts.add(Account(name=change.name, role=change.role, password=hashed))
+        case AccountAction.SET_PASSWORD:
+            assert hashed is not None, "a new password was hashed"
+            accounts.set_password(change.name, hashed)
+        case AccountAction.SET_ROLE:
+            assert change.role is not None, "a new role was named"
+            accounts.set_role(change.name, change.role)
+        case AccountAction.DISABLE | AccountAction.ENABLE:
+            accounts.set_disabled(change.name, change.action is AccountAction.DISABLE)
+        case AccountAction.REMOVE:
+            accounts.remove(change.name)

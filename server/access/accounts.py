@@ -12,11 +12,11 @@ from typing import Annotated
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from .passwords import PasswordHash
-from .roles import Role
 
 NAME_BYTES = 32
 """Longest name, UTF-8; what the protocol's name fields hold."""
@@ -25,12 +25,12 @@ _SIGNS = frozenset("._-")
 
 
 def account_key(name: str) -> str:
-    """Return what names share that are the same to a reader: `Ann` and `ann` are one account."""
+    """Return the key under which names compare equal: `Ann` and `ann` are one account."""
     return unicodedata.normalize("NFKC", name).casefold()
 
 
 def name_fault(name: str) -> Refusal | None:
-    """Return why nobody can be called so; None where it is a name.
+    """Return why a text is no valid name; None where it is one.
 
     Letters of any script and digits, and between them `.`, `_`, `-` and single spaces: what is safe
     on a screen, on a command line and in a log.
@@ -60,7 +60,7 @@ def _checked_name(name: str) -> str:
 
 
 class Account(BaseModel):
-    """Somebody who may log in, as kept in the store."""
+    """Account that may log in, as kept in the store."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
@@ -107,21 +107,21 @@ class AccountBook:
         return iter(self._accounts.values())
 
     def find(self, name: str) -> Account | None:
-        """Return the account that somebody means by a name; None where there is none."""
+        """Return the account of a name; None where there is none."""
         return self._accounts.get(account_key(name))
 
     @property
     def is_empty(self) -> bool:
-        """Whether nobody ever was given an account, not even one that cannot be read."""
+        """True if the store holds no account, not even one that cannot be read."""
         return not self._accounts and not self.unreadable
 
     @property
     def has_admin(self) -> bool:
-        """Whether somebody can log in as admin."""
+        """True if at least one account can log in as admin."""
         return any(_can_manage(account) for account in self)
 
     def is_last_admin(self, account: Account) -> bool:
-        """Tell whether nobody but this account can manage the accounts."""
+        """Return True if this is the only account that can manage the accounts."""
         return _can_manage(account) and not any(
             _can_manage(other) for other in self if other.key != account.key
         )

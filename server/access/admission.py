@@ -1,29 +1,29 @@
 """Admission: how a connection earns a role, and when it loses it (promises 28 and 29).
 
-Owns logging in, pairing and the single user. The core never hashes: `try_password` hands out a job
-for `password_worker`, and its outcome comes back as one more event. What a role allows is `roles`'
-table, how often somebody may guess is `lockout`'s rule.
+Owns login, pairing and the single user. The core never hashes: `try_password` returns a job for
+`password_worker`, and its outcome comes back as one more event. `roles` owns what a role allows,
+`lockout` how often somebody may guess.
 
-Who has no accounts and listens on loopback only is the single user of his machine: everybody is
-admin, under the name of the hello. Everywhere else a connection that has not logged in may stop
-and, on the machine itself, look on.
+A server without accounts that listens on loopback only has a single user: every local connection is
+admin, under the name of its hello. On any other server a connection that has not logged in may send
+STOP and, from the machine itself, observe.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from openpendant.simplemsg.pendant.roles import Permission, Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from .accounts import Account, AccountBook, account_key, name_fault
 from .audit import AuditEvent
 from .exposure import is_loopback
-from .grants import Basis, Ended, Granted, Record, Visitor, Visitors
+from .grants import Basis, Granted, GrantEnded, Record, Visitor, Visitors
 from .lockout import SECOND_NS, Charge, Lockout
 from .pairing import Chooser, PairingCode, PairingCodes
 from .passwords import NOBODYS_HASH, PasswordHash
-from .roles import Permission, Role
 from .secret import Secret
 
 GUEST_ROLE = Role.OPERATOR
@@ -58,12 +58,12 @@ class _Check:
     charge: Charge
 
 
-class Login:
-    """Who the connections of one process are.
+class Admission:
+    """Login state of the connections of one process.
 
     Attributes:
         visitors: the connections.
-        single_user_host: without accounts, who comes from this machine may do everything.
+        single_user_host: without accounts, a connection from this machine is admin.
     """
 
     def __init__(
@@ -128,9 +128,10 @@ class Login:
     def try_password(
         self, session: int, name: str, password: Secret, now: int
     ) -> VerifyJob | Refusal:
-        """Begin to log in.
+        """Start a login.
 
-        An account that does not exist is checked as long, and answered in the same words.
+        A name without an account takes the same time and gets the same answer, so that nobody
+        learns which names exist.
 
         Args:
             session: the connection.
@@ -165,7 +166,7 @@ class Login:
             return Refusal(VerdictCode.LOGIN_FAILED)
         visitor, account = check.visitor, check.account
         visitor.checking = False
-        # The account may have been changed while the password was being checked.
+        # The account may have been changed, disabled or removed during the check of the password.
         is_current = account is not None and self._book.find(account.name) == account
         if account is None or account.disabled or not (is_right and is_current):
             self._lockout.failed(check.charge, now)
@@ -186,24 +187,26 @@ class Login:
             self._lockout.withdrawn(check.charge)
         return Refusal(VerdictCode.LOGIN_BUSY)
 
-    def logout(self, session: int, now: int) -> Ended | None:
-        """End a connection's grant at its own wish; None where there is none to end."""
+    def logout(self, session: int, now: int) -> GrantEnded | None:
+        """End a connection's grant at its own request; None where there is none to end."""
         visitor = self.visitors.find(session)
         if visitor is None or visitor.grant is None or visitor.grant.basis is Basis.SINGLE_USER:
             return None
         return self.visitors.end(visitor, "logged out", now)
 
-    def accounts_changed(self, book: AccountBook, now: int) -> list[Granted | Ended]:
+    def accounts_changed(self, book: AccountBook, now: int) -> list[Granted | GrantEnded]:
         """Take another set of accounts; return what that changes for connections.
 
-        Whose account is gone, disabled or has another password is logged out, whose role changed
-        has the other role at once, and with the first account nobody is single user any more.
+        A connection is logged out if its account was removed, disabled or given another password,
+        and takes on a changed role at once. The first account ends the grant of the single user.
         """
         before, self._book = self._book, book
         changes = [self._follow(visitor, before, now) for visitor in self.visitors]
         return [change for change in changes if change is not None]
 
-    def _follow(self, visitor: Visitor, before: AccountBook, now: int) -> Granted | Ended | None:
+    def _follow(
+        self, visitor: Visitor, before: AccountBook, now: int
+    ) -> Granted | GrantEnded | None:
         grant = visitor.grant
         if grant is None or grant.basis is Basis.PAIRING:
             return None
@@ -232,7 +235,7 @@ class Login:
         self.visitors.note(AuditEvent.PAIRING_ISSUED, visitor, now, minutes=minutes)
         return code
 
-    def withdraw_pairing(self, session: int, now: int) -> list[Ended] | Refusal:
+    def withdraw_pairing(self, session: int, now: int) -> list[GrantEnded] | Refusal:
         """End the code of the connection's cell, and what the cell's guests were granted."""
         teacher = self._teacher(session)
         if isinstance(teacher, Refusal):
@@ -283,7 +286,7 @@ class Login:
         return visitor.grant
 
     def _is_taken(self, name: str, visitor: Visitor) -> bool:
-        """Tell whether an account, or another connection, has this name."""
+        """Return True if an account, or another connection, has this name."""
         key = account_key(name)
         return self._book.find(name) is not None or any(
             account_key(other.grant.name) == key
@@ -306,7 +309,7 @@ class Login:
         return Refusal(VerdictCode.LOCKED_OUT, text, value=seconds)
 
     def _note_failure(self, visitor: Visitor, account: Account | None, now: int) -> None:
-        # A name that is no account's is not written down: it may be a password in the wrong field.
+        # An unknown name is not logged: it may be a password typed into the wrong field.
         target = "" if account is None else account.name
         is_known = account is not None
         self.visitors.note(AuditEvent.LOGIN_FAILED, visitor, now, account=target, known=is_known)

@@ -1,8 +1,8 @@
 """The audit log's lines: who did what and when, each carrying the hash of the one before.
 
 Owns what an entry holds, how it is written so that nothing in it can be mistaken for another line
-or for a terminal's command, and how a chain of lines is checked. Pure: `audit_file` and
-`audit_writer` own the file and the thread. It never sees a password, a code or a hash of one.
+or for a terminal's command, and how a chain of lines is checked. Pure: `audit_file` owns the file
+and the thread. It never sees a password, a code or a hash of one.
 
 The chain shows that a line was altered, removed or put in between. It has no key: whoever can write
 the whole file can write another whole chain, so a hash noted elsewhere is the stronger proof.
@@ -31,7 +31,7 @@ Detail = str | int | float | bool
 
 
 class AuditEvent(StrEnum):
-    """What is noted."""
+    """Event of the audit log."""
 
     SERVER_STARTED = "server-started"
     SERVER_STOPPED = "server-stopped"
@@ -99,7 +99,7 @@ class AuditEntry:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """Where a chain stands.
+    """State of a chain.
 
     Attributes:
         number: of the last line, 0 for none.
@@ -153,7 +153,7 @@ def _plain(value: Detail) -> Detail:
 
 
 def read_line(line: bytes) -> dict[str, Any] | None:
-    """Return a whole line's record; None where it is torn, altered or no line of a log.
+    """Return the record of a whole line; None if the line is torn, altered or not of a log.
 
     Args:
         line: without its line feed.
@@ -175,7 +175,7 @@ def read_line(line: bytes) -> dict[str, Any] | None:
 
 
 def _is_whole(line: bytes) -> bool:
-    """Tell whether a line is complete JSON: no crash and no full disk leaves that behind."""
+    """Return True if a line is complete JSON, which no crash and no full disk leaves behind."""
     try:
         json.loads(line)
     except (ValueError, RecursionError):
@@ -198,7 +198,7 @@ class ChainCheck:
     """
 
     def __init__(self, *, from_the_middle: bool = False) -> None:
-        """Begin before the first line; with `from_the_middle` any line may be the first."""
+        """Start before the first line; with `from_the_middle` any line may be the first."""
         self.last = Link()
         self.lines = 0
         self.torn = 0
@@ -212,8 +212,8 @@ class ChainCheck:
             line: without its line feed.
 
         Returns:
-            What is wrong, None where nothing is. Damaged lines are told once the next whole one
-            does not account for them.
+            What is wrong, None where nothing is. Damaged lines are reported once the next whole
+            line does not account for them.
         """
         self.lines += 1
         record = read_line(line)
@@ -234,7 +234,7 @@ class ChainCheck:
         return f"line {first} is torn or was altered"
 
     def _account(self, record: Mapping[str, Any]) -> str | None:
-        """Clear torn lines that this record tells of, else say that they are damaged."""
+        """Clear torn lines that this record accounts for; else return that they are damaged."""
         if not self._damaged:
             return None
         told = record.get("event") == AuditEvent.LOG_RECOVERED

@@ -1,30 +1,42 @@
-"""The audit log's files: one that grows, older ones under numbers, nothing ever overwritten.
+"""The audit log's files, and the thread that writes entries to them while a server runs.
 
-Owns opening, rotation, what a crash or a full disk left behind, and that one process writes. Blocks
-on the disk, so only the thread of `audit_writer` calls it while a server runs.
+One file grows, older files stand beside it under numbers, and nothing is ever overwritten. Owns
+opening, rotation, what a crash or a full disk left behind, and that one process writes. `AuditFile`
+blocks on the disk, so only the thread of `AuditLog` calls it while a server runs.
+
+`AuditLog` takes entries at once, and a disk that is slow, full or gone never holds up a motion: a
+`BackgroundWriter` keeps the entries, counts those that find no more room, and once the disk takes
+lines again a LOG_GAP line says from when to when, how many are missing and why.
 """
 
 from __future__ import annotations
 
 import contextlib
 import errno
+import logging
 import os
 import re
 import sys
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Protocol
 
+from ..background_writer import BackgroundWriter
 from .audit import (
     LONGEST_LINE,
     AuditEntry,
     AuditEvent,
+    Detail,
     Link,
     read_line,
     torn_detail,
     write_line,
 )
+from .lockout import SECOND_NS
+from .process_log import LineLimit
 
 MOST_BYTES = 16 * 1024 * 1024
 """A file is put aside once it is larger; about 50,000 lines."""
@@ -110,7 +122,7 @@ class AuditFile:
             self._write(raw, stamped.entry, stamped.time)
 
     def sync(self) -> None:
-        """Return once the disk has everything.
+        """Fsync the file.
 
         Raises:
             OSError: it could not be brought there.
@@ -120,7 +132,7 @@ class AuditFile:
                 os.fsync(self._raw.fileno())
 
     def close(self) -> None:
-        """Let go of the file and of the log."""
+        """Close the file and release the lock of the log."""
         if self._raw is not None:
             self._raw.close()
             self._raw = None
@@ -133,12 +145,12 @@ class AuditFile:
         except OSError:
             raw, self._raw = self._raw, None
             if raw is not None:
-                with contextlib.suppress(OSError):  # the first error is the one to tell
+                with contextlib.suppress(OSError):  # the first error is the one to report
                     raw.close()
             raise
 
     def _open(self, stamped: Stamped) -> RawFile:
-        """Open the file and go on where its chain ends; a torn end is closed off and told of."""
+        """Open the file and continue its chain; a torn end is closed off and noted."""
         end = _end_of(self.path)
         self._last = end.last
         if self._last.number == 0:
@@ -157,7 +169,7 @@ class AuditFile:
         return raw
 
     def _rotate(self) -> RawFile:
-        """Put the file aside under the next number and begin another; the chain goes on."""
+        """Put the file aside under the next number and start another; the chain continues."""
         if self._raw is not None:
             os.fsync(self._raw.fileno())
             self._raw.close()
@@ -217,7 +229,7 @@ def read_lines(path: Path) -> Iterator[bytes]:
 
 @dataclass(frozen=True, slots=True)
 class _End:
-    """How a file ends.
+    """End of a file.
 
     Attributes:
         last: where the chain stands after its last whole line.
@@ -261,3 +273,131 @@ def _locked(path: Path) -> RawFile:
             reason = "another process writes this audit log"
             raise OSError(errno.EBUSY, reason, str(path)) from None
     return file
+
+
+log = logging.getLogger("openpendant.server")
+
+MOST_WAITING = 10_000
+"""Entries that may wait for the disk."""
+
+_RETRY = 1.0
+_IDLE = 1.0
+_FAREWELL = 2.0
+
+
+class AuditLog:
+    """An append-only log of who did what."""
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        most_waiting: int = MOST_WAITING,
+        most_bytes: int = MOST_BYTES,
+        retry: float = _RETRY,
+        opener: Opener = open_raw,
+    ) -> None:
+        """Take the log and start its thread.
+
+        Args:
+            path: the file that grows; older ones are kept beside it.
+            most_waiting: entries that may wait for the disk.
+            most_bytes: size beyond which a file is put aside.
+            retry: pause before a disk that refused is tried again [s].
+            opener: opens a file for appending.
+
+        Raises:
+            OSError: the folder cannot be written, or another process writes this log.
+        """
+        self._file = AuditFile(path, most_bytes, opener)
+        self._retry = retry
+        self._fault = ""
+        self._limit = LineLimit()
+        # The thread's own: what passed the limit and is not on the disk.
+        self._ready: deque[Stamped] = deque()
+        self._troubled_since = ""
+        self._writer = BackgroundWriter(
+            "audit", self._run, most_waiting=most_waiting, farewell=_FAREWELL
+        )
+
+    @property
+    def fault(self) -> str:
+        """Reason why nothing is being written, in the system's words; empty without a fault."""
+        return self._fault
+
+    def record(self, entry: AuditEntry) -> None:
+        """Queue an entry to be written; return at once, whatever the disk does."""
+        self._writer.put(Stamped(entry, _utc_now()))
+
+    def close(self) -> None:
+        """Write what is left, for at most two seconds, and end."""
+        if not self._writer.close():
+            log.error("the audit log is incomplete: the disk did not take the rest in time")
+
+    def _run(self, writer: BackgroundWriter[Stamped]) -> None:
+        at = 0
+        is_last = False
+        while not is_last:
+            batch: list[Stamped] = []
+            # While the disk refuses, entries stay where they are bounded.
+            if not self._ready or writer.is_ending:
+                batch, is_last = writer.take(patience=_IDLE)
+            for stamped in batch:
+                at = stamped.entry.at
+                self._choose(stamped)
+            if not batch or is_last:
+                # Nothing came for a second, or nothing will: a count does not wait for more.
+                self._summarize(at + SECOND_NS, _utc_now())
+            self._write_ready(at, writer)
+        self._file.close()
+
+    def _choose(self, stamped: Stamped) -> None:
+        """Pass an entry to the disk if the limit lets it."""
+        self._summarize(stamped.entry.at, stamped.time)
+        if self._limit.take(stamped.entry):
+            self._ready.append(stamped)
+
+    def _summarize(self, now: int, time: str) -> None:
+        summary = self._limit.summary(now)
+        if summary is not None:
+            self._ready.append(Stamped(summary, time))
+
+    def _write_ready(self, at: int, writer: BackgroundWriter[Stamped]) -> None:
+        """Write what passed the limit; what the disk does not take is kept for another try."""
+        try:
+            while self._ready:
+                self._file.append(self._ready[0])
+                self._ready.popleft()
+            self._tell_gap(at, writer)
+            self._file.sync()
+        except OSError as error:
+            self._troubled(error)
+            writer.pause(self._retry)
+
+    def _tell_gap(self, at: int, writer: BackgroundWriter[Stamped]) -> None:
+        lost, fault = writer.lost(), self._fault
+        if not lost and not fault:
+            return
+        now = _utc_now()
+        detail: dict[str, Detail] = {
+            "lost": lost,
+            "from": self._troubled_since or now,
+            "to": now,
+            "reason": fault or "the disk is too slow",
+        }
+        self._file.append(Stamped(AuditEntry(AuditEvent.LOG_GAP, at, detail=detail), now))
+        writer.told(lost)
+        self._fault = ""
+        self._troubled_since = ""
+        log.warning("the audit log is written again; %d entries are missing", lost)
+
+    def _troubled(self, error: OSError) -> None:
+        reason = error.strerror or str(error)
+        if not self._troubled_since:
+            self._troubled_since = _utc_now()
+            log.error("the audit log is not written: %s", reason)
+        self._fault = reason
+
+
+def _utc_now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds")

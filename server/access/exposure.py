@@ -1,7 +1,7 @@
-"""What a server may be exposed to: the rules that are checked before it listens (promise 28).
+"""Exposure of a server to the network: the rules checked before it listens (promise 28).
 
-Owns which addresses are this machine's own, that nobody reaches a server from outside without
-credentials, and that the clear-text ROS-Industrial ports stay with the addresses that were named.
+Owns which addresses are this machine's own, the rule that nobody reaches a server from outside
+without credentials, and the rule that only named addresses use the clear-text ROS-Industrial ports.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .accounts import AccountBook
 
 
 def is_loopback(address: str) -> bool:
-    """Tell whether an address or host name is this machine's own."""
+    """Return True if an address or host name is this machine's own."""
     if address == "localhost":
         return True
     ip = _parsed(address)
@@ -50,7 +50,7 @@ class ExposureRefused(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """How a server shall listen.
+    """Network exposure that a server's settings ask for.
 
     Attributes:
         host: address that it binds.
@@ -64,7 +64,7 @@ class Exposure:
 
     @property
     def is_local(self) -> bool:
-        """Whether only this machine reaches it."""
+        """True if only this machine can reach the server."""
         return is_loopback(self.host)
 
 
@@ -112,8 +112,8 @@ def _check_allowed(address: str) -> None:
 def clear_text_fault(exposure: Exposure, address: str) -> Refusal | None:
     """Return why an address may not use a clear-text ROS-Industrial port; None where it may.
 
-    On loopback everybody may connect, and the cell asks its own list who may move. A port that can
-    be reached from outside serves the addresses of that list and nobody else.
+    On loopback every address may connect, and the cell checks its own list of who may move. A port
+    that can be reached from outside serves only the addresses of that list.
     """
     if exposure.is_local or _parsed(address) in [_parsed(known) for known in exposure.ros_allow]:
         return None

@@ -1,7 +1,7 @@
 """Connections and what each was granted; whether one may do what it asks.
 
-Owns the rule that a grant belongs to one connection and dies with it: there is no token that
-another could present (promise 28). How a grant is earned is `admission`'s business.
+Owns the rule that a grant belongs to one connection and ends with it: there is no token that
+another connection could present (promise 28). `admission` owns how a grant is earned.
 """
 
 from __future__ import annotations
@@ -10,16 +10,22 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 
+from openpendant.simplemsg.pendant.roles import (
+    LEAST_ROLE,
+    PERMISSIONS_OF,
+    WITHOUT_LOGIN,
+    Permission,
+    Role,
+)
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
 from .audit import AuditEntry, AuditEvent, Detail
 from .exposure import is_loopback
-from .roles import LEAST_ROLE, WITHOUT_LOGIN, Permission, Role, role_may
 
 
 class Basis(Enum):
-    """What a grant rests on."""
+    """Basis of a grant."""
 
     SINGLE_USER = "single user"
     ACCOUNT = "account"
@@ -28,7 +34,7 @@ class Basis(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Granted:
-    """What a connection was granted.
+    """Grant of a connection.
 
     Attributes:
         session: number of the connection.
@@ -44,7 +50,7 @@ class Granted:
 
 
 @dataclass(frozen=True, slots=True)
-class Ended:
+class GrantEnded:
     """A connection's grant ended without its doing: it may now do what anybody may.
 
     Attributes:
@@ -120,32 +126,32 @@ class Visitors:
 
     def may(self, session: int, permission: Permission) -> Refusal | None:
         """Return why a connection may not do something; None where it may."""
-        visitor = self.find(session)
+        visitor = self._visitors.get(session)
         if visitor is None:
             return Refusal(VerdictCode.HELLO_FIRST)
         if permission in WITHOUT_LOGIN:
             return None
         grant = visitor.grant
+        if grant is not None and permission in PERMISSIONS_OF[grant.role]:
+            return None
         needs = f"{permission.value} needs the role {LEAST_ROLE[permission].value}"
         if grant is None:
             if permission is Permission.OBSERVE and self._may_look_on(visitor):
                 return None
             why = f": {visitor.ended}" if visitor.ended else ""
             return Refusal(VerdictCode.LOGIN_NEEDED, f"{needs}; this connection has none{why}")
-        if role_may(grant.role, permission):
-            return None
         text = f"{needs}; {grant.name} is {grant.role.value}"
         return Refusal(VerdictCode.ROLE_TOO_LOW, text)
 
     def _may_look_on(self, visitor: Visitor) -> bool:
         return self._observe_without_login or is_loopback(visitor.address)
 
-    def end(self, visitor: Visitor, reason: str, now: int) -> Ended:
+    def end(self, visitor: Visitor, reason: str, now: int) -> GrantEnded:
         """Take back what a connection was granted."""
         self.note(AuditEvent.LOGOUT, visitor, now, reason=reason)
         visitor.grant = None
         visitor.ended = reason
-        return Ended(visitor.session, reason)
+        return GrantEnded(visitor.session, reason)
 
     def note(self, event: AuditEvent, visitor: Visitor, now: int, **detail: Detail) -> None:
         """Note what a connection did; of one without a login, what it calls itself."""

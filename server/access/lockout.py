@@ -1,11 +1,11 @@
-"""Who has failed too often and must wait (promise 29).
+"""Lock-out: the limit on failed attempts to log in or to pair (promise 29).
 
-Owns counting and locking: 5 failures within 60 s of one source at one account lock that pair for
-60 s, and each further lock lasts twice as long, up to 15 min. One source also fails at most 30
-times in 60 s at whatever names, or guessing one password for many names would go free. Stopping a
-robot never passes here. Pure: `now` is an argument; memory is bounded whatever is tried.
+Owns counting and locking. 5 failures of one source at one account within 60 s lock that pair for
+60 s; each further lock lasts twice as long, up to 15 min. One source may fail 30 times in 60 s over
+all names; without this limit one password could be tried at many names. A STOP is never checked
+here. Pure: `now` is an argument, and memory is bounded whatever is tried.
 
-An attempt is charged when it is made, not when it has failed: hashing takes a while, and a hundred
+An attempt is charged when it is made, not when it has failed: hashing takes time, and a hundred
 attempts sent at once would otherwise all pass before the first has failed.
 """
 
@@ -19,7 +19,7 @@ WINDOW_NS = 60 * SECOND_NS
 FIRST_LOCK_NS = 60 * SECOND_NS
 LONGEST_LOCK_NS = 15 * 60 * SECOND_NS
 FORGET_NS = 15 * 60 * SECOND_NS
-"""After so long without an attempt and without a lock, the next lock is a first one again."""
+"""Time without an attempt and without a lock after which the lock time starts from the first."""
 
 PAIR_FAILURES = 5
 SOURCE_FAILURES = 30
@@ -31,10 +31,10 @@ _V6_NETWORK_BITS = 64
 
 
 def source_of(address: str) -> str:
-    """Return whom the attempts of an address are charged to.
+    """Return the source that the attempts of an address are charged to.
 
-    An IPv6 host chooses among 2⁶⁴ addresses of its network as it likes, so the network is charged;
-    an IPv4 address written in IPv6 is the IPv4 address.
+    An IPv6 host can choose any of the 2⁶⁴ addresses of its network, so the network is charged; an
+    IPv4 address written in IPv6 is the IPv4 address.
     """
     try:
         ip = ipaddress.ip_address(address.partition("%")[0])
@@ -51,7 +51,7 @@ def source_of(address: str) -> str:
 
 @dataclass(slots=True)
 class _Record:
-    """What is remembered of a pair or a source.
+    """Record of a pair or a source.
 
     Attributes:
         most: charges that may be open within the window.
@@ -68,7 +68,7 @@ class _Record:
     touched: int = 0
 
     def free_from(self, now: int) -> int:
-        """Return when the next attempt may be made; not after `now` where it may be now."""
+        """Return the time of the next allowed attempt; `now` or earlier if it is allowed now."""
         self.charges = [at for at in self.charges if now - at < WINDOW_NS]
         if len(self.charges) >= self.most:
             return max(self.locked_until, self.charges[0] + WINDOW_NS)
@@ -102,7 +102,7 @@ class Charge:
 
 
 class Lockout:
-    """Attempts of all sources at all accounts."""
+    """Lock-out of sources and accounts by their failed attempts."""
 
     def __init__(self, most_records: int = MOST_RECORDS) -> None:
         """Remember nothing yet, and never more than `most_records` pairs and sources."""
@@ -115,7 +115,7 @@ class Lockout:
         return len(self._records)
 
     def attempt(self, address: str, account: str, now: int) -> Charge | int:
-        """Ask whether an attempt may be made, and charge it.
+        """Charge an attempt if it is allowed.
 
         Args:
             address: the peer's address.
@@ -126,7 +126,7 @@ class Lockout:
             The charge; or for how long the attempts are refused [ns], where it was not charged.
         """
         source = source_of(address)
-        # The source first: one that is locked must not fill the memory with names.
+        # The source is checked first: a locked source must not fill the memory with names.
         whole = self._record((source, None), SOURCE_FAILURES, now)
         wait = whole.free_from(now) - now
         if wait > 0:
@@ -140,14 +140,14 @@ class Lockout:
         return Charge(source, account, now)
 
     def failed(self, charge: Charge, now: int) -> None:
-        """Settle an attempt that failed: its charge stays, and may be the one that locks."""
+        """Settle an attempt that failed: its charge stays, and may start a lock."""
         for key in ((charge.source, charge.account), (charge.source, None)):
             record = self._records.get(key)
             if record is not None:
                 record.fail(now)
 
     def succeeded(self, charge: Charge) -> None:
-        """Settle an attempt that succeeded: the pair starts afresh, other failures stay."""
+        """Settle an attempt that succeeded: clear the pair, keep the source's other failures."""
         self._records.pop((charge.source, charge.account), None)
         self._refund((charge.source, None), charge.at)
 
@@ -171,7 +171,7 @@ class Lockout:
         return record
 
     def _make_room(self, now: int) -> None:
-        """Drop what is forgotten, and the oldest where that does not suffice.
+        """Drop expired records, and the oldest one where that does not suffice.
 
         One source cannot push out its own locks: it is itself locked after 30 names.
         """

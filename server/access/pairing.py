@@ -1,4 +1,4 @@
-"""Pairing codes: how a class gets in without thirty accounts.
+"""Pairing codes: temporary access for guests without accounts.
 
 A teacher asks for a code and shows it; whoever types it becomes a guest: an operator of that one
 cell, under the name that he gives, for as long as his connection lasts. Owns codes, their end and
@@ -29,7 +29,7 @@ MOST_WRONG = 200
 
 
 class Chooser(Protocol):
-    """Where codes come from: `secrets.SystemRandom()`, or `random.Random(1)` in a test."""
+    """Source of codes: `secrets.SystemRandom()`, or `random.Random(1)` in a test."""
 
     def choice(self, seq: Sequence[str], /) -> str:
         """Return one element, each as likely as the others."""
@@ -59,7 +59,7 @@ class PairingCode:
 
 
 Confirm = Callable[[str, bool], bool]
-"""Told a cell and whether its code was typed; returns that, or what it was in a repetition."""
+"""Takes a cell and whether its code was typed; returns that, or the recorded value in a replay."""
 
 
 def _as_it_is(cell: str, is_typed: bool) -> bool:
@@ -102,11 +102,11 @@ class PairingCodes:
         return code
 
     def withdraw(self, cell: str) -> bool:
-        """End a cell's code; tell whether there was one."""
+        """End a cell's code; return True if there was one."""
         return self._codes.pop(cell, None) is not None
 
     def redeem(self, typed: Secret, now: int) -> PairingCode | None:
-        """Return the code that somebody typed; None where it is none, or no longer.
+        """Return the valid code that a text stands for; None where there is none.
 
         Capitals, spaces and hyphens do not matter. Every code is compared whatever the outcome.
         """

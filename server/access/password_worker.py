@@ -1,4 +1,4 @@
-"""Where passwords are checked: one niced thread beside the event loop, with a bounded queue.
+"""Password worker: one niced thread beside the event loop, with a bounded queue of checks.
 
 A thread suffices because `hashlib.scrypt` lets go of the interpreter's lock while it works; a test
 measures that the loop goes on meanwhile. One thread is enough for a class, and leaves an attacker
@@ -30,8 +30,8 @@ MOST_WAITING = 64
 
 _NICENESS = 10
 
-Deliver = Callable[[VerifyJob, bool | None], None]
-"""Called on the loop with the job and whether the password was right; None for not checked."""
+Deliver = Callable[[bool | None], None]
+"""Called on the loop with whether the password was right; None for not checked."""
 
 
 class PasswordWorker:
@@ -47,11 +47,11 @@ class PasswordWorker:
         """Check a password; `deliver` is called from the loop, never from within this call."""
         loop = asyncio.get_running_loop()
         if self._under_way >= self._most_waiting:
-            loop.call_soon(deliver, job, None)
+            loop.call_soon(deliver, None)
             return
         self._under_way += 1
         checked = loop.run_in_executor(self._thread, is_password, job.password, job.kept)
-        checked.add_done_callback(partial(self._done, job, deliver))
+        checked.add_done_callback(partial(self._done, deliver))
 
     async def hash(self, password: Secret) -> PasswordHash | Refusal:
         """Return what is to be kept of a new password, or why it cannot be hashed now."""
@@ -66,20 +66,20 @@ class PasswordWorker:
             self._under_way -= 1
 
     def close(self) -> None:
-        """End the thread; jobs that it has not begun are dropped."""
+        """End the thread; jobs that it has not started are dropped."""
         self._thread.shutdown(wait=False, cancel_futures=True)
 
-    def _done(self, job: VerifyJob, deliver: Deliver, checked: asyncio.Future[bool]) -> None:
+    def _done(self, deliver: Deliver, checked: asyncio.Future[bool]) -> None:
         self._under_way -= 1
         if checked.cancelled():
             return
         error = checked.exception()
         if error is not None:  # OpenSSL found no memory; the reason is no secret
             log.error("a password could not be checked: %s", error)
-        deliver(job, None if error is not None else checked.result())
+        deliver(None if error is not None else checked.result())
 
 
 def _step_back() -> None:
-    """Leave the processor to the event loop; on Linux a thread has a niceness of its own."""
+    """Lower the thread's priority below the event loop's; Linux has a niceness for each thread."""
     with suppress(AttributeError, OSError):
         os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)

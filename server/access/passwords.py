@@ -1,15 +1,24 @@
-"""Password hashes: scrypt, what it costs, and what a password must be like.
+"""Passwords: scrypt hashes with their cost, and the rules that a new password must meet.
 
-Owns the cost, how long a password is, and the comparison. Every call of `hash_password` and
-`is_password` takes the full cost and so belongs on a worker (`password_worker`), never on the loop.
-Knows nothing of accounts, sessions or attempts.
+Owns the cost, the length of a password and the comparison. Every call of `hash_password` and
+`is_password` takes the full cost and so belongs on a worker (`password_worker`), never on the event
+loop. Knows nothing of accounts, sessions or attempts.
+
+Owns the rule of NIST SP 800-63B (section 5.1.1.2) that a new password is compared with what is
+"commonly used, expected, or compromised": dictionary words, repetitive or sequential characters,
+and the names of the service and of the user "and derivatives thereof". Keys beside each other count
+as sequential. The list is not a million leaked passwords but the few words that stand at the top of
+every such list and in a robot cell, with what people put around and into them: digits and signs at
+the ends, `0` for `o`, `$` for `s`.
 """
 
 from __future__ import annotations
 
 import hashlib
 import hmac
+import re
 import unicodedata
+from itertools import pairwise
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
@@ -17,8 +26,106 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
-from .password_guesses import easy_guess
 from .secret import Secret
+
+_WORDS = frozenset(
+    {
+        *("password", "passwort", "kennwort", "motdepasse", "contraseña", "contrasena", "passwd"),
+        *("pass", "pwd", "passcode", "passphrase", "secret", "geheim", "private", "default"),
+        *("admin", "administrator", "administrador", "root", "superuser", "sysadmin", "system"),
+        *("user", "guest", "gast", "test", "tester", "testing", "demo", "temp", "login", "logon"),
+        *("welcome", "willkommen", "bienvenue", "hello", "hallo", "letmein", "changeme", "access"),
+        *("changeit", "iloveyou", "trustno", "whatever", "master", "shadow", "dragon", "monkey"),
+        *("sunshine", "princess", "football", "baseball", "soccer", "hockey", "computer", "super"),
+        *("superman", "batman", "starwars", "pokemon", "michael", "jordan", "hunter", "killer"),
+        *("internet", "samsung", "google", "microsoft", "windows", "android", "flower", "freedom"),
+        *("spring", "summer", "autumn", "winter", "monday", "friday", "january", "december"),
+        *("sommer", "herbst", "student", "teacher", "school", "lehrer", "schule", "service"),
+        *("openpendant", "pendant", "teachpendant", "robot", "roboter", "robots", "robotics"),
+        *("operator", "programmer", "viewer", "production", "factory", "maintenance", "controller"),
+    }
+)
+
+_ROWS = (
+    *("1234567890", "qwertyuiop", "qwertzuiop", "azertyuiop", "asdfghjkl", "zxcvbnm", "yxcvbnm"),
+    *("1qaz2wsx3edc4rfv5tgb6yhn7ujm", "1q2w3e4r5t6y7u8i9o0p", "q1w2e3r4t5y6u7i8o9p0"),
+)
+_NEIGHBOURS = frozenset(
+    pair for row in _ROWS for there in (row, row[::-1]) for pair in pairwise(there)
+)
+
+_LEAST_RUN = 3
+_LEAST_REST = 4
+_LEAST_UNIT = 8
+
+_LEETS = tuple(str.maketrans("03457@$€1!", "oeastase" + 2 * one) for one in "il")
+_LEFT, _RIGHT = re.compile(r"^[\W\d_]+"), re.compile(r"[\W\d_]+$")
+_BETWEEN = re.compile(r"[\W_]+")
+
+
+def easy_guess(password: str, name: str) -> str | None:
+    """Return why a password is easily guessed; None where it is not. It is not in the answer.
+
+    Args:
+        password: in Unicode's form NFKC.
+        name: the account's, which it must not contain.
+    """
+    folded = password.casefold()
+    unit = _repeated(folded)
+    if len(unit) < len(folded) and len(unit) < _LEAST_UNIT:
+        return "it is a few characters again and again"
+    rest = _without_runs(unit)
+    if len(rest) < _LEAST_REST:
+        return "it is made of characters that follow each other"
+    if not _WORDS.isdisjoint(_readings(unit) | _readings(rest)):
+        return "it is one of those that everybody tries first, with a little around it"
+    if len(name) > 2 and any(
+        name.casefold() in text for text in (folded, *map(folded.translate, _LEETS))
+    ):
+        return "it contains the account's name"
+    return None
+
+
+def _readings(text: str) -> set[str]:
+    """Return the words that somebody may have made a text of."""
+    # A digit at an end was put there (`password1`) or stands for a letter (`0penpendant`).
+    left, right = _LEFT.sub("", text), _RIGHT.sub("", text)
+    bare = {text, left, right, _LEFT.sub("", right)}
+    read = bare | {each.translate(leet) for each in bare for leet in _LEETS}
+    return read | {_BETWEEN.sub("", each) for each in read}
+
+
+def _repeated(text: str) -> str:
+    """Return the shortest text that, again and again, makes the whole one."""
+    # Where a text is first found in itself twice over, but at 0, is the length of its period.
+    return text[: (text + text).find(text, 1)]
+
+
+def _without_runs(text: str) -> str:
+    """Return what is left without runs: abc, 321, aaa, qwe."""
+    rest: list[str] = []
+    begin = 0
+    for end in range(1, len(text) + 1):
+        if end < len(text) and _goes_on(text, begin, end):
+            continue
+        if end - begin < _LEAST_RUN:
+            rest.append(text[begin:end])
+        begin = end
+    return "".join(rest)
+
+
+def _goes_on(text: str, begin: int, end: int) -> bool:
+    """Return True if the character at `end` continues the run that starts at `begin`."""
+    before, here = text[end - 1], text[end]
+    step = ord(here) - ord(before)
+    beside = (before, here) in _NEIGHBOURS
+    if end - begin == 1:
+        return abs(step) <= 1 or beside
+    so_far = ord(before) - ord(text[end - 2])
+    if step == so_far and abs(step) <= 1:
+        return True
+    return beside and (text[end - 2], before) in _NEIGHBOURS
+
 
 SALT_BYTES = 16
 DIGEST_BYTES = 32
@@ -34,7 +141,7 @@ _FEW_DIFFERENT = 4
 
 
 class ScryptCost(BaseModel):
-    """What one hash costs; kept with each hash, so that the default may rise later."""
+    """Cost of one hash; kept with each hash, so that the default may rise later."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
@@ -64,7 +171,7 @@ machine with 2 shared cores, so at least 50 ms (promise 29) on one four times as
 
 
 class PasswordHash(BaseModel):
-    """What is kept of a password."""
+    """Stored hash of a password."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
@@ -104,7 +211,7 @@ def hash_password(password: Secret, salt: bytes, cost: ScryptCost = DEFAULT_COST
 
 
 def is_password(password: Secret, kept: PasswordHash) -> bool:
-    """Tell whether a password is the one that was kept; takes the full cost either way."""
+    """Return True if a password matches the stored hash; takes the full cost either way."""
     digest = _scrypt(password, bytes.fromhex(kept.salt), kept.cost)
     return hmac.compare_digest(digest, bytes.fromhex(kept.digest))
 

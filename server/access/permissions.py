@@ -1,13 +1,12 @@
-"""Which permission each request of a pendant needs: the one table of it.
+"""Permission table: the permission that each request of a pendant needs.
 
-Owns nothing else: which role has a permission is `access.roles`' business, who has a role
-`access.admission`'s. What is in no table needs the highest role, so that an operation that somebody
-adds and forgets here is refused rather than open.
+A management operation declares its own. Owns nothing else: `simplemsg.pendant.roles` owns which
+role has a permission, `access.admission` who has a role. A request in no table needs the highest
+role: a new message that is forgotten here is then refused rather than open to everybody.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 
 from openpendant.simplemsg import Message
@@ -42,8 +41,8 @@ from openpendant.simplemsg.pendant import (
     SoftwareStop,
     Subscribe,
 )
-
-from .roles import Permission
+from openpendant.simplemsg.pendant.management import OPERATIONS
+from openpendant.simplemsg.pendant.roles import Permission
 
 FREE: frozenset[type[Message]] = frozenset({Hello, Login, SoftwareStop, JogRelease})
 """What anybody may ask: to come in, to stop, and to end a press of his own."""
@@ -72,104 +71,7 @@ OF_MESSAGE: Mapping[type[Message], Permission] = {
 }
 """The permission that a request with a layout of its own needs."""
 
-FREE_OPERATIONS = frozenset({"access.whoami", "access.logout"})
-"""Management operations about nobody but who asks."""
-
-OF_OPERATION: Mapping[str, Permission] = {
-    **dict.fromkeys(
-        (
-            "snapshot",
-            "cells",
-            "why",
-            "jog.retreat",
-            "programs.list",
-            "programs.load",
-            "programs.history",
-            "programs.check",
-            "programs.dry_run_progress",
-            "recordings.list",
-            "recordings.describe",
-            "frames.show",
-            "frames.transform",
-            "scene.show",
-            "scene.nearest",
-            "signals.read",
-            "robots.list",
-            "robots.describe",
-            "trace.show",
-        ),
-        Permission.OBSERVE,
-    ),
-    **dict.fromkeys(
-        ("programs.breakpoints", "programs.dry_run", "recordings.play", "trace.clear"),
-        Permission.RUN_PROGRAM,
-    ),
-    **dict.fromkeys(
-        (
-            "programs.create",
-            "programs.save",
-            "programs.delete",
-            "programs.rename",
-            "programs.edit",
-            "programs.record",
-            "programs.touch_up",
-            "programs.undo",
-            "programs.redo",
-            "recordings.start",
-            "recordings.stop",
-            "recordings.trim",
-            "recordings.rename",
-            "recordings.delete",
-        ),
-        Permission.EDIT_PROGRAM,
-    ),
-    **dict.fromkeys(
-        (
-            "frames.add",
-            "frames.move",
-            "frames.rename",
-            "frames.remove",
-            "frames.teach",
-            "frames.import",
-        ),
-        Permission.CHANGE_FRAMES,
-    ),
-    **dict.fromkeys(
-        (
-            "tools.import",
-            "tools.add",
-            "tools.move",
-            "tools.remove",
-            "tools.select",
-            "tools.calibrate",
-        ),
-        Permission.CHANGE_TOOLS,
-    ),
-    **dict.fromkeys(
-        (
-            "scene.add",
-            "scene.remove",
-            "scene.move",
-            "scene.allow",
-            "scene.forbid",
-            "scene.attach",
-            "scene.detach",
-            "scene.import",
-            "robots.load",
-        ),
-        Permission.CHANGE_SCENE,
-    ),
-    "signals.set": Permission.SET_OUTPUT,
-    "access.sessions": Permission.PAIR_GUESTS,
-    **dict.fromkeys(
-        ("users.list", "users.remove", "users.set_role", "users.disable", "users.enable"),
-        Permission.MANAGE_USERS,
-    ),
-}
-"""The permission that a management operation needs, by the value of `op`."""
-
-
-_CHANGES = frozenset(
+CHANGES = frozenset(
     {
         Permission.SET_OUTPUT,
         Permission.EDIT_PROGRAM,
@@ -178,6 +80,7 @@ _CHANGES = frozenset(
         Permission.CHANGE_SCENE,
     }
 )
+"""What changes programs, frames, tools, scene or outputs: such an operation is noted when asked."""
 
 _FROM_PENDANTS = frozenset(
     kind
@@ -196,9 +99,6 @@ IN_ORDER = frozenset(
 )
 """What can move the robot or lets it move: asked in order and once (`request_order`)."""
 
-_OPERATIONS_IN_ORDER = frozenset({"recordings.play", "signals.set"})
-
-
 OVERTAKEN: Mapping[Permission, bool] = {
     Permission.OBSERVE: False,
     Permission.STOP: False,
@@ -215,84 +115,56 @@ OVERTAKEN: Mapping[Permission, bool] = {
     Permission.FORCE_AUTHORITY: True,
     Permission.SET_OUTPUT: True,
 }
-"""Whether a request of a permission is refused where a stop of its own connection has overtaken it:
+"""True for a permission whose requests are refused once a stop of their connection overtook them:
 what can move, reset, grant authority, change the mode or an output would undo the stop."""
-
-_OVERTAKEN_OPERATIONS: Mapping[str, bool] = {
-    "tools.select": True,
-    "scene.attach": True,
-    "scene.detach": True,
-    "programs.breakpoints": False,
-    "programs.dry_run": False,
-    "trace.clear": False,
-}
-"""The operations for which that is decided otherwise than by their permission: what the robot holds
-in its hand goes with its outputs, and what is only calculated or noted moves nothing."""
 
 _ONLY_END = frozenset({MotionControlAction.PAUSE, MotionControlAction.PROGRAM_STOP})
 
 
-def operation_of(body: bytes) -> str:
-    """Return which operation a management body names; empty where it names none."""
-    try:
-        asked = json.loads(body)
-    except (ValueError, RecursionError):
-        return ""
-    named = asked.get("op") if isinstance(asked, dict) else None
-    return named if isinstance(named, str) else ""
-
-
 def permission_of(message: Message) -> Permission | None:
-    """Return what a request needs; None where anybody that completed hello may ask it."""
+    """Return the permission for a request; None where every connection with a hello may send it.
+
+    Of a management request `needs_of` says it.
+    """
     match message:
         case Authority(action=AuthorityAction.RELEASE):
             return None
         case Authority(action=AuthorityAction.FORCE):
             return Permission.FORCE_AUTHORITY
-        case Management(body=body):
-            operation = operation_of(body)
-            if operation in FREE_OPERATIONS:
-                return None
-            return OF_OPERATION.get(operation, Permission.MANAGE_USERS)
     if type(message) in FREE or type(message) not in _FROM_PENDANTS:
-        return None  # the pendant face knows no such request, and refuses it whoever asks
+        return None  # the pendant endpoint refuses an unknown request of any role
     return OF_MESSAGE.get(type(message), Permission.MANAGE_USERS)
 
 
-def change_of(message: Message) -> str:
-    """Return which operation changes the cell; empty where a request changes nothing."""
-    if isinstance(message, Management):
-        operation = operation_of(message.body)
-        return operation if OF_OPERATION.get(operation) in _CHANGES else ""
-    return ""
+def needs_of(operation: str) -> Permission | None:
+    """Return the permission for a management operation; that of the highest role if unknown."""
+    declared = OPERATIONS.get(operation)
+    return Permission.MANAGE_USERS if declared is None else declared.NEEDS
 
 
-def is_in_order(message: Message) -> bool:
-    """Tell whether a request can move something, so that it is taken in order and once."""
-    if isinstance(message, Management):
-        return operation_of(message.body) in _OPERATIONS_IN_ORDER
-    return permission_of(message) in IN_ORDER
+def is_overtaken(message: Message, operation: str = "") -> bool:
+    """Return True if a request is refused because a STOP sent after it has acted already.
 
+    A request that only ends something, such as a pause or a release of the authority, is executed
+    in its turn; a request in no table is refused.
 
-def is_overtaken(message: Message) -> bool:
-    """Tell whether a request is refused where a stop that came behind it has acted already.
-
-    What only ends something, as a pause and a release of the authority do, is taken in its turn;
-    what is in no table is refused.
+    Args:
+        message: the request.
+        operation: the one that a management request names; empty for none.
     """
     match message:
         case Authority(action=AuthorityAction.RELEASE):
             return False
         case MotionControl(action=action) if action in _ONLY_END:
             return False
-        case Management(body=body):
-            operation = operation_of(body)
-            decided = _OVERTAKEN_OPERATIONS.get(operation)
-            if decided is not None or operation in FREE_OPERATIONS:
-                return bool(decided)
-            needed = OF_OPERATION.get(operation)
-        case _:
-            if type(message) in FREE or type(message) not in _FROM_PENDANTS:
-                return False
-            needed = OF_MESSAGE.get(type(message))
+        case Management():
+            declared = OPERATIONS.get(operation)
+            if declared is None:
+                return True
+            if declared.OVERTAKEN is not None or declared.NEEDS is None:
+                return bool(declared.OVERTAKEN)
+            return OVERTAKEN[declared.NEEDS]
+    if type(message) in FREE or type(message) not in _FROM_PENDANTS:
+        return False
+    needed = OF_MESSAGE.get(type(message))
     return needed is None or OVERTAKEN[needed]

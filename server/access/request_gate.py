@@ -1,31 +1,71 @@
-"""The gate of the pendant face: may this connection ask this, now and for the first time?
+"""The request gate of the pendant endpoint: role check and replay check of each request.
 
-Owns the order of the questions (role, then order of the frames) and what of the answers is noted
-in the audit log. Which permission a request needs is `permissions`' table, who has it `grants`',
-and what is a repetition `request_order`'s.
+Owns the order of the checks (role, then order of the frames) and which of their results the audit
+log holds. `permissions` owns which permission a request needs and which requests can move the
+robot; `grants` owns who has a permission.
+
+Owns the rule that no request which can move the robot is taken twice or late (promise 28): on one
+connection the ids of such requests must increase. A repeated frame, or one that arrives behind a
+later one, has an id that is used up. TLS prevents others from replaying frames; this rule covers
+the connection's own software, and a proxy where there is no TLS.
 """
 
 from __future__ import annotations
 
 from openpendant.simplemsg import Message
+from openpendant.simplemsg.pendant import Management
+from openpendant.simplemsg.pendant.management import OPERATIONS
+from openpendant.simplemsg.pendant.roles import Permission
+from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
-from .admission import Login
+from .admission import Admission
 from .audit import AuditEvent, Detail
-from .permissions import change_of, is_in_order, permission_of
-from .request_order import RequestOrder
+from .permissions import CHANGES, IN_ORDER, needs_of, permission_of
+
+
+class RequestOrder:
+    """The highest request id of each connection among the requests that can move the robot."""
+
+    def __init__(self) -> None:
+        """Start without connections."""
+        self._highest: dict[int, int] = {}
+
+    def take(self, session: int, request_id: int) -> Refusal | None:
+        """Use up a request id, and all below it.
+
+        Args:
+            session: the connection.
+            request_id: of its request.
+
+        Returns:
+            Why the request is refused; None where its id is new. The id stays used up if the
+            request is refused later for another reason.
+        """
+        highest = self._highest.get(session)
+        if highest is not None and request_id <= highest:
+            text = f"request {request_id} comes after request {highest} of this connection"
+            return Refusal(
+                VerdictCode.REQUEST_REPEATED, text, value=float(request_id), limit=float(highest)
+            )
+        self._highest[session] = request_id
+        return None
+
+    def forget(self, session: int) -> None:
+        """Forget a connection that ended; its number is never given to another."""
+        self._highest.pop(session, None)
 
 
 class RequestGate:
-    """What each request of a cell's pendants passes before anybody looks at it."""
+    """Gate that each request of a cell's pendants passes before it is handled."""
 
-    def __init__(self, login: Login) -> None:
-        """Have let nobody through.
+    def __init__(self, login: Admission) -> None:
+        """Start with no request id used up.
 
         Args:
-            login: who the connections are.
+            login: the grants of the connections.
         """
-        self._login = login
+        self._visitors = login.visitors
         self._order = RequestOrder()
 
     def refusal(self, session: int, message: Message, now: int) -> Refusal | None:
@@ -33,22 +73,62 @@ class RequestGate:
         permission = permission_of(message)
         if permission is None:
             return None
-        refusal = self._login.may(session, permission)
-        if refusal is None and is_in_order(message):
+        return self._examined(session, message, permission, permission in IN_ORDER, now)
+
+    def operation_refusal(
+        self, session: int, message: Message, operation: str, now: int
+    ) -> Refusal | None:
+        """Return `refusal` for a management request; `operation` is empty if it names none."""
+        permission = needs_of(operation)
+        if permission is None:
+            return None
+        is_in_order = operation in OPERATIONS and OPERATIONS[operation].IN_ORDER
+        refusal = self._examined(session, message, permission, is_in_order, now)
+        if refusal is None and permission in CHANGES:
+            self._note(AuditEvent.CHANGE_ASKED, session, now, operation=operation)
+        return refusal
+
+    def _examined(
+        self, session: int, message: Message, permission: Permission, is_in_order: bool, now: int
+    ) -> Refusal | None:
+        refusal = self._visitors.may(session, permission)
+        if refusal is None and is_in_order:
             refusal = self._order.take(session, getattr(message, "request_id", 0))
         if refusal is not None:
             wanted, code = permission.value, int(refusal.code)
             self._note(AuditEvent.REFUSED, session, now, wanted=wanted, code=code)
-            return refusal
-        change = change_of(message)
-        if change:
-            self._note(AuditEvent.CHANGE_ASKED, session, now, operation=change)
-        return None
+        return refusal
 
     def turned_down(self, session: int, message: Message, refusal: Refusal, now: int) -> None:
-        """Note that a request which could move the robot was let in and refused after all."""
-        if not is_in_order(message):
-            return
+        """Note that a request which could move the robot passed the gate and was refused later."""
+        if permission_of(message) in IN_ORDER:
+            self._note_refused(session, message, refusal, now)
+
+    def overtaken(self, session: int, message: Message, operation: str, now: int) -> Refusal:
+        """Return the refusal of a request that a STOP has overtaken; its id is used up.
+
+        The STOP was sent after the request and acted before it: to execute the request now would
+        undo the STOP.
+
+        Args:
+            session: the connection.
+            message: its request.
+            operation: the one that a management request names; empty for any other request.
+            now: monotonic time, ns.
+        """
+        if isinstance(message, Management):
+            refusal = self.operation_refusal(session, message, operation, now)
+            is_in_order = operation in OPERATIONS and OPERATIONS[operation].IN_ORDER
+        else:
+            refusal = self.refusal(session, message, now)
+            is_in_order = permission_of(message) in IN_ORDER
+        if refusal is None:
+            refusal = Refusal(VerdictCode.OVERTAKEN_BY_STOP)
+            if is_in_order:
+                self._note_refused(session, message, refusal, now)
+        return refusal
+
+    def _note_refused(self, session: int, message: Message, refusal: Refusal, now: int) -> None:
         about: dict[str, Detail] = {
             "wanted": type(message).PLACE.name,
             "request": getattr(message, "request_id", 0),
@@ -62,6 +142,6 @@ class RequestGate:
         self._order.forget(session)
 
     def _note(self, event: AuditEvent, session: int, now: int, **detail: Detail) -> None:
-        visitor = self._login.visitors.find(session)
+        visitor = self._visitors.find(session)
         if visitor is not None:
-            self._login.visitors.note(event, visitor, now, **detail)
+            self._visitors.note(event, visitor, now, **detail)

@@ -1,7 +1,7 @@
-"""A password or pairing code on its way through the program, which shows itself to nobody.
+"""Secret: a password or pairing code that no log, error or dump can show by accident.
 
-Owns that such a text cannot get into a log, an error or a dump by accident (promise 30): whatever
-prints, formats, pickles or compares the value sees asterisks or an error.
+Owns that protection (promise 30): whatever prints, formats, pickles or compares the value gets
+asterisks or an error.
 """
 
 from __future__ import annotations

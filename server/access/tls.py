@@ -1,4 +1,4 @@
-"""TLS for the pendant port: the table `[tls]`, and the context made of it (promise 28).
+"""TLS for the pendant port: the context made of the table `[tls]` (promise 28).
 
 Owns versions, client certificates and what is said of a file that cannot be used. TLS 1.3 and
 nothing older: its records are numbered and authenticated, so one that is replayed, reordered,
@@ -12,41 +12,15 @@ import ssl
 import stat
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, model_validator
-
 from openpendant.motion.bounded_file import beginning_of
+
+from ..settings.access_settings import TlsSettings
 
 _MOST_BYTES = 1_048_576
 
 _CERTIFICATE = b"-----BEGIN CERTIFICATE-----"
 _KEY = b"PRIVATE KEY-----"
 _ENCRYPTED = (b"BEGIN ENCRYPTED PRIVATE KEY", b"Proc-Type: 4,ENCRYPTED")
-
-
-class TlsSettings(BaseModel):
-    """The server's certificate, and whose certificates it asks for."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
-
-    certificate: str = ""
-    """File with the certificate and the ones that signed it (PEM); empty for no TLS."""
-    key: str = ""
-    """File with its private key (PEM, not encrypted, readable by its owner)."""
-    ca: str = ""
-    """File with the authorities whose client certificates are taken (PEM); empty for none asked."""
-
-    @model_validator(mode="after")
-    def _is_whole(self) -> TlsSettings:
-        if bool(self.certificate) != bool(self.key):
-            raise ValueError("certificate and key are given together, or neither")
-        if self.ca and not self.certificate:
-            raise ValueError("ca needs certificate and key")
-        return self
-
-    @property
-    def is_on(self) -> bool:
-        """Whether connections are encrypted."""
-        return bool(self.certificate)
 
 
 class TlsUnusable(Exception):
@@ -76,7 +50,7 @@ def server_context(settings: TlsSettings) -> ssl.SSLContext | None:
     _check_key(settings.key)
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
     context.minimum_version = ssl.TLSVersion.TLSv1_3
-    context.num_tickets = 0  # nobody resumes: a grant dies with its connection, so does its session
+    context.num_tickets = 0  # no resumption: a grant ends with its connection, so the session does
     try:
         context.load_cert_chain(settings.certificate, settings.key)
     except ssl.SSLError as error:

@@ -1,1 +1,1 @@
-"""The work of planning: jobs, the processes that do them, and the record of what they answered."""
+"""Planning: jobs, the processes that do them, and the store of certified trajectories."""

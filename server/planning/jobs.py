@@ -1,31 +1,170 @@
-"""Questions to the planning process, and its answers; plain data that can be pickled."""
+"""Jobs of the planning processes, and their answers; plain data that can be pickled.
+
+Owns the fields of each job and answer, and of what they hold: `CertifiedTrajectory`, a trajectory
+with the proof that it keeps to the limits; `PoseGoal`, a pose to reach or the tool in the flange;
+`PlaybackPlan`, the figures of a playback for its reply. `RecordingJob` alone carries samples;
+`WayCheckJob` checks the rest of a motion in progress.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
-from openpendant.motion.certificate import Certificate
-from openpendant.motion.frames import FrameTree
-from openpendant.motion.scene import Scene
-from openpendant.motion.trajectory import Trajectory
+from openpendant.motion.frames.frame_tree import FrameTree
+from openpendant.motion.scene.scene import Scene
+from openpendant.motion.trajectory.certificate import Certificate
+from openpendant.motion.trajectory.ptp import StraightMove
+from openpendant.motion.trajectory.straight_certificate import StraightCertificate
+from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..programs.dry_run_results import DryRun, PointVerdict
-from ..programs.linking import Linked
-from ..programs.motion_blocks import MotionBlock
-from ..programs.work import Done, ProgramRefused, Task
+from ..programs.editing.program_tasks import Done, ProgramRefused, Task
+from ..programs.interpreter.dry_run_results import DryRunResult, PointFinding
+from ..programs.interpreter.motion_blocks import MotionBlock
+from ..programs.interpreter.signal_offers import Offer
+from ..programs.language.linking import Linked
 from ..refusal import Refusal
-from ..world.offered_signals import Offer
-from .pose_goal import PoseGoal
-from .recording_job import PlaybackAccount, RecordingJob
-from .way_check_job import WayCheckJob, WayFree
+from ..store.recording_format import Extract
+
+
+@dataclass(frozen=True, slots=True)
+class CertifiedTrajectory:
+    """Trajectory with the proof that it may be executed.
+
+    Attributes:
+        trajectory: the samples, or the few numbers that define all of them.
+        certificate: result of the independent checker; stored with an executed motion.
+    """
+
+    trajectory: Trajectory | StraightMove
+    certificate: Certificate | StraightCertificate
+
+
+@dataclass(frozen=True, slots=True)
+class PoseGoal:
+    """Tool pose to reach.
+
+    Attributes:
+        position: x, y, z [m].
+        orientation: quaternion x, y, z, w; normalised by the planner.
+    """
+
+    position: tuple[float, ...]
+    orientation: tuple[float, ...]
+
+
+APPROACH_SPEED = 0.1
+"""Greatest speed towards the first sample, of the joints' limits."""
+
+TOLERANCES = (0.002, 0.005, 0.01)
+"""Tried in turn where none is asked for: reports of a busy controller come unevenly [rad or m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingJob:
+    """Job: play a recording back.
+
+    Attributes:
+        job_id: number of the job.
+        start: (n,) where the robot stands, controller side [rad or m].
+        name: of the recording, for refusals.
+        samples: its rows in pieces of whole rows, 8-byte little-endian reals; in pieces, because
+            they are too many to be handled at once. May start before and end after the part.
+        extract: which values of a row are which.
+        period: time between its reports [s].
+        factor: speed relative to the recording.
+        tolerance: how far the path may lie from a sample in any joint [rad or m]; None for the
+            first of `TOLERANCES` that it can keep.
+        begins: first time of the recording that is played [s].
+        ends: last time [s]; None for its end.
+        repeats: how many times it is played.
+        bridge: longest gap that is played across, in a smooth line [s].
+        tool_speed: largest speed of tool and elbow [m/s]; None for no cap.
+        tool: tool centre point in the flange; None for the flange itself.
+        scene: what the way must not touch, the robot itself included; None to check nothing.
+    """
+
+    job_id: int
+    start: tuple[float, ...]
+    name: str
+    samples: tuple[bytes, ...] = field(repr=False)
+    extract: Extract
+    period: float
+    factor: float = 1.0
+    tolerance: float | None = None
+    begins: float = 0.0
+    ends: float | None = None
+    repeats: int = 1
+    bridge: float = 0.25
+    tool_speed: float | None = None
+    tool: PoseGoal | None = None
+    scene: Scene | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PlaybackPlan:
+    """Requested and possible figures of a playback.
+
+    Attributes:
+        samples: rows that are played.
+        recorded: how long their recording took [s].
+        asked: how long playing them once was to take [s].
+        possible: how long it takes under the limits [s].
+        approach: time of the soft way to the first sample [s]; 0 where the robot stands there.
+        total: time of the whole motion, repeats and ways back included [s].
+        deviation: greatest distance of a sample from the path, in any joint [rad or m].
+        dropped: rows whose time did not advance.
+        gaps: gaps that are played across.
+        longest_gap: the longest of them [s].
+    """
+
+    samples: int
+    recorded: float
+    asked: float
+    possible: float
+    approach: float
+    total: float
+    deviation: float
+    dropped: int
+    gaps: int
+    longest_gap: float
+
+    @property
+    def factor(self) -> float:
+        """Speed relative to the recording that is possible."""
+        return self.recorded / self.possible
+
+
+@dataclass(frozen=True, slots=True)
+class WayCheckJob:
+    """Job: check the rest of a motion in progress against a scene that was changed.
+
+    Attributes:
+        job_id: number of the job.
+        start: (n,) the first of the positions, controller side [rad or m].
+        positions: (m, n) of them in the order of the motion, 8-byte little-endian reals.
+        scene: the changed scene.
+    """
+
+    job_id: int
+    start: tuple[float, ...]
+    positions: bytes = field(repr=False)
+    scene: Scene
+
+
+@dataclass(frozen=True, slots=True)
+class PathFree:
+    """Answer of a check without contact."""
+
 
 JointVector = tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class PoseJob:
-    """Move the tool through one pose or several.
+    """Job: move the tool through one pose or several.
 
     Attributes:
         job_id: number of the job.
@@ -52,7 +191,7 @@ class PoseJob:
 
 @dataclass(frozen=True, slots=True)
 class JointPathJob:
-    """Move through joint positions without stopping.
+    """Job: move through joint positions without stopping.
 
     Attributes:
         job_id: number of the job.
@@ -75,7 +214,7 @@ class JointPathJob:
 
 @dataclass(frozen=True, slots=True)
 class RosPoint:
-    """One point of a ROS-Industrial trajectory.
+    """Point of a ROS-Industrial trajectory.
 
     Attributes:
         position: (n,) controller side [rad or m].
@@ -90,7 +229,7 @@ class RosPoint:
 
 @dataclass(frozen=True, slots=True)
 class RosPathJob:
-    """Follow a ROS-Industrial trajectory, never faster than it was asked.
+    """Job: follow a ROS-Industrial trajectory, never faster than asked.
 
     Attributes:
         job_id: number of the job.
@@ -111,7 +250,7 @@ class RosPathJob:
 
 @dataclass(frozen=True, slots=True)
 class BlockJob:
-    """Run a block of a program's moves without a stop in between.
+    """Job: run a block of a program's moves without a stop in between.
 
     Attributes:
         job_id: number of the job.
@@ -136,7 +275,7 @@ class BlockJob:
 
 @dataclass(frozen=True, slots=True)
 class DryRunJob:
-    """Walk through a program without moving, for a slice of time.
+    """Job: walk through a program without moving, for a slice of time.
 
     Attributes:
         job_id: number of the job.
@@ -161,7 +300,7 @@ class DryRunJob:
 
 @dataclass(frozen=True, slots=True)
 class ProgramJob:
-    """Read, print or edit a program that is too large for the event loop; nothing moves.
+    """Job: read, print or edit a program that is too large for the event loop; nothing moves.
 
     Attributes:
         job_id: number of the job.
@@ -180,7 +319,7 @@ Job = MotionJob | DryRunJob | WayCheckJob | ProgramJob
 
 @dataclass(frozen=True, slots=True)
 class DryRunSlice:
-    """A dry run that is not done; the next slice of the same run goes on.
+    """Answer of a dry run that is not done; the next slice of the same run continues.
 
     Attributes:
         planned: blocks that were planned so far.
@@ -191,29 +330,29 @@ class DryRunSlice:
 
 @dataclass(frozen=True, slots=True)
 class DryRunFound:
-    """A dry run that is done.
+    """Answer of a dry run that is done.
 
     Attributes:
         run: what was found about each statement.
-        points: whether each point of the main program can be reached.
+        points: True if each point of the main program can be reached.
         refused: how many statements and points cannot, those included that `dry_run_answer` cut
             off.
     """
 
-    run: DryRun
-    points: tuple[PointVerdict, ...]
+    run: DryRunResult
+    points: tuple[PointFinding, ...]
     refused: int = 0
 
 
 @dataclass(frozen=True, slots=True)
-class Planned:
-    """The answer to a job.
+class PlanAnswer:
+    """Answer to a job.
 
     Attributes:
         job_id: number of the job.
         result: of a motion, a trajectory with its certificate, or why there is none; of a dry
-            run, what was found, or how far it is; of a look along the way, that it is free; of a
-            task about a program, what was done, or what is wrong with the program.
+            run, its findings, or its progress; of a check of the remaining path, that it is free,
+            or why not; of a task about a program, its result, or what is wrong with the program.
         plan_time: wall time that planning took [s].
         playback: of a recording, what was asked and what is possible.
         took: from when a planning process was given the job to when its answer was read [s], which
@@ -226,10 +365,20 @@ class Planned:
         | Refusal
         | DryRunFound
         | DryRunSlice
-        | WayFree
+        | PathFree
         | Done
         | ProgramRefused
     )
     plan_time: float
-    playback: PlaybackAccount | None = None
+    playback: PlaybackPlan | None = None
     took: float = 0.0
+
+
+def speed_fault(speed: float) -> Refusal | None:
+    """Judge a speed as a fraction of the limits."""
+    if 0 < speed <= 1:
+        return None
+    if not math.isfinite(speed):
+        return Refusal(VerdictCode.NOT_FINITE, "the speed is not a finite number")
+    text = f"speed {speed:g}; accepted: above 0, up to 1"
+    return Refusal(VerdictCode.BAD_ARGUMENT, text, value=speed, limit=1.0)

@@ -1,8 +1,8 @@
-"""Keeping what was moved: each certified trajectory with its certificate, as files.
+"""Plan store: each executed certified trajectory with its certificate, as files.
 
-Writing happens in a thread, because a disk may take its time; a disk that is slow, full or gone
-never holds up a motion. The motions that wait for it are bounded: the ones that find no more room
-are not kept, and the log tells which. A disk that refuses is reported once.
+Writing happens in a thread, because a disk may be slow; a disk that is slow, full or gone never
+holds up a motion. The motions that wait for it are bounded: those beyond are not kept, and the log
+names them. A disk that refuses is reported once.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from pathlib import Path
 
 import numpy as np
 
-from ..driving.certified import Certified
+from .jobs import CertifiedTrajectory
 
 log = logging.getLogger("openpendant.server")
 
 MOST_WAITING = 100
-"""Motions of a cell that may wait for the disk; one of a minute is about a megabyte."""
+"""Greatest number of a cell's motions that wait for the disk; 1 min of motion is about 1 MB."""
 
 _FAREWELL = 2.0
 
 
 @dataclass(frozen=True, slots=True)
 class StoredMotion:
-    """A motion that began.
+    """Started motion.
 
     Attributes:
         number: counts the motions of this server, from 1.
@@ -40,11 +40,11 @@ class StoredMotion:
     number: int
     started: int
     plan_time: float
-    certified: Certified
+    certified: CertifiedTrajectory
 
 
 class PlanStore:
-    """A folder with two files for each motion: `N.npz` with the samples, `N.json` with the rest."""
+    """Folder with two files for each motion: `N.npz` with the samples, `N.json` with the rest."""
 
     def __init__(self, folder: Path, *, most_waiting: int = MOST_WAITING) -> None:
         """Make a store; the folder is made when the first motion is kept.
@@ -54,7 +54,7 @@ class PlanStore:
             most_waiting: motions that may wait for the disk.
         """
         self._folder = folder
-        # A second run in the same folder goes on counting; nothing is overwritten.
+        # A second run in the same folder continues the numbers; nothing is overwritten.
         kept = [int(path.stem) for path in folder.glob("*.json") if path.stem.isdigit()]
         self._before = max(kept, default=0)
         self._most_waiting = most_waiting
@@ -68,11 +68,11 @@ class PlanStore:
 
     @property
     def waiting(self) -> int:
-        """How many motions wait for the disk."""
+        """Number of motions that wait for the disk."""
         return len(self._waiting)
 
     def keep(self, motion: StoredMotion) -> None:
-        """Write a motion some time soon, where there is room; returns at once."""
+        """Queue a motion for writing, if there is room; returns at once."""
         number = self._before + motion.number
         with self._turn:
             waiting = len(self._waiting)
@@ -96,7 +96,7 @@ class PlanStore:
             self._turn.notify()
         self._thread.join(_FAREWELL)
         if self._thread.is_alive():
-            # The one that is being written is out of the queue already.
+            # The motion that is being written has left the queue already.
             left = len(self._waiting) + 1
             log.error("the disk did not take the last %d motions in time: they are not kept", left)
 

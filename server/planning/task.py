@@ -1,32 +1,76 @@
-"""A job on its way to a planning process, and what takes it there."""
+"""Planning tasks: jobs on their way to a planning process, and their form in its pipe.
+
+A job goes through the pipe as a question: the length of a pickle, the pickle, and behind it the
+samples of a recording, whose size is in the pickle. These may be tens of megabytes, so nothing here
+joins or copies them as a whole on the event loop: `planning_process` writes them a piece at a time,
+and the loop does other work in between.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
+import pickle
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import BinaryIO, Protocol
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
-from .jobs import Job, Planned
+from .jobs import Job, PlanAnswer, RecordingJob
 
-Deliver = Callable[[Planned], None]
+LENGTH = struct.Struct("<I")
+"""Length prefix of each pickle, in both directions."""
+
+
+def split_question(robot: str, job: Job) -> tuple[bytes, Sequence[bytes]]:
+    """Return what is written at once, and the pieces that follow it.
+
+    Args:
+        robot: name or file of the robot that the job is for.
+        job: what to plan.
+    """
+    pieces: Sequence[bytes] = ()
+    if isinstance(job, RecordingJob):
+        pieces, job = job.samples, replace(job, samples=())
+    data = pickle.dumps((robot, job, sum(map(len, pieces))))
+    return LENGTH.pack(len(data)) + data, pieces
+
+
+def read_question(pipe: BinaryIO) -> tuple[str, Job] | None:
+    """Return robot and job of the next question; None where the pipe ends before. Blocks."""
+    head = pipe.read(LENGTH.size)
+    if len(head) < LENGTH.size:
+        return None
+    (length,) = LENGTH.unpack(head)
+    data = pipe.read(length)
+    if len(data) < length:
+        return None
+    robot, job, size = pickle.loads(data)
+    samples = pipe.read(size)
+    if len(samples) < size:
+        return None
+    if isinstance(job, RecordingJob):
+        job = replace(job, samples=(samples,))
+    return robot, job
+
+
+Deliver = Callable[[PlanAnswer], None]
 
 
 class Planner(Protocol):
-    """Takes the jobs of a cell and delivers answers later; tests supply one that answers soon."""
+    """Interface that takes the jobs of a cell and delivers answers later."""
 
     def submit(self, job: Job, deliver: Deliver) -> None:
         """Plan a job; `deliver` is called with the answer."""
 
     def withdraw(self, job_id: int) -> None:
-        """Take note that nobody waits for the answer to a job, which need not come any more."""
+        """Withdraw a job: its answer is not needed any more."""
 
 
 @dataclass(frozen=True, slots=True)
-class Task:
-    """A job on its way.
+class PlanTask:
+    """A job with its receiver, until it is answered.
 
     Attributes:
         robot: name or file of the robot that it is for.
@@ -42,11 +86,11 @@ class Task:
 
     def fail(self) -> None:
         """Answer that no plan will come."""
-        self.deliver(Planned(self.job.job_id, Refusal(VerdictCode.PLANNER_FAILED), 0.0))
+        self.deliver(PlanAnswer(self.job.job_id, Refusal(VerdictCode.PLANNER_FAILED), 0.0))
 
 
 class Timer(Protocol):
-    """What runs out if it is not cancelled; an `asyncio.TimerHandle`, say."""
+    """Timer that can be cancelled, such as an `asyncio.TimerHandle`."""
 
     def cancel(self) -> None:
         """Stop it."""
@@ -65,7 +109,7 @@ class TaskInHand:
         is_overdue: it ran out.
     """
 
-    task: Task
+    task: PlanTask
     timer: Timer
     given: float = 0.0
     is_withdrawn: bool = False

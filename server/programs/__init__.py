@@ -1,1 +1,1 @@
-"""Programs: teach points and statements as values, their text, their edits and their run."""
+"""Programs: points and statements as values, their text, their edits and their runs."""

@@ -1,1 +1,1 @@
-"""Continuous recordings: taken from the robot, kept, and played back."""
+"""Recordings: taken from the robot continuously, kept, and played back."""

@@ -1,70 +1,188 @@
-"""Recording a motion: every fresh report of the controller, kept in chunks while it goes on.
+"""Recorder of a cell's motion: every fresh report of the controller, kept in chunks.
 
-Owns which reports are taken, when a chunk is due, and what becomes of a recording that the disk
-does not keep up with or refuses. Samples that are acknowledged are on the disk: of a server that is
-killed at most the last half second is missing, beside what waits for the disk. Knows no socket,
-file or clock, and nothing of playing back.
+Owns which reports are taken, when a chunk is due, and the end of a recording when the disk is too
+slow or refuses: the notification, and the refusal with the store's reason. Samples that are
+acknowledged are on the disk: after a kill of the server at most the last 0.5 s is missing, besides
+the rows that wait for the disk. Knows no socket, file or clock, and nothing of playback.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..driving.feedback import Feedback
-from ..outgoing import Outgoing
+from ..cell.execution.feedback import Feedback
+from ..events.effects import Effect
+from ..events.pending import AskStore
 from ..refusal import Refusal
 from ..store.documents import DocumentKind, Extent, Heading
-from ..store.errors import StoreBusy
-from ..store.questions import AskStore
-from ..store.requests import Answer, AppendChunk, Save
-from .document import (
+from ..store.recording_format import (
     GAP_PERIODS,
     RecordingDocument,
+    RowCount,
     new_document,
     write_document,
 )
-from .row_count import RowCount
-from .run import BrokenOff, Lost, RecordingStatus, Run, Told
-from .store_refusal import store_refusal
+from ..store.requests import Answer, AppendChunk, Save
+from ..store.samples import Row, pack_rows, rows_in_a_chunk
+from ..store.store_errors import StoreBusy, StoreError
 
-CHUNK_NS = 500_000_000
-"""Rows wait for so long before they are written together."""
+Told: TypeAlias = Callable[[RecordingDocument | Refusal, int], list[Effect]]
+"""Takes the result of a request about the recording, and the time."""
 
-MOST_WAITING_ROWS = 30_000
-"""Rows that wait for a disk that does not keep up: five minutes at 100 Hz."""
-
-LONGEST_BUSY_NS = 30_000_000_000
-"""A recording that was stopped waits so long for a disk that is busy all the time."""
+Lost: TypeAlias = Callable[[Refusal, int], list[Effect]]
+"""Takes the reason why a recording ended by itself, and the time."""
 
 _SECOND_NS = 1_000_000_000
 
 
+@dataclass(slots=True)
+class RecordingRun:
+    """One recording under way.
+
+    Attributes:
+        name: of its document.
+        author: who records.
+        document: its description as saved.
+        lost: called if it ends by itself.
+        revision: of the document; 0 until it is saved.
+        waiting: rows that no chunk holds yet.
+        chunk: the next chunk for the disk; empty where there is none.
+        chunk_rows: how many rows it has.
+        is_asked: True while the store has not answered a request.
+        chunks: number of kept chunks.
+        kept: rows in them.
+        count: what was counted of all rows, kept or not.
+        first: time of the first row [ns]; None before it.
+        last: time of the last row [ns].
+        told: called at the end; None until the end was requested.
+        busy_since: start of the disk's busy time while the end waits for it [ns]; else None.
+    """
+
+    name: str
+    author: str
+    document: RecordingDocument
+    lost: Lost
+    revision: int = 0
+    waiting: list[Row] = field(default_factory=list)
+    chunk: bytes = b""
+    chunk_rows: int = 0
+    is_asked: bool = False
+    chunks: int = 0
+    kept: int = 0
+    count: RowCount = field(default_factory=RowCount)
+    first: int | None = None
+    last: int = 0
+    told: Told | None = None
+    busy_since: int | None = None
+
+    @property
+    def waits_since(self) -> int:
+        """Time of the oldest row that waits [ns]; only where one does."""
+        assert self.first is not None
+        return self.first + round(self.waiting[0][0] * _SECOND_NS)
+
+    def take(self, position: tuple[float, ...], received: int, gap_ns: int) -> None:
+        """Let the next row wait for its chunk.
+
+        Args:
+            position: (n,) of the joints [rad or m].
+            received: when it was reported [ns].
+            gap_ns: reports further apart have a gap between them.
+        """
+        after_gap = False
+        if self.first is None:
+            self.first = received
+        else:
+            after_gap = received - self.last > gap_ns
+        self.last = received
+        time = (received - self.first) / _SECOND_NS
+        self.count.take(time, after_gap=after_gap)
+        self.waiting.append((time, *position, float(after_gap)))
+
+    def next_chunk(self) -> None:
+        """Make the next chunk of the oldest rows that wait, as many as it may have."""
+        most = rows_in_a_chunk(len(self.document.columns))
+        rows, self.waiting = self.waiting[:most], self.waiting[most:]
+        self.chunk, self.chunk_rows = pack_rows(rows), len(rows)
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingStatus:
+    """Published status of a recording in progress.
+
+    Attributes:
+        name: of its document.
+        duration: from the first to the last row [s].
+        samples: rows so far.
+        kept: rows that are on the disk.
+        gaps: between rows, so far.
+    """
+
+    name: str
+    duration: float
+    samples: int
+    kept: int
+    gaps: int
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingBrokenOff:
+    """Recording that ended by itself; its kept rows stay.
+
+    Attributes:
+        name: of its document.
+        refusal: why, naming the recording.
+    """
+
+    name: str
+    refusal: Refusal
+
+
+def store_refusal(answer: Answer) -> Refusal:
+    """Return the refusal for a store's answer that is not the expected one."""
+    if isinstance(answer, StoreError):
+        return answer.refusal()
+    text = f"the store answered with a {type(answer).__name__}"
+    return Refusal(VerdictCode.STORE_FAILED, text)
+
+
+CHUNK_NS = 500_000_000
+"""Time that rows wait before they are written together [ns]."""
+
+MOST_WAITING_ROWS = 30_000
+"""Greatest number of rows that wait for a slow disk: 5 min at 100 Hz."""
+
+LONGEST_BUSY_NS = 30_000_000_000
+"""Longest time that a stopped recording waits for a busy disk [ns]."""
+
+
 class Recorder:
-    """Records the motion of one cell, one recording at a time.
+    """Recorder of one cell, one recording at a time.
 
     Attributes:
         broken_off: the last recording, if it ended by itself; None where it did not.
     """
 
     def __init__(self, robot: str, joints: Sequence[str], period: float, ask: AskStore) -> None:
-        """Make a recorder that is not recording.
+        """Make a recorder without a recording.
 
         Args:
             robot: name of the robot.
             joints: names of its joints.
             period: how often the controller reports [s].
-            ask: the way to the store.
+            ask: sends a request to the store.
         """
-        self.broken_off: BrokenOff | None = None
+        self.broken_off: RecordingBrokenOff | None = None
         self._robot = robot
         self._joints = tuple(joints)
         self._period = period
         self._gap_ns = round(GAP_PERIODS * period * _SECOND_NS)
         self._ask = ask
-        self._run: Run | None = None
+        self._run: RecordingRun | None = None
 
     @property
     def status(self) -> RecordingStatus | None:
@@ -80,25 +198,25 @@ class Recorder:
         run = self._run
         return None if run is None or run.name != name else run.count
 
-    def start(self, name: str, author: str, told: Told, lost: Lost) -> Refusal | list[Outgoing]:
-        """Begin a recording; samples are taken from when its document is saved.
+    def start(self, name: str, author: str, told: Told, lost: Lost) -> Refusal | list[Effect]:
+        """Start a recording; samples are taken once its document is saved.
 
         Args:
             name: of the new document.
             author: who records.
-            told: is told the description once it is saved, or why it is not.
-            lost: is told why, if the recording ends by itself afterwards.
+            told: called with the description once it is saved, or with why it is not.
+            lost: called with the reason if the recording ends by itself afterwards.
 
         Returns:
-            Why it may not begin, or what follows.
+            Why it may not start, or what follows.
         """
         if self._run is not None:
             return Refusal(VerdictCode.RECORDING_RUNNING, f"{self._run.name!r} is being recorded")
         document = new_document(self._robot, self._joints, self._period)
-        run = self._run = Run(name, author, document, lost)
+        run = self._run = RecordingRun(name, author, document, lost)
         self.broken_off = None
 
-        def saved(answer: Answer, now: int) -> list[Outgoing]:
+        def saved(answer: Answer, now: int) -> list[Effect]:
             if isinstance(answer, Heading):
                 run.revision = answer.revision
                 return told(document, now)
@@ -108,8 +226,8 @@ class Recorder:
         body = write_document(document)
         return self._ask(Save(DocumentKind.RECORDING, name, body, 0, author), saved)
 
-    def reported(self, feedback: Feedback, now: int) -> list[Outgoing]:
-        """Take the controller's last report, if it was not taken yet."""
+    def reported(self, feedback: Feedback, now: int) -> list[Effect]:
+        """Take the controller's last report, unless it was taken already."""
         run = self._run
         if run is None or not run.revision or run.told is not None:
             return []
@@ -120,8 +238,8 @@ class Recorder:
             return self._break_off(run, _fallen_behind(run), now)
         return self._write(run)
 
-    def stop(self, told: Told) -> Refusal | list[Outgoing]:
-        """End the recording; `told` is told its description once all of it is on the disk.
+    def stop(self, told: Told) -> Refusal | list[Effect]:
+        """End the recording; `told` gets its description once all of it is on the disk.
 
         Returns:
             Why there is nothing to end, or why it ended by itself before; or what follows.
@@ -134,18 +252,18 @@ class Recorder:
         run.told = told
         return self._finish(run)
 
-    def tick(self, now: int) -> list[Outgoing]:
-        """Try the disk again, where it was busy as the rest of a recording was to be kept."""
+    def tick(self, now: int) -> list[Effect]:
+        """Try the disk again if it was busy when the rest of a recording was due."""
         run = self._run
         if run is None or run.busy_since is None:
             return []
         return self._finish(run)
 
-    def flush(self) -> list[Outgoing]:
-        """Have written what waits, and record no more, because the server is going down.
+    def flush(self) -> list[Effect]:
+        """Write the waiting rows and end the recording, because the server is going down.
 
-        Of one that was stopped, and waited for the disk, the rows are kept without its final
-        description, as of one that nobody stopped: there is no time to try again.
+        A stopped recording that still waited for the disk keeps its rows but gets no final
+        description, as if nobody had stopped it: there is no time to try again.
         """
         run = self._run
         if run is None or not run.revision:
@@ -153,8 +271,8 @@ class Recorder:
         if run.told is not None and run.is_asked and not run.chunk and not run.waiting:
             return []  # the description is on its way, behind all rows
         self._run = None
-        out: list[Outgoing] = []
-        # A chunk that the store was asked to keep already may be asked for twice.
+        out: list[Effect] = []
+        # A pending chunk is sent again without harm: the store accepts a repeated last chunk.
         while run.chunk or run.waiting:
             if run.chunk:
                 chunk = AppendChunk(run.name, run.chunks, run.chunk)
@@ -168,24 +286,24 @@ class Recorder:
 
     # Rows.
 
-    def _write(self, run: Run) -> list[Outgoing]:
+    def _write(self, run: RecordingRun) -> list[Effect]:
         """Write the chunk that the disk did not take, or one that is due."""
         if run.is_asked:
             return []
         is_due = run.waiting and run.last - run.waits_since >= CHUNK_NS
         return self._append(run) if run.chunk or is_due else []
 
-    def _append(self, run: Run) -> list[Outgoing]:
+    def _append(self, run: RecordingRun) -> list[Effect]:
         if not run.chunk:
             run.next_chunk()
         run.is_asked = True
 
-        def kept(answer: Answer, now: int) -> list[Outgoing]:
+        def kept(answer: Answer, now: int) -> list[Effect]:
             return self._kept(run, answer, now)
 
         return self._ask(AppendChunk(run.name, run.chunks, run.chunk), kept)
 
-    def _kept(self, run: Run, answer: Answer, now: int) -> list[Outgoing]:
+    def _kept(self, run: RecordingRun, answer: Answer, now: int) -> list[Effect]:
         if self._run is not run:
             return []
         run.is_asked = False
@@ -200,8 +318,8 @@ class Recorder:
         return self._break_off(run, store_refusal(answer), now)
 
     @staticmethod
-    def _may_wait(run: Run, answer: Answer, now: int) -> bool:
-        """Tell whether what the disk did not take is tried again: by the next report or tick."""
+    def _may_wait(run: RecordingRun, answer: Answer, now: int) -> bool:
+        """Return True if a refused chunk is tried again by the next report or tick."""
         if not isinstance(answer, StoreBusy):
             return False
         if run.told is None:
@@ -212,7 +330,7 @@ class Recorder:
 
     # The end.
 
-    def _finish(self, run: Run) -> list[Outgoing]:
+    def _finish(self, run: RecordingRun) -> list[Effect]:
         """Write what is left, then the description with what was counted."""
         if run.is_asked:
             return []
@@ -221,7 +339,7 @@ class Recorder:
         run.is_asked = True
         document = run.document.model_copy(update={"finished": True} | run.count.fields)
 
-        def saved(answer: Answer, now: int) -> list[Outgoing]:
+        def saved(answer: Answer, now: int) -> list[Effect]:
             run.is_asked = False
             if self._may_wait(run, answer, now):
                 return []
@@ -232,26 +350,26 @@ class Recorder:
 
         return self._ask(_save(run, document), saved)
 
-    def _break_off(self, run: Run, cause: Refusal, now: int) -> list[Outgoing]:
-        """End a recording that cannot go on; what is kept stays, and who records is told."""
+    def _break_off(self, run: RecordingRun, cause: Refusal, now: int) -> list[Effect]:
+        """End a recording that cannot continue; kept rows stay, and its client is notified."""
         self._run = None
         text = f"recording {run.name!r} ended by itself, {run.kept} samples kept: {cause.sentence}"
         refusal = replace(cause, text=text)
-        self.broken_off = BrokenOff(run.name, refusal)
+        self.broken_off = RecordingBrokenOff(run.name, refusal)
         out = run.lost(refusal, now)
         if run.told is not None:
             out += run.told(refusal, now)
-        # A full disk refuses this, too; then the reason is known until the next recording begins.
+        # A full disk refuses this, too; then the reason is known until the next recording starts.
         noted = run.document.model_copy(update={"problem": text})
         return out + self._ask(_save(run, noted), lambda answer, at: [])
 
 
-def _save(run: Run, document: RecordingDocument) -> Save:
+def _save(run: RecordingRun, document: RecordingDocument) -> Save:
     body = write_document(document)
     return Save(DocumentKind.RECORDING, run.name, body, run.revision, run.author)
 
 
-def _fallen_behind(run: Run) -> Refusal:
+def _fallen_behind(run: RecordingRun) -> Refusal:
     lost = len(run.waiting) + run.chunk_rows
     text = f"{lost} samples wait for the disk, at most {MOST_WAITING_ROWS}"
     return Refusal(VerdictCode.RECORDING_FELL_BEHIND, text, value=lost, limit=MOST_WAITING_ROWS)

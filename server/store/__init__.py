@@ -1,1 +1,1 @@
-"""Documents with revisions, kept in a file that survives a kill, a full disk and a crash."""
+"""Store of documents with revisions, in a file that survives a kill, a full disk and a crash."""

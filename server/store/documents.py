@@ -1,7 +1,9 @@
 """Documents: their kinds, names, sizes and revisions.
 
-Owns what a document may be called and how large it may be. Plain data; knows no file. A name is
-never the name of a file, but people read it on one line and type it on a command line.
+Owns the rules for a document's name and size, and the rule of revisions: a change is made from the
+kept revision and becomes the next one. Only the number orders revisions, never the clock. A name is
+not the name of a file, but people read it on one line and type it on a command line. Plain data;
+knows no file.
 """
 
 from __future__ import annotations
@@ -11,22 +13,22 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from .errors import BadDocument, BadName, TooLarge
+from .store_errors import BadDocument, BadName, Conflict, TooLarge
 
 LONGEST_NAME = 64
-"""Characters of a document's name, and of the name of whoever saves it."""
+"""Greatest number of characters of a document's name, and of its author's."""
 
 MOST_NAME_BYTES = 64
-"""Bytes of UTF-8 of a new document's name: what the fields of our messages hold."""
+"""Greatest number of bytes of UTF-8 of a new document's name: the size of message fields."""
 
 MOST_CHUNK_BYTES = 1 << 20
-"""Largest chunk of a recording [bytes]: minutes of samples, so that its cap is none."""
+"""Largest chunk of a recording [bytes]: minutes of samples."""
 
 _FORBIDDEN = frozenset("/\\")
 
 
 class DocumentKind(StrEnum):
-    """What a document is; each kind has names of its own."""
+    """Kind of a document; each kind has names of its own."""
 
     PROGRAM = "program"
     RECORDING = "recording"
@@ -49,25 +51,25 @@ MOST_BODY_BYTES: Mapping[DocumentKind, int] = {
 """Largest body [bytes of UTF-8]. A recording's samples are chunks, without a cap in sum."""
 
 KEPT_REVISIONS: Mapping[DocumentKind, int] = {
-    # An old hash of a password is of use to nobody but a thief.
+    # Old password hashes are not kept: they would help only an attacker.
     kind: 1 if kind is DocumentKind.ACCOUNT else 20
     for kind in DocumentKind
 }
-"""How many of the latest revisions are kept, so that nothing is lost by saving the wrong thing."""
+"""Number of latest revisions kept, so that a wrong save loses nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """A revision of a document without its body.
+    """Revision of a document without its body.
 
     Attributes:
         kind: kind of the document.
         name: its name, unique among its kind.
         revision: counts its changes, from 1; goes on after a deletion.
         size: of its body [bytes].
-        saved_by: who saved it.
+        saved_by: its author.
         saved_at: wall-clock time in UTC, ISO 8601; for display only, clocks jump.
-        deleted: whether this revision is its deletion.
+        deleted: True if this revision is its deletion.
     """
 
     kind: DocumentKind
@@ -81,10 +83,10 @@ class Heading:
 
 @dataclass(frozen=True, slots=True)
 class Document:
-    """A revision of a document.
+    """Revision of a document.
 
     Attributes:
-        heading: which, of whom and when.
+        heading: its kind, name, number, author and time.
         body: JSON text.
     """
 
@@ -94,10 +96,10 @@ class Document:
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """How much of a recording is kept.
+    """Size of a recording in the store.
 
     Attributes:
-        chunks: how many; chunk numbers start at 0, so this is the next one.
+        chunks: number of chunks; chunk numbers start at 0, so this is the next one.
         size: of all of them [bytes].
     """
 
@@ -151,7 +153,7 @@ def _check_words(name: str) -> None:
             raise BadName(name, f"{problem}; {accepted}")
     if name != name.strip():
         raise BadName(name, "begins or ends with a space; accepted: a name without")
-    # Two spellings of one letter would be two documents that look the same.
+    # Two encodings of one letter would make two documents that look the same.
     if not unicodedata.is_normalized("NFC", name):
         raise BadName(name, "is not in Unicode's composed form; accepted: form NFC")
 
@@ -189,3 +191,37 @@ def check_chunk(name: str, data: bytes) -> None:
         raise BadDocument(what, f"is empty; accepted: 1 to {MOST_CHUNK_BYTES} bytes")
     if len(data) > MOST_CHUNK_BYTES:
         raise TooLarge(what, len(data), MOST_CHUNK_BYTES)
+
+
+def check_revision(kind: DocumentKind, name: str, expected: int, current: Heading | None) -> None:
+    """Refuse a change that was not made from the kept revision.
+
+    Args:
+        kind: kind of the document.
+        name: its name.
+        expected: the revision that the change was made from; 0 for a new document.
+        current: the kept revision, perhaps a deletion; None where there never was one.
+
+    Raises:
+        Conflict: somebody else was faster, or there is no such document.
+    """
+    if current is None:
+        if expected:
+            raise Conflict(kind, name, expected, 0)
+        return
+    kept = 0 if current.deleted else current.revision
+    if expected != kept:
+        raise Conflict(
+            kind,
+            name,
+            expected,
+            current.revision,
+            current.saved_by,
+            current.saved_at,
+            deleted=current.deleted,
+        )
+
+
+def revision_after(current: Heading | None) -> int:
+    """Return the number of the next revision; it goes on after a deletion."""
+    return 1 if current is None else current.revision + 1

@@ -1,6 +1,6 @@
-"""The thorough check of a store's file: pages, documents, revisions and recordings.
+"""Store file check: a thorough check of pages, documents, revisions and recordings.
 
-More than opening does: every body is parsed and every chunk is counted. Changes nothing.
+It does more than opening: every body is parsed and every chunk is counted. Changes nothing.
 """
 
 from __future__ import annotations
@@ -12,23 +12,21 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .documents import DocumentKind
-from .errors import StoreError
-from .schema import MIGRATIONS
-from .sqlite_faults import translated
-from .sqlite_file import integrity, open_read_only
+from .sqlite_file import MIGRATIONS, integrity, open_read_only, translated
+from .store_errors import StoreError
 
 _MOST_PROBLEMS = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Report:
-    """What a check found.
+class FileReport:
+    """Result of a check.
 
     Attributes:
-        documents: how many there are, deleted ones not counted.
-        revisions: how many are kept, of all documents.
-        chunks: how many chunks of recordings.
-        problems: what is wrong, one line each; at most a hundred.
+        documents: number of documents, deleted ones not counted.
+        revisions: number of kept revisions of all documents.
+        chunks: number of chunks of recordings.
+        problems: one line each; at most a hundred.
     """
 
     documents: int
@@ -38,11 +36,11 @@ class Report:
 
     @property
     def is_sound(self) -> bool:
-        """Whether nothing is wrong."""
+        """True if the check found no problem."""
         return not self.problems
 
 
-def check_store(path: Path) -> Report:
+def check_store(path: Path) -> FileReport:
     """Check a store's file, whether or not a server has it open.
 
     Raises:
@@ -59,7 +57,7 @@ def check_store(path: Path) -> Report:
                 counts = _counts(connection)
         except StoreError as error:
             problems.append(str(error))
-    return Report(*counts, tuple(problems[:_MOST_PROBLEMS]))
+    return FileReport(*counts, tuple(problems[:_MOST_PROBLEMS]))
 
 
 def _unreadable(connection: sqlite3.Connection) -> list[str]:

@@ -1,9 +1,9 @@
-"""Whether a store that is open is still the file of its name.
+"""File identity of an open store: the proof that it is still the file of its name.
 
-SQLite goes on with the file that it opened, whatever becomes of its name: what is saved into one
-that was deleted, moved away or replaced is gone with it, and what is written into one that a copy
-was written over damages both. Owns how that is found out, and the sentence about it; the store asks
-before a change and before it acknowledges one, and before it closes.
+SQLite keeps using the file that it opened, whatever becomes of its name: a change saved into one
+that was deleted, moved away or replaced is lost with it, and a write into one that a copy was
+written over damages both. Owns the detection, and the sentence about it; the store checks before a
+change, before it acknowledges one, and before it closes.
 """
 
 from __future__ import annotations
@@ -17,22 +17,24 @@ from enum import Enum
 from pathlib import Path
 from typing import Literal
 
-from .errors import StoreFailed
-from .schema import APPLICATION_ID
+from .store_errors import StoreFailed
+
+APPLICATION_ID = 0x4F50656E
+"""Application id in the header of a store's file: the letters `OPen`."""
 
 _BESIDE = ("-wal", "-shm")
-"""What SQLite keeps beside an open file: its log and the index of that."""
+"""Suffixes of the files beside an open file: its log and the index of that."""
 
 _CONSEQUENCE = "nothing is saved until it is back, or the server is started anew"
 
 
 class NotOurFile(StoreFailed):
-    """The file that is open is no longer the one of its name; what was asked was not saved."""
+    """Refusal: the open file is no longer the one of its name, and the request was not saved."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """A name and what it stands for, by device and inode; a link is told from its target."""
+    """Name with the device and inode of its file; a link differs from its target."""
 
     name: tuple[int, int]
     target: tuple[int, int]
@@ -40,7 +42,7 @@ class _Place:
 
 @dataclass(frozen=True, slots=True)
 class _Progress:
-    """How far the documents of a file go; it never goes back in a file that is only changed.
+    """Newest rows of a file's documents; they never go back in a file that is only changed.
 
     Attributes:
         revision: row of the newest revision.
@@ -55,7 +57,7 @@ class _Progress:
 
 
 def check_is_file(path: Path) -> None:
-    """Refuse a name that no store can have, in words; one that is not in use is fine.
+    """Refuse a name that no store can have; one that is not in use is accepted.
 
     Raises:
         StoreFailed: it is a directory, a device, or a link to nothing.
@@ -72,10 +74,10 @@ def check_is_file(path: Path) -> None:
 
 
 class FileIdentity:
-    """What an open file was when it was opened, and what has become of its name since."""
+    """Identity of a file when it was opened, and the present state of its name."""
 
     def __init__(self, path: Path) -> None:
-        """Take note of a file, its log and the index of that; SQLite has them open.
+        """Record a file, its log and the index of that; SQLite has them open.
 
         Raises:
             NotOurFile: the name has gone already.
@@ -89,7 +91,7 @@ class FileIdentity:
         self._check_content()
 
     def check(self) -> None:
-        """Look at the names, and where the file was written to at what is in it.
+        """Check the names, and the content of the file if it was written to.
 
         Raises:
             NotOurFile: it is another one now; the sentence says what.
@@ -100,7 +102,7 @@ class FileIdentity:
         self._check_content()
 
     def is_lost(self) -> bool:
-        """Tell whether the name stands for another file, or for another one's content."""
+        """Return True if the name stands for another file, or for another one's content."""
         if self._placed(self._path) != self._place:
             return True
         try:
@@ -162,7 +164,7 @@ class FileIdentity:
 
 
 class _Content(Enum):
-    """What was found where no progress can be read."""
+    """Content for which no progress can be read."""
 
     FOREIGN = "foreign"
     TORN = "torn"

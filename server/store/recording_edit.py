@@ -1,7 +1,7 @@
-"""Cutting and renaming recordings: a copy of some of their rows under another name, all or nothing.
+"""Recording edits: cutting and renaming by a copy of rows under another name, all or nothing.
 
-Owns which rows are copied and what the copy's description says. Works chunk by chunk, so that the
-length of a recording costs time and no memory. Blocks, as all of the store does.
+Owns which rows are copied and the description of the copy. Works chunk by chunk, so that the length
+of a recording costs time and no memory. Blocks, as all of the store does.
 """
 
 from __future__ import annotations
@@ -10,13 +10,11 @@ import itertools
 import json
 from collections.abc import Iterable, Iterator
 
-from ..recording.document import GAP, TIME
-from ..recording.row_count import RowCount
 from .documents import DocumentKind, Heading
-from .errors import BadDocument
-from .recording_rows import append_rows, recording_rows
-from .samples import Row, columns_of
-from .store import Store
+from .recording_format import GAP, TIME, RowCount
+from .samples import Row, append_rows, columns_of, recording_rows
+from .store_errors import BadDocument
+from .store_interface import Store
 
 _RECORDING = DocumentKind.RECORDING
 
@@ -51,7 +49,7 @@ def trim_recording(
         if not counted.rows:
             until = "the end" if ends is None else f"{ends:g} s"
             raise BadDocument(f"recording {name!r}", f"has no sample from {begins:g} s to {until}")
-        # A part is whole, however the recording that it is of ended.
+        # A part is complete, however its recording ended.
         whole = {"finished": True, "problem": ""} | counted.fields
         described = json.dumps(json.loads(body) | whole, ensure_ascii=False)
         return store.save(

@@ -1,6 +1,6 @@
-"""What can be asked of the store from elsewhere, and its answers; plain data.
+"""Store requests of other modules, and their answers; plain data.
 
-A core that must not block gives a request to its shell, and is told the answer as one more event.
+A core that must not block gives a request to its shell, and gets the answer as one more event.
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from .documents import Document, DocumentKind, Extent, Heading
-from .errors import StoreError
 from .recording_edit import rename_recording, trim_recording
-from .recording_rows import chunks_together
-from .store import Store
+from .samples import chunks_together
+from .store_errors import StoreError
+from .store_interface import Store
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +127,7 @@ Answer: TypeAlias = Result | StoreError
 
 
 def size_of(request: Request) -> int:
-    """Return how much memory a waiting request holds, roughly [bytes]."""
+    """Return the approximate memory of a waiting request [bytes]."""
     match request:
         case Save():
             return len(request.body)
@@ -137,7 +137,7 @@ def size_of(request: Request) -> int:
 
 
 def perform(store: Store, request: Request) -> Result:
-    """Do what a request asks for.
+    """Return the answer to a request.
 
     Raises:
         StoreError: the store cannot.

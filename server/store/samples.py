@@ -1,7 +1,8 @@
-"""The samples of a recording as chunks of bytes.
+"""Samples of a recording: rows of numbers, packed into chunks of bytes.
 
 A chunk is rows of 8-byte little-endian reals, one row a sample, one column after the other. The
-recording's document names them in `columns`, the time first: `{"columns": ["t", "j1", …]}`.
+recording's document names them in `columns`, the time first: `{"columns": ["t", "j1", …]}`. The
+samples of a kept recording are read as rows, whatever chunks they lie in.
 """
 
 from __future__ import annotations
@@ -11,9 +12,10 @@ import json
 import struct
 from collections.abc import Iterable, Iterator, Sequence
 
-from ..recording.document import TIME
 from .documents import LONGEST_NAME, MOST_CHUNK_BYTES
-from .errors import BadDocument
+from .recording_format import TIME
+from .store_errors import BadDocument
+from .store_interface import Store
 
 MOST_COLUMNS = 256
 
@@ -29,7 +31,7 @@ def time_first(columns: Sequence[str]) -> tuple[int, ...]:
 
 
 def time_fault(before: float | None, time: float) -> str:
-    """Return what is wrong with the time of a row; empty where it goes on.
+    """Return the fault in the time of a row; empty if it advances.
 
     Args:
         before: the time of the row before [s]; None for the first row.
@@ -67,7 +69,7 @@ def unpack_rows(data: bytes, columns: int) -> Iterator[Row]:
 
 
 def rows_in_a_chunk(columns: int) -> int:
-    """Return how many rows fit into the largest chunk."""
+    """Return the greatest number of rows in a chunk."""
     return MOST_CHUNK_BYTES // (columns * _REAL_BYTES)
 
 
@@ -92,3 +94,62 @@ def columns_of(name: str, body: str) -> tuple[str, ...]:
         accepted = f"1 to {MOST_COLUMNS} different names, of the time and of each joint"
         raise BadDocument(f"recording {name!r}", f"accepted: {accepted}", place="columns")
     return tuple(columns)
+
+
+_CHUNKS_AT_ONCE = 16
+
+
+def recording_rows(store: Store, name: str, columns: int) -> Iterator[Row]:
+    """Return the samples of a recording, some chunks at a time."""
+    first = 0
+    while chunks := store.load_chunks(name, first, _CHUNKS_AT_ONCE):
+        for chunk in chunks:
+            yield from unpack_rows(chunk, columns)
+        first += len(chunks)
+
+
+def chunks_together(store: Store, name: str, first: int, most: int) -> tuple[bytes, ...]:
+    """Return chunks of a recording that are together no larger than one may be.
+
+    Args:
+        store: where it is.
+        name: of the recording.
+        first: number of the first of them.
+        most: how many at most.
+
+    Raises:
+        StoreError: it is not there.
+    """
+    found: list[bytes] = []
+    room = MOST_CHUNK_BYTES
+    while len(found) < most:
+        chunks = store.load_chunks(name, first + len(found), 1)
+        if not chunks or (found and len(chunks[0]) > room):
+            break
+        found.append(chunks[0])
+        room -= len(chunks[0])
+    return tuple(found)
+
+
+def append_chunks(store: Store, name: str, chunks: Iterable[bytes]) -> None:
+    """Append chunks to a recording that has none yet."""
+    for sequence, chunk in enumerate(chunks):
+        store.append_chunk(name, sequence, chunk)
+
+
+def append_rows(store: Store, name: str, rows: Iterable[Row], columns: int) -> None:
+    """Append samples to a recording that has none yet."""
+    append_chunks(store, name, packed(rows, columns))
+
+
+def packed(rows: Iterable[Row], columns: int) -> Iterator[bytes]:
+    """Return samples in as few chunks as hold them."""
+    most = rows_in_a_chunk(columns)
+    waiting: list[Row] = []
+    for row in rows:
+        waiting.append(row)
+        if len(waiting) == most:
+            yield pack_rows(waiting)
+            waiting.clear()
+    if waiting:
+        yield pack_rows(waiting)

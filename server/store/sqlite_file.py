@@ -1,13 +1,22 @@
-"""The file of the SQLite store: opened, checked, upgraded, copied, and set aside when broken.
+"""The SQLite file of the store: its schema, opening, check, upgrade and copy, and its faults.
 
-Owns what a file must be before its documents are touched. A broken file is renamed, never
-overwritten, and that is logged; a file that is a sound database of somebody else's, or of a later
-version, is refused and left alone.
+Owns what a file must be before its documents are touched. A broken file is set aside: renamed,
+never overwritten, and that is logged. A file that is a sound database of somebody else's, or of a
+later version, is refused and left alone.
+
+Owns the tables of each version. The version stands in the file's header (`user_version`). A version
+once released keeps its statements; a change appends a migration, and a test upgrades a file of
+every older version. A new kind of document is a new version too, perhaps without any statement,
+because an older program must not meet it.
+
+Owns how a fault of SQLite or of the system is named as a typed error of the store; its words stay
+the system's own.
 """
 
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import logging
 import os
@@ -17,17 +26,120 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from .errors import ForeignFile, ReadOnly, StoreError, StoreFailed, StoreTooNew
-from .file_identity import check_is_file
-from .room_reserve import RESERVE_BYTES
-from .schema import APPLICATION_ID, Migration
-from .sqlite_faults import BrokenFile, translated
-from .whole_file import sync_folder, whole_file
+from .atomic_write import sync_folder, whole_file
+from .file_identity import APPLICATION_ID, check_is_file
+from .free_space import RESERVE_BYTES
+from .store_errors import (
+    DiskFull,
+    ForeignFile,
+    ReadOnly,
+    StoreBusy,
+    StoreError,
+    StoreFailed,
+    StoreTooNew,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Migration:
+    """The way from one version to the next.
+
+    Attributes:
+        version: the version that it leads to.
+        statements: SQL, run in order inside one transaction.
+    """
+
+    version: int
+    statements: tuple[str, ...]
+
+
+MIGRATIONS: Sequence[Migration] = (
+    Migration(
+        1,
+        (
+            # Revisions are only ever inserted; a deletion is one without a body. Sizes stand
+            # apart because measuring a text would read it; `total` is the size of a chunk and of
+            # all before it, so that appending to a long recording costs what the first chunk did.
+            """
+            CREATE TABLE revision (
+                kind TEXT NOT NULL,
+                name TEXT NOT NULL,
+                revision INTEGER NOT NULL CHECK (revision > 0),
+                size INTEGER NOT NULL,
+                saved_by TEXT NOT NULL,
+                saved_at TEXT NOT NULL,
+                body TEXT,
+                PRIMARY KEY (kind, name, revision)
+            )
+            """,
+            """
+            CREATE TABLE recording_chunk (
+                name TEXT NOT NULL,
+                sequence INTEGER NOT NULL CHECK (sequence >= 0),
+                total INTEGER NOT NULL,
+                data BLOB NOT NULL,
+                PRIMARY KEY (name, sequence)
+            )
+            """,
+        ),
+    ),
+)
+
+
+_PRIMARY = 0xFF  # the lower byte of SQLite's extended codes is the kind of fault
+
+_NO_ROOM_FOR_INDEX = sqlite3.SQLITE_IOERR_SHMSIZE
+
+_KINDS: dict[int, type[StoreError]] = {
+    sqlite3.SQLITE_FULL: DiskFull,
+    sqlite3.SQLITE_READONLY: ReadOnly,
+    sqlite3.SQLITE_PERM: ReadOnly,
+    sqlite3.SQLITE_BUSY: StoreBusy,
+    sqlite3.SQLITE_LOCKED: StoreBusy,
+}
+_BROKEN = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB}
+
+
+class BrokenFile(StoreFailed):
+    """The file is no database, or a damaged one."""
+
+
+@contextlib.contextmanager
+def translated(path: Path) -> Iterator[None]:
+    """Turn the faults of SQLite and of the system inside the context into a `StoreError`."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise _store_error(error, path) from error
+    except OSError as error:
+        raise _os_error(error, path) from error
+
+
+def _store_error(error: sqlite3.Error, path: Path) -> StoreError:
+    """Return the typed error for one of SQLite's, with its words and the name of its code."""
+    extended = getattr(error, "sqlite_errorcode", 0)
+    # No room for the index of the log; SQLite counts it among the faults of input and output.
+    code = sqlite3.SQLITE_FULL if extended == _NO_ROOM_FOR_INDEX else extended & _PRIMARY
+    name = getattr(error, "sqlite_errorname", type(error).__name__)
+    kind = BrokenFile if code in _BROKEN else _KINDS.get(code, StoreFailed)
+    return kind(f"{path}: {error} ({name})")
+
+
+def _os_error(error: OSError, path: Path) -> StoreError:
+    """Return the typed error for one of the system's, with its words."""
+    text = f"{error.filename or path}: {error.strerror or error}"
+    match error.errno:
+        case errno.ENOSPC | errno.EDQUOT | errno.EFBIG:
+            return DiskFull(text)
+        case errno.EROFS | errno.EACCES | errno.EPERM:
+            return ReadOnly(text)
+    return StoreFailed(text)
+
 
 log = logging.getLogger("openpendant.server")
 
 _BUSY_TIMEOUT = 2.0
-"""How long a change waits for another process that holds the file [s]."""
+"""Longest time that a change waits for another process that holds the file [s]."""
 
 _MOST_KEPT = 10_000
 _PAGE_BYTES = 4_096
@@ -167,7 +279,7 @@ def _open_writable(path: Path, migrations: Sequence[Migration]) -> OpenFile:
                 raise BrokenFile(f"{path}: {problems[0]}")
             for statement in _SETTINGS:
                 connection.execute(statement)
-            # Tells now, not at the first save, that the file may only be read.
+            # A file that may only be read fails here, not at the first save.
             connection.execute("BEGIN IMMEDIATE")
             connection.execute("ROLLBACK")
             before_upgrade = _upgrade(connection, path, version, migrations)
@@ -217,7 +329,7 @@ def _connect(path: Path, mode: str) -> sqlite3.Connection:
         f"{path.absolute().as_uri()}?{mode}",
         uri=True,
         timeout=_BUSY_TIMEOUT,
-        isolation_level=None,  # transactions begin and end where this package says
+        isolation_level=None,  # no transactions of Python's own: this package starts and ends them
     )
 
 
@@ -280,7 +392,7 @@ def _make(path: Path) -> None:
     with _one_at_a_time(path.parent):
         if path.exists():  # another process was faster
             return
-        # Of a file that has gone; SQLite would take it for that of the new one.
+        # The log of a deleted file: SQLite would take it for that of the new one.
         set_log_aside(path)
         with whole_file(path) as beside, contextlib.closing(_connect(beside, "mode=rw")) as new:
             new.execute(f"PRAGMA application_id = {APPLICATION_ID}")
@@ -324,8 +436,8 @@ def let_go_of_lost(path: Path) -> None:
 
 
 def _check_size(path: Path) -> None:
-    # SQLite takes an empty file for a new database. It may have been a copy, put back after it was
-    # cut short; whoever had an account in the store must not be taken for nobody.
+    # SQLite takes an empty file for a new database. It may be a restored copy that was cut short: a
+    # store that had accounts must not come up as one without any.
     if not path.stat().st_size:
         raise BrokenFile(f"{path}: has 0 bytes, which neither a store nor a copy of one has")
 

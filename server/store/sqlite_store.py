@@ -1,6 +1,6 @@
 """The store in one SQLite file: write-ahead log, full sync, one change after the other.
 
-Owns the statements, and that a change is compared with the kept revision (`revisions`) inside the
+Owns the statements, and that a change is compared with the kept revision (`documents`) inside the
 transaction that saves it, so that neither two pendants nor two processes overwrite each other.
 Blocks until the disk has answered; used by one thread at a time, the one that opened it.
 """
@@ -26,14 +26,21 @@ from .documents import (
     check_chunk,
     check_name,
     check_new_name,
+    check_revision,
+    revision_after,
 )
-from .errors import BadDocument, DiskFull, NotFound, OutOfSequence, ReadOnly
 from .file_identity import FileIdentity
-from .revisions import check_revision, revision_after
-from .room_reserve import IN_MEMORY, RoomReserve
-from .schema import MIGRATIONS, Migration
-from .sqlite_faults import translated
-from .sqlite_file import OpenFile, let_go_of_lost, open_file, open_read_only
+from .free_space import IN_MEMORY, ReservedSpace
+from .sqlite_file import (
+    MIGRATIONS,
+    Migration,
+    OpenFile,
+    let_go_of_lost,
+    open_file,
+    open_read_only,
+    translated,
+)
+from .store_errors import BadDocument, DiskFull, NotFound, OutOfSequence, ReadOnly
 
 log = logging.getLogger("openpendant.server")
 
@@ -63,7 +70,7 @@ class SqliteStore:
         self.set_aside = opened.set_aside
         self.before_upgrade = opened.before_upgrade
         self._database = opened.connection
-        self._reserve = RoomReserve(path)
+        self._reserve = ReservedSpace(path)
         self._identity: FileIdentity | None = None
         if not self.is_read_only:
             self._reserve.fill()
@@ -150,7 +157,7 @@ class SqliteStore:
             except DiskFull:
                 if not self._reserve.give_back():
                     raise
-                # What the log holds may find its place in the file now, and so make more room.
+                # The log can move into the file now, which makes more room.
                 self._merge_log()
 
     def _delete(
@@ -232,7 +239,8 @@ class SqliteStore:
                 self._database.execute("BEGIN IMMEDIATE")
                 yield
                 self._database.execute("COMMIT")
-                # What went into a file that lost its name meanwhile is not acknowledged.
+                # Checked again before the acknowledgement: a change written into a file that lost
+                # its name meanwhile is lost with it, so it must not count as saved.
                 self._check_identity()
         except BaseException as error:
             self._undo()
@@ -248,7 +256,7 @@ class SqliteStore:
             self._identity.check()
 
     def _undo(self) -> None:
-        # Secondary faults of a disk that fails already tell nothing new; the first one is raised.
+        # The first fault of a failing disk is raised; those of the rollback add nothing.
         with contextlib.suppress(sqlite3.Error):
             if self._database.in_transaction:
                 self._database.execute("ROLLBACK")
@@ -323,7 +331,7 @@ def open_store(
     Raises:
         StoreError: it cannot be opened, belongs to another program, or is of a later version.
     """
-    reserve = RoomReserve(path)
+    reserve = ReservedSpace(path)
     while True:
         try:
             return SqliteStore(path, open_file(path, migrations), wall_clock)

@@ -1,7 +1,7 @@
-"""JSON from a file that anybody may have written: bounded, unambiguous, and refused by place.
+"""Strict JSON from files of unknown origin: bounded, unambiguous, and refused with the place.
 
 Stricter than the standard parser: no key twice, no number that is not finite, no integer too long
-to be taken for one, and not too deep. Knows nothing of documents.
+to be read as one, and not too deep. Knows nothing of documents.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NoReturn
 
-from .errors import BadDocument
+from .store_errors import BadDocument
 
 DEEPEST = 64
-"""Most brackets inside each other."""
+"""Greatest depth of nested brackets."""
 
 _MOST_DIGITS = 19
 
@@ -65,7 +65,7 @@ def parse(text: str, file: str) -> Any:
 
 def _check_values(content: Any, file: str) -> None:
     """Refuse what nests too deeply and reals that are too large to be finite."""
-    # By hand, not by recursion, and with the place named only where it is needed: a file may hold
+    # Without recursion, and with the place computed only where it is needed: a file may hold
     # millions of values.
     places: list[int | str] = []
     inside: list[Iterator[tuple[int | str, Any]]] = [iter([("", content)])]

@@ -1,8 +1,8 @@
-"""The thread that works the store, so that a slow disk holds up neither the event loop nor a robot.
+"""Store writer: the thread of the store, so that a slow disk holds up neither event loop nor robot.
 
 The one module of the store that owns a thread. Requests are done in the order they came; each gets
-exactly one answer, and a change is answered after the disk has it. What waits is bounded in number
-and in bytes: more is answered at once with `StoreBusy`.
+exactly one answer, and a change is answered after the disk has it. Waiting requests are bounded in
+number and in bytes: more are answered at once with `StoreBusy`.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import TypeVar
 
-from .errors import StoreBusy, StoreError, StoreFailed
 from .requests import Answer, Request, perform, size_of
-from .store import Store
+from .store_errors import StoreBusy, StoreError, StoreFailed
+from .store_interface import Store
 
 MOST_WAITING = 1_024
-"""Requests that may wait for a disk that does not keep up."""
+"""Greatest number of requests that wait for a slow disk."""
 
 MOST_WAITING_BYTES = 64 << 20
-"""Bytes of documents and chunks that may wait."""
+"""Greatest number of bytes of documents and chunks that wait."""
 
 _FAREWELL = 5.0
 
@@ -34,7 +34,7 @@ Call = Callable[[], None]
 
 
 class StoreWriter:
-    """A store worked by a thread of its own.
+    """Store with a thread of its own.
 
     Attributes:
         is_failing: the last change could not be saved; for the log, which must not fill.
@@ -47,7 +47,7 @@ class StoreWriter:
 
         Args:
             open_store: opens it; called in the thread, which also closes it.
-            hand_over: has a call made where answers are wanted; with asyncio the loop's
+            hand_over: schedules a call in the thread that takes answers; with asyncio the loop's
                 `call_soon_threadsafe`.
 
         Raises:
@@ -67,7 +67,7 @@ class StoreWriter:
         opened.result()
 
     def submit(self, request: Request, on_done: OnDone) -> None:
-        """Take a request; `on_done` is handed over with its answer, never called from in here."""
+        """Queue a request; `on_done` gets its answer later, never within this call."""
         with self._turn:
             refusal = self._refusal(request)
             if refusal is None:
@@ -78,10 +78,10 @@ class StoreWriter:
             self._deliver(on_done, refusal)
 
     def close(self) -> bool:
-        """Do what waits, for at most five seconds, and close the store.
+        """Carry out the waiting requests, for at most 5 s, and close the store.
 
         Returns:
-            Whether everything was done; a disk that hangs may keep the rest from being saved.
+            True if all were carried out; a disk that hangs may prevent the rest.
         """
         with self._turn:
             self._is_closing = True
@@ -132,7 +132,7 @@ class StoreWriter:
         try:
             answer: Answer = perform(store, request)
         except StoreFailed as error:
-            # Once for each time that it begins: a full disk must not be filled by its own log.
+            # Logged once per period of failure: the log must not fill the disk that is full.
             if not self.is_failing:
                 log.error("the store fails: %s", error)
             self.is_failing = True
@@ -140,7 +140,7 @@ class StoreWriter:
         except StoreError as error:
             return error
         except Exception as error:
-            # A fault of ours; who asked is told, and the next request is served.
+            # A fault of ours: the client gets an answer, and the next request is served.
             log.exception("a request to the store failed")
             return StoreFailed(f"{type(error).__name__}: {error}")
         self.is_failing = False
@@ -150,5 +150,5 @@ class StoreWriter:
         try:
             self._hand_over(lambda: on_done(answer))
         except RuntimeError as error:
-            # The loop ended first; what was saved is saved.
+            # The loop ended before the answer; the change itself is on the disk.
             log.info("nobody waits for an answer of the store any more: %s", error)

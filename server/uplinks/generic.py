@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 
-from openpendant.motion.trajectory import Row
+from openpendant.motion.trajectory.trajectory import Row
 from openpendant.simplemsg import (
     JointTrajPt,
     JointTrajPtFull,
@@ -22,18 +22,21 @@ from openpendant.simplemsg import (
     ReplyCode,
     SpecialSequence,
     ValidField,
+    accepted,
     joint_array,
     message_type,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..refusal import Refusal
-from ..settings import ControllerLink
+from ..settings.cell_settings import ControllerLink
+from .uplink import ControllerDialect
 
 DEFAULT_SPEED_RATIO = 0.1
 """Speed ratio of a point of rest; what the stock client sends, since 0 means "none given"."""
 
 _NO_JOINTS = joint_array(())
+_STOP = JointTrajPt(sequence=SpecialSequence.STOP, joints=_NO_JOINTS, velocity=0.0, duration=0.0)
 
 
 _ALL_FIELDS, _SUCCESS = ValidField.ALL, ReplyCode.SUCCESS
@@ -122,9 +125,7 @@ class GenericUplink:
         self._deadlines.clear()
         if is_sent and self.stop_deadline is None:
             self.stop_deadline = now + _STOP_DEADLINE_NS
-        return JointTrajPt(
-            sequence=SpecialSequence.STOP, joints=_NO_JOINTS, velocity=0.0, duration=0.0
-        )
+        return _STOP
 
     def answer(self, reply: Message, pending: int) -> Refusal | None:
         """Judge an answer on the motion link.
@@ -179,3 +180,6 @@ class GenericUplink:
         """Forget what was under way, because the motion link is gone."""
         self._deadlines.clear()
         self.stop_deadline = None
+
+
+GENERIC = ControllerDialect(GenericUplink, stop=_STOP, stopped=accepted(_STOP))

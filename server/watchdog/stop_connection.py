@@ -1,8 +1,12 @@
-"""The watchdog's connection to one controller: a STOP is owed there until it has been answered.
+"""Stop connection of the watchdog to one controller: sends STOP until it has been answered.
 
-Owns the socket, and when STOP is sent again. That a kernel took the bytes says nothing: a
-controller that lost its power leaves a connection that looks well. So an answer is waited for, and
-without one STOP goes out on a new connection. Imports the standard library only; never waits.
+Owns the socket, and when STOP is sent again. It is no proof of delivery that the kernel took the
+bytes: the connection to a controller without power still looks sound. So an answer is expected, and
+without one STOP is sent on a new connection.
+
+Owns the numeric addresses of the controller's name. A name server that does not answer delays a
+thread of its own and no STOP: the last good addresses are used meanwhile. An address in digits
+needs no thread. Imports the standard library only; never waits.
 """
 
 from __future__ import annotations
@@ -10,10 +14,83 @@ from __future__ import annotations
 import errno
 import selectors
 import socket
+import threading
 from collections.abc import Callable
+from typing import Any
 
-from .address import ControllerAddress
-from .pipe import StopTarget
+from .watchdog_pipe import StopTarget
+
+_RETRY = 0.5
+_RENEWAL = 5.0
+
+LookUp = Callable[..., list[Any]]
+"""`socket.getaddrinfo`, or a replacement in a test."""
+
+
+class ControllerAddress:
+    """The addresses of one controller, one of which is used until it fails."""
+
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        look_up: LookUp = socket.getaddrinfo,
+        renewal: float = _RENEWAL,
+    ) -> None:
+        """Take an address in digits, or start to look a name up.
+
+        Args:
+            host: a name or an address.
+            port: TCP port.
+            look_up: finds the addresses of a name; may take its time.
+            renewal: a name that is known is looked up again no sooner [s].
+        """
+        self._host = host
+        self._port = port
+        self._look_up = look_up
+        self._renewal = renewal
+        self._known: list[tuple[int, Any]] = []
+        self._turn = 0
+        self._has_failed = threading.Event()
+        try:
+            self._known = _numeric(host, port)
+        except OSError:
+            threading.Thread(target=self._follow, name="look-up", daemon=True).start()
+
+    @property
+    def current(self) -> tuple[int, Any] | None:
+        """Family and address to connect to; None while none is known. Never waits."""
+        known = self._known
+        return known[self._turn % len(known)] if known else None
+
+    def failed(self) -> None:
+        """Select the next address and look the name up again, because this address failed."""
+        self._turn += 1
+        self._has_failed.set()
+
+    def _follow(self) -> None:
+        rest = threading.Event()  # never set
+        while True:
+            try:
+                found = self._look_up(self._host, self._port, type=socket.SOCK_STREAM)
+            except (OSError, UnicodeError):  # the last good ones stay
+                found = []
+            if found:
+                self._known = [(family, address) for family, _, _, _, address in found]
+            if not self._known:
+                rest.wait(_RETRY)
+                continue
+            # After a failure, but not after each of them.
+            rest.wait(self._renewal)
+            self._has_failed.clear()
+            self._has_failed.wait()
+
+
+def _numeric(host: str, port: int) -> list[tuple[int, Any]]:
+    flags = socket.AI_NUMERICHOST | socket.AI_NUMERICSERV
+    found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=flags)
+    return [(family, address) for family, _, _, _, address in found]
+
 
 _MS = 1_000_000
 _RECONNECT_NS = 500 * _MS
@@ -31,7 +108,7 @@ class StopConnection:
     def __init__(
         self, target: StopTarget, selector: selectors.BaseSelector, say: Callable[[str], None]
     ) -> None:
-        """Prepare a connection; `keep_up` begins it.
+        """Prepare a connection; `keep_up` starts it.
 
         Args:
             target: the controller.
@@ -57,7 +134,7 @@ class StopConnection:
 
     @property
     def is_done(self) -> bool:
-        """Whether no stop waits for its connection or for its answer."""
+        """True if no STOP waits for its connection or for its answer."""
         return not self._owed
 
     def stop(self, now: int) -> None:
@@ -65,7 +142,7 @@ class StopConnection:
         self._owed, self._owed_until = True, None
         self._patience = _ANSWER_NS
         self._was_told = False
-        # An attempt under way may wait in the kernel for a controller that was away.
+        # A pending attempt may hang in the kernel, as for a controller that had no power.
         if not self._is_up:
             self._drop()
         self._next_attempt = 0
@@ -73,7 +150,7 @@ class StopConnection:
         self._send(now)
 
     def limit(self, until: int) -> None:
-        """Give up a stop that nobody has answered by then: the server has taken over, or ended."""
+        """Set the time to give up an unanswered STOP: the server has returned, or has ended."""
         self._owed_until = until
 
     def keep_up(self, now: int) -> None:
@@ -85,7 +162,7 @@ class StopConnection:
             if not self._is_up and now - self._begun >= _CONNECT_NS:
                 self._fail()
             elif self._owed and self._is_silent(now):
-                # A controller may answer when its robot stands: each time it is given longer.
+                # A controller may answer only once its robot is at rest, so each try waits longer.
                 self._patience = min(2 * self._patience, _MOST_PATIENCE_NS)
                 self._fail()
         self._connect(now)
@@ -126,7 +203,7 @@ class StopConnection:
             self._fail()
             return
         self._begun = now
-        # Writable means connected, or failed; the socket's error tells which.
+        # Writable means connected, or failed; the socket's error shows which.
         events = selectors.EVENT_READ | selectors.EVENT_WRITE
         self._selector.register(connection, events, self)
 
@@ -137,7 +214,7 @@ class StopConnection:
             sent = self._socket.send(self._stop)
         except OSError:
             sent = 0
-        # A frame in parts would be no stop; a new connection begins it anew.
+        # The controller does not act on a part of a frame; a new connection sends it whole.
         if sent < len(self._stop):
             self._fail()
             self._connect(now)
@@ -172,13 +249,13 @@ class StopConnection:
                 self._settle()
 
     def _settle(self) -> None:
-        """Owe nothing any more."""
+        """End the pending STOP."""
         self._owed, self._owed_until, self._sent_at = False, None, None
         if not self._target.is_kept:
             self._drop()
 
     def _fail(self) -> None:
-        """Part with a connection that is of no use."""
+        """Drop a failed connection; try the controller's next address if it was never up."""
         if not self._is_up:
             self._address.failed()
         self._drop()

@@ -1,4 +1,4 @@
-"""Who is at the pendant: login, accounts and the pairing of guests."""
+"""Messages of login, accounts and the pairing of guests."""
 
 from enum import IntEnum
 from typing import Annotated

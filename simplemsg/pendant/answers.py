@@ -1,4 +1,4 @@
-"""What a request is answered with: one verdict, and one outcome where it was accepted."""
+"""Answers to a request: one verdict, and one outcome where it was accepted."""
 
 from enum import IntEnum
 from typing import Annotated

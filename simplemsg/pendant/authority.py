@@ -1,4 +1,4 @@
-"""Who may move the robot: asking for the motion authority, keeping it, hearing of it."""
+"""Messages of the motion authority: its request, its renewal and its changes."""
 
 from enum import IntEnum
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""Where our own messages stand in the protocol: one function for each way they travel."""
+"""Registration of our own messages in the protocol: one function for each direction."""
 
 from ..declaration import Direction, Place
 
@@ -15,7 +15,7 @@ def to_server(msg_type: int, name: str, about: str, reply: str = "verdict") -> P
 
 
 def from_server(msg_type: int, name: str, about: str, *, is_reply: bool = False) -> Place:
-    """Place a message to a pendant: news, or a reply with a body of its own."""
+    """Place a message to a pendant: a notification, or a reply with a body of its own."""
     direction = Direction.FROM_SERVER
     return Place(msg_type, name, direction, _NO_REPLY, _SOURCE, about, is_reply=is_reply)
 

@@ -1,4 +1,4 @@
-"""Running a stored program, and the news of how it goes."""
+"""Messages that run a stored program, and those on its progress."""
 
 from enum import IntEnum
 from typing import Annotated

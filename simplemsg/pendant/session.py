@@ -1,4 +1,4 @@
-"""How a conversation opens: hello, the rate of state, and management."""
+"""Messages of a session: hello, the rate of state, and management."""
 
 from enum import IntFlag
 from typing import Annotated

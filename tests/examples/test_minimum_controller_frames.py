@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 import pytest_asyncio
-from busy_machine import PATIENCE, SCALE
-from minimum_controller import (
+from rigs.clock.busy_machine import PATIENCE, SCALE
+from rigs.peers.minimum_controller import (
     ACCELERATION,
     CODEC,
     FAILURE,

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from minimum_controller import CODEC, SOURCE, STOP
+from rigs.peers.minimum_controller import CODEC, SOURCE, STOP
 
 from openpendant.simplemsg import (
     JointPosition,

@@ -42,7 +42,7 @@ def test_every_call_of_a_group_is_named_beside_it(operation: PublishedOperation)
     group = f"`pendant.{operation.group}`" if operation.group else "the client itself"
     rows = [line for line in PAGE.splitlines() if line.startswith("| ") and "see below" not in line]
     (row,) = [line for line in rows if group in line or f", `{operation.group}`" in line]
-    assert f"`{operation.make.__name__}`" in row
+    assert f"`{operation.call}`" in row
 
 
 def test_the_numbers_of_the_messages_are_right() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -11,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from busy_machine import PATIENCE, PATIENT, SCALE
+from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
 
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 from openpendant.tools.pendants.sync_client import SyncPendantClient
@@ -23,6 +24,7 @@ WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werr
 
 PRINTS = {
     "connect_and_jog.py": "let go: stood after",
+    "move_to_pose.py": "reached the pose in frame",
     "pause_and_resume.py": "arrived at",
     "record_and_play.py": "played back in",
     "roboanalyzer_style.py": "Z from",
@@ -88,43 +90,56 @@ def test_the_python_example_does_what_it_says(port: int, name: str) -> None:
     assert PRINTS[name] in run(sys.executable, name, str(port))
 
 
+def run_here(name: str, port: int, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Run a Python example to its end in this process; return with what it exited, else nothing."""
+    monkeypatch.setattr(sys, "argv", [name, str(port)])
+    try:
+        runpy.run_path(str(EXAMPLES / name), run_name="__main__")
+    except SystemExit as ended:
+        return str(ended.code)
+    return ""
+
+
 @pytest.mark.parametrize("name", ["record_and_play.py", "teach_a_program.py"])
-def test_what_an_example_keeps_is_in_nobody_s_way_when_it_runs_again(port: int, name: str) -> None:
-    assert PRINTS[name] in run(sys.executable, name, str(port))
+def test_what_an_example_keeps_is_in_nobody_s_way_when_it_runs_again(
+    port: int, name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_here(name, port, monkeypatch) == ""
+    assert PRINTS[name] in capsys.readouterr().out
 
 
-def failure_of(name: str, port: int) -> str:
-    """Run a Python example that must fail; return what it says on standard error."""
-    done = subprocess.run(
-        [sys.executable, name, str(port)],
+@pytest.mark.parametrize("name", sorted(PRINTS))
+def test_without_a_server_an_example_says_in_one_line_how_to_start_one(
+    name: str, unused_tcp_port: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said = run_here(name, unused_tcp_port, monkeypatch)
+    assert said.startswith(f"nobody listens at 127.0.0.1:{unused_tcp_port}; start a server: ")
+    assert "\n" not in said
+
+
+@pytest.mark.parametrize("name", sorted(set(PRINTS) - {"watch_state.py"}))
+def test_an_example_says_in_one_line_that_somebody_else_moves_the_robot(
+    port: int, robot: SyncPendantClient, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot.take_control()
+    said = run_here(name, port, monkeypatch)
+    assert said.startswith("HELD_BY_OTHER: ")
+    assert CATALOGUE[VerdictCode.HELD_BY_OTHER].remedy in said
+    assert "\n" not in said
+
+
+def test_an_example_that_fails_says_so_and_nothing_else(unused_tcp_port: int) -> None:
+    failed = subprocess.run(
+        [sys.executable, "connect_and_jog.py", str(unused_tcp_port)],
         capture_output=True,
         text=True,
         timeout=80 * SCALE,
         check=False,
         cwd=EXAMPLES,
     )
-    assert done.returncode == 1
-    return done.stderr
-
-
-@pytest.mark.parametrize("name", sorted(PRINTS))
-def test_without_a_server_an_example_says_in_one_line_how_to_start_one(
-    name: str, unused_tcp_port: int
-) -> None:
-    said = failure_of(name, unused_tcp_port)
-    assert said.startswith(f"nobody listens at 127.0.0.1:{unused_tcp_port}; start a server: ")
-    assert said.count("\n") == 1
-
-
-@pytest.mark.parametrize("name", sorted(set(PRINTS) - {"watch_state.py"}))
-def test_an_example_says_in_one_line_that_somebody_else_moves_the_robot(
-    port: int, robot: SyncPendantClient, name: str
-) -> None:
-    robot.take_control()
-    said = failure_of(name, port)
-    assert said.startswith("HELD_BY_OTHER: ")
-    assert CATALOGUE[VerdictCode.HELD_BY_OTHER].remedy in said
-    assert said.count("\n") == 1
+    assert (failed.returncode, failed.stdout) == (1, "")
+    assert failed.stderr.startswith(f"nobody listens at 127.0.0.1:{unused_tcp_port}; ")
+    assert failed.stderr.count("\n") == 1
 
 
 @pytest.fixture

@@ -6,8 +6,8 @@ import io
 import json
 from collections.abc import Iterator
 
-from golden_vectors import FOLDER, GOLDEN
-from pcap_files import Conversation, linux_cooked, pcap, pcapng
+from rigs.data.golden_vectors import FOLDER, GOLDEN
+from rigs.data.pcap_files import Conversation, linux_cooked, pcap, pcapng
 
 from openpendant.tools.packets.reading.trace_files import TraceFileError, read_trace
 from openpendant.tools.packets.trace import (

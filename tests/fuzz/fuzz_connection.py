@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Literal
 
-from golden_vectors import GOLDEN
-from message_samples import SAMPLES
+from rigs.data.golden_vectors import GOLDEN
+from rigs.data.message_samples import SAMPLES
 
 from openpendant.simplemsg import (
     DIALECTS,

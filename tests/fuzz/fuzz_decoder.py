@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterable, Iterator
 
-from golden_vectors import GOLDEN
+from rigs.data.golden_vectors import GOLDEN
 
 from openpendant.simplemsg import (
     DIALECTS,

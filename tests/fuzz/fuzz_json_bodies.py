@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 
-from golden_vectors import GOLDEN
-from server_clients import Pendant
-from server_rig import ready
+from rigs.cells.server_rig import ready
+from rigs.data.golden_vectors import GOLDEN
+from rigs.peers.server_clients import Pendant
 
 from openpendant.simplemsg import DIALECTS, ProtocolError, ReplyCode, codec_for
+from openpendant.simplemsg.packet_text import packet_from_json, packet_to_json
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Management
-from openpendant.simplemsg.text import packet_from_json, packet_to_json
 
 from .choices import Choices
 

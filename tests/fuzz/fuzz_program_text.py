@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from program_samples import HEAD
+from rigs.data.program_samples import HEAD
 
-from openpendant.server.programs.document import program_from_json, program_to_json
-from openpendant.server.programs.errors import ProgramError
-from openpendant.server.programs.parser import parse, parse_bytes
-from openpendant.server.programs.printer import print_program
+from openpendant.server.programs.language.parser import parse, parse_bytes
+from openpendant.server.programs.language.printer import print_program
+from openpendant.server.programs.language.program_errors import ProgramError
+from openpendant.server.programs.language.program_json import program_from_json, program_to_json
 from openpendant.simplemsg.verdicts import CATALOGUE
 
 from .choices import Choices

@@ -9,7 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 
-from message_samples import SAMPLES
+from rigs.data.message_samples import SAMPLES
 
 from openpendant.simplemsg import (
     PENDANT,
@@ -23,8 +23,8 @@ from openpendant.simplemsg import (
     MsgType,
     Opaque,
     Role,
-    StopAhead,
     Unasked,
+    WaitingStop,
     codec_for,
 )
 from openpendant.simplemsg.pendant import SoftwareStop
@@ -72,7 +72,7 @@ def _hand_over(wire: Connection, expected: set[int]) -> None:
         received = wire.receive(b"")
         owed += sum(not isinstance(each, Unasked) and each.comm_type == 2 for each in received)
         for each in wire.marked(received) if wire.overtaking else received:
-            assert isinstance(each, StopAhead) == (place in expected)
+            assert isinstance(each, WaitingStop) == (place in expected)
             place += 1
     assert wire.unanswered == owed
     assert wire.fault is not None or not expected or place > max(expected)

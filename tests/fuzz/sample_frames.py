@@ -6,7 +6,7 @@ import struct
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from message_samples import SAMPLES
+from rigs.data.message_samples import SAMPLES
 
 from openpendant.simplemsg import DIALECTS, ByteOrder, CommType, ReplyCode, codec_for
 

@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from planning_scenes import pillar_task
-from urdf_files import FIRST, SECOND, SOUND, THIRD, joint, robot, written
+from rigs.data.urdf_files import FIRST, SECOND, SOUND, THIRD, joint, robot, written
+from rigs.motion.planning_scenes import pillar_task
 
 import openpendant.motion
+from openpendant.motion.description.robot import load_robot
 from openpendant.motion.errors import (
     BadArgument,
     FrameFileError,
@@ -26,21 +27,19 @@ from openpendant.motion.errors import (
     StartInCollision,
     ZoneTooLarge,
 )
-from openpendant.motion.frame_file import frames_from_json
-from openpendant.motion.kinematics import Kinematics
-from openpendant.motion.planner import plan_free_path
+from openpendant.motion.frames.frame_file import frames_from_json
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.paths.blending import JointPolyline
+from openpendant.motion.paths.segment_planning import plan_path
+from openpendant.motion.paths.segments import Lin
+from openpendant.motion.planning.planner import plan_free_path
 from openpendant.motion.pose import Pose
-from openpendant.motion.robot import load_robot
-from openpendant.motion.robot_import.configuration import Wishes, configure
 from openpendant.motion.robot_import.decisions import Decisions
 from openpendant.motion.robot_import.dh_file import read_dh_file
+from openpendant.motion.robot_import.new_robot import Wishes, configure
 from openpendant.motion.robot_import.urdf import read_urdf
-from openpendant.motion.robot_import.urdf_chain import chain_to
-from openpendant.motion.robot_import.urdf_tree import possible_tips
-from openpendant.motion.scene_file import load_scene
-from openpendant.motion.segment_planning import plan_path
-from openpendant.motion.segments import Lin
-from openpendant.motion.zones import JointPolyline
+from openpendant.motion.robot_import.urdf_tree import chain_to, possible_tips
+from openpendant.motion.scene.scene_file import load_scene
 
 ROBOT_FILE = Path(openpendant.motion.__path__[0]) / "robots" / "kuka_kr5_arc.yaml"
 DH_HEAD = "# convention: standard\n# angles: radians\n# lengths: m\n"

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from openpendant.motion.errors import BadArgument, NotFinite
-from openpendant.motion.jog.increments import turned
+from openpendant.motion.jog.jog_commands import turned
 from openpendant.motion.orientation import (
     angular_velocity_of_rpy_rates,
     quaternion_of_vector,

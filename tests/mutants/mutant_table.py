@@ -22,6 +22,7 @@ FOLDER = Path(__file__).parent
 ROOT = FOLDER.parent.parent
 
 _FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
+_Function = ast.FunctionDef | ast.AsyncFunctionDef
 _NAME = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 
 
@@ -154,7 +155,7 @@ def _fault_problems(row: Mutant, root: Path) -> Iterator[str]:
     first, last = _place(path, text, row.before)
     lines = slice(first, last + changed.count("\n") - text.count("\n"))
     try:
-        if _meaning(changed, lines) == _meaning(text, slice(first, last)):
+        if _is_same(_meaning(changed, lines), _meaning(text, slice(first, last))):
             yield "the change means nothing"
     except SyntaxError as error:
         where = first + (error.lineno or 0)
@@ -176,9 +177,22 @@ def _place(path: Path, text: str, part: str) -> tuple[int, int]:
     return first - 1, last
 
 
-def _meaning(text: str, lines: slice) -> str:
-    """Return what lines mean, whatever their indentation, comments and line numbers."""
-    return ast.dump(ast.parse(dedent("".join(text.splitlines(keepends=True)[lines]))))
+def _meaning(text: str, lines: slice) -> ast.Module:
+    """Return what lines mean, whatever their indentation."""
+    return ast.parse(dedent("".join(text.splitlines(keepends=True)[lines])))
+
+
+def _is_same(one: object, other: object) -> bool:
+    """Return True if two trees differ in line numbers at most."""
+    if type(one) is not type(other):
+        return False
+    if isinstance(one, ast.AST):
+        return all(
+            _is_same(getattr(one, name, None), getattr(other, name, None)) for name in one._fields
+        )
+    if isinstance(one, list) and isinstance(other, list):
+        return len(one) == len(other) and all(map(_is_same, one, other))
+    return repr(one) == repr(other)  # 0.0 is not -0.0
 
 
 @cache
@@ -190,13 +204,25 @@ def _text(path: Path) -> str:
 def _statements(path: Path) -> tuple[tuple[int, int], ...]:
     """Return first and last line of each statement of a file and each function, decorators too."""
     module = _parsed(path)
-    nodes = [*module.body, *(node for node in ast.walk(module) if isinstance(node, _FUNCTIONS))]
+    nodes = [*module.body, *_functions(module)]
     bounds = set()
     for node in nodes:
         decorated = getattr(node, "decorator_list", [])
         first = min([node.lineno, *(each.lineno for each in decorated)])
         bounds.add((first, node.end_lineno or first))
     return tuple(bounds)
+
+
+def _functions(module: ast.Module) -> Iterator[_Function]:
+    """Yield all functions of a module, those in classes, functions and branches among them."""
+    blocks: list[ast.AST] = [module]
+    while blocks:
+        block = blocks.pop()
+        for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+            inside = getattr(block, name, ())
+            blocks.extend(inside if isinstance(inside, list) else ())
+        if isinstance(block, _FUNCTIONS):
+            yield block
 
 
 @cache

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+import time
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,9 @@ from mutants.command_line import holds, summary
 from mutants.mutant_runs import MutantRuns, Outcome, TestRun, Verdict, judged
 from mutants.mutant_table import Mutant
 from mutants.row_choice import NoSuchBase, changed_since, matching
+
+_DIES_WITHIN = 10.0
+"""So long may a killed process wait for a processor [s]."""
 
 PRODUCT = """
 def least(a, b):
@@ -99,8 +103,19 @@ def test_a_fault_that_no_process_imports_fails_its_row(runs: MutantRuns) -> None
 def test_what_a_test_left_behind_is_ended(runs: MutantRuns, project: Path) -> None:
     runs.judge(row("test_of_something_else"))
     left = int((project / "left_behind").read_text())
-    status = Path(f"/proc/{left}/stat")  # a zombie until whoever inherited it looks
-    assert not status.exists() or status.read_text().rpartition(")")[2].split()[0] == "Z"
+    deadline = time.monotonic() + _DIES_WITHIN
+    while is_alive(left):  # what is killed still needs a processor to end
+        assert time.monotonic() < deadline, f"process {left} is alive"
+        time.sleep(0.01)
+
+
+def is_alive(process: int) -> bool:
+    """Return True unless a process has ended; it is a zombie until its parent looks."""
+    try:
+        status = Path(f"/proc/{process}/stat").read_text()
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+    return status.rpartition(")")[2].split()[0] != "Z"
 
 
 @pytest.mark.parametrize(

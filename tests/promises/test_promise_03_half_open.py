@@ -7,17 +7,17 @@ import socket
 from pathlib import Path
 
 import pytest
-from app_on_loop import app_on_loop, said, until
-from jog_pad import JogPad
-from own_network import printed_in_own_network
-from promise_figures import tell
-from promise_table import figure
-from server_rig import TICK, ready
+from promises.promise_figures import tell
+from promises.promise_table import figure
+from rigs.cells.server_rig import TICK, ready
+from rigs.motion.jog_pad import JogPad
+from rigs.peers.own_network import printed_in_own_network
+from rigs.processes.app_on_loop import app_on_loop, clients_of, said, until
 
 from openpendant.simplemsg.pendant import AuthorityBeat, AuthorityChanged, AuthorityReason
 
 FREE, CLOSED = figure(3, "free"), figure(3, "closed")
-CABLE = Path(__file__).parent.parent / "pulled_cable.py"
+CABLE = Path(__file__).parents[1] / "rigs" / "peers" / "pulled_cable.py"
 
 
 def test_promise_3_the_authority_of_a_silent_peer_is_free_after_three_seconds() -> None:
@@ -40,7 +40,7 @@ async def test_promise_3_the_kernel_is_told_to_look_for_dead_peers() -> None:
     async with app_on_loop() as served:
         await served.visitor(begin=said())
         await until(lambda: served.connections == 1, 1.0)
-        (client,) = served.app.clients.by_session.values()
+        (client,) = clients_of(served.app).values()
         assert client._transport is not None
         accepted = client._transport.get_extra_info("socket")
         tcp = socket.IPPROTO_TCP

@@ -6,10 +6,10 @@ import asyncio
 import json
 
 import pytest
-from app_on_loop import app_on_loop, said, until
-from promise_table import figure
+from promises.promise_table import figure
+from rigs.processes.app_on_loop import app_on_loop, clients_of, said, until
 
-from openpendant.server.client_connection import ClientConnection
+from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.simplemsg.pendant import Management, Subscribe
 
 pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
@@ -35,7 +35,7 @@ async def test_promise_4_a_queue_stays_within_16_kib_and_is_cut_after_two_second
     async with app_on_loop() as served:
         await served.visitor(window=WINDOW, begin=LISTENING)
         await until(lambda: served.connections == 1, 1.0)
-        (client,) = served.app.clients.by_session.values()
+        (client,) = clients_of(served.app).values()
         most = 0
 
         def is_full() -> bool:
@@ -74,7 +74,7 @@ async def test_promise_4_who_asks_and_does_not_read_is_cut_before_a_quarter_of_a
         questions = said(*asks)
         sock = await served.visitor(window=WINDOW, begin=said())
         await until(lambda: served.connections == 1, 1.0)
-        (client,) = served.app.clients.by_session.values()
+        (client,) = clients_of(served.app).values()
         most = 0
         loop = asyncio.get_running_loop()
         sending = loop.create_task(loop.sock_sendall(sock, questions))

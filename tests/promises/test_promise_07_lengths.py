@@ -7,7 +7,7 @@ import struct
 import tracemalloc
 
 import pytest
-from app_on_loop import AppOnLoop, app_on_loop, said, until
+from rigs.processes.app_on_loop import AppOnLoop, app_on_loop, said, until
 
 pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
 

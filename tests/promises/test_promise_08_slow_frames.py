@@ -6,8 +6,8 @@ import asyncio
 import socket
 
 import pytest
-from app_on_loop import app_on_loop, said, until
-from promise_table import figure
+from promises.promise_table import figure
+from rigs.processes.app_on_loop import app_on_loop, said, until
 
 from openpendant.simplemsg.pendant import Subscribe
 

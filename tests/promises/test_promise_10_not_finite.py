@@ -7,9 +7,9 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from jog_pad import JogPad
-from promise_table import figure
-from server_rig import LIMITS, ServerRig, ready
+from promises.promise_table import figure
+from rigs.cells.server_rig import LIMITS, ServerRig, ready
+from rigs.motion.jog_pad import JogPad
 
 from openpendant.simplemsg import JointTrajPt, JointTrajPtFull, ReplyCode, joint_array
 from openpendant.simplemsg.pendant import Activity

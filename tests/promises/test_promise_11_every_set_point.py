@@ -7,18 +7,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from emulated_cell import EmulatedCell
-from promise_figures import tell
-from promise_table import figure
-from server_clients import Pendant
+from promises.promise_figures import tell
+from promises.promise_table import figure
+from rigs.cells.emulated_cell import EmulatedCell
+from rigs.peers.server_clients import Pendant
 
+from openpendant.motion.description.limits import JointLimits, float32_ceiling
+from openpendant.motion.description.robot import robot_names, serial_robot
 from openpendant.motion.errors import MotionError
-from openpendant.motion.limits import JointLimits, float32_ceiling
-from openpendant.motion.ptp import plan_joint_move
-from openpendant.motion.robot import robot_names, serial_robot
-from openpendant.motion.trajectory import Trajectory
+from openpendant.motion.trajectory.ptp import plan_joint_move
+from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.server.planning.jobs import JointPathJob
-from openpendant.server.planning.planner import answer
+from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant import Activity, AuthorityBeat
 from openpendant.simplemsg.standard import JointTrajPtFull
@@ -160,7 +160,7 @@ def motions_at_the_controllers_edge(count: int, seed: int) -> None:
     assert judged == count
 
 
-def test_promise_11_holds_in_a_hundred_motions_as_the_controller_gets_them() -> None:
+def test_promise_11_holds_in_a_motion_of_each_robot_as_the_controller_gets_it() -> None:
     motions_at_the_controllers_edge(figure(11, "few").count, 0)
 
 

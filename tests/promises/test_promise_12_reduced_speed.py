@@ -11,13 +11,13 @@ import math
 
 import numpy as np
 import pytest
-from emulated_cell import EmulatedCell
-from promise_table import figure
-from server_clients import Pendant, pose
+from promises.promise_table import figure
+from rigs.cells.emulated_cell import EmulatedCell
+from rigs.peers.server_clients import Pendant, pose
 
-from openpendant.motion.kinematics import Kinematics
-from openpendant.motion.robot import serial_robot
-from openpendant.motion.tool_speed import elbow_link
+from openpendant.motion.description.robot import serial_robot
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.trajectory.point_speed import elbow_link
 from openpendant.simplemsg import joint_array
 from openpendant.simplemsg.pendant import (
     Activity,

@@ -10,20 +10,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from busy_machine import SCALE
-from emulated_cell import EmulatedCell
-from promise_figures import SLACK, Figures, tell, trials_of
-from promise_rig import promise_rig
-from promise_table import figure
-from server_clients import pose
-from wire_pendant import WirePendant
+from promises.promise_figures import SLACK, Figures, tell, trials_of
+from promises.promise_table import figure
+from rigs.cells.emulated_cell import EmulatedCell
+from rigs.clock.busy_machine import SCALE
+from rigs.peers.server_clients import pose
+from rigs.peers.wire_pendant import WirePendant
+from rigs.processes.promise_rig import promise_rig
 
-from openpendant.motion.kinematics import Kinematics
+from openpendant.motion.description.robot import serial_robot
+from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
-from openpendant.motion.robot import serial_robot
-from openpendant.server.planning.jobs import PoseJob
-from openpendant.server.planning.planner import answer
-from openpendant.server.planning.pose_goal import PoseGoal
+from openpendant.server.planning.jobs import PoseGoal, PoseJob
+from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant import Motion, PoseMove, Verdict
 from openpendant.simplemsg.standard import JointTrajPtFull

@@ -6,12 +6,12 @@ import json
 
 import numpy as np
 import pytest
-from emulated_cell import EmulatedCell
+from rigs.cells.emulated_cell import EmulatedCell
 
-from openpendant.motion.collision import CollisionModel
-from openpendant.motion.kinematics import Kinematics
-from openpendant.motion.robot import serial_robot
-from openpendant.motion.scene import Scene, SceneObject, Sphere
+from openpendant.motion.description.robot import serial_robot
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.scene.collision import CollisionModel
+from openpendant.motion.scene.scene import Scene, SceneObject, Sphere
 from openpendant.simplemsg.pendant import Activity, AuthorityBeat, Management
 from openpendant.simplemsg.verdicts import VerdictCode as V
 

@@ -11,13 +11,13 @@ import socket
 from collections.abc import Iterator
 
 import pytest
-from app_on_loop import app_on_loop, said, until
 from hypothesis import given
 from hypothesis import strategies as st
-from promise_table import figure
+from promises.promise_table import figure
+from rigs.processes.app_on_loop import app_on_loop, said, until
 
-from openpendant.server.accept_rate import AcceptRate
-from openpendant.server.listening import Listening
+from openpendant.server.shell.accept_rate import AcceptRate
+from openpendant.server.shell.listening import Listening
 
 MS = 1_000_000
 BURST, PER_SECOND = figure(20, "burst").count, figure(20, "rate").count

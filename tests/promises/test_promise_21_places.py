@@ -7,17 +7,17 @@ import resource
 import socket
 
 import pytest
-from app_on_loop import app_on_loop, said, until
-from promise_table import figure
-from server_clients import hello
+from promises.promise_table import figure
+from rigs.peers.server_clients import hello
+from rigs.processes.app_on_loop import app_on_loop, said, until
 
-from openpendant.server.accept_rate import place_refusal
-from openpendant.server.cli import main
-from openpendant.server.configuration_file import ConfigurationError
-from openpendant.server.open_files import files_needed, provide_files
-from openpendant.server.server_settings import ServerSettings, make_server_settings
-from openpendant.server.settings import make_settings
-from openpendant.server.turned_away import MOST_TURNED_AWAY
+from openpendant.server.cli.serve import main
+from openpendant.server.settings.cell_settings import make_settings
+from openpendant.server.settings.config_file import ConfigurationError
+from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
+from openpendant.server.shell.accept_rate import place_refusal
+from openpendant.server.shell.open_files import files_needed, provide_files
+from openpendant.server.shell.rejections import MOST_TURNED_AWAY
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Received, Role
 from openpendant.simplemsg.pendant import Verdict
 from openpendant.simplemsg.verdicts import VerdictCode

@@ -11,11 +11,11 @@ import time
 from pathlib import Path
 
 import pytest
-from promise_figures import Figures, Void
-from promise_rig import PromiseRig, promise_rig
-from promise_table import Figure, figure
-from recording_controller import Arrival
-from wire_pendant import WirePendant
+from promises.promise_figures import Figures, Void
+from promises.promise_table import Figure, figure
+from rigs.peers.recording_controller import Arrival
+from rigs.peers.wire_pendant import WirePendant
+from rigs.processes.promise_rig import PromiseRig, promise_rig
 
 from openpendant.simplemsg.pendant import StopKind
 from openpendant.simplemsg.verdicts import VerdictCode

@@ -6,8 +6,8 @@ import itertools
 from typing import Any
 
 import pytest
-from promise_table import figure
-from server_rig import MS, TICK, ServerRig, ready
+from promises.promise_table import figure
+from rigs.cells.server_rig import MS, TICK, ServerRig, ready
 
 from openpendant.simplemsg.pendant import LinkState, State
 

@@ -9,12 +9,12 @@ import tracemalloc
 from pathlib import Path
 
 import pytest
-from app_on_loop import app_on_loop, said, until
-from jog_pad import JogPad
-from promise_figures import tell
-from promise_rig import promise_rig
-from promise_table import figure
-from server_rig import ServerRig, ready
+from promises.promise_figures import tell
+from promises.promise_table import figure
+from rigs.cells.server_rig import ServerRig, ready
+from rigs.motion.jog_pad import JogPad
+from rigs.processes.app_on_loop import app_on_loop, said, until
+from rigs.processes.promise_rig import promise_rig
 
 from openpendant.simplemsg import Ping
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -68,7 +68,7 @@ def growth(cycles: int) -> int:
 
 
 def test_promise_31_a_core_forgets_whoever_left() -> None:
-    cycles = 100
+    cycles = 30
     assert growth(cycles) < 10 * cycles
 
 

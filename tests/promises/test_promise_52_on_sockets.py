@@ -5,14 +5,14 @@ from __future__ import annotations
 import asyncio
 
 import pytest
-from app_on_loop import app_on_loop, said, until
-from promise_table import figure
-from server_clients import joints
+from promises.promise_table import figure
+from rigs.peers.server_clients import joints
+from rigs.processes.app_on_loop import app_on_loop, said, until
 
-from openpendant.controller_emulator.controller import Controller
-from openpendant.controller_emulator.reports import Reports
-from openpendant.controller_emulator.segment import State
-from openpendant.motion.robot import serial_robot
+from openpendant.controller_emulator.core.controller import EmulatedController
+from openpendant.controller_emulator.core.state_reports import StateReports
+from openpendant.controller_emulator.interpolation.segment import State
+from openpendant.motion.description.robot import serial_robot
 from openpendant.simplemsg import JointTrajPt, JointTrajPtFull, Message, Received, Status
 from openpendant.simplemsg.pendant import Activity, Authority, AuthorityAction
 from openpendant.simplemsg.verdicts import VerdictCode as V
@@ -29,10 +29,10 @@ class WrongReports:
         self.is_wrong = False
         self.has_told = False
         self.came: list[Received] = []  # after the first wrong report
-        compose, handle = Reports.round, Controller.handle
+        compose, handle = StateReports.round, EmulatedController.handle
 
         def composed(
-            reports: Reports, state: State, status: Status, seconds: float
+            reports: StateReports, state: State, status: Status, seconds: float
         ) -> list[Message]:
             position, *rest = state
             if self.is_wrong:
@@ -41,14 +41,14 @@ class WrongReports:
             return compose(reports, (position, *rest), status, seconds)  # type: ignore[arg-type]
 
         def handled(
-            controller: Controller, link: int, message: Received, now: int
+            controller: EmulatedController, link: int, message: Received, now: int
         ) -> list[tuple[int, Message]]:
             if self.has_told:
                 self.came.append(message)
             return handle(controller, link, message, now)
 
-        monkeypatch.setattr(Reports, "round", composed)
-        monkeypatch.setattr(Controller, "handle", handled)
+        monkeypatch.setattr(StateReports, "round", composed)
+        monkeypatch.setattr(EmulatedController, "handle", handled)
 
 
 @pytest.mark.asyncio

@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-import promise_page
 import pytest
-from promise_table import COMMON, Figure, figures, table
+from promises import promise_page
+from promises.promise_table import COMMON, Figure, figures, table
+from run_lanes import SOAK, lane_commands
 
 TESTS = Path(__file__).parent.parent
-MAKEFILE = TESTS.parent / "Makefile"
 
 PROMISED = {*range(1, 25), *range(26, 33), 52, 55}
 """Those that are kept by what there is now; 25 belongs to serial lines."""
@@ -26,6 +26,11 @@ NAMED = [
     for row, entry in table().items()
     for scale in SCALES
     for test in entry.get(scale, ())
+]
+NAMED_ON_SOCKETS = [
+    pytest.param(row, test, id=f"{row}: {test.rpartition('::')[2]}")
+    for row, entry in table().items()
+    for test in entry.get("sockets", ())
 ]
 FIGURES = [
     pytest.param(row, name, promised, id=f"{row}: {name}")
@@ -149,12 +154,26 @@ def test_a_figure_is_printed_with_its_unit(promised: Figure, text: str) -> None:
     assert promise_page.printed(promised) == text
 
 
-def test_the_soak_runs_every_test_of_the_table_in_one_process() -> None:
-    (line,) = [
-        line for line in MAKEFILE.read_text(encoding="utf-8").splitlines() if "profile=soak" in line
-    ]
-    assert '-m "soak or hypothesis or promise"' in line
-    assert "--numprocesses" not in line
+def test_the_soak_runs_every_test_of_the_table_and_those_with_a_time_one_after_the_other() -> None:
+    lanes = dict(lane_commands(8, (), soak=True))
+    chosen = " ".join(SOAK)
+    assert chosen.startswith(
+        "-m soak or conformance or hypothesis or promise --hypothesis-profile=soak "
+    )
+    assert all(" ".join(command).endswith(chosen) for command in lanes.values())
+    assert "--numprocesses=0" in lanes["real-time"]
+
+
+@pytest.mark.parametrize(("row", "test"), NAMED_ON_SOCKETS)
+def test_what_is_measured_on_sockets_has_the_machine_for_itself(row: str, test: str) -> None:
+    """Where nothing with a unit is promised, a test of processes may run beside others."""
+    file, _, name = test.partition("::")
+    tree = parsed(file)
+    marks = [node for node in tree.body if "pytestmark" in ast.unparse(node)]
+    if name:
+        marks += getattr(defined(tree)[name], "decorator_list", [])
+    on_real_clock = any("realtime" in ast.unparse(node) for node in marks)
+    assert on_real_clock or not any(figure.unit for figure in figures(row).values())
 
 
 @pytest.mark.parametrize(("row", "test"), NAMED)

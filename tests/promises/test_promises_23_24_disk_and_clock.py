@@ -11,11 +11,11 @@ import time
 from pathlib import Path
 
 import pytest
-from emulated_cell import EmulatedCell
-from server_clients import Pendant
+from rigs.cells.emulated_cell import EmulatedCell
+from rigs.peers.server_clients import Pendant
 
-from openpendant.server.store.errors import DiskFull, ReadOnly, StoreError
 from openpendant.server.store.file_identity import NotOurFile
+from openpendant.server.store.store_errors import DiskFull, ReadOnly, StoreError
 from openpendant.simplemsg import PENDANT, ByteOrder, Codec, ReplyCode, joint_array
 from openpendant.simplemsg.pendant import (
     Activity,
@@ -138,10 +138,10 @@ def test_promise_24_a_wall_clock_that_jumps_leaves_every_set_point_bit_for_bit(
 
 
 WALL_CLOCK = {
-    "server/cli.py",  # the head of a journal
-    "server/access/audit_writer.py",  # the stamp of an audit line
+    "server/cli/serve.py",  # the head of a journal
+    "server/access/audit_file.py",  # the stamp of an audit line
     "server/store/sqlite_store.py",  # the stamp of a revision
-    "controller_emulator/cli.py",  # the head of a journal
+    "controller_emulator/shell/cli.py",  # the head of a journal
 }
 """Who may look at the wall clock: stamps for people, made outside the cores."""
 

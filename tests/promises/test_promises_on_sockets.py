@@ -17,12 +17,12 @@ from enum import Enum
 from pathlib import Path
 
 import pytest
-from busy_machine import SCALE
-from promise_figures import SLACK, Figures, Void, tell, trials_of
-from promise_rig import PromiseRig, promise_rig
-from promise_table import COMMON, figure
-from recording_controller import Arrival
-from wire_pendant import WirePendant
+from promises.promise_figures import SLACK, Figures, Void, tell, trials_of
+from promises.promise_table import COMMON, figure
+from rigs.clock.busy_machine import SCALE
+from rigs.peers.recording_controller import Arrival
+from rigs.peers.wire_pendant import WirePendant
+from rigs.processes.promise_rig import PromiseRig, promise_rig
 
 from openpendant.simplemsg import CommType, Message, joint_array
 from openpendant.simplemsg.pendant import (

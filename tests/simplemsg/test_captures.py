@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from golden_vectors import load
+from rigs.data.golden_vectors import load
 
 from openpendant.simplemsg import (
     MOTOMAN,
@@ -26,7 +26,8 @@ from openpendant.simplemsg import (
     codec_for,
 )
 from openpendant.simplemsg.declaration import Array, Field, Int, Record, Tail
-from openpendant.simplemsg.layout import HEADER_SIZE, WireForm
+from openpendant.simplemsg.framing import HEADER_SIZE
+from openpendant.simplemsg.layout import WireForm
 
 CAPTURES: dict[str, Dialect] = {
     "capture-industrial-robot-client": STANDARD,

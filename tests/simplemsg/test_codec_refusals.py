@@ -5,7 +5,7 @@ import struct
 from typing import Any
 
 import pytest
-from message_samples import SAMPLES
+from rigs.data.message_samples import SAMPLES
 
 from openpendant.simplemsg import (
     PENDANT,

@@ -3,8 +3,8 @@ from __future__ import annotations
 import struct
 
 import pytest
-from message_samples import SAMPLES
-from promise_table import figure
+from promises.promise_table import figure
+from rigs.data.message_samples import SAMPLES
 
 from openpendant.simplemsg import (
     STANDARD,

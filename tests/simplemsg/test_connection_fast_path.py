@@ -16,9 +16,8 @@ from openpendant.simplemsg import (
     Unasked,
     codec_for,
 )
-from openpendant.simplemsg.connection import MAX_DETECTABLE_LENGTH
 from openpendant.simplemsg.errors import LengthOutOfBounds, MessageFault
-from openpendant.simplemsg.layout import HEADER_SIZE
+from openpendant.simplemsg.framing import HEADER_SIZE, MAX_DETECTABLE_LENGTH
 
 CODECS = [
     codec_for(dialect, order, real_size)

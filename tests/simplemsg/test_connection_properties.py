@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from hypothesis import given
 from hypothesis import strategies as st
-from message_samples import SAMPLES
+from rigs.data.message_samples import SAMPLES
 
 from openpendant.simplemsg import (
     MOTOMAN,

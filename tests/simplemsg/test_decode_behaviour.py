@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from golden_vectors import exact, load
+from rigs.data.golden_vectors import exact, load
 
 from openpendant.simplemsg import (
     BodyFault,
@@ -15,7 +15,7 @@ from openpendant.simplemsg import (
     Opaque,
     codec_for,
 )
-from openpendant.simplemsg.text import packet_to_json
+from openpendant.simplemsg.packet_text import packet_to_json
 
 ENTRIES = load("decode-behaviour-le-f32")
 REFERENCE = Path(__file__).parents[2] / "docs" / "simplemsg.md"

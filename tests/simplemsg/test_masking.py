@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from openpendant.simplemsg import PENDANT, ByteOrder, Codec, Message, Opaque, codec_for
 from openpendant.simplemsg.masking import SecretMask, masked_frame
+from openpendant.simplemsg.packet_text import packet_to_json
 from openpendant.simplemsg.pendant import (
     Login,
     Management,
@@ -16,7 +17,6 @@ from openpendant.simplemsg.pendant import (
     SetAccount,
     SoftwareStop,
 )
-from openpendant.simplemsg.text import packet_to_json
 
 SECRET = "canary äöü"
 WITH_SECRETS: tuple[Message, ...] = (

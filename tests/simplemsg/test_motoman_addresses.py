@@ -7,7 +7,7 @@ import pytest
 from openpendant.simplemsg.motoman_addresses import (
     AREAS,
     REGISTER_OFFSET,
-    Controller,
+    ControllerModel,
     area_of,
     bits_of_group,
     judge_bit,
@@ -20,8 +20,10 @@ from openpendant.simplemsg.motoman_codes import IoResult
 READ, WRITE = IoResult.READ_ADDRESS_INVALID, IoResult.WRITE_ADDRESS_INVALID
 
 
-@pytest.mark.parametrize("controller", Controller)
-def test_areas_begin_and_end_at_whole_groups_and_do_not_overlap(controller: Controller) -> None:
+@pytest.mark.parametrize("controller", ControllerModel)
+def test_areas_begin_and_end_at_whole_groups_and_do_not_overlap(
+    controller: ControllerModel,
+) -> None:
     areas = AREAS[controller]
     assert all(area.first % 10 == 0 and area.last % 10 == 7 for area in areas)
     assert all(low.last < high.first for low, high in pairwise(areas))
@@ -30,18 +32,20 @@ def test_areas_begin_and_end_at_whole_groups_and_do_not_overlap(controller: Cont
 @pytest.mark.parametrize(
     ("controller", "bit", "name"),
     [
-        (Controller.DX100, 2567, "general input"),
-        (Controller.FS100, 1287, "general input"),
-        (Controller.DX200, 5127, "general input"),
-        (Controller.DX100, 25010, "network input"),
-        (Controller.YRC1000, 27010, "network input"),
-        (Controller.DX200, 53007, "specific output"),
-        (Controller.YRC1000, 55127, "specific output"),
-        (Controller.DX200, 82010, "pseudo input"),
-        (Controller.YRC1000MICRO, 87010, "pseudo input"),
+        (ControllerModel.DX100, 2567, "general input"),
+        (ControllerModel.FS100, 1287, "general input"),
+        (ControllerModel.DX200, 5127, "general input"),
+        (ControllerModel.DX100, 25010, "network input"),
+        (ControllerModel.YRC1000, 27010, "network input"),
+        (ControllerModel.DX200, 53007, "specific output"),
+        (ControllerModel.YRC1000, 55127, "specific output"),
+        (ControllerModel.DX200, 82010, "pseudo input"),
+        (ControllerModel.YRC1000MICRO, 87010, "pseudo input"),
     ],
 )
-def test_a_bit_lies_in_the_area_of_its_model(controller: Controller, bit: int, name: str) -> None:
+def test_a_bit_lies_in_the_area_of_its_model(
+    controller: ControllerModel, bit: int, name: str
+) -> None:
     area = area_of(controller, bit)
     assert area is not None
     assert area.name == name
@@ -50,16 +54,16 @@ def test_a_bit_lies_in_the_area_of_its_model(controller: Controller, bit: int, n
 @pytest.mark.parametrize(
     ("controller", "bit"),
     [
-        (Controller.FS100, 1290),
-        (Controller.DX200, 25200),
-        (Controller.YRC1000, 82010 + 4_000),
-        (Controller.DX100, 18),
-        (Controller.DX100, 19),
-        (Controller.DX100, 0),
-        (Controller.DX100, -10),
+        (ControllerModel.FS100, 1290),
+        (ControllerModel.DX200, 25200),
+        (ControllerModel.YRC1000, 82010 + 4_000),
+        (ControllerModel.DX100, 18),
+        (ControllerModel.DX100, 19),
+        (ControllerModel.DX100, 0),
+        (ControllerModel.DX100, -10),
     ],
 )
-def test_what_is_no_bit_cannot_be_read(controller: Controller, bit: int) -> None:
+def test_what_is_no_bit_cannot_be_read(controller: ControllerModel, bit: int) -> None:
     assert judge_bit(controller, bit) is READ
 
 
@@ -75,18 +79,18 @@ def test_what_is_no_bit_cannot_be_read(controller: Controller, bit: int) -> None
     ],
 )
 def test_only_some_areas_can_be_written(bit: int, verdict: IoResult) -> None:
-    assert judge_bit(Controller.YRC1000, bit, 1) is verdict
+    assert judge_bit(ControllerModel.YRC1000, bit, 1) is verdict
 
 
 def test_a_group_is_an_address_without_its_last_digit() -> None:
     assert list(bits_of_group(1001)) == list(range(10010, 10018))
-    assert judge_group(Controller.DX100, 1001, 255) is IoResult.SUCCESS
-    assert judge_group(Controller.DX100, 1001, 256) is IoResult.WRITE_VALUE_INVALID
+    assert judge_group(ControllerModel.DX100, 1001, 255) is IoResult.SUCCESS
+    assert judge_group(ControllerModel.DX100, 1001, 256) is IoResult.WRITE_VALUE_INVALID
 
 
 @pytest.mark.parametrize("value", [-1, 2])
 def test_a_bit_is_zero_or_one(value: int) -> None:
-    assert judge_bit(Controller.DX100, 10010, value) is IoResult.WRITE_VALUE_INVALID
+    assert judge_bit(ControllerModel.DX100, 10010, value) is IoResult.WRITE_VALUE_INVALID
 
 
 @pytest.mark.parametrize("offset", [0, REGISTER_OFFSET])

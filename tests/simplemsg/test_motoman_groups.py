@@ -5,7 +5,7 @@ import struct
 import pytest
 
 from openpendant.simplemsg import MOTOMAN, BodyFault, ByteOrder, NotEncodable, codec_for
-from openpendant.simplemsg.layout import HEADER_SIZE
+from openpendant.simplemsg.framing import HEADER_SIZE
 from openpendant.simplemsg.motoman import (
     MotomanGroup,
     MotomanJointFeedbackEx,

@@ -16,8 +16,8 @@ from openpendant.simplemsg import (
     codec_for,
     joint_array,
 )
+from openpendant.simplemsg.packet_text import packet_from_json, packet_to_json
 from openpendant.simplemsg.pendant import JointPath, JointWaypoint
-from openpendant.simplemsg.text import packet_from_json, packet_to_json
 
 ZEROS = [0.0] * 10
 POSITION = {"sequence": 0, "joints": ZEROS}

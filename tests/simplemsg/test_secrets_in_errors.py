@@ -8,7 +8,7 @@ import struct
 from typing import Any
 
 import pytest
-from message_samples import SAMPLES
+from rigs.data.message_samples import SAMPLES
 
 from openpendant.simplemsg import (
     PENDANT,
@@ -19,8 +19,8 @@ from openpendant.simplemsg import (
     NotEncodable,
     codec_for,
 )
+from openpendant.simplemsg.packet_text import packet_from_json
 from openpendant.simplemsg.pendant import Login, PairingReply, SetAccount
-from openpendant.simplemsg.text import packet_from_json
 
 CODEC = codec_for(PENDANT)
 SECRET = {Login: "secret", SetAccount: "secret", PairingReply: "code"}

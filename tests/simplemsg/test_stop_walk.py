@@ -29,9 +29,9 @@ from openpendant.simplemsg import (
     Overtaken,
     Ping,
     Role,
-    StopAhead,
     StopRule,
     TrajPoint,
+    WaitingStop,
     accepted,
     codec_for,
     joint_array,
@@ -337,7 +337,7 @@ def test_however_bytes_come_each_stop_is_found_with_its_last_byte_and_marks_all_
     assert len(arrivals) == len(messages)
     assert wire.unanswered == sum(each.comm_type == REQUEST for each in messages)
     for place, (arrival, message) in enumerate(zip(arrivals, messages, strict=True)):
-        if isinstance(arrival, StopAhead):
+        if isinstance(arrival, WaitingStop):
             assert _is_stop(message)
         elif isinstance(arrival, Overtaken):
             assert any(map(_is_stop, messages[place + 1 :]))

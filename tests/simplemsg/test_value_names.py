@@ -9,9 +9,8 @@ from openpendant.simplemsg import (
     Ping,
     Status,
 )
-from openpendant.simplemsg.declaration import Real
+from openpendant.simplemsg.declaration import Real, value_name
 from openpendant.simplemsg.motoman import MotomanMotionReply
-from openpendant.simplemsg.naming import value_name
 from openpendant.simplemsg.pendant import Authority, Outcome, PoseMove, State, Verdict
 
 

@@ -16,9 +16,10 @@ from typing import Any
 
 import pytest
 import pytest_asyncio
-from busy_machine import PATIENCE, PATIENT, SCALE
+from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
 
 from openpendant.simplemsg.pendant import State
+from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import PendantClient
 
 
@@ -55,6 +56,12 @@ class RunningCell:
     async def ready_pendant(self, **options: Any) -> PendantClient:
         pendant = await self.pendant(state_rate=100, **options)
         await pendant.wait_until(lambda state: state.motion_possible == 1)
+        # The store is read while the first clients come, and no motion begins before.
+        while any(  # noqa: ASYNC110 - what is waited for tells nobody
+            each["code"] == VerdictCode.CHANGE_WHILE_MOVING
+            for each in (await pendant.why())["conditions"]
+        ):
+            await asyncio.sleep(0.01)
         return pendant
 
     def at_end(self, close: Callable[[], Awaitable[None]]) -> None:

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from busy_machine import PATIENCE, PATIENT, SCALE
-from tls_certificates import make_certificate
-from wire_pendant import WirePendant
+from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
+from rigs.peers.tls_certificates import make_certificate
+from rigs.peers.wire_pendant import WirePendant
 
 from openpendant.simplemsg import TriState
 from openpendant.simplemsg.pendant import Activity, Motion

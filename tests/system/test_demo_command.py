@@ -11,11 +11,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from busy_machine import PATIENCE
-from foreign_robots import FOREIGN
-from urdf_files import written
+from rigs.clock.busy_machine import PATIENCE, SCALE
+from rigs.data.foreign_robots import FOREIGN
+from rigs.data.urdf_files import written
 
-from openpendant.motion.cli import main as robots
+from openpendant.motion.cli.robots import main as robots
 from openpendant.tools.demo import Interruptions
 from openpendant.tools.packets.rerun import main as rerun
 
@@ -174,7 +174,7 @@ def test_a_signal_in_the_middle_ends_it_at_once(
 ) -> None:
     demo = start_demo(tmp_path)
     wait_for_part(mark, PARTS[0])
-    time.sleep(1.5)
+    time.sleep(1.5 * SCALE)
     for _ in range(2):  # a second Ctrl-C must not break the unwinding
         demo.send_signal(number)
         time.sleep(0.02)

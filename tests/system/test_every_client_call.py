@@ -16,7 +16,7 @@ from itertools import count
 from typing import Any, ClassVar
 
 import pytest
-from busy_machine import PATIENCE, PATIENT, SCALE
+from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
 
 from openpendant.simplemsg.pendant import (
     AccountRole,

@@ -8,15 +8,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from busy_machine import PATIENCE, PATIENT
 from pydantic import TypeAdapter
+from rigs.clock.busy_machine import PATIENCE, PATIENT
 
 from openpendant.simplemsg.pendant import AccountRole, Activity, OperatingMode
+from openpendant.simplemsg.pendant.management.poses import PlacedPose
+from openpendant.simplemsg.pendant.management.statements import Move
 from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.pendants.attitude import quaternion_of, roll_pitch_yaw
 from openpendant.tools.pendants.client import MotionHandle, PendantClient, Pose, Refused
-from openpendant.tools.pendants.management.frames import PlacedPose
-from openpendant.tools.pendants.management.statements import Move
+from openpendant.tools.pendants.motions import quaternion_of, roll_pitch_yaw
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 from openpendant.tools.reference.operations import published_operations
 

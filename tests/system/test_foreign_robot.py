@@ -1,26 +1,23 @@
 """Robots that no catalogue holds, used through the command by someone who has only a URDF."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from foreign_robots import FEW_AXES, FOREIGN, Foreign
-from jog_referee import Referee
+from rigs.data.foreign_robots import FEW_AXES, FOREIGN, Foreign
+from rigs.motion.jog_referee import Referee
 
-from openpendant.motion.certificate import certify
-from openpendant.motion.cli import main as robots
-from openpendant.motion.jog import JogCaps, Jogger, JogReason, JointJog, ToolJog, jog_model
-from openpendant.motion.mechanism import Mechanism, mechanism
+from openpendant.motion.cli.robots import main as robots
+from openpendant.motion.description.robot import serial_robot
+from openpendant.motion.jog import JogCaps, Jogger, JogSlowdown, JointJog, ToolJog, jog_model
 from openpendant.motion.orientation import rotation_of_vector
+from openpendant.motion.paths.mechanism import Mechanism, mechanism
 from openpendant.motion.pose import Pose
-from openpendant.motion.robot import serial_robot
-from openpendant.motion.timing import time_path
-
-pytestmark = pytest.mark.realtime
+from openpendant.motion.timing.parameterization import time_path
+from openpendant.motion.trajectory.certificate import certify
+from openpendant.tools.cli import main as openpendant
 
 STEP = 1e-4
 """A step small enough that the tool goes straight [m]."""
@@ -32,35 +29,34 @@ TICKS = 40
 Arm = tuple[Mechanism, Foreign]
 
 
-def command(folder: Path, *arguments: str) -> str:
-    run = subprocess.run(
-        [sys.executable, "-m", "openpendant.tools", *arguments],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=60,
-        check=False,
-    )
-    assert run.returncode == 0, run.stderr
-    return run.stdout
+def command(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    code = openpendant(arguments)
+    told = capsys.readouterr()
+    assert code == 0, told.err
+    return told.out
 
 
 @pytest.mark.parametrize("name", FOREIGN)
-def test_a_urdf_alone_makes_a_robot_that_all_commands_take(name: str, tmp_path: Path) -> None:
-    foreign = FOREIGN[name]
-    (tmp_path / f"{name}.urdf").write_text(foreign.urdf, "utf-8")
-    told = command(tmp_path, "robots", "import", f"{name}.urdf", "--yes")
-    assert f"wrote {name}.yaml: good" in told
-    file = f"{name}.yaml"
-    assert serial_robot(tmp_path / file).tool_link == foreign.tool
+def test_a_urdf_alone_makes_a_robot_that_all_commands_take(
+    name: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    foreign, file = FOREIGN[name], f"{name}.yaml"
+    Path(f"{name}.urdf").write_text(foreign.urdf, "utf-8")
+    told = command(capsys, "robots", "import", f"{name}.urdf", "--yes")
+    assert f"wrote {file}: good" in told
+    assert serial_robot(Path(file)).tool_link == foreign.tool
 
     joints = json.dumps(foreign.joints)
-    pose = command(tmp_path, "robots", "fk", file, "--joints", joints)
-    found = json.loads(command(tmp_path, "robots", "ik", file, "--pose", pose))
+    pose = command(capsys, "robots", "fk", file, "--joints", joints)
+    found = json.loads(command(capsys, "robots", "ik", file, "--pose", pose))
     assert found["position_error"] < 1e-5
 
     planned: dict[str, Any] = json.loads(
-        command(tmp_path, "plan", "--robot", file, "--goal", joints, "--json", "-")
+        command(capsys, "plan", "--robot", file, "--goal", joints, "--json", "-")
     )
     assert planned["position"][-1] == pytest.approx(foreign.joints)
 
@@ -122,7 +118,7 @@ def test_its_tool_jogs_along_and_about_the_axes_that_it_can_and_refuses_the_rest
     assert not watched.faults
     if key not in foreign.keys:
         assert step.position == foreign.joints
-        assert step.reason is JogReason.DIRECTION
+        assert step.reason is JogSlowdown.DIRECTION
         assert step.retreat is None
         return
     began, now = robot.forward(foreign.joints), robot.forward(step.position)

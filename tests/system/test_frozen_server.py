@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from minimum_controller import CODEC, STOP
+from rigs.peers.minimum_controller import CODEC, STOP
 
 from openpendant.simplemsg.pendant import StopKind
 from openpendant.simplemsg.verdicts import VerdictCode

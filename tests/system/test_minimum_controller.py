@@ -14,8 +14,8 @@ from typing import Any
 
 import pytest
 import pytest_asyncio
-from busy_machine import PATIENCE, UNHURRIED
-from minimum_controller import Controller, compiled
+from rigs.clock.busy_machine import PATIENCE, UNHURRIED
+from rigs.peers.minimum_controller import Controller, compiled
 
 from openpendant.simplemsg.pendant import Activity, LinkState, Motion
 from openpendant.simplemsg.verdicts import VerdictCode

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from busy_machine import PATIENCE
+from rigs.clock.busy_machine import PATIENCE
 
-from openpendant.motion.robot import serial_robot
+from openpendant.motion.description.robot import serial_robot
 from openpendant.simplemsg.pendant import OperatingMode, StopKind
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.commands import home, reset, run, stop

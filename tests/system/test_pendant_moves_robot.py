@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from busy_machine import PATIENCE, PATIENT, SCALE
+from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
 
 from openpendant.simplemsg import PENDANT, codec_for
 from openpendant.simplemsg.pendant import (
@@ -326,7 +326,7 @@ def planners_of(pid: int) -> list[int]:
     return [
         int(child)
         for child in children
-        if b"planning.process" in Path(f"/proc/{child}/cmdline").read_bytes()
+        if b"planning.pool.planning_process" in Path(f"/proc/{child}/cmdline").read_bytes()
     ]
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from busy_machine import SCALE
+from rigs.clock.busy_machine import SCALE
 
 from openpendant.simplemsg.pendant import State
 from openpendant.tools.pendants.client import PendantClient

@@ -21,11 +21,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from burner import MOST_VOID, VoidTime, burner
-from busy_machine import PATIENCE, PATIENT
-from promise_figures import tell
+from promises.promise_figures import tell
+from rigs.clock.busy_machine import PATIENCE, PATIENT
+from rigs.processes.burner import MOST_VOID, VoidTime, burner
 
-from openpendant.motion.robot import serial_robot
+from openpendant.motion.description.robot import serial_robot
 from openpendant.simplemsg import (
     STANDARD,
     ByteOrder,

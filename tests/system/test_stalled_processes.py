@@ -12,8 +12,8 @@ import time
 from typing import Any
 
 import pytest
-from burner import MOST_VOID, VoidTime, burner
-from promise_table import figure
+from promises.promise_table import figure
+from rigs.processes.burner import MOST_VOID, VoidTime, burner
 
 from openpendant.simplemsg.pendant import StopKind
 from openpendant.tools.bench.cells import running_room

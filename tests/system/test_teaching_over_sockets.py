@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from busy_machine import PATIENT
+from rigs.clock.busy_machine import PATIENT
 
 from openpendant.simplemsg.pendant import Activity
 from openpendant.simplemsg.verdicts import VerdictCode

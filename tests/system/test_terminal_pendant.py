@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from busy_machine import PATIENCE, SCALE, tell_begun_anew
+from rigs.clock.busy_machine import PATIENCE, SCALE, tell_begun_anew
 
 from openpendant.simplemsg.pendant import (
     Activity,

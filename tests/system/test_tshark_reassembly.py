@@ -7,11 +7,11 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from golden_vectors import GOLDEN
-from pcap_files import Conversation, Stamped, pcap
+from rigs.data.golden_vectors import GOLDEN
+from rigs.data.pcap_files import Conversation, Stamped, pcap
 
 from openpendant.tools.packets.reading.trace_files import read_trace
-from openpendant.tools.packets.trace import Direction, Packet
+from openpendant.tools.packets.trace import Packet, TraceDirection
 
 TSHARK = shutil.which("tshark")
 
@@ -44,7 +44,7 @@ def test_streams_are_put_together_as_tshark_does(tmp_path: Path) -> None:
     file.write_bytes(pcap(frames))
     ours: dict[int, bytes] = {}
     for entry in read_trace(io.BytesIO(file.read_bytes())):
-        if isinstance(entry, Packet) and entry.direction is Direction.TO_SERVER:
+        if isinstance(entry, Packet) and entry.direction is TraceDirection.TO_SERVER:
             ours[entry.connection] = ours.get(entry.connection, b"") + entry.data
     for index in range(6):
         assert ours[index + 1] == _followed(file, index) == stream

@@ -8,7 +8,7 @@ import signal
 from typing import Any
 
 import pytest
-from busy_machine import SCALE
+from rigs.clock.busy_machine import SCALE
 
 from openpendant.simplemsg import PENDANT, codec_for
 from openpendant.simplemsg.pendant import Activity, OperatingMode, OperatorAction, OperatorEvent
@@ -21,7 +21,7 @@ V = VerdictCode
 READY, NOT_READY = 0, 1
 
 
-class Asker:
+class ReplyTo:
     """Runs the command against one server."""
 
     def __init__(self, port: int, capsys: pytest.CaptureFixture[str]) -> None:
@@ -58,25 +58,25 @@ async def test_each_condition_is_named_as_it_is_broken(
 ) -> None:
     cell = await start_cell(server=("--store", str(tmp_path / "store.db")))
     pendant = await cell.ready_pendant()
-    asker = Asker(cell.ports["pendant"], capsys)
-    await asker.expect("authority", V.NOT_IN_CONTROL)
+    reply_to = ReplyTo(cell.ports["pendant"], capsys)
+    await reply_to.expect("authority", V.NOT_IN_CONTROL)
 
     await pendant.take_control()
-    exit_code, said = await asker.asked()
+    exit_code, said = await reply_to.asked()
     assert (exit_code, "is ready for a move" in said) == (READY, True)
-    await asker.expect("mode", V.MODE_FORBIDS, kind="jog")
+    await reply_to.expect("mode", V.MODE_FORBIDS, kind="jog")
 
     await pendant.set_mode(OperatingMode.MANUAL_REDUCED)
-    await asker.expect("enabling", V.NOT_ENABLED, kind="jog")
+    await reply_to.expect("enabling", V.NOT_ENABLED, kind="jog")
     await pendant.set_mode(OperatingMode.AUTOMATIC)
 
     await pendant.stop("tea")
-    await asker.expect("stop", V.STOP_LATCHED)
+    await reply_to.expect("stop", V.STOP_LATCHED)
     await pendant.reset_stop()
 
     goal = [pendant.joints()[0] + 1.0, *pendant.joints()[1:]]
     await pendant.move_joints(goal, speed=0.05)
-    await asker.expect("standing", V.MOVING)
+    await reply_to.expect("standing", V.MOVING)
     await pendant.program_stop()
     await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
 
@@ -86,17 +86,17 @@ async def test_each_condition_is_named_as_it_is_broken(
         {"op": "programs.edit", "name": "waits", "expected_revision": revision, "edit": edit}
     )
     await pendant.run_program("waits")
-    await asker.expect("program", V.PROGRAM_RUNNING)
+    await reply_to.expect("program", V.PROGRAM_RUNNING)
     await pendant.program_stop()
 
     place = {"type": "sphere", "radius": 0.05}
     ball = {"name": "ball", "shape": place, "position": pendant.tool_pose().position}
     await pendant.manage({"op": "scene.add", "object": ball, "expected_revision": 0})
-    await asker.expect("scene", V.START_IN_COLLISION)
+    await reply_to.expect("scene", V.START_IN_COLLISION)
     await pendant.manage({"op": "scene.remove", "name": "ball", "expected_revision": 1})
 
     await operate(cell.controller["motion"], OperatorAction.EMERGENCY_STOP)
-    await asker.expect("controller", V.CONTROLLER_NOT_READY)
+    await reply_to.expect("controller", V.CONTROLLER_NOT_READY)
     await operate(cell.controller["motion"], OperatorAction.RESET)
 
 
@@ -106,12 +106,12 @@ async def test_a_silent_controller_and_a_dead_one_are_named(
     cell = await start_cell(server=("--store", "off"))
     pendant = await cell.ready_pendant()
     await pendant.take_control()
-    asker = Asker(cell.ports["pendant"], capsys)
+    reply_to = ReplyTo(cell.ports["pendant"], capsys)
 
     os.kill(cell.emulator.pid, signal.SIGSTOP)
     try:
-        await asker.expect("feedback", V.FEEDBACK_STALE)
+        await reply_to.expect("feedback", V.FEEDBACK_STALE)
     finally:
         os.kill(cell.emulator.pid, signal.SIGCONT)
     os.kill(cell.emulator.pid, signal.SIGKILL)
-    await asker.expect("link", V.CONTROLLER_DOWN)
+    await reply_to.expect("link", V.CONTROLLER_DOWN)

@@ -3,12 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from openpendant.motion.kinematics import Kinematics
-from openpendant.motion.robot import serial_robot
+from openpendant.motion.description.robot import serial_robot
+from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.tools.bench import __main__ as program
 from openpendant.tools.bench import codec, ik, ik_peers
 from openpendant.tools.bench.ik_peers import Eaik, Toolbox
-from openpendant.tools.bench.table import Benchmark, Missing, measure
+from openpendant.tools.bench.table import Benchmark, MissingRequirement, measure
 
 KINEMATICS = [Kinematics(serial_robot(name)) for name in ik.FAMILIES]
 
@@ -41,7 +41,7 @@ def test_each_row_can_be_measured(benchmark: Benchmark, monkeypatch: pytest.Monk
     monkeypatch.setattr(ik, "POSES", 3)
     try:
         row = measure(benchmark, quick=True)
-    except Missing as missing:
+    except MissingRequirement as missing:
         pytest.skip(str(missing))
     assert row.median > 0.0
     assert (row.baseline is not None) == ("/" in row.name)

@@ -53,6 +53,21 @@ def test_both_sides_are_sampled_in_turn() -> None:
     assert "".join(order) == "sb" + "sb" + "bs" + "sb" + "bs"
 
 
+@pytest.mark.parametrize(("repetitions", "quick"), [(15, 5), (9, 3), (5, 3), (1, 1)])
+def test_a_quick_run_takes_a_third_of_the_samples_and_never_more_than_all(
+    repetitions: int, quick: int
+) -> None:
+    samples: list[float] = []
+
+    def sample() -> float:
+        samples.append(1.0)
+        return 1.0
+
+    sides = Sides(sample)
+    measure(Benchmark("a", "ns", lambda: nullcontext(sides), repetitions=repetitions), quick=True)
+    assert len(samples) == 1 + quick  # the first one warms up
+
+
 def test_the_ratio_is_the_median_of_the_ratios_and_not_of_the_medians() -> None:
     subject, baseline = iter([0.0, 1.0, 20.0, 30.0]), iter([0.0, 1.0, 10.0, 40.0])
     sides = Sides(lambda: next(subject), lambda: next(baseline))

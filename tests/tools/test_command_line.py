@@ -12,7 +12,8 @@ import pytest
 
 from openpendant.simplemsg import __version__
 from openpendant.tools import cli
-from openpendant.tools.cli import COMMANDS, Command, ExitCode, main
+from openpendant.tools.cli import COMMANDS, Command, main
+from openpendant.tools.console import ExitCode
 
 FAKE = {"fake": Command("fake_command", "stand in for a sub-command")}
 
@@ -108,7 +109,7 @@ def test_a_missing_library_is_answered_with_what_to_install(
 ) -> None:
     monkeypatch.setattr(cli, "CHECKOUT", checkout)
     install(raiser(ModuleNotFoundError(f"No module named {library!r}", name=library)))
-    assert main(["fake"], commands=FAKE) == ExitCode.NOT_INSTALLED
+    assert main(["fake"], commands=FAKE) == ExitCode.UNAVAILABLE
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert f"{sys.executable} -m pip install {source.format(extra)}" in error
@@ -120,7 +121,7 @@ def test_a_checkout_is_known_as_where_missing_libraries_come_from() -> None:
 
 def test_a_missing_library_is_found_on_import_too(capsys: pytest.CaptureFixture[str]) -> None:
     absent = {"fake": Command("no_such_library.cli", "is not there")}
-    assert main(["fake"], commands=absent) == ExitCode.NOT_INSTALLED
+    assert main(["fake"], commands=absent) == ExitCode.UNAVAILABLE
     assert "no_such_library" in capsys.readouterr().err
 
 

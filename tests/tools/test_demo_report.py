@@ -8,8 +8,8 @@ import pytest
 
 from openpendant.tools.demo_report import (
     DemoResult,
-    Motion,
     Samples,
+    TourMotion,
     tracking,
     write_csv,
     write_plot,
@@ -58,7 +58,7 @@ def test_what_belongs_to_the_next_motion_is_not_compared() -> None:
 
 @pytest.fixture
 def result() -> DemoResult:
-    motion = Motion("swing", PLANNED, 0.004, 0.93, 0.002, 1e-6)
+    motion = TourMotion("swing", PLANNED, 0.004, 0.93, 0.002, 1e-6)
     return DemoResult("robot", ("joint",), (motion,), swing(LOG, 0.002), 0, 8)
 
 

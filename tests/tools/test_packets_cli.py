@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from golden_vectors import FILES, GOLDEN, exact
+from rigs.data.golden_vectors import FILES, GOLDEN, exact
 
 from openpendant.tools.packets.cli import main
 from openpendant.tools.packets.reading.text_lines import MAX_LINE

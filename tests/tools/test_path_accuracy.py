@@ -7,13 +7,14 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.robot_families import FAMILIES
 
-from openpendant.motion.kinematics import Kinematics
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.paths.tool_curves import ToolLine
+from openpendant.motion.paths.tool_paths import follow_tool_curve
 from openpendant.motion.pose import Pose
-from openpendant.motion.robot import serial_robot
-from openpendant.motion.tool_curves import ToolLine
-from openpendant.motion.tool_paths import follow_tool_curve
-from openpendant.motion.trajectory import Array
+from openpendant.motion.trajectory.trajectory import Array
 from openpendant.tools.bench.path_accuracy import (
     GREATEST_ANGLE,
     GREATEST_DISTANCE,
@@ -29,7 +30,7 @@ AHEAD = np.array([0.0, 0.1, 0.0])
 CALCULATED = np.linspace(0.01, 0.09, 50)
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", [name for name in ROBOTS if name in FAMILIES])
 def test_the_executed_tool_keeps_every_kind_of_path(
     name: str, record_property: Callable[[str, object], None]
 ) -> None:

@@ -1,1 +1,1 @@
-"""Benchmarks: what things cost, beside what they would cost at least."""
+"""Benchmarks: measured costs beside a baseline of the least possible cost."""

@@ -26,7 +26,7 @@ from threading import Thread
 from typing import Any
 
 from .peers import process
-from .table import Benchmark, Bound, Judged, Missing, Sides
+from .table import Benchmark, Bound, Judged, MissingRequirement, Sides
 
 ROBOTS = 30
 WINDOW = 8.0
@@ -57,7 +57,7 @@ def benchmarks() -> list[Benchmark]:
 @contextmanager
 def _room(event_loop: str, figure: str) -> Iterator[Sides]:
     if find_spec(event_loop) is None:
-        raise Missing(f"{event_loop} is not installed")
+        raise MissingRequirement(f"{event_loop} is not installed")
     with running_room(ROBOTS, event_loop) as (server, cells):
         idle = 0.0
 

@@ -1,4 +1,4 @@
-"""Inverse kinematics: what an answer costs, beside EAIK and roboticstoolbox on the same poses.
+"""Inverse kinematics: time of an answer, beside EAIK and roboticstoolbox on the same poses.
 
 Reachable poses of random joint positions, each asked from another random position. "Answer" is what
 a user wants: the branch nearest to the seed inside the limits, checked by forward kinematics; so it
@@ -22,12 +22,12 @@ from typing import TypeVar
 
 import numpy as np
 
-from openpendant.motion import ik
-from openpendant.motion.closed_form import closed_form
-from openpendant.motion.errors import MotionError, Unreachable
-from openpendant.motion.kinematics import Array, Kinematics
+from openpendant.motion.description.robot import serial_robot
+from openpendant.motion.errors import MotionError, PoseUnreachable
+from openpendant.motion.kinematics.closed_form import closed_form
+from openpendant.motion.kinematics.ik import ik
+from openpendant.motion.kinematics.serial import Array, Kinematics
 from openpendant.motion.pose import Pose
-from openpendant.motion.robot import serial_robot
 
 from .ik_peers import Eaik, IkQuestion, Solver, Toolbox
 from .table import Benchmark, Bound, Judged, Sides
@@ -44,7 +44,7 @@ NUMERIC = ("kuka_iiwa14", "rail_kr5_arc", "fanuc_m410ib", "mitsubishi_rh6frh5520
 
 POSES = 200
 FROM_SINGULAR = (0.0, 1e-6, 1e-4, 1e-3)
-"""How far joint 5 is from the wrist's singularity in near-singular targets [rad]."""
+"""Distance of joint 5 from the wrist's singularity in near-singular targets [rad]."""
 
 FARTHER = 1.2
 """The factor of a pose's distance from the base by which it is moved away, again and again."""
@@ -165,5 +165,5 @@ def _is_out_of_reach(kinematics: Kinematics, pose: Pose, seed: Array) -> bool:
     try:
         ik.solve(kinematics, pose, seed)
     except MotionError as refusal:
-        return isinstance(refusal, Unreachable)
+        return isinstance(refusal, PoseUnreachable)
     return False

@@ -15,12 +15,12 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from openpendant.motion.closed_form import arm_geometry
-from openpendant.motion.kinematics import Array, Kinematics
-from openpendant.motion.levenberg_marquardt import rotation_angle
+from openpendant.motion.kinematics.closed_form import arm_geometry
+from openpendant.motion.kinematics.ik.levenberg_marquardt import rotation_angle
+from openpendant.motion.kinematics.serial import Array, Kinematics
 from openpendant.motion.pose import Pose
 
-from .table import Missing
+from .table import MissingRequirement
 
 _FULL_TURN = 2.0 * np.pi
 _EXACT = 1e-6  # m and rad
@@ -87,7 +87,7 @@ class Toolbox:
         library = _installed("roboticstoolbox", "roboticstoolbox")
         table = kinematics.robot.dh
         if table is None:
-            raise Missing(f"{kinematics.robot.name} has no DH table")
+            raise MissingRequirement(f"{kinematics.robot.name} has no DH table")
         links = [
             library.RevoluteDH(
                 d=row.d, a=row.a, alpha=row.alpha, offset=row.theta_offset, qlim=limits
@@ -111,4 +111,4 @@ def _installed(module: str, name: str) -> Any:
     try:
         return import_module(module)
     except ImportError as absent:
-        raise Missing(f"{name} is not installed") from absent
+        raise MissingRequirement(f"{name} is not installed") from absent

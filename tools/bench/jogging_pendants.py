@@ -1,8 +1,8 @@
-"""Pendants that all jog at once, one in each cell of a server, and what they saw of its ticks.
+"""Pendants that all jog at once, one in each cell of a server, and their report of its ticks.
 
-Runs as a process of its own, `python -m openpendant.tools.bench.jogging_pendants PORT PID SECONDS
-PLACE CELL...`, and prints one JSON object. Each state message carries the time of its tick, so what
-a pendant hears tells how late the server's ticks were, whatever network and pendant add.
+Runs as a separate process, `python -m openpendant.tools.bench.jogging_pendants PORT PID SECONDS
+PLACE CELL...`, and prints one JSON object. Each state message carries the time of its tick, so the
+received messages show the lateness of the server's ticks without that of network and pendant.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ _SETTLE = 4.0
 
 
 class Key(Enum):
-    """What a pendant jogs: half of them joints, half the tool."""
+    """Aim of a pendant's jog: half of the pendants jog joints, half the tool."""
 
     JOINTS = "all joints"
     BASE = "tool along z of the base"
@@ -69,7 +69,7 @@ KEYS = (Key.JOINTS, Key.BASE, Key.JOINTS, Key.TOOL)
 """Of the pendants in turn."""
 
 SLOT = 0.1
-"""What was heard is counted in slots of so long [s], so that some of them may be left out."""
+"""Length of the slots in which received messages are counted [s]; some may be left out later."""
 
 ANYWHERE = "any"
 """A place: the system chooses the processor."""
@@ -82,13 +82,13 @@ class JoggingPendant(asyncio.Protocol):
     """One pendant: listens at 100 Hz and holds a key.
 
     Attributes:
-        key: what it jogs.
-        ticks: times of the ticks that it was told of [ns].
-        jogging: state messages that told of a jog.
+        key: the aim of its jog.
+        ticks: times of the ticks in its state messages [ns].
+        jogging: state messages that showed a jog.
         moving: state messages in which the robot moved.
         dropped: state messages that it was too slow for.
         ended: how often a jog was refused or ended for each reason.
-        slots: state messages, and those that told of a jog, by the slot in which they came.
+        slots: state messages, and those that showed a jog, by the slot in which they arrived.
         is_latched: a stop is latched.
     """
 
@@ -149,7 +149,7 @@ class JoggingPendant(asyncio.Protocol):
         self._write(Authority(self._requests, AuthorityAction.REQUEST))
 
     def _press_again(self, code: int) -> None:
-        """Let the key go, because a jog was refused or ended; the next beat is another press."""
+        """Release the key after a refused or ended jog; the next beat is a new press."""
         self.ended[VerdictCode(code).name] += 1
         self._beats = 0
         if code == VerdictCode.NOT_IN_CONTROL:
@@ -161,7 +161,7 @@ class JoggingPendant(asyncio.Protocol):
             self._write(Enabling(EnablingPosition.RELEASED), ResetStop(self._requests))
 
     def forget(self) -> None:
-        """Begin the account anew."""
+        """Reset all counts."""
         self.ticks.clear()
         self.jogging = self.moving = 0
         self.ended.clear()
@@ -201,20 +201,20 @@ class JoggingPendant(asyncio.Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Account:
-    """What was seen of a server in one run.
+class JoggingReport:
+    """Figures of a server in one run.
 
     Attributes:
         late_p50: median lateness of a tick [ms].
         late_p99: of a hundred ticks one was later [ms].
         late_most: the latest [ms].
         cpu: share of one processor that the server took, percent.
-        jogging: share of the state messages that told of a jog, percent.
+        jogging: share of the state messages that showed a jog, percent.
         moving: share of the state messages in which the robot moved, percent.
         keys: how many pendants jogged what.
         dropped: state messages that a pendant was too slow for.
         ended: how often a jog was refused or ended for each reason.
-        slots: state messages, and those that told of a jog, by when their slot began, monotonic.
+        slots: state messages, and those that showed a jog, by the monotonic start of their slot.
         latched: cells whose stop was latched at the end.
     """
 
@@ -232,7 +232,7 @@ class Account:
 
 
 def lateness(ticks: list[int], period: int = PERIOD_NS) -> list[int]:
-    """Return how late each due tick was [ns]; one that was skipped is as late as the next.
+    """Return the lateness of each due tick [ns]; a skipped one is as late as the next.
 
     No tick is early, and most are hardly late: on the circle of one period, due time lies where
     ticks begin behind the widest gap.
@@ -254,12 +254,12 @@ def lateness(ticks: list[int], period: int = PERIOD_NS) -> list[int]:
 
 
 def _processor_time(pid: int) -> float:
-    """Return what a process has used of the processors so far [s]; Linux only."""
+    """Return the processor time of a process so far [s]; Linux only."""
     fields = Path(f"/proc/{pid}/stat").read_text("ascii").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-async def _run(port: int, pid: int, seconds: float, cells: list[str]) -> Account:
+async def _run(port: int, pid: int, seconds: float, cells: list[str]) -> JoggingReport:
     loop = asyncio.get_running_loop()
     pendants = [JoggingPendant(*pair) for pair in zip(cells, cycle(KEYS), strict=False)]
     for pendant in pendants:
@@ -280,7 +280,7 @@ async def _run(port: int, pid: int, seconds: float, cells: list[str]) -> Account
     ended: Counter[str] = Counter()
     for pendant in pendants:
         ended += pendant.ended
-    return Account(
+    return JoggingReport(
         late[len(late) // 2] / 1e6,
         late[len(late) * 99 // 100] / 1e6,
         late[-1] / 1e6,
@@ -296,7 +296,7 @@ async def _run(port: int, pid: int, seconds: float, cells: list[str]) -> Account
 
 
 def _slots(pendants: list[JoggingPendant]) -> dict[float, list[int]]:
-    """Return what all of them heard in each slot, by when it began [s]."""
+    """Return the counts of all pendants in each slot, by its start [s]."""
     counts: dict[float, list[int]] = {}
     for pendant in pendants:
         for number, (heard, jogging) in pendant.slots.items():
@@ -325,7 +325,7 @@ def main(argv: list[str]) -> None:
         pin(0, int(place))
     before_ordinary_programs(0)
     account = asyncio.run(_run(int(port), int(pid), float(seconds), cells))
-    print(json.dumps({name: getattr(account, name) for name in Account.__slots__}))
+    print(json.dumps({name: getattr(account, name) for name in JoggingReport.__slots__}))
 
 
 if __name__ == "__main__":

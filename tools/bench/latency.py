@@ -13,7 +13,7 @@ import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, closing, contextmanager
 
-from openpendant.motion.robot import serial_robot
+from openpendant.motion.description.robot import serial_robot
 from openpendant.simplemsg import (
     PENDANT,
     JointTrajPt,

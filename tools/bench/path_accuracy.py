@@ -9,6 +9,9 @@ are averaged, and the path accuracy is the greatest distance of such a mean from
 Orientation likewise; where the standard takes each of its three angles by itself, the angle of the
 whole rotation is taken here, which is at least as great as each. Runs are at full speed, where a
 robot strays most, each looked at with another phase to the points.
+
+Each sample of a trajectory is sent as a point of type 14 through the codec, so that the controller
+sees 4-byte reals, a fixed time ahead as the server does, on a clock that nobody waits for.
 """
 
 from __future__ import annotations
@@ -22,18 +25,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from openpendant.motion.circles import ToolArc, ToolTurn, arc_about, circle_about
-from openpendant.motion.errors import BranchChange, OutOfRange, Unreachable
-from openpendant.motion.kinematics import Kinematics
+from openpendant.controller_emulator.core.controller import EmulatedController
+from openpendant.controller_emulator.shell.build import build_controller
+from openpendant.controller_emulator.shell.settings import EmulatorSettings
+from openpendant.motion.description.robot import SerialRobot, load_robot, robot_names, serial_robot
+from openpendant.motion.errors import BranchChange, OutOfRange, PoseUnreachable
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.paths.circles import ToolArc, ToolTurn, arc_about, circle_about
+from openpendant.motion.paths.tool_chain import ToolChain
+from openpendant.motion.paths.tool_curves import ToolCurve, ToolLine, ToolSpline, turned_by
+from openpendant.motion.paths.tool_paths import follow_tool_curve
 from openpendant.motion.pose import Pose
-from openpendant.motion.robot import SerialRobot, load_robot, robot_names, serial_robot
-from openpendant.motion.timing import time_path
-from openpendant.motion.tool_chain import ToolChain
-from openpendant.motion.tool_curves import ToolCurve, ToolLine, ToolSpline, turned_by
-from openpendant.motion.tool_paths import follow_tool_curve
-from openpendant.motion.trajectory import Array
+from openpendant.motion.timing.parameterization import time_path
+from openpendant.motion.trajectory.trajectory import Array, Trajectory
+from openpendant.server.settings.cell_settings import ControllerLink
+from openpendant.server.uplinks import dialect_of
+from openpendant.simplemsg import Message, ReplyCode, codec_for
 
-from .emulated_run import SAMPLE, emulated_run
 from .table import Benchmark, Bound, Judged, Sides
 
 GREATEST_DISTANCE = 0.1
@@ -43,7 +51,7 @@ GREATEST_ANGLE = 0.05
 """Accepted path accuracy of the orientation [°]."""
 
 ISO_RUNS = 10
-"""How often the standard runs a path."""
+"""Number of runs of a path in the standard."""
 
 ROBOTS = [name for name in robot_names() if isinstance(load_robot(name), SerialRobot)]
 
@@ -65,7 +73,7 @@ class CommandPath(Enum):
 
 
 class PathAccuracy(NamedTuple):
-    """How far the mean of the attained paths is from the command path.
+    """Distance of the mean of the attained paths from the command path.
 
     Attributes:
         distance: [mm].
@@ -130,7 +138,7 @@ def robot_accuracy(
             if len(found[kind]) < places:
                 try:
                     found[kind].append(path_accuracy(kinematics, start, curve, runs))
-                except (Unreachable, OutOfRange, BranchChange):
+                except (PoseUnreachable, OutOfRange, BranchChange):
                     continue
         if all(len(values) == places for values in found.values()):
             return {kind: worst_of(values) for kind, values in found.items()}
@@ -254,3 +262,57 @@ def _rotation_vectors(rotations: Array) -> Array:
     factor = np.where(sine > 0.0, np.arctan2(sine, cosine) / np.where(sine > 0.0, sine, 1.0), 1.0)
     vectors: Array = doubled / 2.0 * factor[:, np.newaxis]
     return vectors
+
+
+SAMPLE = 1_000_000
+"""Time between two looks at the joints [ns]."""
+
+_LINK = 1
+_LATENCY = 200_000_000  # ns; longer than the controller takes to begin and to come to rest
+
+
+def emulated_run(robot: str, trajectory: Trajectory, phase: int = 0) -> Array:
+    """Return where the joints are every millisecond, (m, n), from before the start until rest.
+
+    Args:
+        robot: name of the robot.
+        trajectory: what is sent; its first and last samples are at rest.
+        phase: how long after each tick of the sender the joints are looked at [ns].
+
+    Raises:
+        RuntimeError: the controller refused a point or broke the motion off.
+    """
+    start = tuple(trajectory.position[0].tolist())
+    settings = EmulatorSettings.model_validate({"robot": robot, "start": start})
+    controller = build_controller(settings, 0)
+    points = _points(trajectory)
+    lead = round(ControllerLink().lead * 1e9)
+    due = [round(time * 1e9) - lead for time in trajectory.times.tolist()]
+    sent, run = 0, []
+    for tick in range(0, round(trajectory.duration * 1e9) + _LATENCY, SAMPLE):
+        while sent < len(points) and due[sent] <= tick:
+            _send(controller, points[sent], tick)
+            sent += 1
+        controller.advance(tick + phase)
+        run.append(controller.motion(tick + phase)[0])
+    if controller.referee.total or controller.status(tick + phase).in_error:
+        raise RuntimeError(str(controller.referee))
+    return np.array(run)
+
+
+def _points(trajectory: Trajectory) -> list[Message]:
+    """Return the set-points as they arrive."""
+    link = ControllerLink()
+    uplink = dialect_of(link).uplink(link, np.abs(trajectory.velocity).max(axis=0).tolist())
+    codec = codec_for()
+    points = []
+    for index in range(len(trajectory)):
+        point = uplink.point(index, trajectory.row(index), 0.0, 0)
+        points.append(codec.decode(codec.encode(point)))
+    return points
+
+
+def _send(controller: EmulatedController, point: Message, now: int) -> None:
+    replies = [reply for _, reply in controller.handle(_LINK, point, now)]
+    if [reply.reply_code for reply in replies] != [ReplyCode.SUCCESS]:
+        raise RuntimeError(f"a point was refused: {controller.referee}")

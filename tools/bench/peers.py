@@ -31,8 +31,8 @@ from openpendant.simplemsg import (
 TIMEOUT = 10.0
 
 
-class Echo(asyncio.Protocol):
-    """Writes back what it reads."""
+class EchoPeer(asyncio.Protocol):
+    """Peer that returns the bytes that it receives."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Keep the transport."""
@@ -40,23 +40,23 @@ class Echo(asyncio.Protocol):
         self._transport = transport
 
     def data_received(self, data: bytes) -> None:
-        """Write back."""
+        """Return the bytes."""
         self._transport.write(data)
 
 
-class Relay(asyncio.Protocol):
-    """Writes what it reads to another connection."""
+class RelayPeer(asyncio.Protocol):
+    """Peer that forwards the bytes that it receives to another connection."""
 
     def __init__(self, upstream: asyncio.Transport) -> None:
         self._upstream = upstream
 
     def data_received(self, data: bytes) -> None:
-        """Pass on."""
+        """Forward the bytes."""
         self._upstream.write(data)
 
 
 async def _serve_echo() -> None:
-    server = await asyncio.get_running_loop().create_server(Echo, "127.0.0.1", 0)
+    server = await asyncio.get_running_loop().create_server(EchoPeer, "127.0.0.1", 0)
     print(json.dumps({"port": server.sockets[0].getsockname()[1]}), flush=True)
     await server.serve_forever()
 
@@ -64,7 +64,7 @@ async def _serve_echo() -> None:
 async def _serve_relay(port: int) -> None:
     loop = asyncio.get_running_loop()
     upstream, _ = await loop.create_connection(asyncio.Protocol, "127.0.0.1", port)
-    server = await loop.create_server(lambda: Relay(upstream), "127.0.0.1", 0)
+    server = await loop.create_server(lambda: RelayPeer(upstream), "127.0.0.1", 0)
     print(json.dumps({"port": server.sockets[0].getsockname()[1]}), flush=True)
     await server.serve_forever()
 
@@ -184,11 +184,11 @@ def receive_message(connection: socket.socket) -> Message:
 
 @dataclass
 class PlainController:
-    """A controller that obeys at once: where a point says, there it stands.
+    """A controller without dynamics: it stands at each point as soon as it receives it.
 
     Attributes:
         motion: its motion connection.
-        position: where it stands [rad].
+        position: of its joints [rad].
     """
 
     motion: socket.socket

@@ -14,20 +14,20 @@ from itertools import pairwise
 
 import numpy as np
 
-from openpendant.motion.collision import CollisionModel
-from openpendant.motion.free_way import FreeWay
-from openpendant.motion.kinematics import Kinematics
-from openpendant.motion.ompl_planner import ompl_is_installed
-from openpendant.motion.planner import BUILT_IN, DEFAULT_PLANNER, plan_free_path
-from openpendant.motion.ptp import straight_move
-from openpendant.motion.robot import serial_robot
-from openpendant.motion.scene import Box, Scene, SceneObject
-from openpendant.motion.straight_certificate import certify_straight_move
+from openpendant.motion.description.robot import serial_robot
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.planning.ompl_planner import ompl_is_installed
+from openpendant.motion.planning.planner import BUILT_IN, DEFAULT_PLANNER, plan_free_path
+from openpendant.motion.scene.clearance import ClearPath
+from openpendant.motion.scene.collision import CollisionModel
+from openpendant.motion.scene.scene import Box, Scene, SceneObject
+from openpendant.motion.trajectory.ptp import straight_move
+from openpendant.motion.trajectory.straight_certificate import certify_straight_move
 from openpendant.server.planning.jobs import JointPathJob
-from openpendant.server.planning.planner import answer
+from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.refusal import Refusal
 
-from .table import Benchmark, Bound, Judged, Missing, Sides
+from .table import Benchmark, Bound, Judged, MissingRequirement, Sides
 
 ROBOT = "ur5"
 PATHS = 5
@@ -85,7 +85,7 @@ def _on_the_loop() -> Iterator[Sides]:
     """Time, certify and prove free a walk of moves of up to 0.3 rad, over a table."""
     limits = serial_robot(ROBOT).limits
     table = SceneObject("table", Box((2.0, 2.0, 0.1)), (0.0, 0.0, -0.1))
-    proof = FreeWay(CollisionModel(Kinematics(serial_robot(ROBOT)), Scene((table,))))
+    proof = ClearPath(CollisionModel(Kinematics(serial_robot(ROBOT)), Scene((table,))))
     home = np.array(serial_robot(ROBOT).home_position)
     rng = np.random.default_rng(2)
     places = [tuple(place) for place in (home + rng.uniform(-0.15, 0.15, (MOVES, 6))).tolist()]
@@ -107,7 +107,7 @@ def _on_the_loop() -> Iterator[Sides]:
 def _around_the_pillar(planner: str) -> Iterator[Sides]:
     """Swing a UR5 by 1.8 rad with a pillar in the middle; the planner checks its own path."""
     if planner != BUILT_IN and not ompl_is_installed():
-        raise Missing("ompl is not installed")
+        raise MissingRequirement("ompl is not installed")
     kinematics = Kinematics(serial_robot(ROBOT))
     pillar = SceneObject("pillar", Box((0.12, 0.12, 1.0)), (-0.45, 0.0, 0.5))
     table = SceneObject("table", Box((2.0, 2.0, 0.1)), (0.0, 0.0, -0.1))

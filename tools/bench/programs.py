@@ -1,4 +1,4 @@
-"""Programs of the largest accepted size: what the event loop does for them, and what it hands over.
+"""Programs of the largest accepted size: calls on the event loop and tasks handed to planning.
 
 CPU time of this process. The first rows are single calls on the event loop, the longest of each
 kind, and have a bound; the others are done in the planning process.
@@ -13,13 +13,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache, partial
 
-from openpendant.server.planning.jobs import Planned, ProgramJob
-from openpendant.server.programs.document import program_to_json
-from openpendant.server.programs.edits import DeleteStatements
-from openpendant.server.programs.parser import parse
-from openpendant.server.programs.program import MOST_POINTS, MOST_STATEMENTS
-from openpendant.server.programs.unpacking import Unpacking
-from openpendant.server.programs.work import (
+from openpendant.server.planning.jobs import PlanAnswer, ProgramJob
+from openpendant.server.programs.editing.edits import DeleteStatements
+from openpendant.server.programs.editing.program_tasks import (
     BodyEdited,
     BodyUnpacked,
     Done,
@@ -28,8 +24,13 @@ from openpendant.server.programs.work import (
     ReadSource,
     Task,
     UnpackBody,
+    Unpacking,
     perform,
 )
+from openpendant.server.programs.language.parser import parse
+from openpendant.server.programs.language.program import MOST_POINTS
+from openpendant.server.programs.language.program_json import program_to_json
+from openpendant.simplemsg.pendant.management.programs import MOST_STATEMENTS
 
 from .table import Benchmark, Bound, Judged, Sides
 
@@ -127,7 +128,7 @@ def _hand_over() -> float:
 
 
 def _take(task: Callable[[], Task]) -> float:
-    sent = pickle.dumps(Planned(1, _done(task()), 0.0), protocol=pickle.HIGHEST_PROTOCOL)
+    sent = pickle.dumps(PlanAnswer(1, _done(task()), 0.0), protocol=pickle.HIGHEST_PROTOCOL)
     return _cost(lambda: pickle.loads(sent))
 
 

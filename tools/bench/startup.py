@@ -1,4 +1,4 @@
-"""Start-up: how long until the emulator's port is open, against importing numpy and pydantic."""
+"""Start-up: the time until the emulator's port is open, against importing numpy and pydantic."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Measures benchmarks and prints them as one table.
+"""Table of benchmarks: their measurement and output.
 
-A figure of one run says little on a shared machine; a ratio says more, when both sides were
-measured in turn. So each repetition takes one sample of the subject and one of its baseline, in
+The figure of one run says little on a shared machine; a ratio of two sides measured in turns says
+more. Therefore each repetition takes one sample of the subject and one of its baseline, in
 alternating order, and the ratio is the median of the repetitions' ratios.
 """
 
@@ -18,17 +18,17 @@ Sample = Callable[[], float]
 """Takes one measurement and returns it in the benchmark's unit."""
 
 
-class Missing(Exception):
-    """What a benchmark compares with is not there; says what."""
+class MissingRequirement(Exception):
+    """Something that a benchmark needs is not installed; the text names it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sides:
-    """What a benchmark compares.
+    """Both sides of a benchmark.
 
     Attributes:
-        subject: samples what is measured.
-        baseline: samples what it is measured against, None where there is nothing.
+        subject: returns a sample of the measured code.
+        baseline: returns a sample of what it is compared with; None without a comparison.
     """
 
     subject: Sample
@@ -36,7 +36,7 @@ class Sides:
 
 
 class Judged(Enum):
-    """Which figure a bound applies to."""
+    """Kind of figure that a bound applies to."""
 
     RATIO = "ratio to the baseline"
     VALUE = "median itself"
@@ -48,8 +48,8 @@ class Bound:
 
     Attributes:
         most: the figure must not exceed this.
-        aim: where it should be one day, None where the bound is all that is wanted.
-        judged: which figure is meant.
+        aim: the target for a later version; None without one.
+        judged: kind of the bounded figure.
     """
 
     most: float
@@ -64,7 +64,7 @@ class Benchmark:
     Attributes:
         name: short, unique, the first word naming the module.
         unit: unit of the samples.
-        prepare: opens what both sides need (servers, files), gives them, and closes it.
+        prepare: opens what both sides need (servers, files), yields the sides, and closes it.
         bound: None for a figure that is only shown.
         repetitions: samples of each side; a quick run takes a third of them.
     """
@@ -77,8 +77,8 @@ class Benchmark:
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
-    """What was measured.
+class BenchmarkResult:
+    """Measured figures of one benchmark.
 
     Attributes:
         name: of the benchmark.
@@ -87,7 +87,7 @@ class Row:
         baseline: median of the baseline's samples, None without a baseline.
         ratio: median of the ratios, None without a baseline.
         bound: largest accepted figure, None where there is none.
-        aim: where it should be one day.
+        aim: the target for a later version.
         judged: the figure that `bound` applies to.
         verdict: "ok", "over", or "" where there is no bound.
     """
@@ -103,14 +103,16 @@ class Row:
     verdict: str
 
 
-def measure(benchmark: Benchmark, quick: bool = False) -> Row:
+def measure(benchmark: Benchmark, quick: bool = False) -> BenchmarkResult:
     """Run one benchmark.
 
     Args:
         benchmark: what to run.
         quick: take a third of the repetitions.
     """
-    repetitions = max(3, benchmark.repetitions // 3) if quick else benchmark.repetitions
+    repetitions = benchmark.repetitions
+    if quick:
+        repetitions = min(repetitions, max(3, repetitions // 3))
     with benchmark.prepare() as sides:
         subject, baseline = _interleaved(sides, repetitions)
     median = statistics.median(subject)
@@ -118,7 +120,7 @@ def measure(benchmark: Benchmark, quick: bool = False) -> Row:
     if baseline:
         ratio = statistics.median(s / b for s, b in zip(subject, baseline, strict=True))
     bound = benchmark.bound
-    return Row(
+    return BenchmarkResult(
         name=benchmark.name,
         median=median,
         unit=benchmark.unit,
@@ -154,29 +156,36 @@ def _verdict(bound: Bound | None, median: float, ratio: float | None) -> str:
     return "ok" if figure <= bound.most else "over"
 
 
-def render(rows: Sequence[Row]) -> str:
+def render(rows: Sequence[BenchmarkResult]) -> str:
     """Return the rows as a table of plain text."""
     heading = ("name", "median", "unit", "baseline", "ratio", "bound", "aim", "")
-    cells = [heading, *(_cells(row) for row in rows)]
-    widths = [max(len(row[column]) for row in cells) for column in range(len(heading))]
-    return "\n".join(_line(row, widths) for row in cells)
+    return aligned([heading, *(_cells(row) for row in rows)], left=(0, 2))
 
 
-def _line(cells: tuple[str, ...], widths: list[int]) -> str:
-    padded = [
-        cell.ljust(width) if column in (0, 2) else cell.rjust(width)
-        for column, (cell, width) in enumerate(zip(cells, widths, strict=True))
-    ]
-    return "  ".join(padded).rstrip()
+def aligned(rows: Sequence[tuple[str, ...]], left: Sequence[int]) -> str:
+    """Return rows of cells in columns.
+
+    Args:
+        rows: of the same length each.
+        left: columns of text; all others are figures, whose ends stand below each other.
+    """
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(
+        "  ".join(
+            cell.ljust(width) if at in left else cell.rjust(width)
+            for at, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    )
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _cells(row: BenchmarkResult) -> tuple[str, ...]:
     limit_unit = f" {row.unit}" if row.judged == Judged.VALUE.value else ""
     return (
         row.name,
-        _figure(row.median),
+        figure(row.median),
         row.unit,
-        _figure(row.baseline),
+        figure(row.baseline),
         "" if row.ratio is None else f"{row.ratio:.2f}",
         "" if row.bound is None else f"{row.bound:g}{limit_unit}",
         "" if row.aim is None else f"{row.aim:g}{limit_unit}",
@@ -184,12 +193,13 @@ def _cells(row: Row) -> tuple[str, ...]:
     )
 
 
-def _figure(value: float | None) -> str:
+def figure(value: float | None) -> str:
+    """Return a figure with its significant digits; empty for None."""
     if value is None:
         return ""
     return f"{value:.0f}" if abs(value) >= 100 else f"{value:.3g}"
 
 
-def as_json(rows: Sequence[Row]) -> list[dict[str, Any]]:
+def as_json(rows: Sequence[BenchmarkResult]) -> list[dict[str, Any]]:
     """Return the rows as JSON objects."""
     return [asdict(row) for row in rows]

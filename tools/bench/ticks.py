@@ -1,4 +1,4 @@
-"""The server's control tick with listeners, and how late a 100 Hz timer is beside an idle one."""
+"""The control tick with listeners, and the lateness of a 100 Hz timer beside an idle one."""
 
 from __future__ import annotations
 
@@ -11,18 +11,25 @@ from functools import partial
 from itertools import pairwise
 from typing import Any
 
-from openpendant.motion.ptp import straight_move
-from openpendant.motion.robot import serial_robot
-from openpendant.server.app import App
-from openpendant.server.cell_shell import ServedCell
-from openpendant.server.controller_path import ControllerPath
-from openpendant.server.core import Port
-from openpendant.server.driving.motion_watch import MotionWatch
-from openpendant.server.driving.report_timing import ReportTiming
-from openpendant.server.driving.tracking_tolerances import tracking_tolerances
-from openpendant.server.operating_mode import REDUCED_SPEED
-from openpendant.server.robot_mathematics import RobotMathematics
-from openpendant.server.settings import CellSettings, ControllerLink, Pendants
+from openpendant.motion.description.robot import serial_robot
+from openpendant.motion.trajectory.ptp import straight_move
+from openpendant.server.access.accounts import AccountBook
+from openpendant.server.access.process_backend import ProcessAccess
+from openpendant.server.cell.execution.motion_watch import MotionWatch
+from openpendant.server.cell.execution.report_timing import ReportTiming
+from openpendant.server.cell.execution.tracking_tolerances import tracking_tolerances
+from openpendant.server.control.modes import REDUCED_SPEED
+from openpendant.server.events.events import TICK, ControllerReport, PathChanged, Port
+from openpendant.server.settings.cell_settings import (
+    CellSettings,
+    ControllerLink,
+    ControllerPath,
+    Pendants,
+)
+from openpendant.server.shell.app import App
+from openpendant.server.shell.cell_shell import CellParts
+from openpendant.server.shell.robot_kinematics import RobotKinematics
+from openpendant.server.store.store_client import AbsentStore
 from openpendant.simplemsg import (
     PENDANT,
     ByteOrder,
@@ -65,17 +72,20 @@ class _Sink:
     def __init__(self, app: App) -> None:
         self.port = Port.PENDANT
         self.address = "127.0.0.1"
-        self.cell = None
+        self.cell: int | None = None
         self.session = 0
         self.taken = 0
         self.wire = Connection(Role.SERVER, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
-        app.clients.admit(self)  # type: ignore[arg-type]  # stands in for a socket's shell
+        app.inbox.opened(self)
 
     def is_clogged(self) -> bool:
         return False
 
     def write(self, frame: bytes) -> None:
         self.taken += len(frame)
+
+    def abort(self, reason: str) -> None:
+        """Nothing is open."""
 
     def send(self, message: Any) -> None:
         """Replies are of no interest here."""
@@ -110,23 +120,28 @@ def _report(app: App, now: int) -> None:
     )
     (cell,) = app.cells
     for report in reports:
-        cell.perform(cell.core.on_controller(ControllerPath.STATE, report, 0, now))
+        cell.deliver(ControllerReport(ControllerPath.STATE, report, 0), now)
 
 
 def _app(listeners: int) -> App:
     settings = CellSettings(robot=ROBOT, pendants=Pendants(idle_timeout=3600))
     # Its clock stands: ticks are called by the benchmark.
-    app = App([ServedCell(settings, serial_robot(ROBOT), _NoPlanner())], Journal(lambda: 0))
+    app = App(
+        [CellParts(settings, serial_robot(ROBOT), _NoPlanner())],
+        Journal(lambda: 0),
+        AbsentStore(),
+        ProcessAccess(None, AccountBook(), single_user=True),
+    )
     (cell,) = app.cells
     for path in ControllerPath:
-        cell.perform(cell.core.controller_path(path, True, 0))
+        cell.deliver(PathChanged(path, True), 0)
     _report(app, 0)
     for _ in range(listeners):
         sink = _Sink(app)
         hello = Hello(
             protocol_version=PROTOCOL_VERSION, state_rate=100.0, cell="", client="benchmark"
         )
-        app.clients.receive(sink.session, hello, 0)
+        app.inbox.received(sink.session, hello, 0)
     return app
 
 
@@ -148,7 +163,7 @@ def _tick(listeners: int) -> Iterator[Sides]:
             began = time.perf_counter()
             for _ in range(TICKS):
                 clock += TICK_NS
-                app.cells[0].tick(clock)
+                app.cells[0].deliver(TICK, clock)
             return (time.perf_counter() - began) / TICKS * 1e6
 
         return lambda: asyncio.run(sample())
@@ -163,7 +178,7 @@ def _watch(cap: float | None) -> Iterator[Sides]:
     Its tool is as fast as the cap, or the joints at full speed where there is none.
     """
     robot = serial_robot(ROBOT)
-    mathematics = RobotMathematics(robot)
+    mathematics = RobotKinematics(robot)
     goal = tuple(value + 1.0 for value in robot.home_position)
     speed = 1.0 if cap is None else _share_at(mathematics, robot.home_position, goal, cap)
     move = straight_move(robot.home_position, goal, robot.limits, speed=speed)
@@ -187,7 +202,7 @@ def _watch(cap: float | None) -> Iterator[Sides]:
 
 
 def _share_at(
-    mathematics: RobotMathematics, start: Sequence[float], goal: Sequence[float], cap: float
+    mathematics: RobotKinematics, start: Sequence[float], goal: Sequence[float], cap: float
 ) -> float:
     """Return the share of the joints' speeds at which tool and elbow keep to a cap [m/s]."""
     limits = serial_robot(ROBOT).limits
@@ -219,7 +234,7 @@ def _lateness() -> Iterator[Sides]:
     app = _app(30)
 
     def subject() -> float:
-        return asyncio.run(late(app.cells[0].tick))
+        return asyncio.run(late(lambda now: app.cells[0].deliver(TICK, now)))
 
     def baseline() -> float:
         return asyncio.run(late(lambda now: None))

@@ -6,7 +6,7 @@ import importlib
 import sys
 from collections.abc import Callable, Mapping
 
-from .console import ExitCode, complain
+from ..console import ExitCode, complain
 
 TOOLS: Mapping[str, tuple[str, str]] = {
     "decode": (".decode", "read packets (hexadecimal, pcap, captures), print what they say"),

@@ -1,51 +1,36 @@
-"""What every packet tool shares with its user: arguments, exit codes, and errors in one line.
+"""Arguments of the packet tools, their errors and the exit code of each.
 
-Owns the exit codes and the way from an exception to a sentence on standard error; no input may end
-in a traceback. The standard library's argument parser is used because scripts call these tools
-often, and it starts in milliseconds.
+No input may end in a traceback. The standard library's argument parser is used because scripts call
+these tools often, and it starts in milliseconds.
 """
 
 from __future__ import annotations
 
 import argparse
-import os
-import sys
 from collections.abc import Callable
-from enum import IntEnum
 
 from openpendant.simplemsg import DIALECTS, ByteOrder, Codec, ProtocolError, codec_for
 from openpendant.simplemsg.errors import shown
 
+from ..console import ExitCode, Faults, run_parsed
+
 ORDERS = {"little": ByteOrder.LITTLE, "big": ByteOrder.BIG}
 
 
-class ExitCode(IntEnum):
-    """Exit codes of `openpendant packets`; `--help` and docs/packets.md list them."""
-
-    OK = 0
-    FINDINGS = 1
-    """A packet that is none, a check that failed, a difference, or nobody who reads the output."""
-    USAGE = 2
-    """Wrong arguments, or a file that cannot be read or is of no known kind."""
-    PEER = 3
-    """The peer could not be reached, hung up or never answered."""
-    INTERRUPTED = 130
-
-
 class PacketToolError(Exception):
-    """The tool cannot go on; the text is the one line that the user reads.
-
-    Attributes:
-        code: what the process exits with.
-    """
-
-    code: ExitCode = ExitCode.USAGE
+    """The tool cannot continue; the text is the one line that the user reads."""
 
 
 class PeerError(PacketToolError):
     """The peer could not be reached, hung up or never answered."""
 
-    code = ExitCode.PEER
+
+_FAULTS: Faults = {
+    PeerError: ExitCode.REFUSED,
+    PacketToolError: ExitCode.USAGE,
+    ProtocolError: ExitCode.FAILED,
+    OSError: ExitCode.USAGE,
+}
 
 
 def parser(command: str, about: str, epilog: str = "") -> argparse.ArgumentParser:
@@ -116,35 +101,4 @@ def run(
         body: what to do; returns the exit code.
         argv: arguments behind the command's name; None takes those of the process.
     """
-    try:
-        # Options may also stand between a name and what belongs to it.
-        arguments = command.parse_intermixed_args(argv)
-    except SystemExit as stop:
-        return stop.code if isinstance(stop.code, int) else ExitCode.OK
-    if sys.stdout is None:
-        # Nothing that a tool finds would be seen, and its exit code would say that all is well.
-        complain("standard output is closed")
-        return ExitCode.FINDINGS
-    try:
-        return body(arguments)
-    except PacketToolError as error:
-        complain(str(error))
-        return error.code
-    except ProtocolError as error:
-        complain(str(error))
-        return ExitCode.FINDINGS
-    except BrokenPipeError:
-        # Nobody reads any more; Python would complain again when it flushes at its end.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return ExitCode.FINDINGS
-    except OSError as error:
-        complain(f"{error.filename or 'input or output'}: {error.strerror or error}")
-        return ExitCode.USAGE
-    except KeyboardInterrupt:
-        return ExitCode.INTERRUPTED
-
-
-def complain(sentence: str) -> None:
-    """Write one line to standard error."""
-    if sys.stderr is not None:  # else it would go where the output goes
-        print(sentence, file=sys.stderr, flush=True)
+    return run_parsed(command, body, argv, _FAULTS)

@@ -12,9 +12,10 @@ from typing import BinaryIO
 
 from openpendant.simplemsg import Codec, ProtocolError
 from openpendant.simplemsg.errors import shown
-from openpendant.simplemsg.text import packet_to_json
+from openpendant.simplemsg.packet_text import packet_to_json
 
-from .console import ExitCode, complain, parser, run
+from ..console import ExitCode, complain
+from .console import parser, run
 from .reading.output import Format, Output, add_presentation
 from .reading.presentation import frame_as_tree, message_as_line
 from .reading.reader import Reader, Reading
@@ -73,7 +74,7 @@ def _decode_entries(stream: BinaryIO, kind: FileKind, reader: Reader, output: Ou
         item = reader.read(entry)
         output.print_item(item)
         if isinstance(item, Reading) and item.message is None:
-            status = ExitCode.FINDINGS
+            status = ExitCode.FAILED
         if output.full:
             break
     return status
@@ -89,7 +90,7 @@ def _decode_lines(stream: BinaryIO, codec: Codec, output: Output) -> int:
             output.print_text(_line_as(output, line, codec))
         except (LineError, ProtocolError) as error:
             complain(f"line {number}: {error}")
-            status = ExitCode.FINDINGS
+            status = ExitCode.FAILED
             continue
         output.count_packet()
         if output.full:

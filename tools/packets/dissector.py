@@ -6,8 +6,9 @@ import argparse
 import sys
 from pathlib import Path
 
+from ..console import ExitCode
 from ..reference.dissector import lua_dissector
-from .console import ExitCode, parser, run
+from .console import parser, run
 
 _EPILOG = """\
 Use it at once:

@@ -7,9 +7,10 @@ import json
 from typing import Any, NoReturn
 
 from openpendant.simplemsg import Codec, ProtocolError
-from openpendant.simplemsg.text import packet_from_json
+from openpendant.simplemsg.packet_text import packet_from_json
 
-from .console import ExitCode, complain, parser, run
+from ..console import ExitCode, complain
+from .console import parser, run
 from .reading.text_lines import LineError, lines_of, open_input, text_of
 from .reading.wire_form import add_reading_form, codec_of
 
@@ -49,7 +50,7 @@ def _encode(arguments: argparse.Namespace) -> int:
                     print(encode_line(line, codec), flush=True)
             except (LineError, ProtocolError) as error:
                 complain(f"line {number}: {error}")
-                status = ExitCode.FINDINGS
+                status = ExitCode.FAILED
     return status
 
 

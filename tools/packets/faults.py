@@ -9,7 +9,8 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from .console import ExitCode, PacketToolError, complain, parser, run
+from ..console import ExitCode, complain
+from .console import PacketToolError, parser, run
 from .faulty.fault_catalogue import explain, list_faults
 from .faulty.fault_engine import FaultDone, FaultEngine
 from .faulty.fault_relay import FaultRelay, fault_to_json
@@ -17,7 +18,7 @@ from .faulty.fault_script import FaultScript, load_script
 from .live.line_output import LineOutput
 from .live.proxy import Pair, Proxy
 from .live.serving import (
-    Progress,
+    ProgressLine,
     add_pairs,
     pairs_of,
     report_loop_errors,
@@ -151,7 +152,7 @@ async def _break(pairs: list[Pair], script: FaultScript, arguments: argparse.Nam
     stop = asyncio.Event()
     stop_on_signals(stop)
     say_ready("faults", pairs, ports, as_json=arguments.json, on_stderr=arguments.log == "-")
-    progress = Progress(lambda seconds: _progress_of(proxy))
+    progress = ProgressLine(lambda seconds: _progress_of(proxy))
     progress.start()
     try:
         await stop.wait()
@@ -160,7 +161,7 @@ async def _break(pairs: list[Pair], script: FaultScript, arguments: argparse.Nam
         await proxy.close()
     complain(_progress_of(proxy))
     failed = proxy.output is not None and proxy.output.failed
-    return ExitCode.FINDINGS if failed else ExitCode.OK
+    return ExitCode.FAILED if failed else ExitCode.OK
 
 
 def _progress_of(proxy: FaultProxy) -> str:

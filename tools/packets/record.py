@@ -8,12 +8,13 @@ import datetime
 import re
 from collections.abc import Callable, Sequence
 
-from .console import ExitCode, complain, parser, run
+from ..console import ExitCode, complain
+from .console import parser, run
 from .live.line_output import LineOutput
 from .live.proxy import Pair, Proxy
 from .live.recording import RecordingRelay
 from .live.serving import (
-    Progress,
+    ProgressLine,
     add_pairs,
     pairs_of,
     report_loop_errors,
@@ -40,7 +41,7 @@ _UNITS = {"": 1, "k": 10**3, "M": 10**6, "G": 10**9}
 _NANOSECONDS = 1e9
 
 
-class Recorder:
+class PacketRecorder:
     """A proxy, the relay that records, and the trace file.
 
     Attributes:
@@ -155,12 +156,12 @@ async def _record(arguments: argparse.Namespace) -> int:
         if not goes_on:
             stop.set()
 
-    recorder = Recorder(pairs, arguments.output, max_size=arguments.max_size, on_end=on_end)
+    recorder = PacketRecorder(pairs, arguments.output, max_size=arguments.max_size, on_end=on_end)
     report_loop_errors()
     ports = await recorder.start()
     stop_on_signals(stop)
     say_ready("recorder", pairs, ports, as_json=arguments.json, on_stderr=arguments.output == "-")
-    progress = Progress(_progress_of(recorder))
+    progress = ProgressLine(_progress_of(recorder))
     progress.start()
     try:
         await stop.wait()
@@ -168,10 +169,10 @@ async def _record(arguments: argparse.Namespace) -> int:
         progress.stop()
         goes_on = False  # a failure from here on is the end of everything
         await recorder.close()
-    return ExitCode.FINDINGS if recorder.output.failed else ExitCode.OK
+    return ExitCode.FAILED if recorder.output.failed else ExitCode.OK
 
 
-def _progress_of(recorder: Recorder) -> Callable[[float], str]:
+def _progress_of(recorder: PacketRecorder) -> Callable[[float], str]:
     before = 0
 
     def text(seconds: float) -> str:

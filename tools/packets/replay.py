@@ -11,11 +11,12 @@ import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from .console import PacketToolError, complain, parser, run
+from ..console import complain
+from .console import PacketToolError, parser, run
 from .live.consent import add_consent, may_act, require_consent
 from .live.endpoints import Endpoint, listen_endpoint, target_endpoint
-from .live.playback import Pace, Part, Session, sessions_of
-from .live.replaying import Replay, Summary
+from .live.playback import Pace, PlayedSide, RecordedSession, sessions_of
+from .live.replaying import Replay, ReplaySummary
 from .live.serving import report_loop_errors, warn_of_strangers
 from .reading.text_lines import open_input
 from .reading.trace_files import read_trace
@@ -47,7 +48,7 @@ def _parser() -> argparse.ArgumentParser:
     command = parser("replay", "Play one side of a trace against a real peer.", _EPILOG)
     add = command.add_argument
     add("trace", metavar="TRACE", help="a trace, capture or pcap; - for standard input")
-    add("--as", dest="part", choices=[part.value for part in Part], required=True)
+    add("--as", dest="part", choices=[part.value for part in PlayedSide], required=True)
     add("--to", action="append", default=[], metavar="[RECORDED=][HOST:]PORT")
     add("--listen", action="append", default=[], metavar="[RECORDED=][HOST:]PORT")
     add("--port", type=int, help="play only the connections of this recorded port")
@@ -72,7 +73,7 @@ def _speed(text: str) -> float:
 
 
 def _replay(arguments: argparse.Namespace) -> int:
-    part = Part(arguments.part)
+    part = PlayedSide(arguments.part)
     speed = None if arguments.as_fast_as_replies else arguments.speed
     pace = Pace(speed, exact=arguments.exact)
     with open_input(arguments.trace) as stream:
@@ -82,13 +83,13 @@ def _replay(arguments: argparse.Namespace) -> int:
     if not sessions:
         raise PacketToolError(f"{arguments.trace}: no connection to play")
     ways = _ways(arguments, part, sorted({session.port for session in sessions}))
-    if part is Part.CLIENT and any(may_act(s.data) for each in sessions for s in each.steps):
+    if part is PlayedSide.CLIENT and any(may_act(s.data) for each in sessions for s in each.steps):
         require_consent(arguments.yes_it_may_move, ", ".join(map(str, ways.values())))
     return asyncio.run(_run(sessions, part, pace, ways, arguments))
 
 
 def chosen(entries: Iterable[Entry], port: int | None, scenario: str | None) -> Iterator[Entry]:
-    """Give the entries of one port and one part of a recording; None is any port, the only part.
+    """Yield the entries of one port and one part of a recording; None is any port, the only part.
 
     Raises:
         PacketToolError: there are several parts and none was chosen.
@@ -104,15 +105,15 @@ def chosen(entries: Iterable[Entry], port: int | None, scenario: str | None) -> 
             yield entry
 
 
-def _ways(arguments: argparse.Namespace, part: Part, ports: list[int]) -> dict[int, Endpoint]:
+def _ways(arguments: argparse.Namespace, part: PlayedSide, ports: list[int]) -> dict[int, Endpoint]:
     """Return the address to use for each recorded port.
 
     Raises:
         PacketToolError: an address is wrong, missing, or for a port that was not recorded.
     """
-    option = "--to" if part is Part.CLIENT else "--listen"
-    given: list[str] = arguments.to if part is Part.CLIENT else arguments.listen
-    read = target_endpoint if part is Part.CLIENT else listen_endpoint
+    option = "--to" if part is PlayedSide.CLIENT else "--listen"
+    given: list[str] = arguments.to if part is PlayedSide.CLIENT else arguments.listen
+    read = target_endpoint if part is PlayedSide.CLIENT else listen_endpoint
     ways: dict[int, Endpoint] = {}
     for text in given:
         recorded, equals, address = text.rpartition("=")
@@ -135,15 +136,15 @@ def _list(ports: list[int]) -> str:
 
 
 async def _run(
-    sessions: list[Session],
-    part: Part,
+    sessions: list[RecordedSession],
+    part: PlayedSide,
     pace: Pace,
     ways: dict[int, Endpoint],
     arguments: argparse.Namespace,
 ) -> int:
     report_loop_errors()
     replay = Replay(sessions, part, pace, arguments.timeout)
-    if part is Part.CLIENT:
+    if part is PlayedSide.CLIENT:
         summary = await replay.play_client(ways)
     else:
         _say_ready(ways, await replay.listen(ways), as_json=arguments.json)
@@ -163,7 +164,7 @@ def _say_ready(ways: dict[int, Endpoint], ports: dict[int, int], *, as_json: boo
     print(line, flush=True)
 
 
-def _say_summary(summary: Summary, *, as_json: bool) -> None:
+def _say_summary(summary: ReplaySummary, *, as_json: bool) -> None:
     if as_json:
         print(json.dumps({"event": "summary", **dataclasses.asdict(summary)}), flush=True)
     else:

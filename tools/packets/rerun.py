@@ -1,6 +1,6 @@
 """`openpendant packets rerun`: run a server or an emulator again, exactly as its journal says.
 
-Owns arguments, output and exit codes, nothing else; the run is `journals.rerun`.
+Owns arguments, output for people and for programs, and exit codes; the run is `journals.rerun`.
 """
 
 from __future__ import annotations
@@ -9,10 +9,108 @@ import argparse
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
-from .console import ExitCode, complain, parser, run
-from .journals.rerun import Until, rerun
-from .journals.rerun_report import as_json, in_words
+from openpendant.simplemsg import PENDANT, Connection, Malformed, Role, Unasked, codec_for
+from openpendant.simplemsg.opaque import message_type
+from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
+
+from ..console import ExitCode, complain
+from .console import parser, run
+from .journals.journal_file import BytesOut, Effect, GrantedQuestion
+from .journals.rerun import RerunOutcome, Until, rerun
+
+
+def in_words(path: Path, outcome: RerunOutcome) -> str:
+    """Return one line or, where there is a difference, also what happened just before it."""
+    seconds = outcome.last / 1e9
+    pace = seconds / outcome.seconds if outcome.seconds else 0.0
+    figures = (
+        f"{path}: {outcome.header.kind}, {seconds:.1f} s, {outcome.events} events,"
+        f" {outcome.bytes_in} bytes in, {outcome.bytes_out} bytes out in {outcome.frames} writes"
+    )
+    took = f"{outcome.seconds:.2f} s, {pace:.0f} times real time"
+    if outcome.difference is None:
+        return f"{figures}: identical ({took})"
+    return "\n".join([f"{figures}: then a DIFFERENCE ({took})", *_context(outcome)])
+
+
+def _context(outcome: RerunOutcome) -> list[str]:
+    difference = outcome.difference
+    assert difference is not None
+    lines = []
+    for happening in outcome.before:
+        marker = ">" if happening is outcome.before[-1] else " "
+        what = f"{happening.event} {happening.link}".rstrip()
+        said = _names(happening.data)
+        lines.append(f"{marker} #{happening.number} {happening.time / 1e9:.6f} s: {what}{said}")
+    expected, actual = difference.expected, difference.actual
+    lines += [f"  then: {_effect(expected)}", f"  now:  {_effect(actual)}"]
+    if (
+        isinstance(expected, BytesOut)
+        and isinstance(actual, BytesOut)
+        and expected.link == actual.link
+    ):
+        lines.append(f"  first different byte: {_first_difference(expected.data, actual.data)}")
+    return lines
+
+
+def _effect(effect: Effect | str | None) -> str:
+    match effect:
+        case BytesOut(link, data):
+            return f"to {link}: {data.hex()}{_names(data)}"
+        case GrantedQuestion(question, link):
+            return f"{link} was {question}"
+        case None:
+            return "nothing more"
+    return effect
+
+
+def _names(data: bytes) -> str:
+    """Return the names of the messages in bytes that are whole frames, as a remark."""
+    wire = Connection(Role.SERVER, PENDANT, max_frame=MAX_PENDANT_FRAME)
+    codec = codec_for(PENDANT)
+    names = []
+    for received in wire.receive(data):
+        match received:
+            case Malformed(msg_type=msg_type):
+                names.append(f"malformed {msg_type}")
+            case Unasked(message=message) | message:
+                names.append(codec.name_of(message_type(message), message.comm_type))
+    return f" ({', '.join(names)})" if names else ""
+
+
+def _first_difference(expected: bytes, actual: bytes) -> str:
+    for at, (then, now) in enumerate(zip(expected, actual, strict=False)):
+        if then != now:
+            return f"{at}: {then:#04x} then, {now:#04x} now"
+    return f"{min(len(expected), len(actual))}: {len(expected)} bytes then, {len(actual)} now"
+
+
+def as_json(path: Path, outcome: RerunOutcome) -> dict[str, Any]:
+    """Return the same as a JSON object, the state at the end included."""
+    difference = outcome.difference
+    return {
+        "file": str(path),
+        "of": outcome.header.kind,
+        "version": outcome.header.version,
+        "identical": difference is None,
+        "duration": outcome.last / 1e9,
+        "events": outcome.events,
+        "bytes_in": outcome.bytes_in,
+        "bytes_out": outcome.bytes_out,
+        "seconds": outcome.seconds,
+        "state": outcome.state,
+        "difference": None
+        if difference is None
+        else {
+            "event": difference.happening.number,
+            "time": difference.happening.time / 1e9,
+            "then": _effect(difference.expected),
+            "now": _effect(difference.actual),
+        },
+    }
+
 
 _EPILOG = """\
 Make a journal with `openpendant serve --journal FILE` or `openpendant emulate --journal FILE`.
@@ -75,7 +173,7 @@ def _rerun_files(arguments: argparse.Namespace) -> int:
             if is_asked and outcome.difference is None:
                 print(json.dumps(outcome.state, indent=2))
         if outcome.difference is not None:
-            code = ExitCode.FINDINGS
+            code = ExitCode.FAILED
     return code
 
 

@@ -8,16 +8,13 @@ import time
 from collections.abc import Sequence
 
 from openpendant.simplemsg import Codec, CommType, ProtocolError
-from openpendant.simplemsg.connection import detect_byte_order
 from openpendant.simplemsg.errors import shown
-from openpendant.simplemsg.layout import HEADER_SIZE
+from openpendant.simplemsg.framing import HEADER_SIZE, Cut, Frame, detect_byte_order
 
-from .console import ExitCode, PacketToolError, add_wire_form, codec_of, parser, run, seconds
+from ..console import ExitCode
+from .console import PacketToolError, add_wire_form, codec_of, parser, run, seconds
 from .encode import encode_line
-from .faulty.frame_surgery import header_of
-from .frames import Cut
-from .live.answer_printer import Answer, AnswerPrinter
-from .live.answering import Answering, answering
+from .live.answers import Answering, AnswerPrinter, PeerAnswer, answering
 from .live.consent import add_consent, may_act, require_consent
 from .live.endpoints import Endpoint, target_endpoint
 from .live.peer import Peer
@@ -168,22 +165,22 @@ async def talk(
             if _expects_reply(packet):
                 piece = await _next(peer, within, unwanted=CommType.TOPIC)
                 latency = time.perf_counter() - before
-                printer.show(Answer(piece, latency, _fit(packet, piece)))
+                printer.show(PeerAnswer(piece, latency, _fit(packet, piece)))
             else:
                 printer.note("sent; nobody replies to it")
         for _ in range(topics):
-            printer.show(Answer(await _next(peer, within, unwanted=CommType.REPLY)))
+            printer.show(PeerAnswer(await _next(peer, within, unwanted=CommType.REPLY)))
     finally:
         await peer.close()
         printer.summarise()
-    return ExitCode.FINDINGS if printer.findings else ExitCode.OK
+    return ExitCode.FAILED if printer.findings else ExitCode.OK
 
 
 def _expects_reply(packet: bytes) -> bool:
-    """Tell whether something should come back; of bytes that are no frame nobody knows."""
+    """Return True if a reply may come: a topic or a reply has none, bytes that are no frame may."""
     if detect_byte_order(packet) is None or len(packet) < HEADER_SIZE:
         return True
-    return header_of(packet).comm_type not in (CommType.TOPIC, CommType.REPLY)
+    return Frame(packet).comm_type not in (CommType.TOPIC, CommType.REPLY)
 
 
 def _fit(packet: bytes, piece: Cut) -> Answering | None:
@@ -199,5 +196,5 @@ async def _next(peer: Peer, within: float, unwanted: CommType) -> Cut:
     A peer that sends other things without end does not put the deadline off.
     """
     return await peer.next_piece(
-        within, lambda piece: not piece.is_frame or header_of(piece.data).comm_type != unwanted
+        within, lambda piece: not piece.is_frame or Frame(piece.data).comm_type != unwanted
     )

@@ -8,9 +8,10 @@ from collections.abc import Iterator
 
 from openpendant.simplemsg.errors import shown
 
-from .console import ExitCode, complain, parser, run
+from ..console import ExitCode, complain
+from .console import parser, run
 from .reading.filters import Filters, add_filters, filters_of
-from .reading.following import Follower, Stage
+from .reading.following import Follower, FollowStage
 from .reading.output import Format, Output, add_presentation
 from .reading.reader import Reading
 from .reading.summary import Summary
@@ -78,7 +79,7 @@ def _list(items: _Items, output: Output) -> int:
     for item in items:
         output.print_item(item)
         if isinstance(item, Reading) and item.message is None:
-            status = ExitCode.FINDINGS
+            status = ExitCode.FAILED
         if output.full:
             break
     return status
@@ -91,7 +92,7 @@ def _count(items: _Items, output: Output) -> int:
         for item in items:
             if isinstance(item, Reading):
                 summary.add(item)
-                status = ExitCode.FINDINGS if item.message is None else status
+                status = ExitCode.FAILED if item.message is None else status
     finally:  # also of a file that breaks off
         if output.form is Format.JSON:
             for row in summary.rows():
@@ -106,11 +107,11 @@ def _follow(items: _Items, filters: Filters, number: int, output: Output) -> int
     for item in items:
         if follower.belongs(item) and filters.fits(item):
             output.print_item(item)
-        if output.full or follower.stage is Stage.ENDED:
+        if output.full or follower.stage is FollowStage.ENDED:
             break
     else:
         follower.finish()
     if not follower.replied:
         complain(f"request {shown(number)} has no reply in this trace")
-        return ExitCode.FINDINGS
+        return ExitCode.FAILED
     return ExitCode.OK

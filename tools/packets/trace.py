@@ -23,8 +23,8 @@ LONGEST_TRACE = 1_000_000_000
 """No entry is further from the start than this [s]; a wild number is none."""
 
 
-class Direction(Enum):
-    """Which way a packet travelled; the server is the end that listens."""
+class TraceDirection(Enum):
+    """Direction in which a packet travelled; the server is the end that listens."""
 
     TO_SERVER = "client->server"
     TO_CLIENT = "server->client"
@@ -46,7 +46,7 @@ class Packet:
     """
 
     time: int
-    direction: Direction
+    direction: TraceDirection
     data: bytes
     port: int = 0
     connection: int = 1
@@ -117,9 +117,9 @@ def entry_from_json(value: Any) -> Entry:
     if kind == "event":
         return Event(time, _text(value, "event", None), port, connection, scenario)
     try:
-        direction = Direction(kind)
+        direction = TraceDirection(kind)
     except ValueError:
-        known = ", ".join(member.value for member in Direction)
+        known = ", ".join(member.value for member in TraceDirection)
         raise EntryError(f"dir must be event, {known}") from None
     try:
         data = bytes.fromhex(_text(value, "hex", None))

@@ -1,4 +1,4 @@
-"""What an admin does at his pendant: a pairing code for a class, accounts, and passwords."""
+"""Admin's calls of the client: the pairing code of a class, accounts, and passwords."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from openpendant.simplemsg.pendant import (
     SetAccount,
 )
 
-from .failures import ConnectionLost, WrongArgument
+from .connection_errors import ConnectionLost, WrongArgument
 from .session import PendantSession
 
 
 class Admitting(PendantSession):
-    """Who may use the cell; the server refuses all of it to whoever is no admin."""
+    """Calls that admit users to the cell; the server refuses them to everybody but an admin."""
 
     async def issue_pairing_code(self) -> str:
         """Return a code that makes whoever types it an operator of this cell.

@@ -22,9 +22,11 @@ from openpendant.simplemsg.pendant import (
     RunKind,
     State,
 )
+from openpendant.simplemsg.pendant.management.cell import Hold, Snapshot, WayOut
 
 from .admitting import Admitting
-from .failures import (
+from .connection_errors import (
+    DEFAULT_PORT,
     Aborted,
     ConnectionLost,
     NotTrusted,
@@ -36,14 +38,10 @@ from .failures import (
     Unreachable,
     WrongArgument,
 )
-from .jog import Jog
-from .jogging import Jogging
+from .jog import Jog, Jogging
 from .managing import Managing, PlaybackHandle
 from .motions import JogAccount, MotionHandle, MotionResult, Pose
 from .operating import EnablingDevice, Operating
-from .reaching import DEFAULT_PORT
-from .snapshot import Snapshot
-from .way_out import Hold, WayOut
 
 __all__ = [
     "DEFAULT_PORT",
@@ -81,6 +79,6 @@ class PendantClient(Operating, Managing, Jogging, Admitting):
     """One connection to a pendant server, with everything that a pendant can ask for.
 
     `session` has the connection and the callbacks, `observing` the state, `operating` authority,
-    modes and stops, `moves` the single motions, `jogging` the jogs, `admitting` who may come in,
+    modes, stops and the single motions, `jog` the jogs, `admitting` who may come in,
     `managing` programs, recordings, frames, tools, scene, signals, connections and accounts.
     """

@@ -1,12 +1,14 @@
-"""The client's side of one connection: requests out, verdicts and outcomes back to whoever waits.
+"""Client's side of one connection: sends requests, matches verdicts and outcomes to their waiters.
 
-Owns the matching of replies to requests and the end of everything that waits when the connection is
-lost. What the requests mean is the business of `session` and of what is built on it.
+Owns the matching of replies to requests and fails every waiter when the connection is lost. Detects
+a dead link by the server's silence; nothing else would, since the wait for a planned request has no
+bound. `session` and the modules built on it own the meaning of the requests.
 """
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import socket
 from collections.abc import Callable
 from typing import TypeVar, cast
@@ -21,6 +23,7 @@ from openpendant.simplemsg import (
     LocalProtocolError,
     Malformed,
     Message,
+    Ping,
     Role,
     Unasked,
 )
@@ -33,19 +36,18 @@ from openpendant.simplemsg.pendant import (
     Verdict,
 )
 
-from .failures import ConnectionLost, NotUnderstood, PendantError, WrongArgument
-from .judging import judged
+from .connection_errors import ConnectionLost, NotUnderstood, PendantError, WrongArgument, judged
 from .motions import MotionHandle
 
 REPLY_TIMEOUT = 35.0
-"""What is not planned is answered at once, or after a secret or the disk; so long is a fault [s].
+"""Time for the answer to a request that is not planned [s]; the slowest check a secret or the disk.
 
-What is planned has no bound of its own: others may be planned before it, for as long as that takes.
-That the link is dead is found by its silence.
+A planned request has no bound, because it waits for those planned before it. A dead link is found
+by its silence.
 """
 HELLO = 0
-"""Stands for the request id of hello, which has none. An outcome that has it ends no request: the
-server sends us away."""
+"""Request id of hello, which carries none. An outcome with this id ends no request: it means that
+the server ends the connection."""
 
 _T = TypeVar("_T")
 
@@ -54,21 +56,21 @@ class Conversation(asyncio.Protocol):
     """One connection to a pendant server.
 
     Attributes:
-        error: why it is over; None while it goes on.
+        error: why it ended; None while it is open.
         closed: set when the connection has ended.
-        heard: when the last bytes came, by the loop's clock [s].
+        heard: when the last bytes arrived, by the loop's clock [s].
     """
 
-    def __init__(self, on_news: Callable[[Message], None]) -> None:
-        """Make a conversation that has not begun.
+    def __init__(self, on_notification: Callable[[Message], None]) -> None:
+        """Make a conversation that has not started.
 
         Args:
-            on_news: called with every message that answers nothing: state and changes.
+            on_notification: called with every message that is no reply: state and changes.
         """
         self.error: PendantError | None = None
         self.closed = asyncio.Event()
         self.heard = 0.0
-        self._on_news = on_news
+        self._on_notification = on_notification
         self._wire = Connection(Role.CLIENT, PENDANT, ByteOrder.LITTLE, max_frame=MAX_PENDANT_FRAME)
         self._transport: asyncio.Transport | None = None
         # Verdicts come in the order of decisions, not of requests: a planned motion is answered
@@ -80,13 +82,13 @@ class Conversation(asyncio.Protocol):
         self._last_request = HELLO
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Send at once from now on."""
+        """Take the transport and disable Nagle's delay."""
         self._transport = cast(asyncio.Transport, transport)  # uvloop's are none by class
         self.heard = asyncio.get_running_loop().time()
         transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def data_received(self, data: bytes) -> None:
-        """Decode what came and give each message to whoever waits for it."""
+        """Decode the received bytes and give each message to its waiter."""
         self.heard = asyncio.get_running_loop().time()
         while True:
             for received in self._wire.receive(data):
@@ -99,7 +101,7 @@ class Conversation(asyncio.Protocol):
             self._end(self._wire.fault)
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """End everything that waits."""
+        """Fail every waiter."""
         self._transport = None
         self._end(exc)
         self.closed.set()
@@ -113,14 +115,14 @@ class Conversation(asyncio.Protocol):
             self.closed.set()
 
     def abort(self, why: PendantError | None = None) -> None:
-        """Break the connection at once, and tell everything that waits why."""
+        """Break the connection at once, and fail every waiter with the reason."""
         if why is not None:
             self._end(why)
         if self._transport is not None:
             self._transport.abort()
 
     def new_request(self) -> int:
-        """Return a request id that was not used yet."""
+        """Return an unused request id."""
         self._last_request += 1
         return self._last_request
 
@@ -185,7 +187,7 @@ class Conversation(asyncio.Protocol):
             verdict.cancel()
 
     def send(self, request: Message, request_id: int) -> asyncio.Future[Message]:
-        """Send a request at once; return what its verdict completes, for `judged`.
+        """Send a request at once; return the future of its verdict, for `judged`.
 
         Raises:
             ConnectionLost: the connection is over.
@@ -201,7 +203,7 @@ class Conversation(asyncio.Protocol):
         return verdict
 
     def expect_outcome(self, request_id: int) -> asyncio.Future[Outcome]:
-        """Return what the outcome of a motion completes; whoever expects it no more cancels it.
+        """Return the future of a motion's outcome; the caller cancels it when it waits no longer.
 
         Raises:
             ConnectionLost: the connection is over already.
@@ -211,9 +213,9 @@ class Conversation(asyncio.Protocol):
         return outcome
 
     async def begin_motion(self, request: Message, request_id: int) -> tuple[Message, MotionHandle]:
-        """Send a request that is planned; return what accepted it, and the motion, which has begun.
+        """Send a request that is planned; return its acceptance and the started motion.
 
-        The wait has no bound: a motion that nobody waits for any more would begin unseen.
+        The wait has no bound: after a time-out the motion would start without a handle.
 
         Raises:
             Refused: the verdict is a failure.
@@ -242,7 +244,7 @@ class Conversation(asyncio.Protocol):
             case HeaderOnly(comm_type=CommType.REPLY):
                 self._end(NotUnderstood(f"the server does not know type {message.msg_type}"))
             case _:
-                self._on_news(message)
+                self._on_notification(message)
 
     def _end(self, cause: Exception | None) -> None:
         if self.error is None:
@@ -262,3 +264,34 @@ class Conversation(asyncio.Protocol):
 def _complete(future: asyncio.Future[_T] | None, value: _T) -> None:
     if future is not None and not future.done():
         future.set_result(value)
+
+
+_LOOK_PERIOD = 1.0
+_PING_PERIOD = 5.0
+
+_SILENCE = 15.0
+"""A server that says nothing for so long, not even to a ping, is gone [s]."""
+
+
+async def keep_alive(
+    conversation: Conversation, misses_states: Callable[[float, float], bool]
+) -> None:
+    """Send pings to the server, and end the connection once it is silent.
+
+    Args:
+        conversation: the connection.
+        misses_states: called with the time and the time of the last bytes, both by the loop's
+            clock [s]; returns True to send a ping at once.
+    """
+    loop = asyncio.get_running_loop()
+    asked = loop.time()
+    with contextlib.suppress(ConnectionLost):
+        while True:
+            await asyncio.sleep(_LOOK_PERIOD)
+            now, heard = loop.time(), conversation.heard
+            if now - heard > _SILENCE:
+                text = f"the server said nothing for {_SILENCE:g} s"
+                conversation.abort(ConnectionLost(text))
+            if misses_states(now, heard) or now - asked >= _PING_PERIOD:
+                asked = now
+                conversation.write(Ping())

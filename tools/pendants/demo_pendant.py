@@ -22,11 +22,11 @@ from rich.live import Live
 from rich.table import Table
 
 from openpendant.simplemsg.pendant import Activity, State, StateField
+from openpendant.simplemsg.pendant.management.cell import JointFacts
 
-from .attitude import roll_pitch_yaw
 from .client import PendantClient, PendantError
 from .demo_tour import Tour, TourReport
-from .snapshot import JointFacts
+from .motions import roll_pitch_yaw
 
 _READY_TIMEOUT = 20.0
 _MODES = {1: "manual", 2: "automatic"}
@@ -56,7 +56,10 @@ def live_table(state: State | None, joints: Sequence[JointFacts], doing: str) ->
         f"{1000 * state.tool_speed:7.1f} mm/s",
     )
     mode = _MODES.get(state.mode, "unknown")
-    table.add_row("mode", mode, Activity(state.activity).name.lower())
+    # The server may be newer than this pendant: an activity without a name must not end the tour.
+    activity = state.activity
+    activity_name = Activity(activity).name.lower() if activity in set(Activity) else "unknown"
+    table.add_row("mode", mode, activity_name)
     return table
 
 

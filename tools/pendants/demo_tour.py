@@ -14,10 +14,10 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.pendant.management.cell import JointFacts
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .client import MotionHandle, Pose, Refused
-from .snapshot import JointFacts
 
 SPEED = 0.3
 """Fraction of the joints' largest speed."""
@@ -25,7 +25,7 @@ SPEED = 0.3
 TAUGHT_POSES = 8
 
 JOINT_STEPS = {"rad": math.radians(12), "m": 0.05}
-"""How far a single joint moves."""
+"""Distance of a single joint's move."""
 
 _LEAST_ROOM = 0.4
 """Fraction of a narrow joint's range that a single move takes at most."""
@@ -59,7 +59,7 @@ _CANNOT = frozenset(
 
 
 class TouringPendant(Protocol):
-    """What the tour needs of a pendant that holds control; see `PendantClient`."""
+    """The calls of a pendant in control that the tour needs; see `PendantClient`."""
 
     def joints(self) -> Sequence[float]:
         """Return the (n,) joint position [rad or m]."""
@@ -84,7 +84,7 @@ class TouringPendant(Protocol):
 
 @dataclass
 class TourReport:
-    """What the tour did.
+    """Results of a tour.
 
     Attributes:
         robot: name of the robot.

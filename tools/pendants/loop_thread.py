@@ -14,12 +14,12 @@ from collections.abc import Callable, Coroutine, Iterator
 from contextlib import AbstractAsyncContextManager
 from typing import Any, TypeVar
 
-from .failures import ConnectionLost
+from .connection_errors import ConnectionLost
 
 _T = TypeVar("_T")
 
 _WIND_UP = 2.0
-"""What is under way has so long to take its leave once it was cancelled [s]."""
+"""Time for cancelled tasks to end [s]."""
 
 _CLOSED = "the client is closed"
 
@@ -40,7 +40,7 @@ class LoopThread:
 
     @property
     def is_running(self) -> bool:
-        """Whether it was not ended."""
+        """True until it is ended."""
         return not self._has_ended
 
     def call(self, work: Coroutine[Any, Any, _T]) -> _T:
@@ -89,7 +89,7 @@ class LoopThread:
 
         Args:
             manager: the context.
-            misses: tells whether a context that could not be left owes its user something.
+            misses: returns True if a context that could not be left owes its user a result.
 
         Raises:
             ConnectionLost: the same, where the context owes something; or the loop broke.
@@ -112,7 +112,7 @@ class LoopThread:
                     raise
 
     def end(self) -> None:
-        """Cancel what is under way and end the thread; a second call waits for that too.
+        """Cancel all calls and end the thread; a second call waits for that too.
 
         Raises:
             RuntimeError: called from the loop's own thread, which would wait for itself.
@@ -157,7 +157,7 @@ class LoopThread:
 
 
 def _fail(future: concurrent.futures.Future[Any]) -> None:
-    """Fail what nobody will complete any more."""
+    """Fail a future that nothing will complete any more."""
     with contextlib.suppress(concurrent.futures.InvalidStateError):
         future.set_exception(ConnectionLost(_CLOSED))
 

@@ -9,17 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable, Coroutine
 from typing import Any, cast
 
+from openpendant.simplemsg.pendant.management.declaration import Request, body_of
+from openpendant.simplemsg.pendant.management.recordings import PlaybackAccount, PlayRecording
+
 from .management.access import AccessCalls, UserCalls
-from .management.calls import AsyncCalls, Manage, Request, then
+from .management.calls import AsyncCalls, Manage, function_of, then
 from .management.devices import RobotCalls, SignalCalls, TraceCalls
 from .management.frames import FrameCalls
 from .management.programs import ProgramCalls
-from .management.recordings import PlaybackAccount, RecordingCalls, play
+from .management.recordings import RecordingCalls
 from .management.scene import SceneCalls
 from .management.tools import ToolCalls
 from .motions import MotionHandle
-from .moves import Moves
 from .observing import Observing
+from .operating import Moves
 
 Begin = Callable[[dict[str, Any]], Coroutine[Any, Any, tuple[dict[str, Any], MotionHandle]]]
 """Sends a management request that moves the robot; returns the answer and the motion."""
@@ -51,7 +54,7 @@ class Programs(ProgramCalls, AsyncCalls):
         self.run = moves.run_program
 
 
-class Recordings(RecordingCalls, AsyncCalls):
+class AsyncRecordingCalls(RecordingCalls, AsyncCalls):
     """Recordings.
 
     Attributes:
@@ -63,13 +66,13 @@ class Recordings(RecordingCalls, AsyncCalls):
         super().__init__(manage)
 
         async def begun(request: Request[PlaybackAccount]) -> PlaybackHandle:
-            answer, motion = await begin(request.body)
+            answer, motion = await begin(body_of(request))
             return PlaybackHandle(motion, cast(PlaybackAccount, answer))
 
-        self.play = then(play, begun)
+        self.play = then(function_of(PlayRecording), begun)
 
 
-class Frames(FrameCalls, AsyncCalls):
+class AsyncFrameCalls(FrameCalls, AsyncCalls):
     """User frames."""
 
 
@@ -77,19 +80,19 @@ class Tools(ToolCalls, AsyncCalls):
     """Tools."""
 
 
-class Scene(SceneCalls, AsyncCalls):
+class AsyncSceneCalls(SceneCalls, AsyncCalls):
     """The scene."""
 
 
-class Signals(SignalCalls, AsyncCalls):
+class AsyncSignalCalls(SignalCalls, AsyncCalls):
     """Signals of the controller."""
 
 
-class Robots(RobotCalls, AsyncCalls):
+class AsyncRobotCalls(RobotCalls, AsyncCalls):
     """The robot itself."""
 
 
-class Trace(TraceCalls, AsyncCalls):
+class AsyncTraceCalls(TraceCalls, AsyncCalls):
     """The trace of the tool."""
 
 
@@ -97,7 +100,7 @@ class Access(AccessCalls, AsyncCalls):
     """Connections."""
 
 
-class Users(UserCalls, AsyncCalls):
+class AsyncUserCalls(UserCalls, AsyncCalls):
     """Accounts."""
 
 
@@ -121,12 +124,12 @@ class Managing(Moves, Observing):
         """Use `connect` instead."""
         super().__init__()
         self.programs = Programs(self.manage, self)
-        self.recordings = Recordings(self.manage, self._manage_motion)
-        self.frames = Frames(self.manage)
+        self.recordings = AsyncRecordingCalls(self.manage, self._manage_motion)
+        self.frames = AsyncFrameCalls(self.manage)
         self.tools = Tools(self.manage)
-        self.scene = Scene(self.manage)
-        self.signals = Signals(self.manage)
-        self.robots = Robots(self.manage)
-        self.trace = Trace(self.manage)
+        self.scene = AsyncSceneCalls(self.manage)
+        self.signals = AsyncSignalCalls(self.manage)
+        self.robots = AsyncRobotCalls(self.manage)
+        self.trace = AsyncTraceCalls(self.manage)
         self.access = Access(self.manage)
-        self.users = Users(self.manage)
+        self.users = AsyncUserCalls(self.manage)

@@ -1,13 +1,43 @@
-"""Poses, motions and how they ended, as the client library hands them out."""
+"""Poses, orientations, motions and how they ended, as the client library hands them out.
+
+R = Rz(yaw) Ry(pitch) Rx(roll), the convention of ROS and of RoboAnalyzer's A, B and C.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from openpendant.simplemsg.pendant import JogEnd, JogEnded, Outcome, OutcomeKind
 
-from .failures import Aborted, PendantError, Unanswered
+from .connection_errors import Aborted, PendantError, Unanswered
+
+Quaternion = tuple[float, float, float, float]
+
+
+def roll_pitch_yaw(quaternion: Sequence[float]) -> tuple[float, float, float]:
+    """Return roll, pitch, yaw [rad] of a unit quaternion; pitch is within ±π/2."""
+    x, y, z, w = quaternion
+    roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+    pitch = math.asin(max(-1.0, min(1.0, 2 * (w * y - z * x))))
+    yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+    return roll, pitch, yaw
+
+
+def quaternion_of(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Return the unit quaternion of roll, pitch, yaw [rad]."""
+    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
+    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    return (
+        cy * cp * sr - sy * sp * cr,
+        cy * sp * cr + sy * cp * sr,
+        sy * cp * cr - cy * sp * sr,
+        cy * cp * cr + sy * sp * sr,
+    )
+
 
 _REST_WITHIN = 35.0
 """A robot that was let go stands long before; no word of it for so long is a fault [s]."""
@@ -19,7 +49,7 @@ JOG_ENDS = {
     JogEnd.REPLACED: "another press took over",
     JogEnd.STOPPED: "the robot was stopped",
 }
-"""Why a press ended, in words."""
+"""Reasons for the end of a press, in words."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +82,7 @@ class MotionResult:
 
 @dataclass(frozen=True, slots=True)
 class JogAccount:
-    """How a press ended and how the robot came to rest.
+    """Account of the end of a press and of the robot's way to rest.
 
     Attributes:
         press: number of the press.
@@ -97,7 +127,7 @@ class MotionHandle:
 
     @property
     def is_over(self) -> bool:
-        """Whether it has ended, one way or another."""
+        """True once it has ended, for any reason."""
         return self._outcome.done()
 
     async def done(self) -> MotionResult:
@@ -135,11 +165,11 @@ class PressHandle(MotionHandle):
 
     @property
     def account(self) -> JogAccount | None:
-        """How the robot came to rest; None before."""
+        """Account of how the robot came to rest; None before."""
         return self._account.result() if self._account.done() else None
 
     def forget(self) -> None:
-        """Expect no end any more: it was never begun."""
+        """Expect no end any more: it has never started."""
         self._outcome.cancel()
         self._account.cancel()
 

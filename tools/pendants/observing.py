@@ -12,8 +12,8 @@ from openpendant.simplemsg import JOINT_SLOTS, Message
 from openpendant.simplemsg.pendant import Management, State, StateField, Subscribe
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from .connection_errors import PendantError, Refused, StateSilent, WrongArgument
 from .conversation import REPLY_TIMEOUT
-from .failures import PendantError, Refused, StateSilent, WrongArgument
 from .management.calls import AsyncCalls
 from .management.cell import CellCalls
 from .motions import MotionHandle, Pose
@@ -29,10 +29,10 @@ _PERIODS = 2
 """Of the state, that a press waits for one."""
 
 _PATIENCE = 0.1
-"""A press waits at least so long for one: a busy machine delays what comes more often [s]."""
+"""Least wait of a press for a state [s]: a busy machine delays frequent state messages."""
 
 _STATES_WITHIN = 5.0
-"""Who sends none for so long, and answers, sends none any more [s]; the slowest rate is 1 Hz."""
+"""Time without a state until a server that answers counts as silent [s]; rates start at 1 Hz."""
 
 _LOGIN_WITHIN = 60.0
 """Likewise, before the first state: who may not look on without a login is sent none, and may be
@@ -156,7 +156,7 @@ class Observing(PendantSession, CellCalls, AsyncCalls):
 
     @property
     def has_quotable_state(self) -> bool:
-        """Whether a press would leave at once; else it waits for a newer state message."""
+        """True if a press would be sent at once; else it waits for a newer state message."""
         age = asyncio.get_running_loop().time() - self._last_state
         return self.state is not None and age <= _QUOTABLE
 

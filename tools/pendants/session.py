@@ -1,7 +1,7 @@
-"""One connection to a pendant server: hello, login, requests, and what comes unasked.
+"""One connection to a pendant server: hello, login, requests and notifications.
 
-Owns the connection's life. Knows nothing of motion; `observing`, `operating`, `moves` and `jogging`
-are built on it, and `client` joins them.
+Owns the connection from connect to close. Knows nothing of motion; `observing`, `operating` and
+`jog` are built on it, and `client` joins them.
 """
 
 from __future__ import annotations
@@ -30,22 +30,28 @@ from openpendant.simplemsg.pendant import (
     StopChanged,
 )
 
-from .conversation import HELLO, Conversation
-from .failures import ConnectionLost, Refused, WrongArgument
-from .keeping_alive import keep_alive
+from .connection_errors import (
+    DEFAULT_PORT,
+    ConnectionLost,
+    Refused,
+    WrongArgument,
+    check_port,
+    unanswered,
+    unreachable,
+)
+from .conversation import HELLO, Conversation, keep_alive
 from .motions import MotionHandle
-from .reaching import DEFAULT_PORT, check_port, unanswered, unreachable
 
 _HELLO_WITHIN = 10.0
-"""Who does not answer hello for so long is no pendant server [s]."""
+"""Time for the hello reply [s]; a server that needs longer is taken for no pendant server."""
 
 _TLS_WITHIN = 10.0
 """Likewise, who begins no TLS [s]."""
 
 _CLOSE_WITHIN = 2.0
-"""What is still to be written has so long, on a link that may be dead [s]."""
+"""Time for the pending bytes on close, on a link that may be dead [s]."""
 
-_News = TypeVar("_News", bound=Message)
+_Notification = TypeVar("_Notification", bound=Message)
 
 
 class PendantSession:
@@ -55,11 +61,11 @@ class PendantSession:
     exception handler, and the connection goes on.
 
     Attributes:
-        hello: what the server said of itself.
+        hello: the server's hello reply.
         state: the newest state message, None before the first.
         on_state: called with every state message.
-        on_authority: called when the motion authority changes hands.
-        on_wanted: called when somebody asks for the authority that we hold.
+        on_authority: called when the owner of the motion authority changes.
+        on_wanted: called when another pendant requests the authority that we hold.
         on_stop: called when a stop is latched or reset.
         on_mode: called when the mode of operation changes.
         on_program: called when a program comes to another line, pauses or ends.
@@ -76,12 +82,12 @@ class PendantSession:
         self.on_stop: Callable[[StopChanged], None] | None = None
         self.on_mode: Callable[[ModeChanged], None] | None = None
         self.on_program: Callable[[ProgramReport], None] | None = None
-        self._conversation = Conversation(self._take_news)
+        self._conversation = Conversation(self._take_notification)
         self._client = ""
         self._state_rate = 0.0
         self._keeping: asyncio.Task[None] | None = None
         self._logged_in: float | None = None
-        """When the last login was granted, by the loop's clock [s]; None where none was."""
+        """Time of the last granted login, by the loop's clock [s]; None without one."""
         self._away: Refused | None = None
         """Why no state comes until we have logged in again."""
 
@@ -119,7 +125,7 @@ class PendantSession:
         Raises:
             Unreachable: nobody listens there, or it does not speak TLS; an OSError, too.
             NotTrusted: the same, where the certificate is not trusted.
-            Refused: the server does not want us.
+            Refused: the server refuses the connection.
             ConnectionLost: the connection ended before the hello was answered.
             WrongArgument: a text is too long, host or port is none, or both password and pairing
                 code are given.
@@ -160,7 +166,7 @@ class PendantSession:
         )
 
     def _begin_work(self) -> None:
-        """Set up what works only once hello was answered."""
+        """Set up the parts that need the hello reply."""
         self._keeping = asyncio.get_running_loop().create_task(
             keep_alive(self._conversation, self._misses_states)
         )
@@ -210,7 +216,7 @@ class PendantSession:
     async def login(
         self, user: str, *, password: str | None = None, pairing: str | None = None
     ) -> None:
-        """Show who is at this pendant; a stop never needs it.
+        """Log in with an account or as a guest; a stop never needs it.
 
         Args:
             user: account, or name of a guest; a guest whose name is empty is called as the client.
@@ -235,17 +241,17 @@ class PendantSession:
 
     @property
     def is_open(self) -> bool:
-        """Whether the connection stands, as far as is known."""
+        """True while no end of the connection is known."""
         return self._conversation.error is None
 
     def offers(self, capability: Capability) -> bool:
-        """Tell whether the server offers something to this connection."""
+        """Return True if the server offers a capability to this connection."""
         return bool(self.hello.capabilities & capability)
 
     # Requests, for the classes that are built on this one.
 
     async def _ask(self, make: Callable[[int], Message]) -> Message:
-        """Send a request that is made with a fresh request id; return what answered it."""
+        """Send a request that is made with a fresh request id; return its answer."""
         request_id = self._conversation.new_request()
         return await self._conversation.ask(make(request_id), request_id)
 
@@ -257,23 +263,23 @@ class PendantSession:
 
     # What comes unasked.
 
-    def _take_news(self, message: Message) -> None:
+    def _take_notification(self, message: Message) -> None:
         match message:
             case State():
                 self.state = message
                 self._state_came(message)
-                _tell(self.on_state, message)
+                _call_back(self.on_state, message)
             case AuthorityChanged():
                 self._authority_moved(message)
-                _tell(self.on_authority, message)
+                _call_back(self.on_authority, message)
             case AuthorityWanted():
-                _tell(self.on_wanted, message)
+                _call_back(self.on_wanted, message)
             case StopChanged():
-                _tell(self.on_stop, message)
+                _call_back(self.on_stop, message)
             case ModeChanged():
-                _tell(self.on_mode, message)
+                _call_back(self.on_mode, message)
             case ProgramReport():
-                _tell(self.on_program, message)
+                _call_back(self.on_program, message)
             case JogEnded():
                 self._jog_ended(message)
             case Outcome():
@@ -282,38 +288,40 @@ class PendantSession:
                 self._sent_away(self._away)
 
     def _state_came(self, state: State) -> None:
-        """Take note of a state message; for the class that shows them."""
+        """Take a state message; overridden by the class that owns the state."""
 
     def _sent_away(self, why: Refused) -> None:
-        """Take note that no state comes any more; for the class that waits for it."""
+        """Take that no state message will come; overridden by the class that waits for one."""
 
     def _misses_states(self, now: float, heard: float) -> bool:
-        """Fail what waits in vain for a state; for the class that shows them.
+        """Fail the waits for a state that is overdue; overridden by the class that owns the state.
 
         Args:
             now: by the loop's clock [s].
-            heard: when the last bytes came [s].
+            heard: when the last bytes arrived [s].
 
         Returns:
-            Whether it is to be asked if the link lives.
+            True to send a ping.
         """
         return False
 
     def _authority_moved(self, change: AuthorityChanged) -> None:
-        """Take note that the authority changed hands; for the class that holds it."""
+        """Take a change of the authority; overridden by the class that holds it."""
 
     def _jog_ended(self, account: JogEnded) -> None:
-        """Take note of how a press came to rest; for the class that presses."""
+        """Take the account of an ended press; overridden by the class that presses."""
 
 
-def _tell(callback: Callable[[_News], None] | None, news: _News) -> None:
+def _call_back(
+    callback: Callable[[_Notification], None] | None, notification: _Notification
+) -> None:
     """Call a user's callback; what it raises must not break the connection."""
     if callback is None:
         return
     try:
-        callback(news)
+        callback(notification)
     except Exception as error:
-        text = f"a callback raised on {type(news).__name__}"
+        text = f"a callback raised on {type(notification).__name__}"
         asyncio.get_running_loop().call_exception_handler({"message": text, "exception": error})
 
 

@@ -17,8 +17,7 @@ from .management.scene import SceneCalls
 from .management.tools import ToolCalls
 from .managing import PlaybackHandle
 from .motions import MotionHandle
-from .sync_motions import SyncMotion
-from .sync_session import SyncSession
+from .sync_session import SyncMotion, SyncSession
 
 
 class SyncPlayback(SyncMotion):

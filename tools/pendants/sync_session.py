@@ -1,20 +1,109 @@
-"""The connection of the blocking client, and what is known of the cell."""
+"""Connection of the blocking client, its motions and jogs, and what is known of the cell."""
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import ssl
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine, Iterator, Mapping
 from types import TracebackType
 from typing import Any, Self
 
 from openpendant.simplemsg.pendant import Capability, HelloReply, State
 
-from .client import DEFAULT_PORT, ConnectionLost, MotionHandle, PendantClient, Pose
+from .client import DEFAULT_PORT, ConnectionLost, PendantClient, Pose
+from .jog import Jog
 from .loop_thread import LoopThread
 from .management.calls import SyncCalls
 from .management.cell import CellCalls
-from .sync_motions import SyncMotion
+from .motions import JogAccount, MotionHandle, MotionResult
+
+
+class SyncMotion:
+    """A motion that the server accepted and began."""
+
+    def __init__(self, thread: LoopThread, motion: MotionHandle) -> None:
+        """Made by the client's move methods."""
+        self._thread = thread
+        self._motion = motion
+
+    @property
+    def request_id(self) -> int:
+        """Its number."""
+        return self._motion.request_id
+
+    @property
+    def is_over(self) -> bool:
+        """True once it has ended, for any reason."""
+        return self._motion.is_over
+
+    def done(self, *, within: float | None = None) -> MotionResult:
+        """Wait until the motion ended; giving up the wait does not stop the robot.
+
+        Args:
+            within: wait at most so long [s]; None for as long as it takes.
+
+        Raises:
+            Aborted: the motion did not arrive.
+            ConnectionLost: the connection ended first.
+            TimeoutError: it goes on after `within`.
+        """
+        return self._thread.call(self._done(within))
+
+    async def _done(self, within: float | None) -> MotionResult:
+        return await asyncio.wait_for(self._motion.done(), within)
+
+
+class SyncJog:
+    """A jog that is held; made by `jog` and `jog_tool`, which are context managers."""
+
+    def __init__(self, thread: LoopThread, jog: Jog) -> None:
+        """Use `held` instead."""
+        self._thread = thread
+        self._jog = jog
+
+    @classmethod
+    @contextlib.contextmanager
+    def held(cls, thread: LoopThread, jog: Jog) -> Iterator[SyncJog]:
+        """Press, and release on the way out; only its account tells how the robot came to rest."""
+        with thread.entered(jog, misses=lambda: jog.account is None):
+            yield cls(thread, jog)
+
+    @property
+    def account(self) -> JogAccount | None:
+        """Account of how the robot came to rest; None during the jog."""
+        return self._jog.account
+
+    @property
+    def is_over(self) -> bool:
+        """True once the robot is at rest again, for any reason."""
+        return self._jog.is_over
+
+    def aim(self, joints: Mapping[int, float]) -> None:
+        """Go on with other joints or speeds, smoothly: as `Jog.aim`."""
+        self._thread.call(self._jog.aim(joints))
+
+    def aim_tool(
+        self,
+        *,
+        x: float = 0.0,
+        y: float = 0.0,
+        z: float = 0.0,
+        a: float = 0.0,
+        b: float = 0.0,
+        c: float = 0.0,
+        frame: str = "base",
+    ) -> None:
+        """Go on along and about other axes, smoothly: as `Jog.aim_tool`."""
+        self._thread.call(self._jog.aim_tool(x=x, y=y, z=z, a=a, b=b, c=c, frame=frame))
+
+    def hold(self, seconds: float) -> None:
+        """Keep the key pressed for so long: as `Jog.hold`."""
+        self._thread.call(self._jog.hold(seconds))
+
+    def release(self) -> JogAccount:
+        """Let the key go and wait until the robot stands."""
+        return self._thread.call(self._jog.release())
 
 
 class SyncSession(CellCalls, SyncCalls):
@@ -85,14 +174,14 @@ class SyncSession(CellCalls, SyncCalls):
         self._thread.end()
 
     def login(self, user: str, *, password: str | None = None, pairing: str | None = None) -> None:
-        """Show who is at this pendant; a stop never needs it."""
+        """Log in with an account or as a guest; a stop never needs it."""
         self._thread.call(self.background.login(user, password=password, pairing=pairing))
 
     # What is known, without asking.
 
     @property
     def hello(self) -> HelloReply:
-        """What the server said of itself."""
+        """The server's hello reply."""
         return self.background.hello
 
     @property
@@ -102,11 +191,11 @@ class SyncSession(CellCalls, SyncCalls):
 
     @property
     def in_control(self) -> bool:
-        """Whether this connection holds the motion authority, as far as it was told."""
+        """True while this connection holds the motion authority, by the messages received."""
         return self.background.in_control
 
     def offers(self, capability: Capability) -> bool:
-        """Tell whether the server offers something to this connection."""
+        """Return True if the server offers a capability to this connection."""
         return self.background.offers(capability)
 
     def joints(self) -> tuple[float, ...]:

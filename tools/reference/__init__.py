@@ -1,1 +1,1 @@
-"""Makes what is generated from the declarations: reference page, dissector, vectors, schemas."""
+"""Generator of the files made from declarations: reference page, dissector, vectors, schemas."""

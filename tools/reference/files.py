@@ -1,4 +1,4 @@
-"""Which files are generated, and which of them no longer say what the declarations say."""
+"""Generated files: their list, and the check that they match the declarations."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from .dissector import lua_dissector
-from .error_page import error_page
 from .operations_page import operations_page
-from .page import protocol_page
+from .page import error_page, protocol_page
+from .python_page import python_page
 from .schemas import schema_files
 from .vectors import vector_files
 
@@ -22,6 +22,7 @@ def generated_files() -> dict[str, str]:
         "protocol.md": protocol_page(),
         "errors.md": error_page(),
         f"{GENERATED}/operations.md": operations_page(),
+        f"{GENERATED}/python-client.md": python_page(),
         f"{GENERATED}/openpendant.lua": lua_dissector(),
         **{f"{GENERATED}/vectors/{name}": text for name, text in vector_files().items()},
         **{f"{GENERATED}/schemas/{name}": text for name, text in schema_files().items()},

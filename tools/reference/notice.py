@@ -1,3 +1,3 @@
-"""What every generated file says at its top."""
+"""Notice at the top of every generated file."""
 
 NOTICE = "Generated from the declarations in simplemsg/ by `make reference`; do not edit."

@@ -1,4 +1,4 @@
-"""Where each field of a message lies in its frame, and how large the frame is."""
+"""Offsets: the place of each field of a message in its frame, and the size of the frame."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from openpendant.simplemsg.declaration import (
     Tail,
     Text,
 )
-from openpendant.simplemsg.layout import HEADER_SIZE, WireForm
+from openpendant.simplemsg.framing import HEADER_SIZE
+from openpendant.simplemsg.layout import WireForm
 
 _REAL_CODES = {4: "f", 8: "d"}
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class FrameField:
     """One field of a frame.
 
     Attributes:
@@ -41,7 +42,7 @@ class Row:
     meaning: str
 
 
-def rows_of(cls: type[Message], real_size: int) -> list[Row]:
+def frame_fields(cls: type[Message], real_size: int) -> list[FrameField]:
     """Return the fields of a message in the order of their bytes.
 
     Args:
@@ -49,13 +50,13 @@ def rows_of(cls: type[Message], real_size: int) -> list[Row]:
         real_size: bytes of a real, 4 or 8.
     """
     form = WireForm("<", _REAL_CODES[real_size])
-    rows: list[Row] = []
+    rows: list[FrameField] = []
     at = HEADER_SIZE
     for name, field in cls.FIELDS.items():
         if isinstance(field, Array):
             rows += _array_rows(name, field, at, form)
             continue
-        rows.append(Row(str(at), _kind(field), name, field, field.meaning))
+        rows.append(FrameField(str(at), _kind(field), name, field, field.meaning))
         if not isinstance(field, Tail):
             at += form.structure({name: field}).size
     return rows
@@ -79,19 +80,19 @@ def frame_size(cls: type[Message], real_size: int) -> str:
     return f"{at} bytes"
 
 
-def _array_rows(name: str, array: Array, at: int, form: WireForm) -> Iterator[Row]:
+def _array_rows(name: str, array: Array, at: int, form: WireForm) -> Iterator[FrameField]:
     of = _record(array)
     each = form.structure(of.FIELDS).size
     count = f"number n of records in `{name}`"
     if array.count_place is CountPlace.BEFORE:
-        yield Row(str(at), "int32", array.count_name, None, count)
+        yield FrameField(str(at), "int32", array.count_name, None, count)
         at += 4
     for inner, field, offset in _offsets(of.FIELDS, form):
-        yield Row(
+        yield FrameField(
             f"{at + offset} + {each} i", _kind(field), f"{name}[i].{inner}", field, field.meaning
         )
     if array.count_place is CountPlace.AFTER:
-        yield Row(f"{at} + {each} n", "int32", array.count_name, None, count)
+        yield FrameField(f"{at} + {each} n", "int32", array.count_name, None, count)
 
 
 def _offsets(fields: Mapping[str, Field], form: WireForm) -> Iterator[tuple[str, Field, int]]:

@@ -8,36 +8,31 @@ that none is left out of the reference.
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, get_args, get_type_hints
+from typing import Any
 
 from pydantic import BaseModel
 
-from openpendant.server.access.operations import AccessOperation
-from openpendant.server.access.permissions import FREE_OPERATIONS, OF_OPERATION
-from openpendant.server.access.roles import LEAST_ROLE, Permission, Role
-from openpendant.server.jog.retreat_desk import RetreatReply, RetreatRequest
-from openpendant.server.pendant.management import OPERATIONS
-from openpendant.server.pendant.served_cells import ServedCells
-from openpendant.server.pendant.snapshot import Snapshot
-from openpendant.server.playback.operations import Operation as ProgramOperation
-from openpendant.server.recording.operations import RecordingOperation
-from openpendant.server.why import WhyReply
-from openpendant.server.world.operations import WorldOperation
+from openpendant.server.cell.why import WhyReply
+from openpendant.server.endpoints.pendant.escape_request import RetreatReply
+from openpendant.server.endpoints.pendant.snapshot import ServedCells, Snapshot
+from openpendant.simplemsg.pendant.management import OPERATIONS as DECLARED
+from openpendant.simplemsg.pendant.management.declaration import Request
+from openpendant.simplemsg.pendant.roles import LEAST_ROLE, Permission, Role
 
 from ..pendants.management.access import AccessCalls, UserCalls
-from ..pendants.management.calls import call
+from ..pendants.management.calls import call, function_of
 from ..pendants.management.cell import CellCalls
 from ..pendants.management.devices import RobotCalls, SignalCalls, TraceCalls
 from ..pendants.management.frames import FrameCalls
 from ..pendants.management.programs import ProgramCalls
-from ..pendants.management.recordings import RecordingCalls, play
+from ..pendants.management.recordings import RecordingCalls
 from ..pendants.management.scene import SceneCalls
 from ..pendants.management.tools import ToolCalls
-from .docstrings import Docstring
-from .typed_data import closed_model, with_models
+from .docstrings import Docstring, told_of
+from .typed_data import with_models
 
 GROUPS: Mapping[str, type] = {
     "": CellCalls,
@@ -70,8 +65,8 @@ class PublishedOperation:
     Attributes:
         name: value of `op`.
         group: where the client has its call; empty for the client itself.
-        make: the client's function that makes the request.
-        request: the server's model of it.
+        call: name of the client's call in it.
+        request: its declaration.
         reply: model of what answers it.
         returned: what the client's call says of that, as a model.
         told: what the client's call says of itself.
@@ -79,8 +74,8 @@ class PublishedOperation:
 
     name: str
     group: str
-    make: Callable[..., Any]
-    request: type[BaseModel]
+    call: str
+    request: type[Request[Any]]
     reply: Any
     returned: Any
     told: Docstring
@@ -88,7 +83,7 @@ class PublishedOperation:
     @property
     def permission(self) -> Permission | None:
         """What whoever asks needs; None for nothing."""
-        return None if self.name in FREE_OPERATIONS else OF_OPERATION[self.name]
+        return self.request.NEEDS
 
     @property
     def role(self) -> Role | None:
@@ -98,7 +93,7 @@ class PublishedOperation:
     @property
     def arguments(self) -> tuple[inspect.Parameter, ...]:
         """What the client's call takes."""
-        parameters = inspect.signature(self.make).parameters
+        parameters = inspect.signature(function_of(self.request)).parameters
         return tuple(each for name, each in parameters.items() if name != "self")
 
     @property
@@ -107,41 +102,16 @@ class PublishedOperation:
         takes = [
             each.name if each.default is each.empty else f"{each.name}=" for each in self.arguments
         ]
-        path = ".".join(part for part in (self.group, self.make.__name__) if part)
+        path = ".".join(part for part in (self.group, self.call) if part)
         return f"{path}({', '.join(takes)})"
 
 
-def request_models() -> dict[str, type[BaseModel]]:
-    """Return the server's model of every request, by the value of `op`."""
-    unions = (AccessOperation, ProgramOperation, RecordingOperation, WorldOperation)
-    models = [model for union in unions for model in get_args(union)]
-    found = {
-        op: model
-        for model in [*models, RetreatRequest]
-        for op in get_args(model.model_fields["op"].annotation)
-    }
-    return {name: each.request for name, each in OPERATIONS.items()} | found
-
-
-def _calls() -> Iterator[tuple[str, Callable[..., Any]]]:
-    """Return every call of the client with the group that has it."""
+def _calls() -> Iterator[tuple[str, str, Any]]:
+    """Return every call of the client: the group that has it, its name, and the request."""
     for group, kind in GROUPS.items():
-        for member in vars(kind).values():
+        for name, member in vars(kind).items():
             if isinstance(member, call):
-                yield group, member.request
-        if kind is RecordingCalls:
-            yield group, play
-
-
-def made_by(make: Callable[..., Any], **fields: Any) -> Any:
-    """Return the request that a call makes of some fields, and of None for others it needs."""
-    parameters = inspect.signature(make).parameters
-    needed = {
-        name: None
-        for name, each in parameters.items()
-        if each.default is each.empty and name not in fields
-    }
-    return make(**needed, **fields)
+                yield group, name, member.kind
 
 
 @cache
@@ -151,20 +121,14 @@ def published_operations() -> dict[str, PublishedOperation]:
     Raises:
         LookupError: an operation has no call, or a call no operation.
     """
-    models = request_models()
     found = {}
-    for group, make in _calls():
-        asked = made_by(make)
-        (kind,) = get_args(get_type_hints(make)["return"])
-        returned = with_models(kind)
-        if asked.part:
-            returned = closed_model("Reply", {asked.part: (returned, ...)})
-        reply = _OWN_REPLIES.get(asked.op, returned)
-        told = Docstring.of(make)
-        found[asked.op] = PublishedOperation(
-            asked.op, group, make, models[asked.op], reply, returned, told
-        )
-    missing = models.keys() - found.keys()
+    names = {kind: op for op, kind in DECLARED.items()}
+    for group, name, request in _calls():
+        op = names[request]
+        returned = with_models(request.reply())
+        reply = _OWN_REPLIES.get(op, returned)
+        found[op] = PublishedOperation(op, group, name, request, reply, returned, told_of(request))
+    missing = DECLARED.keys() - found.keys()
     if missing:
         raise LookupError(f"the client has no call for {', '.join(sorted(missing))}")
     return found

@@ -7,13 +7,13 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Any, is_typeddict
 
+from openpendant.simplemsg.pendant.management import edits, poses, statements
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..pendants.management import edits, frames, statements
 from .docstrings import Docstring
+from .notice import NOTICE
 from .operations import GROUPS, PublishedOperation, published_operations
-from .schema_words import FieldRow, field_rows, tagged
-from .schemas import COMMENT, reply_schema, request_schema
+from .schemas import FieldRow, field_rows, reply_schema, request_schema, tagged
 
 _OPENING = """\
 # Management operations
@@ -35,7 +35,7 @@ them at work.
   from 0, lines of a text from 1.
 """
 
-_TITLES = {
+TITLES = {
     "": "The cell",
     "programs": "Programs",
     "recordings": "Recordings",
@@ -57,9 +57,9 @@ _CODE = re.compile(r"\b[A-Z]+(?:_[A-Z]+)+\b|\bMOVING\b")
 def operations_page() -> str:
     """Return the page as Markdown."""
     operations = published_operations()
-    parts = [f"<!-- {COMMENT} -->", "", _OPENING, *_overview(operations.values()), ""]
+    parts = [f"<!-- {NOTICE} -->", "", _OPENING, *_overview(operations.values()), ""]
     for group in GROUPS:
-        parts += [f"## {_TITLES[group]}", ""]
+        parts += [f"## {TITLES[group]}", ""]
         for operation in operations.values():
             if operation.group == group:
                 parts += _operation(operation)
@@ -72,7 +72,7 @@ def _overview(operations: Iterable[PublishedOperation]) -> Iterator[str]:
         (f"[`{each.name}`](#{_anchor(each)})", _role(each), each.told.about.splitlines()[0])
         for each in operations
     )
-    return _table(("operation", "role", "what it is for"), rows)
+    return table(("operation", "role", "what it is for"), rows)
 
 
 def _anchor(operation: PublishedOperation) -> str:
@@ -97,36 +97,44 @@ def _operation(operation: PublishedOperation) -> list[str]:
     ]
     refused = operation.told.section("Raises").get("Refused")
     if refused:
-        lines.append(f"- May be refused: {_linked(refused)}")
-    rows = [_request_cells(row) for row in field_rows(request_schema(operation), _meaning)]
+        lines.append(f"- May be refused: {linked(refused)}")
+    rows = [_request_cells(row) for row in field_rows(request_schema(operation), meaning_of)]
     lines += ["", "Request:" if rows else "Request: no field but `op`.", ""]
-    lines += [*_table(_REQUEST_HEADS, rows), ""] if rows else []
+    lines += [*table(_REQUEST_HEADS, rows), ""] if rows else []
     return [*lines, *_reply(operation)]
 
 
-def _reply(operation: PublishedOperation) -> list[str]:
+def reply_cells(operation: PublishedOperation) -> list[tuple[str, ...]]:
     """Return the fields of a reply, with what the client's type says of them."""
-    told = {row.path: row.meaning for row in field_rows(reply_schema(operation.returned), _meaning)}
+    told = {
+        row.path: row.meaning for row in field_rows(reply_schema(operation.returned), meaning_of)
+    }
     schema = reply_schema(operation.reply)
-    rows = [
+    return [
         (
             f"`{row.path}`",
             row.kind if row.is_needed or row.default else f"{row.kind}, or missing",
-            _sentence(told.get(row.path) or row.meaning),
+            sentence(told.get(row.path) or row.meaning),
         )
-        for row in field_rows(schema, _meaning)
+        for row in field_rows(schema, meaning_of)
     ]
-    if not rows:
-        return ["Reply: an object." if schema.get("additionalProperties") else "Reply: empty.", ""]
-    return ["Reply:", "", *_table(("field", "type", "meaning"), rows), ""]
+
+
+def _reply(operation: PublishedOperation) -> list[str]:
+    rows = reply_cells(operation)
+    if rows:
+        return ["Reply:", "", *table(("field", "type", "meaning"), rows), ""]
+    is_object = reply_schema(operation.reply).get("additionalProperties")
+    return ["Reply: an object." if is_object else "Reply: empty.", ""]
 
 
 def _request_cells(row: FieldRow) -> tuple[str, ...]:
     default = f"`{row.default}`" if row.default else ""
-    return f"`{row.path}`", row.kind, default, _sentence(row.meaning)
+    return f"`{row.path}`", row.kind, default, sentence(row.meaning)
 
 
-def _sentence(text: str) -> str:
+def sentence(text: str) -> str:
+    """Return a meaning in the words of JSON, with a capital at its beginning."""
     return _in_json(text[:1].upper() + text[1:])
 
 
@@ -134,7 +142,7 @@ def _in_json(text: str) -> str:
     return text.replace("None", "null")
 
 
-def _linked(text: str) -> str:
+def linked(text: str) -> str:
     """Return a sentence in which every code of the catalogue links to its cause and remedy."""
 
     def link(found: re.Match[str]) -> str:
@@ -150,16 +158,16 @@ def _tagged(schema: dict[str, Any]) -> list[str]:
     for tag, inner in sorted(tagged(schema).items()):
         kind, _, value = tag.partition(" ")
         about = Docstring.of(_clients_types()[inner["title"]]).about
-        rows = map(_request_cells, field_rows({**inner, "$defs": schema["$defs"]}, _meaning))
+        rows = map(_request_cells, field_rows({**inner, "$defs": schema["$defs"]}, meaning_of))
         lines += [f'<a id="{kind}-{value}"></a>', f"### {kind} `{value}`", "", about, ""]
-        lines += [*_table(_REQUEST_HEADS, rows), ""]
+        lines += [*table(_REQUEST_HEADS, rows), ""]
     return lines
 
 
 @cache
 def _clients_types() -> dict[str, type]:
     """Return the client's types of what requests hold, by name."""
-    modules = (edits, statements, frames)
+    modules = (edits, statements, poses)
     return {
         name: kind
         for module in modules
@@ -168,13 +176,14 @@ def _clients_types() -> dict[str, type]:
     }
 
 
-def _meaning(kind: str, name: str) -> str:
+def meaning_of(kind: str, name: str) -> str:
     """Return what the client's type of the same name says of a field."""
     found = _clients_types().get(kind)
     return "" if found is None else Docstring.of(found).section("Attributes").get(name, "")
 
 
-def _table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> Iterator[str]:
+def table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> Iterator[str]:
+    """Yield the lines of a table."""
     titles = list(heads)
     yield f"| {' | '.join(titles)} |"
     yield f"| {' | '.join('---' for _ in titles)} |"

@@ -1,4 +1,4 @@
-"""The reference page: every message to the byte, with an example, and every code."""
+"""The reference page, every message to the byte with an example, and the page of the codes."""
 
 from __future__ import annotations
 
@@ -7,17 +7,24 @@ from enum import IntEnum, IntFlag
 from typing import Any
 
 from openpendant.simplemsg import DIALECTS, MOTOMAN, ByteOrder, Codec, Message, codec_for
-from openpendant.simplemsg.declaration import Array, CountPlace, Int, Record, Reply, Topic
-from openpendant.simplemsg.motoman_addresses import AREAS, WRITABLE_REGISTERS, Controller
+from openpendant.simplemsg.declaration import (
+    Array,
+    CountPlace,
+    Int,
+    Record,
+    Reply,
+    Topic,
+    value_name,
+)
+from openpendant.simplemsg.motoman_addresses import AREAS, WRITABLE_REGISTERS, ControllerModel
 from openpendant.simplemsg.motoman_catalogue import CATALOGUE as MOTOMAN_CATALOGUE
-from openpendant.simplemsg.naming import value_name
-from openpendant.simplemsg.text import packet_to_json
+from openpendant.simplemsg.packet_text import packet_to_json
 from openpendant.simplemsg.verdicts import CATALOGUE as VERDICTS
-from openpendant.simplemsg.verdicts import CatalogueEntry
+from openpendant.simplemsg.verdicts import CatalogueEntry, VerdictCode
 
 from .messages import filter_name, own_messages
 from .notice import NOTICE
-from .offsets import Row, frame_size, rows_of
+from .offsets import FrameField, frame_fields, frame_size
 from .prose import FRAMING, INTRODUCTION, PENDANT_RULES, PROSE_OF_DIALECTS
 from .samples import sample
 
@@ -81,7 +88,7 @@ def _message(cls: type[Message], codec: Codec) -> str:
         f"- Frame: {_sizes(cls)}. Source: {place.source}.",
         "",
     ]
-    rows = rows_of(cls, 4)
+    rows = frame_fields(cls, 4)
     if rows:
         heads = ("offset", "type", "field", "unit", "meaning")
         lines += [*_table(heads, [_cells(row) for row in rows]), ""]
@@ -96,7 +103,7 @@ def _sizes(cls: type[Message]) -> str:
     return four if four == eight else f"{four}; with reals of 8 bytes: {eight}"
 
 
-def _cells(row: Row) -> tuple[str, ...]:
+def _cells(row: FrameField) -> tuple[str, ...]:
     unit = row.field.unit if row.field is not None else ""
     meaning = row.meaning
     if isinstance(row.field, Int) and row.field.mask is not None:
@@ -126,7 +133,7 @@ def _array_sentences(cls: type[Message]) -> list[str]:
     return found
 
 
-def _values(rows: Iterable[Row]) -> list[str]:
+def _values(rows: Iterable[FrameField]) -> list[str]:
     """Return a sentence for each field with named values."""
     sentences = []
     for row in rows:
@@ -194,7 +201,7 @@ def _motoman_codes() -> str:
 def _addresses() -> str:
     areas = {
         area.name: [one for found in AREAS.values() for one in found if one.name == area.name]
-        for area in AREAS[Controller.DX100]
+        for area in AREAS[ControllerModel.DX100]
     }
     rows = [
         (
@@ -205,8 +212,8 @@ def _addresses() -> str:
         for name, found in areas.items()
     ]
     registers = f"0 to {WRITABLE_REGISTERS[-1]}"
-    rows.append(("M register", *["0 to 999"] * len(Controller), registers))
-    heads = ("bits", *(controller.value for controller in Controller), "may be written")
+    rows.append(("M register", *["0 to 999"] * len(ControllerModel), registers))
+    heads = ("bits", *(controller.value for controller in ControllerModel), "may be written")
     return "\n".join(
         [
             "### Addresses of I/O and registers",
@@ -241,3 +248,28 @@ def _table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> list[str]:
         f"| {' | '.join('---' for _ in titles)} |",
         *(f"| {' | '.join(cells)} |" for cells in rows),
     ]
+
+
+_OPENING = """# Errors, and what to do about them
+
+Every refusal and every aborted motion carries one of these codes, beside a sentence with the
+numbers of the case: joint, value, limit. A code is never reused for something else. Link to one as
+`errors.md#code-NUMBER`. What keeps a robot from moving right now, `openpendant why` tells.
+"""
+
+
+def error_page() -> str:
+    """Return the page as Markdown."""
+    parts = [f"<!-- {NOTICE} -->", "", _OPENING]
+    for code in sorted(set(VerdictCode) - {VerdictCode.ACCEPTED}):
+        entry = VERDICTS[code]
+        parts += [
+            f'<a id="code-{code.value}"></a>',
+            f"## {code.value} {code.name}",
+            "",
+            f"**Cause.** {entry.cause}",
+            "",
+            f"**Remedy.** {entry.remedy}",
+            "",
+        ]
+    return "\n".join(parts)

@@ -1,16 +1,15 @@
-"""What the reference page says in words, where no declaration can say it.
+"""Prose of the reference page, for what no declaration can express.
 
 Numbers come from the code that enforces them.
 """
 
 from __future__ import annotations
 
-from openpendant.server.clients import READ_AHEAD, STRANGERS_READ_AHEAD
-from openpendant.server.peer_faults import FAULT_WINDOW_NS, MOST_FAULTS
-from openpendant.server.settings import Pendants
+from openpendant.server.endpoints.frame_faults import FAULT_WINDOW_NS, MOST_FAULTS
+from openpendant.server.settings.cell_settings import Pendants
+from openpendant.server.shell.clients import READ_AHEAD, STRANGERS_READ_AHEAD
 from openpendant.simplemsg import MAX_REFERENCE_FRAME
-from openpendant.simplemsg.connection import MAX_DETECTABLE_LENGTH
-from openpendant.simplemsg.layout import HEADER_SIZE, PREFIX_SIZE
+from openpendant.simplemsg.framing import HEADER_SIZE, MAX_DETECTABLE_LENGTH, PREFIX_SIZE
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, PROTOCOL_VERSION
 
 _PENDANTS = Pendants()

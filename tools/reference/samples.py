@@ -1,4 +1,4 @@
-"""Sample messages made from the declarations alone, so that each field can be told in the bytes."""
+"""Sample messages, made from the declarations alone, with a distinct value in each field."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class _Zeros:
 
 
 class _Telling(_Zeros):
-    """Values that tell their field."""
+    """Values that identify their field."""
 
     def __init__(self) -> None:
         self._number = 10

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator
 
 from openpendant.simplemsg import DIALECTS, PENDANT, ByteOrder, Codec, Dialect, Message, codec_for
-from openpendant.simplemsg.text import packet_to_json
+from openpendant.simplemsg.packet_text import packet_to_json
 
 from .messages import filter_name, own_messages
 from .notice import NOTICE

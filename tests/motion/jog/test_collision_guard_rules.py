@@ -11,10 +11,10 @@ import math
 from collections.abc import Mapping
 
 import pytest
-from bodies_on_rails import BodiesOnRails, always, standing_at
+from rigs.motion.bodies_on_rails import BodiesOnRails, always, standing_at
 
 from openpendant.motion.jog.collision_guard import CLEAR, NEAR, SLOW, CollisionGuard
-from openpendant.motion.jog.reasons import JogReason
+from openpendant.motion.jog.jog_status import JogSlowdown
 
 STILL = ((0.0, 0.0), (0.0, 0.0))
 AHEAD = ((0.0, 0.0), (1.0, 0.0))
@@ -51,7 +51,7 @@ def test_what_comes_nearer_slows_by_the_root_of_what_is_left(
     found = guard_of(0.02, 0.02).nearing(before, after, STILL, TICK)
     assert found is not None
     assert found[0] == pytest.approx(share, abs=1e-12)
-    assert (found[1].reason, found[1].limit) == (JogReason.COLLISION, 0.005)
+    assert (found[1].reason, found[1].limit) == (JogSlowdown.COLLISION, 0.005)
 
 
 @pytest.mark.parametrize(
@@ -149,7 +149,7 @@ class TestClearWay:
         guard.look((0.0, 0.0))
         if at:
             guard.look((at, 0.0))
-        return guard.clear_way(guard.closing(rates))
+        return guard.clear_distance(guard.closing(rates))
 
     def test_of_a_watched_pair_is_what_is_left_before_20_mm(self) -> None:
         assert self.way(0.05) == pytest.approx(0.03)
@@ -181,8 +181,8 @@ class TestClearWay:
 def test_a_cell_of_a_way_ends_before_bodies_could_meet_and_part_in_it_unseen() -> None:
     guard = guard_of(0.025, 0.035)
     distances = {0: 0.025, 1: 0.035}
-    assert guard.unseen_way(distances, (1.0, 0.0)) == pytest.approx(0.8 * 2.0 * 0.02)
-    assert guard.unseen_way(distances, (0.0, -1.0)) == pytest.approx(0.8 * 2.0 * 0.04)
+    assert guard.unseen_distance(distances, (1.0, 0.0)) == pytest.approx(0.8 * 2.0 * 0.02)
+    assert guard.unseen_distance(distances, (0.0, -1.0)) == pytest.approx(0.8 * 2.0 * 0.04)
 
 
 @pytest.mark.parametrize(("least", "touches"), [(0.005, False), (0.0049, True), (-0.01, True)])
@@ -193,8 +193,11 @@ def test_bodies_nearer_than_5_mm_are_in_contact(least: float, touches: bool) -> 
 
 def test_the_way_apart_leads_away_from_what_is_near() -> None:
     guard = CollisionGuard(BodiesOnRails(standing_at(0.01), standing_at(-0.018)).model)
-    assert guard.way_apart((0.0, 0.0)) == pytest.approx([-1.0, -0.5])
-    assert CollisionGuard(BodiesOnRails(standing_at(0.03)).model).way_apart((0.0, 0.0)) is None
+    assert guard.separating_direction((0.0, 0.0)) == pytest.approx([-1.0, -0.5])
+    assert (
+        CollisionGuard(BodiesOnRails(standing_at(0.03)).model).separating_direction((0.0, 0.0))
+        is None
+    )
 
 
 def test_the_nearest_pair_is_named() -> None:

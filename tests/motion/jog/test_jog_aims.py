@@ -7,10 +7,19 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from jog_referee import Referee
-from jogged_robots import FAST, REDUCED, UR5_BENT, model, random_place, random_press, robot
+from rigs.data.example_counts import counts
+from rigs.motion.jog_referee import Referee
+from rigs.motion.jogged_robots import (
+    FAST,
+    REDUCED,
+    UR5_BENT,
+    model,
+    random_place,
+    random_press,
+    robot,
+)
 
-from openpendant.motion.jog import JogCaps, Jogger, JogReason, JointJog, ToolJog
+from openpendant.motion.jog import JogCaps, Jogger, JogSlowdown, JointJog, ToolJog
 
 ALONG_X, ALONG_Y = ToolJog((1.0, 0.0, 0.0)), ToolJog((0.0, 1.0, 0.0))
 TURNING = JointJog((0.0, 0.0, 0.0, 0.0, 0.0, 1.0))
@@ -126,7 +135,7 @@ def test_a_rate_that_the_joints_cannot_keep_is_told_with_the_joint() -> None:
         robot("kuka_kr5_arc"), Jogger(model("kuka_kr5_arc"), start, caps), reduced=False
     )
     watched.run(ToolJog(angular=(0.0, 0.0, 1.0), axes=None), 80)
-    told = [step.cause for step in watched.steps if step.reason is JogReason.JOINT_SPEED]
+    told = [step.cause for step in watched.steps if step.reason is JogSlowdown.JOINT_SPEED]
     assert told
     assert told[0] is not None
     assert told[0].joint == 5
@@ -134,11 +143,12 @@ def test_a_rate_that_the_joints_cannot_keep_is_told_with_the_joint() -> None:
     assert not watched.faults
 
 
+@pytest.mark.parametrize("count", counts(4, 80))
 @pytest.mark.parametrize("name", ["abb_irb2400", "kuka_iiwa14", "fanuc_m410ib", "motoman_gp7"])
-def test_promises_11_and_15_hold_whatever_is_asked_when(name: str) -> None:
+def test_promises_11_and_15_hold_whatever_is_asked_when(name: str, count: int) -> None:
     random = np.random.default_rng(11)
     dof = robot(name).limits.dof
-    for number in range(8):
+    for number in range(count):
         caps = REDUCED if number % 2 else FAST
         dt = (0.004, 0.01, 0.02)[number % 3]
         jogger = Jogger(model(name), random_place(name, random), caps)

@@ -10,22 +10,21 @@ from typing import cast
 
 import numpy as np
 import pytest
-from bodies_on_rails import BodiesOnRails, standing_at
-from jogged_robots import FAST, UR5_BENT, model, robot
+from rigs.motion.bodies_on_rails import BodiesOnRails, standing_at
+from rigs.motion.jogged_robots import FAST, UR5_BENT, model, robot
 
-from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogReason, JointJog
-from openpendant.motion.jog.arm import Footing, Posture
+from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogSlowdown, JointJog
 from openpendant.motion.jog.collision_guard import CollisionGuard
-from openpendant.motion.jog.look_ahead import LookAhead
-from openpendant.motion.jog.nearness import scales, stop
-from openpendant.motion.jog.point_speeds import StopAhead, point_excess
-from openpendant.motion.jog.reasons import JogCause
-from openpendant.motion.jog.stop_surroundings import StopSurroundings
-from openpendant.motion.jog.tick_bounds import is_even, speed_bounds
+from openpendant.motion.jog.jog_robot import Footing, Posture
+from openpendant.motion.jog.jog_status import JogCause
+from openpendant.motion.jog.joint_jog import StopSurroundings
+from openpendant.motion.jog.lookahead import LookAhead
+from openpendant.motion.jog.path_node import PathNode, is_even, speed_bounds
+from openpendant.motion.jog.point_speed_bounds import StopOutlook, point_excess
+from openpendant.motion.jog.proximity import scales, stop
 from openpendant.motion.jog.tool_path import JogTwist, ToolPath
-from openpendant.motion.jog.way_node import WayNode
-from openpendant.motion.limits import JointLimits
-from openpendant.motion.mechanism import SerialMechanism
+from openpendant.motion.paths.mechanism import SerialMechanism
 
 LIMITS = JointLimits(
     names=("a", "b"),
@@ -109,7 +108,7 @@ def excess(
         limits=LIMITS,
     )
     there = [here[0] + way, *here[1:]]
-    ahead = StopAhead(list(velocity), list(here), there, 0.25)
+    ahead = StopOutlook(list(velocity), list(here), there, 0.25)
     return point_excess(cast(JogModel, model), ahead, 0.25)
 
 
@@ -118,9 +117,11 @@ class TestPointSpeeds:
 
     @pytest.mark.parametrize(
         ("tool", "elbow", "reason"),
-        [(0.3, 0.1, JogReason.TOOL_SPEED), (0.1, 0.3, JogReason.ELBOW_SPEED)],
+        [(0.3, 0.1, JogSlowdown.TOOL_SPEED), (0.1, 0.3, JogSlowdown.ELBOW_SPEED)],
     )
-    def test_the_faster_of_both_counts(self, tool: float, elbow: float, reason: JogReason) -> None:
+    def test_the_faster_of_both_counts(
+        self, tool: float, elbow: float, reason: JogSlowdown
+    ) -> None:
         found, cause = excess(lambda *_: (tool, elbow))
         assert found == pytest.approx(0.3 / (0.998 * 0.25))
         assert cause is not None
@@ -206,39 +207,41 @@ class TestNearness:
         rates: tuple[float, float] = (1.0, 1.0),
         conditions: tuple[float, float] = (5.0, 5.0),
         uses: tuple[float, float] | None = None,
-    ) -> tuple[WayNode, WayNode]:
+    ) -> tuple[PathNode, PathNode]:
         """Return two places of a way, 0.1 apart, of the first joint."""
         nodes = [
-            WayNode(0.1 * index, [place, 0.0], [rate, 0.0], np.zeros(6), condition)
+            PathNode(0.1 * index, [place, 0.0], [rate, 0.0], np.zeros(6), condition)
             for index, (place, rate, condition) in enumerate(
                 zip((before, after), rates, conditions, strict=True)
             )
         ]
         if uses is not None:
             for node, use in zip(nodes, uses, strict=True):
-                node.posture = Posture(use, JogCause(JogReason.WORKSPACE, use, 1.0))
+                node.posture = Posture(use, JogCause(JogSlowdown.WORKSPACE, use, 1.0))
         nodes[0].lead_to(nodes[1], LIMITS.acceleration)
         return nodes[0], nodes[1]
 
     @pytest.mark.parametrize(
         ("cell", "reason"),
         [
-            (cell(1.95, 2.01), JogReason.JOINT_LIMIT),
-            (cell(-1.95, -2.01, (-1.0, -1.0)), JogReason.JOINT_LIMIT),
+            (cell(1.95, 2.01), JogSlowdown.JOINT_LIMIT),
+            (cell(-1.95, -2.01, (-1.0, -1.0)), JogSlowdown.JOINT_LIMIT),
             (cell(2.2, 2.1, (-1.0, -1.0)), None),  # back from beyond it
-            (cell(2.1, 2.2), JogReason.JOINT_LIMIT),
-            (cell(1.99, 1.99, (1.0, -1.0)), JogReason.JOINT_LIMIT),  # to 2.015, and back
-            (cell(-1.99, -1.99, (-1.0, 1.0)), JogReason.JOINT_LIMIT),
+            (cell(2.1, 2.2), JogSlowdown.JOINT_LIMIT),
+            (cell(1.99, 1.99, (1.0, -1.0)), JogSlowdown.JOINT_LIMIT),  # to 2.015, and back
+            (cell(-1.99, -1.99, (-1.0, 1.0)), JogSlowdown.JOINT_LIMIT),
             (cell(1.9, 1.9, (1.0, -1.0)), None),
-            (cell(0.0, 0.1, conditions=(29.0, 30.0)), JogReason.SINGULARITY),
+            (cell(0.0, 0.1, conditions=(29.0, 30.0)), JogSlowdown.SINGULARITY),
             (cell(0.0, 0.1, conditions=(29.0, 29.9)), None),
             (cell(0.0, 0.1, conditions=(40.0, 35.0)), None),  # out of it
-            (cell(0.0, 0.1, uses=(0.99, 1.01)), JogReason.WORKSPACE),
+            (cell(0.0, 0.1, uses=(0.99, 1.01)), JogSlowdown.WORKSPACE),
             (cell(0.0, 0.1, uses=(1.2, 1.1)), None),
             (cell(0.0, 0.1, uses=(0.9, 0.99)), None),
         ],
     )
-    def test_what_ends_a_way(self, cell: tuple[WayNode, WayNode], reason: JogReason | None) -> None:
+    def test_what_ends_a_way(
+        self, cell: tuple[PathNode, PathNode], reason: JogSlowdown | None
+    ) -> None:
         last, node = cell
         found = stop(self.model(), last, node, min(last.condition, 36.0))
         assert (None if found is None else found.reason) is reason
@@ -259,7 +262,7 @@ class TestNearness:
             (cell(0.0, 0.1, uses=(0.8, 0.9)), None),
         ],
     )
-    def test_what_slows_a_way(self, cell: tuple[WayNode, WayNode], scale: float | None) -> None:
+    def test_what_slows_a_way(self, cell: tuple[PathNode, PathNode], scale: float | None) -> None:
         found = scales(self.model(), *cell)
         assert [share for share, _ in found] == ([] if scale is None else [pytest.approx(scale)])
 
@@ -268,7 +271,7 @@ class TestStopSurroundings:
     """Bodies and a platform's own limits near the place where a stop would end."""
 
     @staticmethod
-    def left(use: float, ahead: float) -> tuple[float, JogReason] | None:
+    def left(use: float, ahead: float) -> tuple[float, JogSlowdown] | None:
         """Return what is left of 0.25 m/s towards a body so far ahead of where a stop ends.
 
         Args:
@@ -278,14 +281,14 @@ class TestStopSurroundings:
 
         def posture(place: Sequence[float]) -> Posture:
             value = use if place[0] > 0.005 else 0.5
-            return Posture(value, JogCause(JogReason.WORKSPACE, value, 1.0))
+            return Posture(value, JogCause(JogSlowdown.WORKSPACE, value, 1.0))
 
         model = SimpleNamespace(
             guard=CollisionGuard(BodiesOnRails(standing_at(0.01 + ahead)).model),
             arm=SimpleNamespace(posture=posture),
             watches_posture=True,
         )
-        ahead_of = StopAhead([0.25, 0.0], [0.0025, 0.0], [0.01, 0.0], 0.01)
+        ahead_of = StopOutlook([0.25, 0.0], [0.0025, 0.0], [0.01, 0.0], 0.01)
         surroundings = StopSurroundings(cast(JogModel, model))
         found = surroundings.left(DT, [0.0, 0.0], [0.25, 0.0], ahead_of)
         return None if found is None else (found[0], found[1].reason)
@@ -293,16 +296,16 @@ class TestStopSurroundings:
     @pytest.mark.parametrize(
         ("use", "ahead", "left", "reason"),
         [
-            (0.5, 0.006, 0.0, JogReason.COLLISION),
-            (1.0, 0.5, 0.0, JogReason.WORKSPACE),
-            (0.975, 0.5, 0.5, JogReason.WORKSPACE),
-            (0.975, 0.006, 0.0, JogReason.COLLISION),
-            (1.0, 0.013, 0.0, JogReason.WORKSPACE),
-            (0.91, 0.0095, 0.25 * 0.5 * 0.02 / 0.01, JogReason.COLLISION),
+            (0.5, 0.006, 0.0, JogSlowdown.COLLISION),
+            (1.0, 0.5, 0.0, JogSlowdown.WORKSPACE),
+            (0.975, 0.5, 0.5, JogSlowdown.WORKSPACE),
+            (0.975, 0.006, 0.0, JogSlowdown.COLLISION),
+            (1.0, 0.013, 0.0, JogSlowdown.WORKSPACE),
+            (0.91, 0.0095, 0.25 * 0.5 * 0.02 / 0.01, JogSlowdown.COLLISION),
         ],
     )
     def test_what_leaves_least_counts(
-        self, use: float, ahead: float, left: float, reason: JogReason
+        self, use: float, ahead: float, left: float, reason: JogSlowdown
     ) -> None:
         found = self.left(use, ahead)
         assert found is not None

@@ -4,30 +4,31 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from jog_referee import Referee
-from jogged_robots import FAST, UR5_BENT, robot
-from planning_scenes import free_position, random_tasks
-from promise_table import figure
+from promises.promise_table import figure
+from rigs.data.example_counts import counts
+from rigs.motion.jog_referee import Referee
+from rigs.motion.jogged_robots import FAST, UR5_BENT, robot
+from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.planning_scenes import free_position, random_tasks
 
-from openpendant.motion.collision import CollisionModel
 from openpendant.motion.jog import (
     JogCaps,
     JogCause,
     Jogger,
     JogModel,
-    JogReason,
+    JogSlowdown,
     JointJog,
     ToolJog,
 )
-from openpendant.motion.jog.arm import Posture
 from openpendant.motion.jog.collision_guard import NEAR, CollisionGuard
-from openpendant.motion.jog.nearness import HALT_CONDITION, scales
-from openpendant.motion.jog.way_node import WayNode
-from openpendant.motion.kinematics import Array, Kinematics
-from openpendant.motion.mechanism import SerialMechanism, mechanism
+from openpendant.motion.jog.jog_robot import Posture
+from openpendant.motion.jog.path_node import PathNode
+from openpendant.motion.jog.proximity import HALT_CONDITION, scales
+from openpendant.motion.kinematics.serial import Array, Kinematics
+from openpendant.motion.paths.mechanism import SerialMechanism, mechanism
 from openpendant.motion.pose import Pose
-from openpendant.motion.robot import serial_robot
-from openpendant.motion.scene import Box, Scene, SceneObject
+from openpendant.motion.scene.collision import CollisionModel
+from openpendant.motion.scene.scene import Box, Scene, SceneObject
 
 DOWN = ToolJog((0.0, 0.0, -1.0))
 
@@ -80,13 +81,13 @@ def test_promise_16_a_jog_slows_near_a_body_and_rests_5_mm_before_it(by: str) ->
     target = DOWN if by == "tool" else JointJog((0.0, 1.0, 0.0, 0.0, 0.0, 0.0))
     watched = watched_in(collision, UR5_BENT)
     step = watched.rest(target, 400)
-    assert step.reason is JogReason.COLLISION
+    assert step.reason is JogSlowdown.COLLISION
     assert step.cause is not None
     assert step.cause.pair is not None
     assert "block" in step.cause.pair
     clear, near = figure(16, "clear").bound / 1e3, figure(16, "near").bound / 1e3
     assert clear <= block_distance(collision, step.position) < clear + 0.003
-    slowed = [each for each in watched.steps if each.reason is JogReason.COLLISION]
+    slowed = [each for each in watched.steps if each.reason is JogSlowdown.COLLISION]
     # The first is slowed for the place on its way that is just so near.
     assert slowed[0].cause is not None
     assert 0.6 * near < slowed[0].cause.value <= near
@@ -109,7 +110,7 @@ def test_from_contact_only_what_parts_is_done_and_the_way_is_suggested() -> None
     watched = watched_in(collision, UR5_BENT)
     held = watched.run(DOWN, 5)
     assert held.at_rest
-    assert held.reason is JogReason.COLLISION
+    assert held.reason is JogSlowdown.COLLISION
     assert held.position == UR5_BENT
     assert held.retreat is not None
     assert held.retreat.joints is not None
@@ -156,14 +157,15 @@ def _press(watched: Referee, random: np.random.Generator, presses: int, ticks: i
             watched.run(ToolJog(tuple(rates / np.abs(rates).max())), ticks)
 
 
+@pytest.mark.parametrize("count", counts(15, 400))
 @pytest.mark.parametrize("name", ["ur5", "abb_irb2400", "kuka_iiwa14", "abb_irb4400l30"])
-def test_promise_16_no_near_pair_is_overlooked_on_a_walk(name: str) -> None:
+def test_promise_16_no_near_pair_is_overlooked_on_a_walk(name: str, count: int) -> None:
     found = robot(name)
     assert isinstance(found, SerialMechanism)
     collision, random = CollisionModel(found.kinematics), np.random.default_rng(3)
     guard = CollisionGuard(CollisionModel(found.kinematics))
     place, near = np.array(found.kinematics.robot.home_position), 0
-    for _ in range(40):
+    for _ in range(count):
         direction = random.uniform(-0.05, 0.05, len(place))
         for _ in range(25):
             place = np.clip(place + direction, found.kinematics.lower, found.kinematics.upper)
@@ -172,7 +174,7 @@ def test_promise_16_no_near_pair_is_overlooked_on_a_walk(name: str) -> None:
             for pair in np.flatnonzero(true <= NEAR).tolist():
                 assert told[pair] == pytest.approx(true[pair], abs=1e-6)
                 near += 1
-    assert near > 100
+    assert near > 2 * count
 
 
 def test_a_way_begins_near_bodies_without_a_place_before() -> None:
@@ -180,11 +182,11 @@ def test_a_way_begins_near_bodies_without_a_place_before() -> None:
     model = JogModel(collision.kinematics, None, collision)
     distances = CollisionGuard(collision).look(UR5_BENT)
     assert distances is not None
-    beyond = Posture(2.0, JogCause(JogReason.WORKSPACE, 2.0, 1.0))
-    first = WayNode(0.0, UR5_BENT, [0.0] * 6, np.zeros(6), HALT_CONDITION)
+    beyond = Posture(2.0, JogCause(JogSlowdown.WORKSPACE, 2.0, 1.0))
+    first = PathNode(0.0, UR5_BENT, [0.0] * 6, np.zeros(6), HALT_CONDITION)
     first.posture, first.distances = beyond, distances
     assert scales(model, None, first) == []
-    after = WayNode(0.1, UR5_BENT, [0.0] * 6, np.zeros(6), HALT_CONDITION)
+    after = PathNode(0.1, UR5_BENT, [0.0] * 6, np.zeros(6), HALT_CONDITION)
     after.posture = beyond
     assert [cause.reason for _, cause in scales(model, first, after)] == []
     jogger = Jogger(model, UR5_BENT, JogCaps())

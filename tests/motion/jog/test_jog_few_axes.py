@@ -7,18 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from foreign_robots import FEW_AXES
-from jog_referee import Referee
-from jogged_robots import REDUCED
-from urdf_files import SOUND, written
+from rigs.data.foreign_robots import FEW_AXES
+from rigs.data.urdf_files import SOUND, written
+from rigs.motion.jog_referee import Referee
+from rigs.motion.jogged_robots import REDUCED
 
-from openpendant.motion.jog import Jogger, JogReason, JogStep, ToolJog, jog_model
-from openpendant.motion.mechanism import Mechanism, mechanism
-from openpendant.motion.robot import robot_from_content
-from openpendant.motion.robot_import.configuration import Wishes, configure
+from openpendant.motion.description.robot import robot_from_content
+from openpendant.motion.jog import Jogger, JogSetpoint, JogSlowdown, ToolJog, jog_model
+from openpendant.motion.paths.mechanism import Mechanism, mechanism
 from openpendant.motion.robot_import.decisions import Decisions
+from openpendant.motion.robot_import.new_robot import Wishes, configure
 from openpendant.motion.robot_import.urdf import read_urdf
-from openpendant.motion.robot_import.urdf_chain import chain_to
+from openpendant.motion.robot_import.urdf_tree import chain_to
 
 KEYS = "xyzABC"
 
@@ -40,7 +40,7 @@ def five_axes(tmp_path_factory: pytest.TempPathFactory) -> Mechanism:
     return imported(foreign.urdf, foreign.tool, tmp_path_factory.mktemp("five_axes"))
 
 
-def pressed(robot: Mechanism, start: list[float], key: str, ticks: int = 30) -> JogStep:
+def pressed(robot: Mechanism, start: list[float], key: str, ticks: int = 30) -> JogSetpoint:
     axis = tuple(np.eye(3)[KEYS.index(key) % 3])
     jog = ToolJog(axis) if key in "xyz" else ToolJog(angular=axis)
     watched = Referee(robot, Jogger(jog_model(robot), start, REDUCED))
@@ -56,7 +56,7 @@ def test_what_too_few_axes_cannot_do_is_told_as_that_without_a_way_out(
     step = pressed(five_axes, TILTED, key)
     assert step.position == TILTED
     assert step.cause is not None
-    assert step.reason is JogReason.DIRECTION
+    assert step.reason is JogSlowdown.DIRECTION
     asked = REDUCED.tool_speed if key in "xy" else REDUCED.rotation_speed
     assert step.cause.value == pytest.approx(asked)
     assert step.cause.limit == 0.0
@@ -71,16 +71,16 @@ def test_what_is_left_to_few_axes_moves(five_axes: Mechanism) -> None:
 
 @pytest.mark.parametrize("start", [STRETCHED, ALMOST_STRETCHED], ids=["at", "near"])
 @pytest.mark.parametrize(
-    ("key", "reason"), [("x", JogReason.SINGULARITY), ("y", JogReason.DIRECTION)]
+    ("key", "reason"), [("x", JogSlowdown.SINGULARITY), ("y", JogSlowdown.DIRECTION)]
 )
 def test_at_a_singularity_only_the_direction_that_is_lost_there_is_told_as_singular(
-    five_axes: Mechanism, start: list[float], key: str, reason: JogReason
+    five_axes: Mechanism, start: list[float], key: str, reason: JogSlowdown
 ) -> None:
     assert jog_model(five_axes).arm.condition(start) > 30.0
     step = pressed(five_axes, start, key)
     assert step.position == start
     assert step.reason is reason
-    assert (step.retreat is not None) == (reason is JogReason.SINGULARITY)
+    assert (step.retreat is not None) == (reason is JogSlowdown.SINGULARITY)
 
 
 def test_a_way_that_few_axes_can_only_begin_ends_for_that_reason(tmp_path: Path) -> None:
@@ -92,7 +92,7 @@ def test_a_way_that_few_axes_can_only_begin_ends_for_that_reason(tmp_path: Path)
     step = pressed(robot, start, "x")
     assert step.at_rest
     assert step.position == pytest.approx(start, abs=1e-3)
-    assert step.reason is JogReason.DIRECTION
+    assert step.reason is JogSlowdown.DIRECTION
 
 
 def test_the_axes_of_a_gantry_are_the_tools(tmp_path: Path) -> None:

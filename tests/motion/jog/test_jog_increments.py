@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from openpendant.motion.errors import BadArgument, NotFinite
-from openpendant.motion.jog.increments import (
+from openpendant.motion.jog.jog_commands import (
     shifted,
     turned,
     with_rpy_changed,

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 import pytest
-from jog_referee import Referee
-from jogged_robots import FAST, REDUCED, UR5_BENT, model, random_place, robot
+from rigs.motion.jog_referee import Referee
+from rigs.motion.jogged_robots import FAST, REDUCED, UR5_BENT, model, random_place, robot
 
 from openpendant.motion.errors import BadArgument, NotFinite, WrongJointCount
-from openpendant.motion.jog import LONGEST_STEP, JogCaps, Jogger, JogReason, JointJog
+from openpendant.motion.jog import LONGEST_STEP, JogCaps, Jogger, JogSlowdown, JointJog
 
 ONE = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
@@ -48,7 +48,7 @@ def test_a_joint_rests_just_before_the_end_of_its_range(name: str, dt: float) ->
         step = watched.rest(JointJog(rates), 8000)
         margin = model(name).margin[joint]
         assert 0.0 < limits.upper[joint] - step.position[joint] <= 0.011 * margin
-        assert step.reason is JogReason.JOINT_LIMIT
+        assert step.reason is JogSlowdown.JOINT_LIMIT
         assert step.cause is not None
         assert (step.cause.joint, step.cause.limit) == (joint, limits.upper[joint])
         assert not watched.faults
@@ -72,7 +72,7 @@ def test_the_other_joints_go_on_when_one_is_held() -> None:
     step = watched.run(JointJog((1.0, 0.0, 0.0, 0.0, 0.0, 1.0)), 80)
     assert step.velocity[0] == 0.0
     assert step.velocity[5] > 0.9 * limits.velocity[5]
-    assert step.reason is JogReason.JOINT_LIMIT
+    assert step.reason is JogSlowdown.JOINT_LIMIT
     assert not watched.faults
 
 
@@ -123,7 +123,7 @@ def test_from_beyond_a_limit_the_way_leads_back_only() -> None:
     held = watched.run(JointJog(ONE), 20)
     assert held.at_rest
     assert held.position == start
-    assert held.reason is JogReason.JOINT_LIMIT
+    assert held.reason is JogSlowdown.JOINT_LIMIT
     assert held.retreat is not None
     assert held.retreat.joints == (-1.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     back = watched.run(JointJog(held.retreat.joints), 100)

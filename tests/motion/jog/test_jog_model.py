@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import cast
 
 import pytest
-from jogged_robots import robot
+from rigs.motion.jogged_robots import robot
 
 from openpendant.motion.errors import BadArgument
 from openpendant.motion.jog import jog_model
-from openpendant.motion.mechanism import Mechanism
+from openpendant.motion.paths.mechanism import Mechanism
 
 
 @pytest.mark.parametrize("name", ["ur5", "stewart_classroom"])

@@ -6,24 +6,32 @@ import math
 
 import numpy as np
 import pytest
-from jogged_robots import FAST, REDUCED, UR5_BENT, model, random_place, random_press, robot
+from rigs.motion.jogged_robots import (
+    FAST,
+    REDUCED,
+    UR5_BENT,
+    model,
+    random_place,
+    random_press,
+    robot,
+)
+from rigs.motion.robot_families import one_of_each_family
 
-from openpendant.motion.jog import JogCaps, Jogger, JogReason, JogTarget, ToolJog
-from openpendant.motion.jog.levers import levers
-from openpendant.motion.jog.tick_bounds import SPEED_RESERVE, is_even, speed_bounds
-from openpendant.motion.jog.tool_motion import ToolMotion
-from openpendant.motion.jog.way_node import WayNode
-from openpendant.motion.limits import JointLimits
-from openpendant.motion.mechanism import SerialMechanism
-from openpendant.motion.robot import robot_names
-from openpendant.motion.tool_speed import elbow_link
+from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.description.robot import robot_names
+from openpendant.motion.jog import JogCaps, Jogger, JogSlowdown, JogTarget, ToolJog
+from openpendant.motion.jog.cartesian_jog import CartesianJogMotion
+from openpendant.motion.jog.line_speed_bounds import lever_arms
+from openpendant.motion.jog.path_node import SPEED_RESERVE, PathNode, is_even, speed_bounds
+from openpendant.motion.paths.mechanism import SerialMechanism
+from openpendant.motion.trajectory.point_speed import elbow_link
 
 SERIAL = [name for name in robot_names() if isinstance(robot(name), SerialMechanism)]
 
 
 def way_of(
     name: str, start: list[float], caps: JogCaps, presses: list[JogTarget]
-) -> list[tuple[list[float], list[float], float, JogReason | None]]:
+) -> list[tuple[list[float], list[float], float, JogSlowdown | None]]:
     """Return all that is told of a chain of presses, in ticks of two lengths."""
     jogger = Jogger(model(name), start, caps)
     told = []
@@ -41,9 +49,9 @@ def test_no_set_point_is_another_for_going_on_without_a_look(
 ) -> None:
     random = np.random.default_rng(11)
     went_on = 0
-    goes_on = ToolMotion._goes_on
+    goes_on = CartesianJogMotion._goes_on
 
-    def counted(motion: ToolMotion, dt: float) -> bool:
+    def counted(motion: CartesianJogMotion, dt: float) -> bool:
         nonlocal went_on
         done = goes_on(motion, dt)
         went_on += done
@@ -56,23 +64,23 @@ def test_no_set_point_is_another_for_going_on_without_a_look(
         line = ToolJog(tuple(rates[:3]), tuple(rates[3:]))
         presses = [line, random_press(len(start), random), ToolJog((0.1, 0.0, 0.2))]
         with monkeypatch.context() as patch:
-            patch.setattr(ToolMotion, "_goes_on", counted)
+            patch.setattr(CartesianJogMotion, "_goes_on", counted)
             proven = way_of(name, start, caps, presses)
-            patch.setattr(ToolMotion, "_goes_on", lambda motion, dt: False)
+            patch.setattr(CartesianJogMotion, "_goes_on", lambda motion, dt: False)
             assert proven == way_of(name, start, caps, presses)
     assert went_on > 100
 
 
 def test_most_ticks_of_a_line_go_on_without_a_look(monkeypatch: pytest.MonkeyPatch) -> None:
     looked = 0
-    allowed = ToolMotion._allowed
+    allowed = CartesianJogMotion._allowed
 
-    def counted(motion: ToolMotion, dt: float, asked: float) -> float:
+    def counted(motion: CartesianJogMotion, dt: float, asked: float) -> float:
         nonlocal looked
         looked += 1
         return allowed(motion, dt, asked)
 
-    monkeypatch.setattr(ToolMotion, "_allowed", counted)
+    monkeypatch.setattr(CartesianJogMotion, "_allowed", counted)
     jogger = Jogger(model("ur5"), UR5_BENT, REDUCED)
     jogger.aim(ToolJog((0.0, 0.3, 0.0)))
     for _ in range(100):
@@ -89,7 +97,7 @@ def test_at_a_steady_speed_a_cell_keeps_to_the_bounds_of_every_tick() -> None:
     tight = 0
     for _ in range(300):
         first, last = (
-            WayNode(
+            PathNode(
                 sigma,
                 (random.normal(size=2) * 0.05).tolist(),
                 random.normal(size=2).tolist(),
@@ -112,7 +120,7 @@ def test_at_a_steady_speed_a_cell_keeps_to_the_bounds_of_every_tick() -> None:
     assert tight > 20
 
 
-@pytest.mark.parametrize("name", SERIAL)
+@pytest.mark.parametrize("name", one_of_each_family(SERIAL))
 def test_no_elbow_is_faster_than_its_levers_say(name: str) -> None:
     found = robot(name)
     assert isinstance(found, SerialMechanism)
@@ -120,7 +128,7 @@ def test_no_elbow_is_faster_than_its_levers_say(name: str) -> None:
     for link in (elbow_link(found.kinematics), found.kinematics.robot.tool_link):
         if link is None:
             continue
-        bound = np.array(levers(found.kinematics, link))
+        bound = np.array(lever_arms(found.kinematics, link))
         point = found.kinematics.link_point(link)
         for trial in range(200):
             place = np.array(random_place(name, random))

@@ -6,16 +6,16 @@ from collections.abc import Sequence
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from jogged_robots import REDUCED, UR5_BENT, model
+from rigs.motion.jogged_robots import REDUCED, UR5_BENT, model
 
 from openpendant.motion.errors import BadArgument
 from openpendant.motion.jog import Jogger, JointJog, ToolJog
-from openpendant.motion.jog.undo import MOST_POINTS, TOLERANCE, JogWay
+from openpendant.motion.jog.undo_path import MOST_POINTS, TOLERANCE, UndoPath
 
 UNITS = (1.0, 1.0)
 
 
-def farthest(way: JogWay, places: Sequence[tuple[float, ...]]) -> float:
+def farthest(way: UndoPath, places: Sequence[tuple[float, ...]]) -> float:
     """How far a place is from the pieces that were kept, at most, by a search of its own."""
     kept = way.waypoints()
     pieces = list(zip(kept, kept[1:] or kept, strict=False))
@@ -40,7 +40,7 @@ def apart(place: Sequence[float], start: Sequence[float], end: Sequence[float]) 
 
 
 def test_a_straight_way_is_kept_as_few_points() -> None:
-    way = JogWay((0.0, 0.0), UNITS)
+    way = UndoPath((0.0, 0.0), UNITS)
     for step in range(1, 101):
         way.add((step * 0.01, step * 0.02))
     assert len(way.waypoints()) < 10
@@ -50,7 +50,7 @@ def test_a_straight_way_is_kept_as_few_points() -> None:
 
 
 def test_standing_adds_nothing() -> None:
-    way = JogWay((0.1, 0.2), UNITS)
+    way = UndoPath((0.1, 0.2), UNITS)
     for _ in range(5):
         way.add((0.1, 0.2))
     assert way.waypoints() == [(0.1, 0.2)]
@@ -61,7 +61,7 @@ def test_standing_adds_nothing() -> None:
 def test_every_set_point_is_within_the_tolerance_of_what_is_kept(
     steps: list[tuple[float, ...]],
 ) -> None:
-    way, place, places = JogWay((0.0, 0.0), UNITS), (0.0, 0.0), []
+    way, place, places = UndoPath((0.0, 0.0), UNITS), (0.0, 0.0), []
     for dx, dy in steps:
         place = (place[0] + dx, place[1] + dy)
         way.add(place)
@@ -72,7 +72,7 @@ def test_every_set_point_is_within_the_tolerance_of_what_is_kept(
 
 
 def test_a_long_way_is_thinned_and_says_so() -> None:
-    way, places = JogWay((0.0, 0.0), UNITS), []
+    way, places = UndoPath((0.0, 0.0), UNITS), []
     for step in range(1, 4_000):
         angle = step * 0.1
         place = (math.cos(angle) * 0.5 + step * 1e-4, math.sin(angle) * 0.5)
@@ -85,7 +85,7 @@ def test_a_long_way_is_thinned_and_says_so() -> None:
 
 def test_the_way_of_a_jog_leads_back_to_its_start() -> None:
     jogger = Jogger(model("ur5"), UR5_BENT, REDUCED)
-    way = JogWay(UR5_BENT, model("ur5").unit)
+    way = UndoPath(UR5_BENT, model("ur5").unit)
     for target in (ToolJog((1.0, 0.0, 0.0)), JointJog((0.0, 0.0, 0.0, 0.0, 1.0, 0.0))):
         jogger.aim(target)
         for _ in range(60):
@@ -97,7 +97,7 @@ def test_the_way_of_a_jog_leads_back_to_its_start() -> None:
 
 
 def test_a_way_of_minutes_ends_where_the_robot_stands() -> None:
-    way = JogWay((0.0, 0.0), UNITS)
+    way = UndoPath((0.0, 0.0), UNITS)
     for step in range(1, 20_001):
         way.add((math.sin(step * 0.01), step * 1e-4))
     assert way.way_back()[0] == (math.sin(200.0), 2.0)
@@ -106,4 +106,4 @@ def test_a_way_of_minutes_ends_where_the_robot_stands() -> None:
 
 def test_a_tolerance_of_nothing_is_refused() -> None:
     with pytest.raises(BadArgument, match="tolerance"):
-        JogWay((0.0,), (1.0,), 0.0)
+        UndoPath((0.0,), (1.0,), 0.0)

@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 import pytest
-from jogged_robots import model, random_place, robot
+from rigs.motion.jogged_robots import model, random_place, robot
 
+from openpendant.motion.description.robot import robot_names
+from openpendant.motion.jog.path_node import PathNode, slowed, sped_up
 from openpendant.motion.jog.tool_path import JogTwist, ToolPath, turned
-from openpendant.motion.jog.way_node import WayNode, slowed, sped_up
-from openpendant.motion.mechanism import SerialMechanism
 from openpendant.motion.orientation import rotation_of_vector
-from openpendant.motion.robot import robot_names
-from openpendant.motion.tool_speed import elbow_link
+from openpendant.motion.paths.mechanism import SerialMechanism
+from openpendant.motion.trajectory.point_speed import elbow_link
 
 SERIAL = [name for name in robot_names() if isinstance(robot(name), SerialMechanism)]
 
@@ -76,9 +76,9 @@ def test_a_bend_between_two_lines_is_a_parabola_that_ends_in_the_new_one() -> No
     assert path.twist().tolist() == [0.0, 0.2, 0.0, 0.0, 0.0, 0.0]
 
 
-def cell(limit: float = 2.0) -> WayNode:
+def cell(limit: float = 2.0) -> PathNode:
     first, last = (
-        WayNode(sigma, [math.sin(sigma)], [math.cos(sigma)], np.zeros(6), 1.0)
+        PathNode(sigma, [math.sin(sigma)], [math.cos(sigma)], np.zeros(6), 1.0)
         for sigma in (0.6, 0.7)
     )
     first.lead_to(last, [limit])
@@ -95,7 +95,7 @@ def test_a_cell_meets_both_ends_and_stays_near_the_curve() -> None:
 
 def test_a_joint_that_turns_round_within_a_cell_is_found() -> None:
     first, last = (
-        WayNode(sigma, [math.sin(sigma)], [math.cos(sigma)], np.zeros(6), 1.0)
+        PathNode(sigma, [math.sin(sigma)], [math.cos(sigma)], np.zeros(6), 1.0)
         for sigma in (1.5, 1.7)
     )
     first.lead_to(last, [2.0])

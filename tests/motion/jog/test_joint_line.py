@@ -6,24 +6,24 @@ import math
 
 import numpy as np
 import pytest
-from jog_referee import Referee
-from jogged_robots import FAST, REDUCED, UR5_BENT, model, random_place, robot
+from rigs.motion.jog_referee import Referee
+from rigs.motion.jogged_robots import FAST, REDUCED, UR5_BENT, model, random_place, robot
 
-from openpendant.motion.collision import CollisionModel
 from openpendant.motion.jog import (
     LONGEST_STEP,
     JogCaps,
     Jogger,
     JogModel,
-    JogStep,
+    JogSetpoint,
     JogTarget,
     JointJog,
-    joint_motion,
+    joint_jog,
 )
 from openpendant.motion.jog.collision_guard import SLOW, CollisionGuard
-from openpendant.motion.jog.joint_line import JointLine
-from openpendant.motion.jog.range_ends import RangeEnds
-from openpendant.motion.mechanism import SerialMechanism
+from openpendant.motion.jog.joint_limit_braking import JointLimitBraking
+from openpendant.motion.jog.joint_line import JogLine
+from openpendant.motion.paths.mechanism import SerialMechanism
+from openpendant.motion.scene.collision import CollisionModel
 
 ALL = JointJog((0.6, -0.4, 0.5, 0.3, -0.7, 1.0))
 SLOWLY = JogCaps(override=0.1, joint_fraction=0.5)
@@ -36,7 +36,7 @@ def with_bodies(name: str) -> JogModel:
     return JogModel(found.kinematics, None, CollisionModel(found.kinematics))
 
 
-def jogged(jogger: Jogger, targets: list[JogTarget | None], ticks: int) -> list[JogStep]:
+def jogged(jogger: Jogger, targets: list[JogTarget | None], ticks: int) -> list[JogSetpoint]:
     steps = []
     for target in targets:
         jogger.aim(target)
@@ -61,7 +61,7 @@ def test_promise_16_no_body_comes_near_within_a_clear_way(name: str) -> None:
         if distances is not None and min(distances.values()) < SLOW:
             continue
         rates = random.uniform(-1.0, 1.0, len(place))
-        way = min(guard.clear_way(guard.closing(rates.tolist())), 10.0)
+        way = min(guard.clear_distance(guard.closing(rates.tolist())), 10.0)
         assert way >= 0.0
         # What the sweep of every pair bounds, watched or not, is not spent.
         most = collision.sweep @ np.abs(collision.model_rates(rates))
@@ -78,10 +78,10 @@ def test_no_end_of_a_range_matters_within_a_free_way(name: str) -> None:
     ways = 0
     for _ in range(200):
         speeds = (random.uniform(0.05, 1.0) * np.array(limits.velocity)).tolist()
-        ends, place = RangeEnds(model(name), speeds), random_place(name, random)
+        ends, place = JointLimitBraking(model(name), speeds), random_place(name, random)
         shares = random.uniform(-1.0, 1.0, limits.dof) * (random.random(limits.dof) < 0.7)
         velocity = (random.uniform(0.1, 1.0) * shares * speeds).tolist()
-        way = min(ends.free_way(place, velocity), 5.0)
+        way = min(ends.free_distance(place, velocity), 5.0)
         ways += way > 0.1
         for time in random.uniform(0.0, 1.0, 5) * way if way > 0.0 else []:
             now, after = random.uniform(0.0, 1.0, 2)
@@ -102,7 +102,7 @@ def test_set_points_are_those_of_looking_at_every_tick(
     home, dof = robot(name).home_position, robot(name).limits.dof
     targets = [JointJog(tuple(random.uniform(-0.5, 0.5, dof))), None]
     found = jogged(Jogger(with_bodies(name), home, caps), [*targets], 40)
-    monkeypatch.setattr(joint_motion, "line_from", lambda *_: None)
+    monkeypatch.setattr(joint_jog, "line_from", lambda *_: None)
     wanted = jogged(Jogger(with_bodies(name), home, caps), [*targets], 40)
     if all(step.cause is None for step in wanted):
         assert [step.cause for step in found] == [None] * len(wanted)
@@ -114,13 +114,13 @@ def test_set_points_are_those_of_looking_at_every_tick(
 
 def test_a_jog_goes_along_a_line_after_its_first_tick(monkeypatch: pytest.MonkeyPatch) -> None:
     ticks = []
-    original = JointLine.advance
+    original = JogLine.advance
 
-    def counted(self: JointLine, share: float, dt: float) -> float:
+    def counted(self: JogLine, share: float, dt: float) -> float:
         ticks.append(share)
         return original(self, share, dt)
 
-    monkeypatch.setattr(JointLine, "advance", counted)
+    monkeypatch.setattr(JogLine, "advance", counted)
     jogged(Jogger(with_bodies("ur5"), UR5_BENT, SLOWLY), [ALL], 100)
     assert len(ticks) == 99
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rigs.motion.loaded_robots import load_robot
 
-from openpendant.motion.jog.levers import levers
-from openpendant.motion.jog.line_speeds import LinePoints
-from openpendant.motion.kinematics import Kinematics
-from openpendant.motion.model_map import greatest_travel
-from openpendant.motion.robot import SerialRobot, load_robot
-from openpendant.motion.tool_speed import elbow_link
+from openpendant.motion.description.robot import SerialRobot
+from openpendant.motion.jog.line_speed_bounds import LinePoints, lever_arms
+from openpendant.motion.kinematics.pinocchio_model import greatest_travel
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.trajectory.point_speed import elbow_link
 
 STAGE = {
     "type": "prismatic",
@@ -48,7 +48,7 @@ def test_a_dependent_slide_goes_where_its_joint_takes_it(telescope: Kinematics) 
 def test_no_elbow_is_faster_than_its_levers_say(telescope: Kinematics) -> None:
     link = elbow_link(telescope)
     assert link is not None
-    bound, point = np.array(levers(telescope, link)), telescope.link_point(link)
+    bound, point = np.array(lever_arms(telescope, link)), telescope.link_point(link)
     random = np.random.default_rng(1)
     for _ in range(300):
         place = random.uniform(telescope.lower, telescope.upper)

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from jogged_robots import UR5_BENT, model, random_place, robot
+from rigs.motion.jogged_robots import UR5_BENT, model, random_place, robot
 
-from openpendant.motion.jog.line_speeds import LinePoints, LineSpeeds
-from openpendant.motion.kinematics import Kinematics
-from openpendant.motion.mechanism import SerialMechanism
+from openpendant.motion.jog.line_speed_bounds import LinePoints, LineSpeeds
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.paths.mechanism import SerialMechanism
 from openpendant.motion.pose import Pose
 
 LIMIT = 0.25

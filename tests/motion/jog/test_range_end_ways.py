@@ -5,30 +5,30 @@ from __future__ import annotations
 import math
 
 import pytest
-from jogged_robots import UR5_BENT, model
+from rigs.motion.jogged_robots import UR5_BENT, model
 
-from openpendant.motion.jog.range_ends import RangeEnds
-from openpendant.motion.jog.targets import LONGEST_STEP
+from openpendant.motion.jog.jog_commands import LONGEST_STEP
+from openpendant.motion.jog.joint_limit_braking import JointLimitBraking
 
 UR5 = model("ur5")
-ENDS = RangeEnds(UR5, [0.5 * limit for limit in UR5.limits.velocity])
+ENDS = JointLimitBraking(UR5, [0.5 * limit for limit in UR5.limits.velocity])
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 @pytest.mark.parametrize("rate", [0.3, -0.3])
 def test_from_beyond_a_limit_no_way_is_free(side: float, rate: float) -> None:
     beyond = UR5.limits.upper[0] + 0.1 if side > 0.0 else UR5.limits.lower[0] - 0.1
-    assert ENDS.free_way([beyond, *UR5_BENT[1:]], [rate, 0.0, 0.0, 0.0, 0.0, 0.0]) == 0.0
+    assert ENDS.free_distance([beyond, *UR5_BENT[1:]], [rate, 0.0, 0.0, 0.0, 0.0, 0.0]) == 0.0
 
 
 def test_joints_that_stand_may_do_so_for_ever() -> None:
-    assert ENDS.free_way(UR5_BENT, [0.0] * 6) == math.inf
+    assert ENDS.free_distance(UR5_BENT, [0.0] * 6) == math.inf
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
 def test_a_joint_that_is_faster_than_is_asked_rests_before_the_end_too(side: float) -> None:
     """At 1.5 rad/s when 0.03 are asked: as after a smaller override."""
-    slow = RangeEnds(UR5, [0.01 * limit for limit in UR5.limits.velocity])
+    slow = JointLimitBraking(UR5, [0.01 * limit for limit in UR5.limits.velocity])
     limit = UR5.limits.acceleration[0]
     end = UR5.upper[0] if side > 0.0 else UR5.lower[0]
     place, velocity = list(UR5_BENT), [side * 1.5, 0.0, 0.0, 0.0, 0.0, 0.0]

@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 
 import pytest
-from jogged_robots import UR5_BENT, model
+from rigs.motion.jogged_robots import UR5_BENT, model
 
-from openpendant.motion.jog.range_ends import RangeEnds
-from openpendant.motion.jog.targets import LONGEST_STEP
+from openpendant.motion.jog.jog_commands import LONGEST_STEP
+from openpendant.motion.jog.joint_limit_braking import JointLimitBraking
 
 UR5 = model("ur5")
 SPEEDS = [0.5 * limit for limit in UR5.limits.velocity]
 
 
 def test_far_from_all_ends_only_the_accelerations_bind() -> None:
-    bounds = RangeEnds(UR5, SPEEDS).bounds(0.01, UR5_BENT, [0.0] * UR5.dof)
+    bounds = JointLimitBraking(UR5, SPEEDS).bounds(0.01, UR5_BENT, [0.0] * UR5.dof)
     assert [bound[:2] for bound in bounds] == [(-math.inf, math.inf)] * UR5.dof
     gains = [0.01 * limit for limit in UR5.limits.acceleration]
     assert [bound[2] for bound in bounds] == pytest.approx(gains, rel=1e-5)
@@ -23,7 +23,7 @@ def test_far_from_all_ends_only_the_accelerations_bind() -> None:
 
 def test_only_the_joint_that_is_near_its_end_is_bound_and_only_towards_it() -> None:
     place = [*UR5_BENT[:2], UR5.upper[2] - 0.02, *UR5_BENT[3:]]
-    bounds = RangeEnds(UR5, SPEEDS).bounds(0.01, place, [0.0] * UR5.dof)
+    bounds = JointLimitBraking(UR5, SPEEDS).bounds(0.01, place, [0.0] * UR5.dof)
     least, most, _ = bounds[2]
     assert least == -math.inf
     assert 0.0 < most < SPEEDS[2]
@@ -37,7 +37,7 @@ def test_a_joint_at_its_greatest_bound_rests_before_the_end(
     speed: float, side: float, dt: float
 ) -> None:
     """However fast it comes: faster than is asked too, as after another override."""
-    ends = RangeEnds(UR5, SPEEDS)
+    ends = JointLimitBraking(UR5, SPEEDS)
     end = UR5.upper[0] if side > 0.0 else UR5.lower[0]
     place, velocity = list(UR5_BENT), [0.0] * UR5.dof
     velocity[0] = side * speed

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import pytest
-from admission_desk import account
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
+from rigs.cells.admission_desk import account
 
 from openpendant.server.access.accounts import Account, AccountBook, name_fault
-from openpendant.server.access.roles import Role
+from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
 

@@ -14,13 +14,13 @@ import pytest
 from openpendant.server.access.audit import AuditEntry, AuditEvent, ChainCheck, read_line
 from openpendant.server.access.audit_file import (
     AuditFile,
+    AuditLog,
     RawFile,
     Stamped,
     all_files,
     open_raw,
     read_lines,
 )
-from openpendant.server.access.audit_writer import AuditLog
 
 TIME = "2026-01-02T03:04:05.678+00:00"
 

@@ -19,9 +19,8 @@ from openpendant.server.access.audit import (
     torn_detail,
     write_line,
 )
-from openpendant.server.access.line_limit import MOST_LINES, LineLimit
 from openpendant.server.access.lockout import SECOND_NS
-from openpendant.server.printable import printable
+from openpendant.server.access.process_log import MOST_LINES, LineLimit, printable
 
 TIME = "2026-01-02T03:04:05.678+00:00"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from admission_desk import BOOK, account
+from rigs.cells.admission_desk import BOOK, account
 
 from openpendant.server.access.accounts import AccountBook
 from openpendant.server.access.exposure import (
@@ -13,7 +13,7 @@ from openpendant.server.access.exposure import (
     clear_text_fault,
     is_loopback,
 )
-from openpendant.server.access.roles import Role
+from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
 LAN = "192.0.2.5"

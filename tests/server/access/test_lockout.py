@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from promise_table import figure
+from promises.promise_table import figure
 
 from openpendant.server.access.lockout import (
     FORGET_NS,
@@ -132,9 +132,9 @@ def test_ten_thousand_tries_at_one_account_reach_the_hash_a_few_hundred_times() 
         assert sixth - first >= 60
 
 
-def remembered(names: int, sources: int) -> int:
+def remembered(names: int, sources: int, most_records: int = MOST_RECORDS) -> int:
     """Try many names; return how many pairs and sources are remembered then."""
-    lockout = Lockout()
+    lockout = Lockout(most_records)
     for n in range(names):
         network = n % sources
         lockout.attempt(f"2001:db8:{network >> 16:x}:{network & 0xFFFF:x}::1", f"{n}", START + n)
@@ -143,8 +143,8 @@ def remembered(names: int, sources: int) -> int:
 
 def test_memory_is_bounded_whatever_names_are_tried() -> None:
     """Promise 29: many names, of one source and of as many as there are names."""
-    assert remembered(10_000, sources=1) == SOURCE_FAILURES + 1
-    assert remembered(10_000, sources=10_000) == MOST_RECORDS
+    assert remembered(1_000, sources=1) == SOURCE_FAILURES + 1
+    assert remembered(1_000, sources=1_000, most_records=900) == 900
 
 
 @pytest.mark.soak

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from functools import partial
 
 import pytest
 
@@ -28,10 +29,12 @@ def job(number: int, kept: PasswordHash, password: str = "correct horse") -> Ver
 async def test_an_answer_comes_later_with_its_job(kept: PasswordHash) -> None:
     worker = PasswordWorker()
     answers: list[tuple[int, bool | None]] = []
+
+    def answered(number: int, right: bool | None) -> None:
+        answers.append((number, right))
+
     for number, password in ((1, "correct horse"), (2, "wrong")):
-        worker.submit(
-            job(number, kept, password), lambda job, right: answers.append((job.job_id, right))
-        )
+        worker.submit(job(number, kept, password), partial(answered, number))
     assert answers == []
     await asyncio.sleep(0.01)
     assert answers == [(1, True), (2, False)]
@@ -47,7 +50,7 @@ async def test_the_loop_goes_on_while_passwords_are_checked(kept: PasswordHash) 
     while len(turns) < 5 and not any(count > 20 for count in turns):  # a busy machine has few
         answers.clear()
         for number in range(6):
-            worker.submit(job(number, kept), lambda job, right: answers.append(right))
+            worker.submit(job(number, kept), answers.append)
         turns.append(0)
         async with asyncio.timeout(60):
             while len(answers) < 6:

@@ -9,11 +9,10 @@ from __future__ import annotations
 import json
 
 import pytest
-from admission_desk import BOOK, account
-from guarded_rig import GuardedRig
+from rigs.cells.admission_desk import BOOK, account
+from rigs.cells.guarded_rig import GuardedRig
 
 from openpendant.server.access.accounts import AccountBook
-from openpendant.server.access.roles import Role
 from openpendant.simplemsg import Message, ReplyCode, joint_array
 from openpendant.simplemsg.pendant import (
     AccountRole,
@@ -33,6 +32,7 @@ from openpendant.simplemsg.pendant import (
     Subscribe,
     Verdict,
 )
+from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
 _RISING = ("viewer", "operator", "programmer", "admin")

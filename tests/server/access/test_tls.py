@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from openpendant.server.access.tls import TlsSettings, TlsUnusable, server_context
+from openpendant.server.access.tls import TlsUnusable, server_context
+from openpendant.server.settings.access_settings import TlsSettings
 
 OPENSSL = shutil.which("openssl")
 pytestmark = pytest.mark.skipif(OPENSSL is None, reason="no openssl to make certificates with")

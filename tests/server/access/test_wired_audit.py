@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 
 import pytest
-from guarded_rig import GuardedRig
-from server_rig import ServerRig
+from rigs.cells.guarded_rig import GuardedRig
+from rigs.cells.server_rig import ServerRig
 
 from openpendant.server.access.audit import AuditEvent, ChainCheck, Link, write_line
 from openpendant.server.refusal import Refusal

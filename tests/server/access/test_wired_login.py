@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import pytest
-from admission_desk import BOOK, LOCAL, account
-from guarded_rig import GuardedRig, log_in
-from server_clients import Pendant
+from rigs.cells.admission_desk import BOOK, LOCAL, account
+from rigs.cells.guarded_rig import GuardedRig, log_in
+from rigs.peers.server_clients import Pendant
 
 from openpendant.server.access.accounts import Account, AccountBook
 from openpendant.server.access.audit import AuditEvent
-from openpendant.server.access.roles import Role
-from openpendant.server.core import Port
+from openpendant.server.events.events import Port
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import (
     AuthorityChanged,
@@ -25,6 +24,7 @@ from openpendant.simplemsg.pendant import (
     Subscribe,
     Verdict,
 )
+from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
 

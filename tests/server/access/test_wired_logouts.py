@@ -6,17 +6,16 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from admission_desk import BOOK, LAN, LOCAL, account
-from busy_machine import PATIENCE
-from guarded_rig import GuardedRig, log_in
-from guarded_server import PASSWORDS, guarded_server
-from server_clients import Pendant
+from rigs.cells.admission_desk import BOOK, LAN, LOCAL, account
+from rigs.cells.guarded_rig import GuardedRig, log_in
+from rigs.clock.busy_machine import PATIENCE
+from rigs.peers.server_clients import Pendant
+from rigs.processes.guarded_server import PASSWORDS, guarded_server
 
 from openpendant.server.access import grants
 from openpendant.server.access.accounts import Account, AccountBook
-from openpendant.server.access.cli import main as users_main
 from openpendant.server.access.passwords import PasswordHash
-from openpendant.server.access.roles import Role
+from openpendant.server.cli.users_commands import main as users_main
 from openpendant.simplemsg import CommType
 from openpendant.simplemsg.pendant import (
     AuthorityChanged,
@@ -33,6 +32,7 @@ from openpendant.simplemsg.pendant import (
     State,
     StopChanged,
 )
+from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import PendantClient, Refused
 

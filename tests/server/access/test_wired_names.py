@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 
 import pytest
-from admission_desk import BOOK, LAN, LOCAL
-from guarded_rig import GuardedRig, log_in
-from server_clients import Pendant
+from rigs.cells.admission_desk import BOOK, LAN, LOCAL
+from rigs.cells.guarded_rig import GuardedRig, log_in
+from rigs.peers.server_clients import Pendant
 
 from openpendant.server.access.accounts import AccountBook
 from openpendant.server.access.audit import AuditEntry, AuditEvent
-from openpendant.server.core import Port
+from openpendant.server.events.events import Port
 from openpendant.simplemsg import joint_array
 from openpendant.simplemsg.pendant import (
     AuthorityChanged,

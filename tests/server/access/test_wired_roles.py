@@ -3,31 +3,24 @@
 from __future__ import annotations
 
 import json
-from typing import Any, get_args
+from typing import Any
 
 import pytest
-from admission_desk import BOOK
-from guarded_rig import GuardedRig
-from server_clients import Pendant
+from rigs.cells.admission_desk import BOOK
+from rigs.cells.guarded_rig import GuardedRig
+from rigs.peers.server_clients import Pendant
 
+from openpendant.server.access.account_store import AccountChange
 from openpendant.server.access.accounts import AccountBook
 from openpendant.server.access.audit import AuditEvent
-from openpendant.server.access.operations import AccessOperation
 from openpendant.server.access.permissions import (
     FREE,
-    FREE_OPERATIONS,
     OF_MESSAGE,
-    OF_OPERATION,
     TOPICS,
+    needs_of,
     permission_of,
 )
-from openpendant.server.access.roles import LEAST_ROLE, Permission
-from openpendant.server.jog.retreat_desk import RetreatRequest
-from openpendant.server.pendant.management import OPERATIONS
-from openpendant.server.playback.operations import Operation
-from openpendant.server.recording.operations import RecordingOperation
 from openpendant.server.refusal import Refusal
-from openpendant.server.world.operations import WorldOperation
 from openpendant.simplemsg import (
     CommType,
     JointTrajPt,
@@ -51,6 +44,8 @@ from openpendant.simplemsg.pendant import (
     SetSpeed,
     WriteOutputs,
 )
+from openpendant.simplemsg.pendant.management import OPERATIONS
+from openpendant.simplemsg.pendant.roles import LEAST_ROLE, Permission
 from openpendant.simplemsg.verdicts import VerdictCode
 
 _BY_ROLE = {"vera": 1, "otto": 2, "ann": 4}
@@ -94,11 +89,12 @@ def test_a_request_is_refused_for_the_role_exactly_where_it_is_too_low(
     assert (code is VerdictCode.ROLE_TOO_LOW) == too_low
 
 
-@pytest.mark.parametrize("op", sorted(OF_OPERATION))
+@pytest.mark.parametrize("op", sorted(OPERATIONS))
 def test_a_management_request_is_refused_for_the_role_exactly_where_it_is_too_low(
     rig: GuardedRig, op: str
 ) -> None:
-    too_low = LEAST_ROLE[OF_OPERATION[op]].value != "viewer"
+    needed = OPERATIONS[op].NEEDS
+    too_low = needed is not None and LEAST_ROLE[needed].value != "viewer"
     code = asked(rig.user("vera"), op=op).get("code")
     assert (code == VerdictCode.ROLE_TOO_LOW) == too_low
 
@@ -118,19 +114,13 @@ def test_a_refused_role_is_noted_with_the_permission_that_was_wanted(rig: Guarde
     assert (entry.who, entry.detail) == ("vera", {"wanted": "move", "code": 134})
 
 
-def _operations() -> set[str]:
-    bodies = [*get_args(Operation), *get_args(RecordingOperation), *get_args(WorldOperation)]
-    bodies += [*get_args(AccessOperation), RetreatRequest]
-    named = {op for body in bodies for op in get_args(body.model_fields["op"].annotation)}
-    return named | set(OPERATIONS)
-
-
-def test_every_management_operation_has_a_permission() -> None:
-    assert _operations() == set(OF_OPERATION) | FREE_OPERATIONS
+def test_only_what_is_about_nobody_but_who_asks_needs_no_permission() -> None:
+    free = {op for op, kind in OPERATIONS.items() if kind.NEEDS is None}
+    assert free == {"access.whoami", "access.logout"}
 
 
 def test_an_operation_that_nobody_listed_needs_the_highest_role() -> None:
-    assert permission_of(Management(1, b'{"op": "new.thing"}')) is Permission.MANAGE_USERS
+    assert needs_of("new.thing") is Permission.MANAGE_USERS
 
 
 _FROM_PENDANTS = {
@@ -202,9 +192,10 @@ def test_a_change_of_an_account_is_answered_when_it_was_made(rig: GuardedRig) ->
     ann = rig.user("ann")
     assert ann.code(SetAccount(8, AccountRole.OPERATOR, "new", "a canary password")) is None
     (wanted,) = rig.changes
-    assert (wanted.change.author, wanted.change.name) == ("ann", "new")
+    assert isinstance(wanted.question, AccountChange)
+    assert (wanted.question.author, wanted.question.name) == ("ann", "new")
     assert "canary" not in repr(wanted)
-    rig.perform(rig.core.account_changed(wanted.change.number, None, rig.now))
+    rig.answered(wanted, None)
     assert ann.verdicts()[-1] == (8, VerdictCode.ACCEPTED)
     assert rig.noted(AuditEvent.ACCOUNT_CHANGED) == ["ann"]
 
@@ -214,7 +205,7 @@ def test_a_change_that_the_store_refuses_is_refused_in_its_words(rig: GuardedRig
     request = Management(9, json.dumps({"op": "users.remove", "name": "ann"}).encode())
     ann.send(request)
     refusal = Refusal(VerdictCode.LAST_ADMIN, "'ann' is the only admin")
-    rig.perform(rig.core.account_changed(rig.changes[0].change.number, refusal, rig.now))
+    rig.answered(rig.changes[0], refusal)
     answer = json.loads(ann.all(Management)[-1].body)
     assert (answer["code"], answer["text"]) == (VerdictCode.LAST_ADMIN, "'ann' is the only admin")
     assert rig.noted(AuditEvent.ACCOUNT_CHANGED) == []

@@ -6,23 +6,23 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from guarded_server import add_accounts
-from judged_server import LoopPlanner
-from tls_certificates import make_certificate
+from rigs.peers.tls_certificates import make_certificate
+from rigs.processes.bare_app import bare_app
+from rigs.processes.guarded_server import add_accounts
+from rigs.processes.judged_server import LoopPlanner
 
-from openpendant.motion.robot import serial_robot
-from openpendant.server import cli
-from openpendant.server.access.audit_writer import AuditLog
-from openpendant.server.access.opening import opened_access
-from openpendant.server.app import App
-from openpendant.server.cell_shell import ServedCell
-from openpendant.server.client_connection import ClientConnection
-from openpendant.server.configuration_file import ConfigurationError
-from openpendant.server.core import Port
-from openpendant.server.server_settings import ServerSettings, make_server_settings
-from openpendant.server.settings import make_settings
+from openpendant.motion.description.robot import serial_robot
+from openpendant.server.access.audit_file import AuditLog
+from openpendant.server.access.open_access import opened_access
+from openpendant.server.cli import serve
+from openpendant.server.events.events import Port
+from openpendant.server.settings.cell_settings import make_settings
+from openpendant.server.settings.config_file import ConfigurationError
+from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
+from openpendant.server.shell.cell_shell import CellParts
 from openpendant.simplemsg.journal import Journal
-from openpendant.tools.packets.journals.reenactment import DeadEnd
+from openpendant.tools.console import ExitCode
+from openpendant.tools.packets.journals.reenactment import NullTransport
 
 OUTSIDE = "192.0.2.7"
 
@@ -31,7 +31,9 @@ def refused(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> str:
     """Have `serve` refuse a file; return what it says."""
     file = folder / "cell.toml"
     file.write_text(text)
-    assert cli.main(["--config", str(file), "--store", str(folder / "store.db")]) == cli.USAGE
+    assert (
+        serve.main(["--config", str(file), "--store", str(folder / "store.db")]) == ExitCode.USAGE
+    )
     return capsys.readouterr().err
 
 
@@ -99,7 +101,7 @@ def test_two_servers_do_not_write_one_audit_log(tmp_path: Path) -> None:
     log.close()
 
 
-class Peer(DeadEnd):
+class Peer(NullTransport):
     """A transport that remembers whether it was broken."""
 
     is_aborted = False
@@ -114,7 +116,7 @@ def test_a_clear_text_port_that_others_reach_serves_only_named_addresses(
 ) -> None:
     values = {"listen": {"host": OUTSIDE}, "ros_i": {"allow": ["192.0.2.9"]}}
     settings = make_settings(values, "test")
-    app = App([ServedCell(settings, serial_robot("ur5"), LoopPlanner())], Journal(lambda: 0))
+    app = bare_app([CellParts(settings, serial_robot("ur5"), LoopPlanner())], Journal(lambda: 0))
     transport = Peer(address)
-    ClientConnection(app.clients, Port.ROS_STATE, 0).connection_made(transport)
+    app.connect(Port.ROS_STATE, 0).connection_made(transport)
     assert transport.is_aborted != is_served

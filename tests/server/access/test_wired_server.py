@@ -14,14 +14,14 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from busy_machine import PATIENCE
-from guarded_server import PASSWORDS, guarded_server
-from tls_certificates import make_certificate
+from rigs.clock.busy_machine import PATIENCE
+from rigs.peers.tls_certificates import make_certificate
+from rigs.processes.guarded_server import PASSWORDS, guarded_server
 
-from openpendant.server.access import opening
-from openpendant.server.access.audit_writer import AuditLog
-from openpendant.server.access.cli import main as users_main
+from openpendant.server.access import open_access
+from openpendant.server.access.audit_file import AuditLog
 from openpendant.server.access.passwords import DEFAULT_COST
+from openpendant.server.cli.users_commands import main as users_main
 from openpendant.simplemsg import (
     PENDANT,
     ByteOrder,
@@ -49,7 +49,7 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import PendantClient, Refused
-from openpendant.tools.pendants.failures import PendantError
+from openpendant.tools.pendants.connection_errors import PendantError
 from openpendant.tools.pendants.terminal.cli import main as terminal
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
@@ -250,7 +250,7 @@ async def test_a_full_disk_of_the_audit_log_moves_no_robot_and_is_said_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     log = partial(AuditLog, retry=0.02, opener=FullDisk().open)
-    monkeypatch.setattr(opening, "AuditLog", log)
+    monkeypatch.setattr(open_access, "AuditLog", log)
     async with (
         guarded_server(tmp_path) as server,
         await PendantClient.connect(

@@ -11,13 +11,11 @@ from typing import Any
 
 import pytest
 
-from openpendant.server.planning.jobs import JointPathJob
-from openpendant.server.planning.pool import PlanningPool
-from openpendant.server.planning.question import read_question, split_question
-from openpendant.server.planning.recording_job import RecordingJob
-from openpendant.server.planning.task import Task
-from openpendant.server.recording.document import Extract
+from openpendant.server.planning.jobs import JointPathJob, RecordingJob
+from openpendant.server.planning.pool.planning_pool import PlanningPool
+from openpendant.server.planning.task import PlanTask, read_question, split_question
 from openpendant.server.refusal import Refusal
+from openpendant.server.store.recording_format import Extract
 from openpendant.simplemsg.verdicts import VerdictCode
 
 MIB = 1 << 20
@@ -82,7 +80,7 @@ async def _ask(command: str, monkeypatch: pytest.MonkeyPatch, use: Callable[[Any
     answers: asyncio.Queue[Any] = asyncio.Queue()
     try:
         job = _job(tuple(bytes([number]) * MIB for number in range(60)))
-        pool.submit(Task("ur5", job, answers.put_nowait))
+        pool.submit(PlanTask("ur5", job, answers.put_nowait))
         async with asyncio.timeout(30):
             return await answers.get()
     finally:

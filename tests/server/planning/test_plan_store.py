@@ -10,18 +10,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from server_rig import LIMITS
+from rigs.cells.server_rig import LIMITS
 
-from openpendant.motion.certificate import certify
-from openpendant.motion.ptp import plan_joint_move
-from openpendant.server.driving.certified import Certified
+from openpendant.motion.trajectory.certificate import certify
+from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.server.planning import plan_store
+from openpendant.server.planning.jobs import CertifiedTrajectory
 from openpendant.server.planning.plan_store import PlanStore, StoredMotion
 
 
-def _certified() -> Certified:
+def _certified() -> CertifiedTrajectory:
     trajectory = plan_joint_move((0.0, 0.0), (0.1, 0.1), LIMITS)
-    return Certified(trajectory, certify(trajectory, LIMITS))
+    return CertifiedTrajectory(trajectory, certify(trajectory, LIMITS))
 
 
 CERTIFIED = _certified()

@@ -9,23 +9,28 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import pytest
-from program_samples import linked
+from rigs.data.program_samples import linked
 
-from openpendant.motion.frames import FrameTree
-from openpendant.motion.ptp import plan_joint_move
-from openpendant.motion.robot import serial_robot
-from openpendant.motion.timing import time_legs, time_path
-from openpendant.motion.tool_speed import ToolSpeedLimit
-from openpendant.motion.trajectory import Trajectory
-from openpendant.server.planning.jobs import BlockJob, Job, JointPathJob, PoseJob
-from openpendant.server.planning.planner import answer, kinematics_of
-from openpendant.server.planning.pose_goal import PoseGoal
-from openpendant.server.planning.recording_job import RecordingJob
-from openpendant.server.planning.recording_planning import plan_recording as plan
-from openpendant.server.programs.control_flow import ControlFlow, Level
-from openpendant.server.programs.motion_blocks import Gatherer
-from openpendant.server.recording.document import Extract
+from openpendant.motion.description.robot import serial_robot
+from openpendant.motion.frames.frame_tree import FrameTree
+from openpendant.motion.timing.parameterization import time_legs, time_path
+from openpendant.motion.trajectory.point_speed import ToolSpeedLimit
+from openpendant.motion.trajectory.ptp import plan_joint_move
+from openpendant.motion.trajectory.trajectory import Trajectory
+from openpendant.server.planning.jobs import (
+    BlockJob,
+    Job,
+    JointPathJob,
+    PoseGoal,
+    PoseJob,
+    RecordingJob,
+)
+from openpendant.server.planning.worker.job_planner import answer, kinematics_of
+from openpendant.server.planning.worker.recording_planning import plan_recording as plan
+from openpendant.server.programs.interpreter.control_flow import ControlFlow, Level
+from openpendant.server.programs.interpreter.motion_blocks import Gatherer
 from openpendant.server.refusal import Refusal
+from openpendant.server.store.recording_format import Extract
 from openpendant.server.store.samples import pack_rows
 from openpendant.simplemsg.pendant import Motion
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -33,8 +38,8 @@ from openpendant.simplemsg.verdicts import VerdictCode
 HOME = serial_robot("ur5").home_position
 THERE = (HOME[0] + 0.8, *HOME[1:])
 CAP = 0.25
-PLANNER = "openpendant.server.planning.planner"
-BLOCKS = "openpendant.server.planning.block_planning"
+PLANNER = "openpendant.server.planning.worker.job_planner"
+BLOCKS = "openpendant.server.planning.worker.block_planning"
 
 Planner = Callable[..., Any]
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import ceil
 
+import numpy as np
 import pytest
 
-from openpendant.server.outgoing import Outgoing
-from openpendant.server.recording import part_loading
-from openpendant.server.recording.part_loading import PartLoading, Pieces
-from openpendant.server.recording.survey import count_rows
+from openpendant.server.events.effects import Ask, Effect
+from openpendant.server.events.pending import Pending, Then
+from openpendant.server.recording import recording_playback
+from openpendant.server.recording.recording_playback import Pieces, part_samples
+from openpendant.server.recording.recording_survey import count_rows
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.documents import MOST_CHUNK_BYTES, Extent
-from openpendant.server.store.questions import Then
-from openpendant.server.store.recording_rows import chunks_together
-from openpendant.server.store.requests import LoadChunks, MeasureRecording, Request
-from openpendant.server.store.samples import pack_rows
+from openpendant.server.store.requests import Answer, LoadChunks, MeasureRecording, Request
+from openpendant.server.store.samples import chunks_together, pack_rows
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 WIDTH = 8
@@ -32,34 +32,47 @@ def _recording(rows_in_chunk: int, chunks: int) -> list[bytes]:
     return [_chunk(0.01 * rows_in_chunk * n, rows_in_chunk) for n in range(chunks)]
 
 
+@pytest.fixture(scope="module")
+def too_large() -> list[bytes]:
+    """More than may be played, in the largest chunks."""
+    rows = np.zeros((16_384 * 65, WIDTH), "<f8")
+    rows[:, 0] = 0.01 * np.arange(len(rows))
+    return [part.tobytes() for part in np.split(rows, 65)]
+
+
 class Kept:
     """A store with one recording, by the rule of the real one for how much it hands over."""
 
     def __init__(self, chunks: list[bytes]) -> None:
         self.chunks = chunks
         self.answered: list[int] = []
-        self.told: list[Pieces | Refusal] = []
 
     def load_chunks(self, name: str, first: int, most: int) -> tuple[bytes, ...]:
         return tuple(self.chunks[first : first + most])
 
-    def ask(self, request: Request, then: Then) -> list[Outgoing]:
+    def ask(self, request: Request, then: Then) -> list[Effect]:
+        return then(self._answer(request), 0)
+
+    def _answer(self, request: Request) -> Answer:
         if isinstance(request, MeasureRecording):
-            return then(Extent(len(self.chunks), sum(map(len, self.chunks))), 0)
+            return Extent(len(self.chunks), sum(map(len, self.chunks)))
         assert isinstance(request, LoadChunks)
         # Has what is used of it.
         answer = chunks_together(self, request.name, request.first, request.most)  # type: ignore[arg-type]
         self.answered.append(sum(map(len, answer)))
-        return then(answer, 0)
+        return answer
 
     def load(self, begins: float = 0.0, ends: float | None = None) -> Pieces | Refusal:
-        PartLoading(self.ask, "arc", WIDTH, begins, ends, self._take).begin()
-        (told,) = self.told
-        return told
-
-    def _take(self, pieces: Pieces | Refusal, now: int) -> list[Outgoing]:
-        self.told.append(pieces)
-        return []
+        steps = part_samples("arc", WIDTH, begins, ends)
+        answer: Answer | None = None
+        while True:
+            try:
+                request = steps.send(answer)
+            except StopIteration as end:
+                told: Pieces | Refusal = end.value
+                return told
+            assert isinstance(request, MeasureRecording | LoadChunks)
+            answer = self._answer(request)
 
 
 CHUNKINGS = [(51, 700), (16_384, 5), (12_000, 5)]
@@ -92,8 +105,10 @@ def test_of_a_part_no_more_than_its_chunks_are_kept_and_nothing_behind_it_is_rea
     assert sum(kept.answered) <= MOST_CHUNK_BYTES
 
 
-def test_a_whole_that_is_too_large_is_refused_before_anything_is_loaded() -> None:
-    kept = Kept(_recording(16_384, 65))
+def test_a_whole_that_is_too_large_is_refused_before_anything_is_loaded(
+    too_large: list[bytes],
+) -> None:
+    kept = Kept(too_large)
     refused = kept.load()
     assert isinstance(refused, Refusal)
     assert (refused.code, refused.value) == (V.TOO_LARGE, 65 << 20)
@@ -103,18 +118,20 @@ def test_a_whole_that_is_too_large_is_refused_before_anything_is_loaded() -> Non
 
 @pytest.mark.parametrize("load", [lambda kept: kept.load(1.0), lambda kept: kept.load(0.0, 1e6)])
 def test_a_part_that_is_too_large_is_refused_as_soon_as_that_is_known(
-    load: Callable[[Kept], Pieces | Refusal], monkeypatch: pytest.MonkeyPatch
+    load: Callable[[Kept], Pieces | Refusal],
+    too_large: list[bytes],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(part_loading, "MOST_PLAYED_BYTES", 3 << 20)
-    kept = Kept(_recording(16_384, 20))
+    monkeypatch.setattr(recording_playback, "MOST_PLAYED_BYTES", 3 << 20)
+    kept = Kept(too_large[:20])
     refused = load(kept)
     assert isinstance(refused, Refusal)
     assert refused.code is V.TOO_LARGE
     assert sum(kept.answered) == 4 << 20
 
 
-def test_a_part_of_what_is_too_large_as_a_whole_is_played() -> None:
-    kept = Kept(_recording(16_384, 65))
+def test_a_part_of_what_is_too_large_as_a_whole_is_played(too_large: list[bytes]) -> None:
+    kept = Kept(too_large)
     pieces = kept.load(begins=600.0, ends=610.0)
     assert not isinstance(pieces, Refusal)
     assert sum(map(len, pieces)) == MOST_CHUNK_BYTES
@@ -128,15 +145,15 @@ def test_a_chunk_of_half_rows_is_refused_with_its_size() -> None:
 
 
 def test_nothing_is_told_of_what_was_dropped() -> None:
-    kept = Kept([_chunk(0.0, 3)])
-    waiting: list[Then] = []
+    pending, told = Pending(), []
 
-    def ask(request: Request, then: Then) -> list[Outgoing]:
-        waiting.append(then)
+    def take(pieces: Pieces | Refusal, now: int) -> list[Effect]:
+        told.append(pieces)
         return []
 
-    loading = PartLoading(ask, "arc", WIDTH, 0.0, None, kept._take)
-    loading.begin()
-    loading.drop()
-    waiting.pop()(Extent(1, 3 * ROW_BYTES), 0)
-    assert (waiting, kept.told) == ([], [])
+    steps = part_samples("arc", WIDTH, 0.0, None)
+    (asked,) = pending.run(steps, take, 0)
+    assert isinstance(asked, Ask)
+    pending.drop(steps)
+    assert pending.resume(asked, Extent(1, 3 * ROW_BYTES), 0) == []
+    assert told == []

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from recorded_cell import RecordedCell
+from rigs.cells.recorded_cell import RecordedCell
 
 from openpendant.server.recording import recorder
-from openpendant.server.recording.document import RecordingDocument, read_document
 from openpendant.server.refusal import Refusal
 from openpendant.server.store import documents, samples
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.errors import DiskFull, StoreBusy, StoreFailed
+from openpendant.server.store.recording_format import RecordingDocument, read_document
+from openpendant.server.store.store_errors import DiskFull, StoreBusy, StoreFailed
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from surrounded_cell import SurroundedCell, robot
+from rigs.cells.surrounded_cell import SurroundedCell, robot
 
-from openpendant.server.pendant.snapshot import snapshot
-from openpendant.server.settings import make_settings
+from openpendant.server.endpoints.pendant.snapshot import snapshot
+from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.errors import DiskFull, StoreFailed
 from openpendant.server.store.samples import pack_rows
+from openpendant.server.store.store_errors import DiskFull, StoreFailed
 from openpendant.simplemsg.pendant import OutcomeKind
 from openpendant.simplemsg.verdicts import VerdictCode as V
 

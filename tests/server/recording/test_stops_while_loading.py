@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from emulated_cell import EmulatedCell
-from server_clients import Pendant
+from rigs.cells.emulated_cell import EmulatedCell
+from rigs.peers.server_clients import Pendant
 
-from openpendant.server.outgoing import Errand
+from openpendant.server.events.effects import Ask
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.samples import pack_rows
 from openpendant.simplemsg import ReplyCode
@@ -36,24 +36,24 @@ class SlowCell(EmulatedCell):
     """A cell whose store answers when it is asked to."""
 
     def __init__(self) -> None:
-        self.held: list[Errand] | None = None
+        self.held: list[Ask] | None = None
         super().__init__(has_surroundings=True)
 
-    def _run(self, errand: Errand) -> None:
+    def _run(self, asked: Ask) -> None:
         if self.held is None:
-            super()._run(errand)
+            super()._run(asked)
         else:
-            self.held.append(errand)
+            self.held.append(asked)
 
-    def answer(self, errands: int) -> None:
-        for _ in range(errands):
+    def answer(self, requests: int) -> None:
+        for _ in range(requests):
             assert self.held
             super()._run(self.held.pop(0))
 
     def answer_all(self) -> None:
         held, self.held = self.held or [], None
-        for errand in held:
-            super()._run(errand)
+        for asked in held:
+            super()._run(asked)
 
     def played(self, pendant: Pendant) -> list[dict[str, Any]]:
         """Return the answers to requests to play, each with `done`."""

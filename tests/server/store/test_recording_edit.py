@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from stored_documents import ANN, opened
+from rigs.data.stored_documents import ANN, opened
 
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.errors import BadDocument, Conflict, NotFound
 from openpendant.server.store.recording_edit import rename_recording, trim_recording
 from openpendant.server.store.samples import Row, pack_rows, unpack_rows
 from openpendant.server.store.sqlite_store import SqliteStore
+from openpendant.server.store.store_errors import BadDocument, Conflict, NotFound
 
 KIND = DocumentKind.RECORDING
 ROWS = [(0.1 * n, float(n), float(n == 6)) for n in range(10)]

@@ -7,9 +7,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule
-from stored_documents import ANN, BOB, NOON, noon, opened, save
+from rigs.data.example_counts import examples
+from rigs.data.stored_documents import ANN, BOB, NOON, noon, opened, save
 
 from openpendant.server.store.documents import (
     KEPT_REVISIONS,
@@ -19,7 +21,9 @@ from openpendant.server.store.documents import (
     Extent,
     Heading,
 )
-from openpendant.server.store.errors import (
+from openpendant.server.store.sqlite_file import MIGRATIONS, OpenFile, open_file
+from openpendant.server.store.sqlite_store import SqliteStore
+from openpendant.server.store.store_errors import (
     BadDocument,
     BadName,
     Conflict,
@@ -28,9 +32,6 @@ from openpendant.server.store.errors import (
     StoreBusy,
     TooLarge,
 )
-from openpendant.server.store.schema import MIGRATIONS
-from openpendant.server.store.sqlite_file import OpenFile, open_file
-from openpendant.server.store.sqlite_store import SqliteStore
 
 PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
 
@@ -418,3 +419,4 @@ def _memory() -> sqlite3.Connection:
 
 
 TestRevisions = Revisions.TestCase
+TestRevisions.settings = settings(max_examples=examples(8, in_soak=5_000))

@@ -6,7 +6,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from stored_documents import ANN
+from rigs.data.stored_documents import ANN
 
 from openpendant.server.store import writer as writer_module
 from openpendant.server.store.documents import DocumentKind, Heading

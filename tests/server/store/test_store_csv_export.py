@@ -10,19 +10,18 @@ from typing import Any
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
-from stored_documents import ANN, opened
+from rigs.data.stored_documents import ANN, opened
 
-from openpendant.server.store.csv_export import (
+from openpendant.server.exchange.csv_format import (
     read_points,
     save_recording,
     write_points,
     write_recording,
 )
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.errors import BadDocument, Conflict, StoreError, TooLarge
-from openpendant.server.store.recording_rows import recording_rows
-from openpendant.server.store.samples import pack_rows
+from openpendant.server.store.samples import pack_rows, recording_rows
 from openpendant.server.store.sqlite_store import SqliteStore
+from openpendant.server.store.store_errors import BadDocument, Conflict, StoreError, TooLarge
 
 RECORDING = DocumentKind.RECORDING
 

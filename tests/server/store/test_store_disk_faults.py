@@ -11,13 +11,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from stored_documents import opened, save
+from rigs.data.stored_documents import opened, save
 
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.errors import DiskFull, ReadOnly, StoreFailed
 from openpendant.server.store.file_check import check_store
-from openpendant.server.store.room_reserve import RESERVE_BYTES
+from openpendant.server.store.free_space import RESERVE_BYTES
 from openpendant.server.store.sqlite_store import SqliteStore, open_store
+from openpendant.server.store.store_errors import DiskFull, ReadOnly, StoreFailed
 from openpendant.simplemsg.verdicts import VerdictCode
 
 PROGRAM = DocumentKind.PROGRAM
@@ -158,8 +158,8 @@ def test_a_disk_too_small_for_any_store_is_told_at_once(mount: Mount) -> None:
 LIMITED = """
 import resource, sys
 from pathlib import Path
-from stored_documents import opened, save
-from openpendant.server.store.errors import StoreFailed
+from rigs.data.stored_documents import opened, save
+from openpendant.server.store.store_errors import StoreFailed
 
 with opened(Path(sys.argv[1])) as store:
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)

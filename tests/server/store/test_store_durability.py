@@ -18,11 +18,11 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from busy_machine import PATIENCE
-from stored_documents import opened, save
+from rigs.clock.busy_machine import PATIENCE
+from rigs.data.stored_documents import opened, save
 
-from openpendant.server.store import cli
-from openpendant.server.store.whole_file import whole_file
+from openpendant.server.cli import store_commands
+from openpendant.server.store.atomic_write import whole_file
 
 
 @pytest.fixture
@@ -80,7 +80,7 @@ def test_a_backup_that_is_told_as_written_is_on_the_disk(tmp_path: Path, told: l
     with opened(path) as store:
         save(store, "weld")
     told.clear()
-    assert cli.main(["backup", str(tmp_path / "monday.db"), "--store", str(path)]) == 0
+    assert store_commands.main(["backup", str(tmp_path / "monday.db"), "--store", str(path)]) == 0
     assert [call.split()[0] for call in told] == ["sync", "link", "sync"]
 
 
@@ -98,7 +98,7 @@ def test_a_broken_store_that_is_set_aside_has_its_new_name_on_the_disk(
 SAVES = """
 import os, sys
 from pathlib import Path
-from stored_documents import opened, save
+from rigs.data.stored_documents import opened, save
 from openpendant.server.store.documents import DocumentKind
 
 with opened(Path(sys.argv[1])) as store:

@@ -16,20 +16,21 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from busy_machine import PATIENCE
-from stored_documents import opened, save
+from rigs.clock.busy_machine import PATIENCE
+from rigs.data.stored_documents import opened, save
 
-from openpendant.server.store import cli, sqlite_file
+from openpendant.server.cli import store_commands
+from openpendant.server.store import sqlite_file
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.errors import (
+from openpendant.server.store.sqlite_file import MIGRATIONS, Migration
+from openpendant.server.store.sqlite_store import open_for_reading, open_store
+from openpendant.server.store.store_errors import (
     ForeignFile,
     ReadOnly,
     StoreError,
     StoreFailed,
     StoreTooNew,
 )
-from openpendant.server.store.schema import MIGRATIONS, Migration
-from openpendant.server.store.sqlite_store import open_for_reading, open_store
 
 LATEST = MIGRATIONS[-1].version
 NEXT = Migration(LATEST + 1, ("ALTER TABLE revision ADD COLUMN note TEXT NOT NULL DEFAULT ''",))
@@ -288,14 +289,15 @@ def test_a_copy_that_fails_leaves_nothing_behind(
 
 BACKUP = """
 import os, signal, sys
-from openpendant.server.store import cli, sqlite_file
+from openpendant.server.cli import store_commands
+from openpendant.server.store import sqlite_file
 
 def kill(*arguments, **named):
     os.kill(os.getpid(), signal.SIGKILL)
 
 where, store, copy = sys.argv[1:]
 setattr(sqlite_file if where == "integrity" else os, where, kill)
-cli.main(["backup", copy, "--store", store])
+store_commands.main(["backup", copy, "--store", store])
 """
 
 
@@ -309,7 +311,7 @@ def test_a_backup_that_is_killed_takes_no_name_and_the_next_one_succeeds(
     killed = subprocess.run(command, capture_output=True, timeout=PATIENCE, check=False)
     assert killed.returncode == -signal.SIGKILL, killed.stderr
     assert not copy.exists()
-    assert cli.main(["backup", str(copy), "--store", str(path)]) == 0
+    assert store_commands.main(["backup", str(copy), "--store", str(path)]) == 0
     with opened(copy) as store:
         assert len(store.headings()) == 20
 
@@ -351,7 +353,7 @@ def test_reading_an_empty_file_says_that_it_is_none(path: Path) -> None:
 START = """
 import os, signal, sys
 from pathlib import Path
-from openpendant.server.store import cli, sqlite_file
+from openpendant.server.store import sqlite_file
 from openpendant.server.store.sqlite_store import open_store
 
 def kill(*arguments, **named):

@@ -11,14 +11,15 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from stored_documents import opened, save
+from rigs.data.stored_documents import opened, save
 
-from openpendant.server.store import cli, sqlite_file
+from openpendant.server.cli import store_commands
+from openpendant.server.store import sqlite_file
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.errors import StoreError, StoreFailed
 from openpendant.server.store.file_check import check_store
 from openpendant.server.store.file_identity import NotOurFile
 from openpendant.server.store.sqlite_store import SqliteStore, open_for_reading, open_store
+from openpendant.server.store.store_errors import StoreError, StoreFailed
 from openpendant.simplemsg.verdicts import VerdictCode
 
 PROGRAM = DocumentKind.PROGRAM
@@ -254,7 +255,7 @@ def test_a_start_names_what_is_no_file_and_leaves_it_alone(
     for open_it in (open_store, open_for_reading):
         with pytest.raises(StoreFailed, match=words):
             open_it(path)
-    assert cli.main(["list", "--store", str(path)]) == 3
+    assert store_commands.main(["list", "--store", str(path)]) == 3
     assert path.lstat().st_mode == kind
     assert not list(path.parent.glob("*broken*"))
 
@@ -275,7 +276,7 @@ def test_a_store_behind_a_link_whose_target_is_replaced_is_noticed(path: Path) -
 KILLED = """
 import os, shutil, sys
 from pathlib import Path
-from stored_documents import opened, save
+from rigs.data.stored_documents import opened, save
 from openpendant.server.store import sqlite_file
 
 path, older = Path(sys.argv[1]), Path(sys.argv[2])

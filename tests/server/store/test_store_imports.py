@@ -9,27 +9,26 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from program_samples import HEAD
-from stored_documents import ANN, opened, save
+from rigs.data.program_samples import HEAD
+from rigs.data.stored_documents import ANN, opened, save
 
-from openpendant.motion.robot import serial_robot
+from openpendant.motion.description.robot import serial_robot
 from openpendant.server.access.account_store import StoredAccounts
 from openpendant.server.access.accounts import Account
 from openpendant.server.access.passwords import NOBODYS_HASH
-from openpendant.server.access.roles import Role
-from openpendant.server.programs.document import program_from_json
-from openpendant.server.recording.document import (
+from openpendant.server.cli.store_commands import main
+from openpendant.server.exchange import csv_format
+from openpendant.server.exchange.text_export import FORMAT
+from openpendant.server.programs.language.program_json import program_from_json
+from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.recording_format import (
     Extract,
     RecordingDocument,
     extract_for,
     read_document,
 )
-from openpendant.server.store import csv_export
-from openpendant.server.store.cli import main
-from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.recording_rows import recording_rows
-from openpendant.server.store.samples import time_fault
-from openpendant.server.store.text_export import FORMAT
+from openpendant.server.store.samples import recording_rows, time_fault
+from openpendant.simplemsg.pendant.roles import Role
 from openpendant.tools.cli import main as openpendant
 
 TEXT = HEAD.replace("main", "pick") + "move PTP a speed 12.5 %  # slow\n"
@@ -376,7 +375,7 @@ def test_columns_in_json_are_taken_by_their_names_in_any_order(path: Path) -> No
 
 
 def test_a_server_saves_while_a_table_is_read(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    rows = "".join(f"{number / 100},{ZEROS}\n" for number in range(2_000))
+    rows = "".join(f"{number / 100},{ZEROS}\n" for number in range(200))
     Path("samples.csv").write_text(f"t,{JOINTS}\n{rows}")
     with opened(path) as server:
         server.connection.execute("PRAGMA busy_timeout = 0")
@@ -386,10 +385,10 @@ def test_a_server_saves_while_a_table_is_read(path: Path, monkeypatch: pytest.Mo
             save(server, f"p{next(numbers)}")
             return time_fault(before, time)
 
-        monkeypatch.setattr(csv_export, "time_fault", saved_between)
+        monkeypatch.setattr(csv_format, "time_fault", saved_between)
         assert main([*SAMPLES, "--robot", "ur5"]) == 0
-        assert server.extent("r").size == 2_000 * 7 * 8
-    assert next(numbers) == 2_000
+        assert server.extent("r").size == 200 * 7 * 8
+    assert next(numbers) == 200
 
 
 def test_a_name_that_is_taken_is_told_before_a_table_is_read(

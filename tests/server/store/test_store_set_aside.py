@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from stored_documents import opened, save
+from rigs.data.stored_documents import opened, save
 
 NO_STORE = b"no database at all\n" * 400
 

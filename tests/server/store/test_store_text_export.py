@@ -7,13 +7,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
-from stored_documents import ANN, opened, save
+from rigs.data.example_counts import examples
+from rigs.data.stored_documents import ANN, opened, save
 
-from openpendant.server.store import text_export
+from openpendant.server.exchange import text_export
+from openpendant.server.exchange.text_export import FORMAT, MOST_FILE_BYTES, documents_to_json
+from openpendant.server.exchange.text_import import documents_from_json, read_file, save_entries
 from openpendant.server.store.documents import DocumentKind
-from openpendant.server.store.errors import (
+from openpendant.server.store.samples import pack_rows, recording_rows
+from openpendant.server.store.sqlite_store import SqliteStore
+from openpendant.server.store.store_errors import (
     BadDocument,
     BadName,
     Conflict,
@@ -21,12 +26,7 @@ from openpendant.server.store.errors import (
     StoreFailed,
     TooLarge,
 )
-from openpendant.server.store.recording_rows import recording_rows
-from openpendant.server.store.samples import pack_rows
-from openpendant.server.store.sqlite_store import SqliteStore
 from openpendant.server.store.strict_json import DEEPEST
-from openpendant.server.store.text_export import FORMAT, MOST_FILE_BYTES, documents_to_json
-from openpendant.server.store.text_import import documents_from_json, read_file, save_entries
 
 PROGRAM, RECORDING = DocumentKind.PROGRAM, DocumentKind.RECORDING
 
@@ -90,6 +90,7 @@ values = st.recursive(
 )
 
 
+@settings(max_examples=examples(15, in_soak=5_000))
 @given(st.dictionaries(texts, values))
 def test_any_body_comes_back_as_it_was(body: dict[str, Any]) -> None:
     text = file_of({"kind": "program", "name": "p", "body": body})

@@ -8,16 +8,17 @@ from contextlib import asynccontextmanager
 from typing import cast
 
 import pytest
-from judged_server import ROBOT, LoopPlanner, running_emulator
-from promise_table import figure
-from virtual_clock import VirtualLoop
+from promises.promise_table import figure
+from rigs.clock.virtual_clock import VirtualLoop
+from rigs.processes.bare_app import bare_app
+from rigs.processes.judged_server import ROBOT, LoopPlanner, running_emulator
 
-from openpendant.motion.robot import serial_robot
-from openpendant.server.app import App
-from openpendant.server.cell_shell import ServedCell
-from openpendant.server.settings import make_settings
-from openpendant.server.watchdog.process import Watchdog
-from openpendant.server.watchdog.watchdog import BeatWatch
+from openpendant.motion.description.robot import serial_robot
+from openpendant.server.settings.cell_settings import ControllerPath, make_settings
+from openpendant.server.shell.app import App
+from openpendant.server.shell.cell_shell import CellParts
+from openpendant.server.watchdog.watchdog_process import Watchdog
+from openpendant.server.watchdog.watchdog_rules import BeatWatch
 from openpendant.simplemsg import Message
 from openpendant.tools.pendants.client import PendantClient
 
@@ -70,8 +71,8 @@ async def moved() -> AsyncIterator[tuple[App, Judge, PendantClient]]:
         link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
         listen = {"pendant_port": 0, "ros_motion_port": "off", "ros_state_port": "off"}
         settings = make_settings({"robot": ROBOT, "controller": link, "listen": listen}, "test")
-        judge, cell = Judge(), ServedCell(settings, serial_robot(ROBOT), LoopPlanner())
-        app = App([cell], watchdog=cast(Watchdog, judge))
+        judge, cell = Judge(), CellParts(settings, serial_robot(ROBOT), LoopPlanner())
+        app = bare_app([cell], watchdog=cast(Watchdog, judge))
         async with app.running() as bound:
             pendant = await PendantClient.connect("127.0.0.1", bound.pendant)
             await pendant.wait_until(lambda state: state.motion_possible == 1)
@@ -111,13 +112,13 @@ async def test_promise_26_server_and_watchdog_agree_on_a_delay_in_two_halves(
     async with moved() as (app, judge, _):
         app.cells[0].core.cell.feedback.says_emulated = deadline == EMULATED
         await asyncio.sleep(0.05)
-        check, left = app.clients.check_deadlines, [within + (whole if before is None else 0)]
+        check, left = app.inbox.check_deadlines, [within + (whole if before is None else 0)]
 
         def slowly(now: int) -> None:
             stand_still(left.pop() if left else 0)
             check(now)
 
-        monkeypatch.setattr(app.clients, "check_deadlines", slowly)
+        monkeypatch.setattr(app.inbox, "check_deadlines", slowly)
         if before is not None:
             stand_still(whole + before)
         await asyncio.sleep(0.1)
@@ -150,7 +151,7 @@ async def test_promise_26_the_watchdog_knows_of_a_motion_before_its_first_point_
         await asyncio.sleep(0.1)
         assert judge.told[-1] is False
         known: list[bool] = []
-        link = app.cells[0]._motion_link
+        link = app.cells[0].links[ControllerPath.MOTION]
         send = link.send
 
         def noting(message: Message) -> bool:

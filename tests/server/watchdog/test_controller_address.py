@@ -7,7 +7,7 @@ import threading
 import time
 from typing import Any
 
-from openpendant.server.watchdog.address import ControllerAddress
+from openpendant.server.watchdog.stop_connection import ControllerAddress
 
 WAIT_S = 20.0
 

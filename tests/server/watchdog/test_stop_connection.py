@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from openpendant.server.watchdog.pipe import StopTarget
 from openpendant.server.watchdog.stop_connection import StopConnection
+from openpendant.server.watchdog.watchdog_pipe import StopTarget
 
 MS = 1_000_000
 STOP = b"stop the robot"

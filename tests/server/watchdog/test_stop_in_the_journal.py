@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
-from journalled_cell import journalled_cell
-from virtual_clock import VirtualLoop
+from rigs.cells.journalled_cell import journalled_cell
+from rigs.clock.virtual_clock import VirtualLoop
 
-from openpendant.server.watchdog.process import Watchdog
+from openpendant.server.watchdog.watchdog_process import Watchdog
 from openpendant.tools.packets.rerun import main as rerun
 
 

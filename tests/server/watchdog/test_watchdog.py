@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import pytest
-from promise_table import figure
+from promises.promise_table import figure
 
-from openpendant.server.watchdog.tick_watch import TickWatch, late_refusal
-from openpendant.server.watchdog.watchdog import AnswerWatch, BeatWatch
+from openpendant.server.core.loop_monitor import LoopMonitor, late_refusal
+from openpendant.server.watchdog.watchdog_rules import AnswerWatch, BeatWatch
 from openpendant.simplemsg.verdicts import VerdictCode
 
 MS = 1_000_000
@@ -156,7 +156,7 @@ def test_a_watchdog_that_starts_is_given_three_seconds() -> None:
 
 
 def test_a_late_tick_is_found_once_by_whatever_event_comes_first() -> None:
-    ticks = TickWatch(DEADLINE, EMULATED)
+    ticks = LoopMonitor(DEADLINE, EMULATED)
     assert ticks.late_from == math.inf
     ticks.tick(0, says_emulated=False)
     assert ticks.late_from == DEADLINE

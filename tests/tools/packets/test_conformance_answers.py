@@ -7,19 +7,19 @@ import math
 import pytest
 
 from openpendant.simplemsg import MOTOMAN, HeaderOnly, Message, MsgType, ReplyCode, codec_for
-from openpendant.simplemsg.joints import joint_array
+from openpendant.simplemsg.declaration import joint_array
 from openpendant.simplemsg.motoman import MotomanMotionReply
 from openpendant.tools.packets.conformance.server.answers import is_taken, must_be_ping
-from openpendant.tools.packets.conformance.server.watch import distance
-from openpendant.tools.packets.conformance.server.wire import Frame, RuleBroken
+from openpendant.tools.packets.conformance.server.monitor import distance
+from openpendant.tools.packets.conformance.server.wire import ReceivedFrame, RuleBroken
 
 POINT = MsgType.JOINT_TRAJ_PT
 SUCCESS, FAILURE = ReplyCode.SUCCESS, ReplyCode.FAILURE
 
 
-def frame(message: Message) -> Frame:
+def frame(message: Message) -> ReceivedFrame:
     codec = codec_for(MOTOMAN)
-    return Frame(0.0, codec.encode(message), codec)
+    return ReceivedFrame(0.0, codec.encode(message), codec)
 
 
 def motoman(result: int) -> MotomanMotionReply:

@@ -11,20 +11,19 @@ from pathlib import Path
 
 import pytest
 
+from openpendant.tools.console import ExitCode
 from openpendant.tools.packets.conformance import cli
 from openpendant.tools.packets.conformance.catalogue import page_with_checks
+from openpendant.tools.packets.conformance.check import Judgement, Result
 from openpendant.tools.packets.conformance.cli import main
 from openpendant.tools.packets.conformance.findings import (
     PASSED,
-    Finding,
-    Judgement,
-    Result,
+    CheckFinding,
     deviates,
     failed,
     not_applicable,
 )
 from openpendant.tools.packets.conformance.server.checks import server_checks
-from openpendant.tools.packets.console import ExitCode
 
 PAGE = Path(__file__).parents[3] / "docs" / "conformance.md"
 
@@ -62,7 +61,7 @@ def test_a_target_that_is_not_there_is_exit_code_3(capsys: pytest.CaptureFixture
     with socket.socket() as reserved:
         reserved.bind(("127.0.0.1", 0))
         port = reserved.getsockname()[1]
-        assert main([f"127.0.0.1:{port}"]) == ExitCode.PEER
+        assert main([f"127.0.0.1:{port}"]) == ExitCode.REFUSED
     assert f"127.0.0.1:{port} cannot be reached" in capsys.readouterr().err
 
 
@@ -70,7 +69,7 @@ def test_the_list_names_every_check_of_both_roles(capsys: pytest.CaptureFixture[
     assert main(["--list"]) == ExitCode.OK
     listed = capsys.readouterr().out
     for entry in server_checks():
-        assert f"{entry.info.number}  {entry.info.title}" in listed
+        assert f"{entry.number}  {entry.title}" in listed
     assert "FC01" in listed
 
 
@@ -78,21 +77,21 @@ def test_the_list_names_every_check_of_both_roles(capsys: pytest.CaptureFixture[
     ("finding", "code"),
     [
         (PASSED, ExitCode.OK),
-        (failed("broken"), ExitCode.FINDINGS),
+        (failed("broken"), ExitCode.FAILED),
         (deviates("somebody: so", "seen"), ExitCode.OK),
         (not_applicable("no eyes"), ExitCode.OK),
     ],
     ids=lambda value: getattr(value, "verdict", value).name,
 )
 def test_only_a_failed_check_is_exit_code_1(
-    finding: Finding,
+    finding: CheckFinding,
     code: ExitCode,
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     async def judge(*_: object, **__: object) -> Judgement:
-        return Judgement("server x", "server", (Result(server_checks()[0].info, finding),))
+        return Judgement("server x", "server", (Result(server_checks()[0], finding),))
 
     monkeypatch.setattr(cli, "judge", judge)
     report = tmp_path / "report.xml"
@@ -111,7 +110,7 @@ def test_an_interrupted_run_prints_what_it_has_and_is_exit_code_130(
         signal.raise_signal(signal.SIGTERM)
         await asyncio.wait_for(interrupted.wait(), 5)
         finding = not_applicable("interrupted")
-        return Judgement("server x", "server", (Result(server_checks()[0].info, finding),))
+        return Judgement("server x", "server", (Result(server_checks()[0], finding),))
 
     monkeypatch.setattr(cli, "judge", judge)
     assert main(["robot:1", "--yes-it-may-move", "--json"]) == ExitCode.INTERRUPTED

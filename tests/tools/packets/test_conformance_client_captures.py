@@ -9,12 +9,12 @@ import pytest
 
 from openpendant.simplemsg import MOTOMAN, STANDARD, ByteOrder
 from openpendant.tools.packets.conformance.client.judge import (
-    CLIENT_CHECKS,
+    CHECKS,
     judge_scenario,
     scenarios_of,
 )
 from openpendant.tools.packets.conformance.client.setup import Setup
-from openpendant.tools.packets.conformance.findings import Finding, Verdict
+from openpendant.tools.packets.conformance.findings import CheckFinding, CheckVerdict
 from openpendant.tools.packets.reading.trace_files import read_trace
 
 VECTORS = Path(__file__).parents[2] / "vectors"
@@ -86,7 +86,7 @@ LOOKED: dict[str, set[str]] = {
 
 
 @cache
-def judged() -> dict[str, dict[str, Finding]]:
+def judged() -> dict[str, dict[str, CheckFinding]]:
     found = {}
     for file, dialect in ((GENERIC, STANDARD), (DRIVER, MOTOMAN)):
         for name, entries in scenarios_of(read_trace(file)).items():
@@ -103,7 +103,7 @@ def test_the_real_clients_break_no_rule(scenario: str) -> None:
     failures = {
         number: finding.detail
         for number, finding in judged()[scenario].items()
-        if finding.verdict is Verdict.FAILED
+        if finding.verdict is CheckVerdict.FAILED
     }
     assert failures == {}
 
@@ -111,14 +111,14 @@ def test_the_real_clients_break_no_rule(scenario: str) -> None:
 @pytest.mark.parametrize(("scenario", "habits"), HABITS.items())
 def test_habits_are_found_where_they_show(scenario: str, habits: set[str]) -> None:
     findings = judged()[scenario]
-    deviating = {n for n, finding in findings.items() if finding.verdict is Verdict.DEVIATES}
+    deviating = {n for n, finding in findings.items() if finding.verdict is CheckVerdict.DEVIATES}
     assert deviating == habits
     assert all(findings[number].habit and findings[number].detail for number in habits)
 
 
 @pytest.mark.parametrize(("scenario", "numbers"), LOOKED.items())
 def test_what_happens_is_looked_at(scenario: str, numbers: set[str]) -> None:
-    passed = {n for n, item in judged()[scenario].items() if item.verdict is Verdict.PASSED}
+    passed = {n for n, item in judged()[scenario].items() if item.verdict is CheckVerdict.PASSED}
     assert numbers <= passed
 
 
@@ -137,13 +137,13 @@ def test_each_habit_is_named_after_its_program() -> None:
 def test_a_client_of_a_little_endian_robot_that_speaks_big_endian_is_found() -> None:
     entries = scenarios_of(read_trace(GENERIC))["stream_bswap_three_points"]
     findings = judge_scenario(entries, Setup(order=ByteOrder.LITTLE))
-    assert findings["BC02"].verdict is Verdict.FAILED
+    assert findings["BC02"].verdict is CheckVerdict.FAILED
 
 
 def test_check_numbers_are_unique_and_well_formed() -> None:
-    numbers = [check.number for check in CLIENT_CHECKS]
+    numbers = [check.number for check in CHECKS]
     assert len(set(numbers)) == len(numbers) >= 40
-    for check in CLIENT_CHECKS:
+    for check in CHECKS:
         assert check.number[0] == check.section.value
         assert check.number[1] == "C"
         assert check.number[2:].isdigit()

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import pytest
-from client_fault import CORRECT, Fault, Form
-from faulty_clients import FAULTS
-from judged_client import judge
+from rigs.faults.client_fault import Fault, Form
+from rigs.faults.faulty_clients import FAULTS
+from rigs.processes.judged_client import findings_of_correct, judge, judge_by_its_check
 
 from openpendant.simplemsg.motoman import MotomanSelectTool
-from openpendant.tools.packets.conformance.client.judge import CLIENT_CHECKS
-from openpendant.tools.packets.conformance.client.scenarios import SCENARIOS, Scenario
-from openpendant.tools.packets.conformance.findings import Finding, Verdict
+from openpendant.tools.packets.conformance.client.judge import CHECKS
+from openpendant.tools.packets.conformance.client.scenarios import SCENARIOS, Mutation, Scenario
+from openpendant.tools.packets.conformance.findings import CheckFinding, CheckVerdict
 
 NOT_FOUND: dict[str, str] = {}
 """Faults that the judge misses, with the reason; at most one in twenty."""
@@ -40,7 +40,7 @@ NEEDS_A_SECOND_TRAJECTORY = {"QC03", "YC15"}
 """Checks of what begins after something else: the correct client begins nothing more."""
 
 
-def numbers(findings: dict[str, Finding], *verdicts: Verdict) -> set[str]:
+def numbers(findings: dict[str, CheckFinding], *verdicts: CheckVerdict) -> set[str]:
     return {number for number, finding in findings.items() if finding.verdict in verdicts}
 
 
@@ -50,18 +50,18 @@ def numbers(findings: dict[str, Finding], *verdicts: Verdict) -> set[str]:
     ids=[f"{scenario.name}, {form.name.lower()}" for scenario, form in CASES],
 )
 def test_a_correct_client_has_no_finding(scenario: Scenario, form: Form) -> None:
-    findings = judge(Fault("nothing", "", scenario.twist, form))
-    assert numbers(findings, Verdict.FAILED, Verdict.DEVIATES) == set()
+    findings = findings_of_correct(scenario.mutation, form)
+    assert numbers(findings, CheckVerdict.FAILED, CheckVerdict.DEVIATES) == set()
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 def test_a_client_with_one_fault_is_found_by_the_right_check(fault: Fault) -> None:
-    finding = judge(fault)[fault.check]
+    finding = judge_by_its_check(fault)
     if fault.name in NOT_FOUND:
-        assert finding.verdict not in (Verdict.FAILED, Verdict.DEVIATES)
+        assert finding.verdict not in (CheckVerdict.FAILED, CheckVerdict.DEVIATES)
         return
     habit = fault.name in FOUND_AS_HABITS
-    assert finding.verdict is (Verdict.DEVIATES if habit else Verdict.FAILED)
+    assert finding.verdict is (CheckVerdict.DEVIATES if habit else CheckVerdict.FAILED)
     assert finding.detail
     assert bool(finding.habit) is habit
 
@@ -73,21 +73,21 @@ def test_there_are_faults_enough_and_hardly_any_is_missed() -> None:
 
 
 def test_every_check_has_a_client_that_breaks_it() -> None:
-    assert {check.number for check in CLIENT_CHECKS} - {fault.check for fault in FAULTS} == set()
+    assert {check.number for check in CHECKS} - {fault.check for fault in FAULTS} == set()
 
 
 def test_every_check_passes_a_correct_client_in_some_scenario() -> None:
     correct = [
-        *(Fault("nothing", "", scenario.twist, form) for scenario, form in CASES),
-        Fault("leaves with STOP", "", stops_at=5),
-        Fault("selects tool 1", "", form=Form.MOTOMAN, extra=MotomanSelectTool(0, 1, 0)),
+        *(findings_of_correct(scenario.mutation, form) for scenario, form in CASES),
+        judge(Fault("leaves with STOP", "", stops_at=5)),
+        judge(Fault("selects tool 1", "", form=Form.MOTOMAN, extra=MotomanSelectTool(0, 1, 0))),
     ]
-    passed = set().union(*(numbers(judge(fault), Verdict.PASSED) for fault in correct))
-    assert {check.number for check in CLIENT_CHECKS} - passed == NEEDS_A_SECOND_TRAJECTORY
+    passed = set().union(*(numbers(findings, CheckVerdict.PASSED) for findings in correct))
+    assert {check.number for check in CHECKS} - passed == NEEDS_A_SECOND_TRAJECTORY
 
 
 def test_the_correct_client_sends_its_whole_trajectory() -> None:
-    findings = judge(CORRECT)
-    assert findings["MC02"].verdict is Verdict.PASSED
-    assert findings["MC17"].verdict is Verdict.NOT_APPLICABLE
-    assert len(numbers(findings, Verdict.PASSED)) >= 35
+    findings = findings_of_correct(Mutation.NONE, Form.FULL)
+    assert findings["MC02"].verdict is CheckVerdict.PASSED
+    assert findings["MC17"].verdict is CheckVerdict.NOT_APPLICABLE
+    assert len(numbers(findings, CheckVerdict.PASSED)) >= 35

@@ -6,19 +6,19 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 import pytest
-from judged_server import LoopPlanner
+from rigs.processes.bare_app import bare_app
+from rigs.processes.judged_server import HALF_RATE, LoopPlanner
 
-from openpendant.motion.robot import serial_robot
-from openpendant.server.app import App
-from openpendant.server.cell_shell import ServedCell
-from openpendant.server.settings import make_settings
+from openpendant.motion.description.robot import serial_robot
+from openpendant.server.settings.cell_settings import make_settings
+from openpendant.server.shell.cell_shell import CellParts
 from openpendant.tools.packets.conformance.client.controller import ScriptedController
 from openpendant.tools.packets.conformance.client.judge import results_of
 from openpendant.tools.packets.conformance.client.live import LiveController
 from openpendant.tools.packets.conformance.client.role import judge_live
-from openpendant.tools.packets.conformance.client.scenarios import SCENARIOS, Scenario, Twist
+from openpendant.tools.packets.conformance.client.scenarios import SCENARIOS, Mutation, Scenario
 from openpendant.tools.packets.conformance.client.setup import Purpose, Setup
-from openpendant.tools.packets.conformance.findings import Finding, Verdict
+from openpendant.tools.packets.conformance.findings import CheckFinding, CheckVerdict
 from openpendant.tools.pendants.client import Aborted, PendantClient, Refused
 
 ROBOT = serial_robot("ur5")
@@ -30,6 +30,7 @@ STANDARD = [scenario for scenario in SCENARIOS if not scenario.is_motoman]
 async def our_server(live: LiveController, **controller: object) -> AsyncIterator[PendantClient]:
     settings = make_settings(
         {
+            "tick_rate": HALF_RATE,
             "listen": {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0},
             "controller": {
                 "motion_port": live.ports[Purpose.MOTION],
@@ -40,7 +41,7 @@ async def our_server(live: LiveController, **controller: object) -> AsyncIterato
         },
         "test",
     )
-    app = App([ServedCell(settings, ROBOT, LoopPlanner())])
+    app = bare_app([CellParts(settings, ROBOT, LoopPlanner())])
     async with app.running() as ports:
         pendant = await PendantClient.connect("127.0.0.1", ports.pendant, state_rate=50)
         async with pendant:
@@ -70,7 +71,9 @@ class Mover:
             self.fates.append("done")
 
 
-async def judged(scenarios: list[Scenario], **controller: object) -> dict[str, dict[str, Finding]]:
+async def judged(
+    scenarios: list[Scenario], **controller: object
+) -> dict[str, dict[str, CheckFinding]]:
     core = ScriptedController(SETUP, ROBOT.home_position, at_point=10, now=LiveController.now())
     live = LiveController(core, "127.0.0.1", {Purpose.MOTION: 0, Purpose.STATE: 0})
     async with live.listening(), our_server(live, **controller) as pendant:
@@ -78,45 +81,45 @@ async def judged(scenarios: list[Scenario], **controller: object) -> dict[str, d
     return {name: dict(findings) for name, findings in found.items()}
 
 
-def complaints(found: dict[str, dict[str, Finding]]) -> list[str]:
+def complaints(found: dict[str, dict[str, CheckFinding]]) -> list[str]:
     return [
         f"{name} {number} {finding.verdict.value}: {finding.habit} {finding.detail}"
         for name, findings in found.items()
         for number, finding in findings.items()
-        if finding.verdict in (Verdict.FAILED, Verdict.DEVIATES)
+        if finding.verdict in (CheckVerdict.FAILED, CheckVerdict.DEVIATES)
     ]
 
 
 LOOKED_AT = {
-    Twist.NONE: {"FC06", "LC02", "LC03", "LC04", "LC05", "LC06", "MC07", "RC01", "RC05"},
-    Twist.BYTEWISE: {"RC01", "MC02"},
-    Twist.MERGED: {"RC03", "RC08"},
-    Twist.LATE: {"MC18", "SC03"},
-    Twist.REFUSED: {"MC17", "SC02"},
-    Twist.WRONG_TYPE: {"RC12", "SC02"},
-    Twist.UNREADABLE: {"RC13", "SC02"},
-    Twist.REPLY_LOST: {"MC18", "SC02"},
-    Twist.UNKNOWN_TOPIC_MOTION: {"RC11"},
-    Twist.UNKNOWN_REQUEST_MOTION: {"RC03", "RC07", "RC09", "RC10", "RC11"},
-    Twist.UNKNOWN_TOPIC_STATE: {"RC11"},
-    Twist.UNKNOWN_REQUEST_STATE: {"RC02", "RC03", "RC07", "RC09", "RC11"},
-    Twist.PING_MOTION: {"RC03", "RC08"},
-    Twist.PING_STATE: {"RC02", "RC03", "RC08"},
-    Twist.STATUS_REQUEST: {"RC02", "RC03", "RC07"},
-    Twist.CLOSED: {"KC02", "SC02"},
-    Twist.RESET: {"KC02", "SC02"},
-    Twist.HALF_OPEN: {"MC18", "SC02"},
-    Twist.STATE_CLOSED: {"QC05", "SC02"},
-    Twist.RESTART: {"KC02", "KC05"},
-    Twist.EMERGENCY_STOP: {"QC01", "SC02"},
-    Twist.NOT_POSSIBLE: {"QC02"},
-    Twist.SILENCE: {"QC04", "SC02"},
+    Mutation.NONE: {"FC06", "LC02", "LC03", "LC04", "LC05", "LC06", "MC07", "RC01", "RC05"},
+    Mutation.BYTEWISE: {"RC01", "MC02"},
+    Mutation.MERGED: {"RC03", "RC08"},
+    Mutation.LATE: {"MC18", "SC03"},
+    Mutation.REFUSED: {"MC17", "SC02"},
+    Mutation.WRONG_TYPE: {"RC12", "SC02"},
+    Mutation.UNREADABLE: {"RC13", "SC02"},
+    Mutation.REPLY_LOST: {"MC18", "SC02"},
+    Mutation.UNKNOWN_TOPIC_MOTION: {"RC11"},
+    Mutation.UNKNOWN_REQUEST_MOTION: {"RC03", "RC07", "RC09", "RC10", "RC11"},
+    Mutation.UNKNOWN_TOPIC_STATE: {"RC11"},
+    Mutation.UNKNOWN_REQUEST_STATE: {"RC02", "RC03", "RC07", "RC09", "RC11"},
+    Mutation.PING_MOTION: {"RC03", "RC08"},
+    Mutation.PING_STATE: {"RC02", "RC03", "RC08"},
+    Mutation.STATUS_REQUEST: {"RC02", "RC03", "RC07"},
+    Mutation.CLOSED: {"KC02", "SC02"},
+    Mutation.RESET: {"KC02", "SC02"},
+    Mutation.HALF_OPEN: {"MC18", "SC02"},
+    Mutation.STATE_CLOSED: {"QC05", "SC02"},
+    Mutation.RESTART: {"KC02", "KC05"},
+    Mutation.EMERGENCY_STOP: {"QC01", "SC02"},
+    Mutation.NOT_POSSIBLE: {"QC02"},
+    Mutation.SILENCE: {"QC04", "SC02"},
 }
 """What each scenario must give the judge to look at."""
 
 
 def test_every_scenario_says_what_it_is_for() -> None:
-    assert set(LOOKED_AT) == {scenario.twist for scenario in STANDARD}
+    assert set(LOOKED_AT) == {scenario.mutation for scenario in STANDARD}
 
 
 @pytest.mark.asyncio
@@ -128,11 +131,12 @@ async def test_our_server_is_a_good_client_whatever_the_controller_does(
 ) -> None:
     found = await judged([scenario], points=points)
     assert complaints(found) == []
-    passed = {n for n, item in found[scenario.name].items() if item.verdict is Verdict.PASSED}
+    passed = {n for n, item in found[scenario.name].items() if item.verdict is CheckVerdict.PASSED}
     of_form = {"LC03", "LC04"} if points == "simple" else set()
-    assert LOOKED_AT[scenario.twist] - of_form <= passed
+    assert LOOKED_AT[scenario.mutation] - of_form <= passed
 
 
+@pytest.mark.conformance
 @pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_one_session_of_all_scenarios_ends_with_a_robot_that_still_moves() -> None:
@@ -140,8 +144,10 @@ async def test_one_session_of_all_scenarios_ends_with_a_robot_that_still_moves()
     assert complaints(found) == []
     results = results_of(found)
     verdicts = [result.finding.verdict for result in results]
-    assert verdicts.count(Verdict.PASSED) >= 40
+    assert verdicts.count(CheckVerdict.PASSED) >= 40
     # Whatever happened before, the server was ready for the next trajectory.
     for name, findings in found.items():
-        moved = name == Scenario(Twist.NOT_POSSIBLE).name
-        assert findings["MC04"].verdict is (Verdict.NOT_APPLICABLE if moved else Verdict.PASSED)
+        moved = name == Scenario(Mutation.NOT_POSSIBLE).name
+        assert findings["MC04"].verdict is (
+            CheckVerdict.NOT_APPLICABLE if moved else CheckVerdict.PASSED
+        )

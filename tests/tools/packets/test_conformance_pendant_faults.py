@@ -9,15 +9,20 @@ from contextlib import suppress
 from dataclasses import replace
 
 import pytest
-from faulty_pendant_servers import PENDANT_FAULTS, PendantFault
-from faulty_servers import checks_named
-from judged_server import HOST, running_server
+from rigs.faults.faulty_pendant_servers import PENDANT_FAULTS, PendantFault
+from rigs.faults.faulty_servers import checks_named
+from rigs.processes.judged_server import HALF_RATE, HOST, running_server
 
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import AuthorityBeat, State
-from openpendant.tools.packets.conformance.findings import Judgement, Section, Verdict
-from openpendant.tools.packets.conformance.server.checks import Profile, server_checks
-from openpendant.tools.packets.conformance.server.pendant_talk import Talker, stranger, welcomed
+from openpendant.tools.packets.conformance.check import Judgement, Profile
+from openpendant.tools.packets.conformance.findings import CheckVerdict, Section
+from openpendant.tools.packets.conformance.server.checks import server_checks
+from openpendant.tools.packets.conformance.server.pendant import (
+    PendantConversation,
+    stranger,
+    welcomed,
+)
 from openpendant.tools.packets.conformance.server.runner import judge
 from openpendant.tools.packets.conformance.server.target import Options, Target
 from openpendant.tools.packets.conformance.server.wire import RuleBroken
@@ -28,7 +33,7 @@ STATE = State.PLACE.msg_type
 
 
 async def judged(*numbers: str) -> Judgement:
-    async with running_server() as options:
+    async with running_server(HALF_RATE) as options:
         alone = replace(options, profile=Profile.PENDANT)
         return await judge(alone, checks=checks_named(list(numbers)))
 
@@ -39,19 +44,19 @@ async def test_a_planted_fault_is_found(
 ) -> None:
     fault.plant(monkeypatch)
     judgement = await judged(fault.check)
-    assert [result.finding.verdict for result in judgement.results] == [Verdict.FAILED]
+    assert [result.finding.verdict for result in judgement.results] == [CheckVerdict.FAILED]
     assert "the tester itself failed" not in judgement.results[0].finding.detail
 
 
-async def test_a_sound_server_passes_all_of_them() -> None:
-    judgement = await judged(*sorted({fault.check for fault in PENDANT_FAULTS}))
-    assert {result.finding.verdict for result in judgement.results} == {Verdict.PASSED}
+async def test_a_sound_server_passes_all_of_them(sound_server: Judgement) -> None:
+    verdicts = {r.check.number: r.finding.verdict for r in sound_server.results}
+    assert {verdicts[fault.check] for fault in PENDANT_FAULTS} == {CheckVerdict.PASSED}
 
 
 async def test_there_are_faults_enough() -> None:
     assert len(PENDANT_FAULTS) >= 25
     assert len({fault.name for fault in PENDANT_FAULTS}) == len(PENDANT_FAULTS)
-    moving = [e for e in server_checks() if e.info.section is Section.PENDANT and e.info.moves]
+    moving = [e for e in server_checks() if e.section is Section.PENDANT and e.moves]
     assert len(moving) >= 8
 
 
@@ -61,7 +66,7 @@ async def test_a_check_that_moves_says_that_the_robot_may_have_moved() -> None:
         (resting, moving) = checks_named(["PS35", "PS36"])
         said = []
         for entry in (resting, moving):
-            await entry.body(target)
+            await entry.judge(target)
             said.append(target.may_have_moved)
             await target.close()
     assert said == [False, True]
@@ -70,19 +75,19 @@ async def test_a_check_that_moves_says_that_the_robot_may_have_moved() -> None:
 async def test_beats_come_every_half_second_and_end_with_their_context() -> None:
     async with running_server() as options:
         target = Target(options)
-        talker = await welcomed(target)
+        pendant = await welcomed(target)
         beats: list[bytes] = []
-        send = talker.wire.send
+        send = pendant.wire.send
 
         def noted(*parts: Message | bytes) -> None:
-            beats.extend(talker.wire.encode(part) for part in parts)
+            beats.extend(pendant.wire.encode(part) for part in parts)
             send(*parts)
 
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(talker.wire, "send", noted)
-            async with talker.beating():
+            patch.setattr(pendant.wire, "send", noted)
+            async with pendant.beating():
                 await asyncio.sleep(1.75)
-            assert beats == [talker.wire.encode(AuthorityBeat())] * 4
+            assert beats == [pendant.wire.encode(AuthorityBeat())] * 4
             await asyncio.sleep(1.0)
         assert len(beats) == 4
         await target.close()
@@ -95,7 +100,7 @@ async def test_a_robot_shown_elsewhere_by_the_other_port_is_not_moved() -> None:
         async with running_server() as options:
             judgement = await judge(options, checks=checks_named(["PS36"]))
     (finding,) = [result.finding for result in judgement.results]
-    assert finding.verdict is Verdict.NOT_APPLICABLE
+    assert finding.verdict is CheckVerdict.NOT_APPLICABLE
     assert "elsewhere" in finding.detail
 
 
@@ -114,7 +119,7 @@ def _short_news(writer: asyncio.StreamWriter) -> None:
     writer.write(struct.pack("<4i", 16, STATE, 1, 0) + b"abcd")
 
 
-async def talked_to(say: Serve, times: int) -> Talker:
+async def talked_to(say: Serve, times: int) -> PendantConversation:
     """Connect a tester to a server that says one thing so often; return it after that."""
 
     async def serve(_: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -128,25 +133,25 @@ async def talked_to(say: Serve, times: int) -> Talker:
 
     server = await asyncio.start_server(serve, HOST, 0)
     port = server.sockets[0].getsockname()[1]
-    talker = await stranger(Target(Options(HOST, port, pendant_port=port)))
-    await talker.wire.is_closed_within(10.0)
+    pendant = await stranger(Target(Options(HOST, port, pendant_port=port)))
+    await pendant.wire.is_closed_within(10.0)
     server.close()
-    return talker
+    return pendant
 
 
 async def test_news_that_cannot_be_read_are_the_servers_fault() -> None:
-    talker = await talked_to(_short_news, 1)
+    pendant = await talked_to(_short_news, 1)
     with pytest.raises(RuleBroken, match="20 bytes"):
-        await talker.until(lambda: False, 1.0)
-    assert talker.fault
+        await pendant.until(lambda: False, 1.0)
+    assert pendant.fault
 
 
 async def test_answers_without_end_are_cut_off() -> None:
-    talker = await talked_to(_answers_without_end, 200)
-    assert "bytes of answers to nothing" in talker.fault
+    pendant = await talked_to(_answers_without_end, 200)
+    assert "bytes of answers to nothing" in pendant.fault
 
 
 async def test_news_without_end_do_not_fill_the_memory() -> None:
-    talker = await talked_to(_news_without_end, 200)
-    assert not talker.fault
-    assert 0 < len(talker.news) <= 4 * 1024 * 1024 / 65_536
+    pendant = await talked_to(_news_without_end, 200)
+    assert not pendant.fault
+    assert 0 < len(pendant.topics) <= 4 * 1024 * 1024 / 65_536

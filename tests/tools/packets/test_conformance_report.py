@@ -6,13 +6,10 @@ from xml.etree import ElementTree
 
 import pytest
 
+from openpendant.tools.packets.conformance.check import Check, Judgement, Result
 from openpendant.tools.packets.conformance.findings import (
     PASSED,
-    CheckInfo,
-    Judgement,
-    Result,
-    Section,
-    Verdict,
+    CheckVerdict,
     deviates,
     failed,
     not_applicable,
@@ -20,25 +17,25 @@ from openpendant.tools.packets.conformance.findings import (
 from openpendant.tools.packets.conformance.report import as_json, as_junit, as_text
 
 
-def check(number: str, section: Section) -> CheckInfo:
-    return CheckInfo(number, f"title of {number}", "REP-I0006 & <more>", section)
+def check(number: str) -> Check[None]:
+    return Check(number, f"title of {number}", "REP-I0006 & <more>", None)
 
 
 JUDGEMENT = Judgement(
     "server 127.0.0.1:12000",
     "server",
     (
-        Result(check("FS01", Section.FRAMING), PASSED, 0.25),
-        Result(check("FS02", Section.FRAMING), failed("length 5 < 12 & more"), 0.5),
-        Result(check("MS01", Section.MOTION), deviates("early reply", "after 3 ms")),
-        Result(check("MS02", Section.MOTION), not_applicable("it may not move")),
-        Result(check("KS01", Section.LINK), not_applicable("no time")),
+        Result(check("FS01"), PASSED, 0.25),
+        Result(check("FS02"), failed("length 5 < 12 & more"), 0.5),
+        Result(check("MS01"), deviates("early reply", "after 3 ms")),
+        Result(check("MS02"), not_applicable("it may not move")),
+        Result(check("KS01"), not_applicable("no time")),
     ),
 )
 HOSTILE = Judgement(
     "server \x1b[2J\x00",
     "server",
-    (Result(check("FS01", Section.FRAMING), failed("\ud800 line\nfeed \x07 ]]> <x>")),),
+    (Result(check("FS01"), failed("\ud800 line\nfeed \x07 ]]> <x>")),),
 )
 
 
@@ -92,9 +89,13 @@ def test_junit_counts_equal_its_cases_and_the_judgement() -> None:
     for element in (root, root[0]):
         assert int(element.attrib["tests"]) == len(cases) == len(JUDGEMENT.results)
         failures = len(root.findall(".//failure"))
-        assert int(element.attrib["failures"]) == failures == JUDGEMENT.count(Verdict.FAILED)
+        assert int(element.attrib["failures"]) == failures == JUDGEMENT.count(CheckVerdict.FAILED)
         skipped = len(root.findall(".//skipped"))
-        assert int(element.attrib["skipped"]) == skipped == JUDGEMENT.count(Verdict.NOT_APPLICABLE)
+        assert (
+            int(element.attrib["skipped"])
+            == skipped
+            == JUDGEMENT.count(CheckVerdict.NOT_APPLICABLE)
+        )
         assert element.attrib["time"] == "0.750"
 
 

@@ -9,25 +9,18 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from faulty_servers import HOST, LIMITS, SOUND, START, checks_named, serve, words_of
-from fixed_layout_controllers import Receiver, clipping, fanuc, running, staubli
+from rigs.faults.faulty_servers import HOST, LIMITS, SOUND, START, checks_named, serve, words_of
+from rigs.peers.fixed_layout_controllers import Receiver, clipping, fanuc, running, staubli
 
 from openpendant.simplemsg import STANDARD as STANDARD_MESSAGES
 from openpendant.simplemsg import ByteOrder, codec_for
-from openpendant.tools.packets.conformance.findings import (
-    PASSED,
-    CheckInfo,
-    Finding,
-    Judgement,
-    Section,
-    Verdict,
-)
-from openpendant.tools.packets.conformance.server.checks import STANDARD, Profile, ServerCheck
-from openpendant.tools.packets.conformance.server.guard import INTERRUPTED
+from openpendant.tools.packets.conformance.check import Check, Judgement, Profile
+from openpendant.tools.packets.conformance.findings import PASSED, CheckFinding, CheckVerdict
+from openpendant.tools.packets.conformance.server.checks import STANDARD, ServerCheck
+from openpendant.tools.packets.conformance.server.monitor import INTERRUPTED, Watch
 from openpendant.tools.packets.conformance.server.moving import ready
 from openpendant.tools.packets.conformance.server.runner import applicable, judge
 from openpendant.tools.packets.conformance.server.target import Options, Target
-from openpendant.tools.packets.conformance.server.watch import Watch
 from openpendant.tools.packets.conformance.server.wire import Wire
 
 pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
@@ -51,9 +44,13 @@ async def test_without_permission_no_controller_is_moved(
 
 
 @CONTROLLERS
-async def test_with_permission_no_controller_is_moved_far(receive: Receiver) -> None:
+@pytest.mark.parametrize("among", ["moving", pytest.param("all", marks=pytest.mark.conformance)])
+async def test_with_permission_no_controller_is_moved_far(receive: Receiver, among: str) -> None:
+    # What does not move sends no point with permission either: it is tried in `make conformance`.
     async with running(receive) as (robot, options):
-        await judge(replace(options, may_move=True))
+        permitted = replace(options, may_move=True)
+        checks = [e for e in applicable(permitted) if e.moves or among == "all"]
+        await judge(permitted, checks=checks)
     assert robot.points > 0
     assert robot.farthest < options.amplitude + 0.03
 
@@ -64,15 +61,14 @@ async def test_what_a_controller_of_fixed_layout_would_take_for_a_point_is_not_s
     assert "a lone PING is not answered" in detail_of(judgement, "FS18")
     (ping,) = [r for r in judgement.results if r.check.number == "RS01"]
     assert ping.finding.habit == "ABB, Fanuc, Stäubli: PING is not known"
-    assert words_of(judgement, Verdict.FAILED) == []
+    assert words_of(judgement, CheckVerdict.FAILED) == []
 
 
 def moving_check(body: Callable[[Target], object]) -> ServerCheck:
-    info = CheckInfo("MS90", "made up", "", Section.MOTION, moves=True)
-    return ServerCheck(info, STANDARD, body, 30.0)  # type: ignore[arg-type]  # any coroutine will do
+    return Check("MS90", "made up", "", body, moves=True, profiles=STANDARD)  # type: ignore[arg-type]  # any coroutine will do
 
 
-async def _run_away(target: Target) -> Finding:
+async def _run_away(target: Target) -> CheckFinding:
     mover = await ready(target)
     far = tuple(value + 1.0 for value in mover.start)
     await mover.accepted(0, far, 5.0)
@@ -85,9 +81,9 @@ async def test_a_robot_that_goes_too_far_is_stopped_and_the_check_fails() -> Non
     options = Options(HOST, ports.motion, ports.state, may_move=True, limits=LIMITS)
     judgement = await judge(options, checks=[moving_check(_run_away), *checks_named(["MS02"])])
     first, second = judgement.results
-    assert first.finding.verdict is Verdict.FAILED
+    assert first.finding.verdict is CheckVerdict.FAILED
     assert "it was sent STOP" in first.finding.detail
-    assert second.finding.verdict is Verdict.PASSED
+    assert second.finding.verdict is CheckVerdict.PASSED
     assert service.controller.motion(service.now)[0] == pytest.approx(START, abs=1e-3)
     await service.close()
 
@@ -127,11 +123,11 @@ async def test_an_interrupted_run_leaves_a_robot_that_stands(after: float) -> No
     def plan(interrupt: Callable[[], None]) -> None:
         asyncio.get_running_loop().call_later(after, interrupt)
 
-    checks = [entry for entry in applicable(options) if entry.info.moves]
+    checks = [entry for entry in applicable(options) if entry.moves]
     judgement = await judge(options, checks=checks, on_start=plan)
     assert service.controller.status(service.now).in_motion == 0
     assert judgement.results[-1].finding.detail == INTERRUPTED
-    assert words_of(judgement, Verdict.FAILED) == []
+    assert words_of(judgement, CheckVerdict.FAILED) == []
     assert len(judgement.results) == len(checks)
     await service.close()
 
@@ -141,7 +137,7 @@ async def test_an_interrupted_motion_is_sent_stop_on_two_links() -> None:
     options = Options(HOST, ports.motion, ports.state, may_move=True, limits=LIMITS)
     interrupts: list[Callable[[], None]] = []
 
-    async def interrupt_in_motion(target: Target) -> Finding:
+    async def interrupt_in_motion(target: Target) -> CheckFinding:
         mover = await ready(target)
         await mover.set_off(5.0)
         before = service.controller.referee.events["stops"]

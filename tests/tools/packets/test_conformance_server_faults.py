@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import pytest
-from faulty_servers import Fault, checks_named, judged, words_of
-from motion_faults import MOTION_FAULTS, UNFOUND
-from scripted_motoman import MOTOMAN_FAULTS, judged_motoman
-from subtle_faults import SUBTLE_FAULTS
-from wire_faults import WIRE_FAULTS
+from rigs.faults.faulty_servers import Fault, checks_named, judged, words_of
+from rigs.faults.motion_faults import MOTION_FAULTS, UNFOUND
+from rigs.faults.subtle_faults import SUBTLE_FAULTS
+from rigs.faults.wire_faults import WIRE_FAULTS
+from rigs.peers.scripted_motoman import MOTOMAN_FAULTS, judged_motoman
 
-from openpendant.tools.packets.conformance.findings import Verdict
+from openpendant.tools.packets.conformance.findings import CheckVerdict
 
 FAULTS = (*WIRE_FAULTS, *MOTION_FAULTS, *SUBTLE_FAULTS)
 
@@ -21,14 +21,15 @@ async def test_a_planted_fault_is_found(fault: Fault) -> None:
     judgement = await judged(fault, checks_named(fault.found_by))
     assert [result.finding.verdict for result in judgement.results] == [
         fault.verdict for _ in fault.found_by
-    ], words_of(judgement, *Verdict)
+    ], words_of(judgement, *CheckVerdict)
 
 
+@pytest.mark.conformance
 @pytest.mark.parametrize(("fault", "reason"), UNFOUND, ids=lambda value: getattr(value, "name", ""))
 async def test_a_fault_that_is_listed_as_not_found_is_not(fault: Fault, reason: str) -> None:
     judgement = await judged(fault)
     assert reason
-    assert words_of(judgement, Verdict.FAILED, Verdict.DEVIATES) == []
+    assert words_of(judgement, CheckVerdict.FAILED, CheckVerdict.DEVIATES) == []
 
 
 async def test_at_least_ninety_five_of_a_hundred_faults_are_found() -> None:
@@ -38,8 +39,8 @@ async def test_at_least_ninety_five_of_a_hundred_faults_are_found() -> None:
 
 async def test_a_sound_motoman_controller_passes() -> None:
     judgement = await judged_motoman()
-    assert words_of(judgement, Verdict.FAILED, Verdict.DEVIATES) == []
-    assert judgement.count(Verdict.PASSED) > 30
+    assert words_of(judgement, CheckVerdict.FAILED, CheckVerdict.DEVIATES) == []
+    assert judgement.count(CheckVerdict.PASSED) > 30
 
 
 @pytest.mark.parametrize("fault", MOTOMAN_FAULTS)

@@ -7,72 +7,102 @@ from collections import Counter
 from dataclasses import replace
 
 import pytest
-from faulty_servers import LIMITS, SOUND, START, checks_named, judged, serve, words_of
-from judged_server import HOST, running_emulator, running_server
+from rigs.faults.faulty_servers import LIMITS, SOUND, START, checks_named, judged, serve, words_of
+from rigs.processes.judged_server import (
+    HALF_RATE,
+    HOST,
+    USUAL_RATE,
+    running_emulator,
+    running_server,
+)
 
 from openpendant.simplemsg import ByteOrder
+from openpendant.tools.packets.conformance.check import Check, Judgement, Profile
+from openpendant.tools.packets.conformance.clauses import TABLES
+from openpendant.tools.packets.conformance.client.judge import CHECKS
 from openpendant.tools.packets.conformance.findings import (
     PASSED,
-    CheckInfo,
-    Finding,
-    Judgement,
+    CheckFinding,
+    CheckVerdict,
     Section,
-    Verdict,
 )
 from openpendant.tools.packets.conformance.server.checks import (
     STANDARD,
-    Profile,
     ServerCheck,
     check,
     server_checks,
 )
 from openpendant.tools.packets.conformance.server.runner import applicable, judge
 from openpendant.tools.packets.conformance.server.target import Options, Target
-from openpendant.tools.packets.conformance.server.wire import Unreachable
+from openpendant.tools.packets.conformance.server.wire import TargetUnreachable
 
 pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
 
-PASSES = Verdict.PASSED
+PASSES = CheckVerdict.PASSED
+
+each_rate = pytest.mark.parametrize(
+    "rate", [HALF_RATE, pytest.param(USUAL_RATE, marks=pytest.mark.conformance)]
+)
 
 
 def not_passed(judgement: Judgement) -> list[str]:
-    return words_of(judgement, Verdict.FAILED, Verdict.DEVIATES)
+    return words_of(judgement, CheckVerdict.FAILED, CheckVerdict.DEVIATES)
 
 
 def unjudged(judgement: Judgement) -> set[str]:
     return {
         result.check.number
         for result in judgement.results
-        if result.finding.verdict is Verdict.NOT_APPLICABLE
+        if result.finding.verdict is CheckVerdict.NOT_APPLICABLE
     }
 
 
-async def test_the_emulator_passes_every_check() -> None:
-    async with running_emulator() as options:
+@each_rate
+async def test_the_emulator_passes_every_check(rate: int) -> None:
+    async with running_emulator(rate=rate) as options:
         judgement = await judge(options)
     assert not_passed(judgement) == []
     assert unjudged(judgement) == set()
     assert judgement.count(PASSES) >= 75
 
 
-async def test_the_server_passes_every_check_on_all_its_ports() -> None:
-    async with running_server() as options:
-        judgement = await judge(options)
+async def test_the_server_passes_every_check_on_all_its_ports(sound_server: Judgement) -> None:
+    _passes_on_all_its_ports(sound_server)
+
+
+@pytest.mark.conformance
+async def test_the_server_passes_every_check_at_its_usual_rate() -> None:
+    async with running_server(USUAL_RATE) as options:
+        _passes_on_all_its_ports(await judge(options))
+
+
+def _passes_on_all_its_ports(judgement: Judgement) -> None:
     assert not_passed(judgement) == []
     # It reports no type 15, and has no operator to press an emergency stop.
     assert unjudged(judgement) == {"TS12", "TS19", "QS14", "QS15"}
     assert sum(result.check.section is Section.PENDANT for result in judgement.results) > 25
 
 
-async def test_the_pendant_port_can_be_judged_alone() -> None:
+@pytest.mark.conformance
+async def test_the_pendant_port_passes_every_check_alone() -> None:
     async with running_server() as options:
         judgement = await judge(replace(options, profile=Profile.PENDANT))
     assert not_passed(judgement) == []
     assert {result.check.section for result in judgement.results} == {Section.PENDANT}
+    assert len(judgement.results) > 25
 
 
-async def test_the_emulator_passes_the_minimum_without_its_limits_known() -> None:
-    async with running_emulator() as options:
+async def test_the_pendant_port_can_be_judged_alone() -> None:
+    async with running_server() as options:
+        alone = replace(options, profile=Profile.PENDANT)
+        assert {entry.section for entry in applicable(alone)} == {Section.PENDANT}
+        judgement = await judge(alone, only=["PS01", "PS16", "PS36"])
+    assert [result.finding.verdict for result in judgement.results] == [CheckVerdict.PASSED] * 3
+
+
+@each_rate
+async def test_the_emulator_passes_the_minimum_without_its_limits_known(rate: int) -> None:
+    async with running_emulator(rate=rate) as options:
         judgement = await judge(replace(options, profile=Profile.MINIMUM, limits=None))
     assert not_passed(judgement) == []
     assert unjudged(judgement) == {"TS06", "TS11", "LS07", "LS08", "LS17"}
@@ -98,7 +128,7 @@ async def test_nothing_moves_without_permission() -> None:
     service, ports = await serve(SOUND)
     options = Options(HOST, ports.motion, ports.state, limits=LIMITS)
     judgement = await judge(options)
-    moves = {entry.info.number for entry in applicable(options) if entry.info.moves}
+    moves = {entry.number for entry in applicable(options) if entry.moves}
     assert unjudged(judgement) == moves
     assert service.controller.motion(service.now)[0] == START
     assert "points-accepted" not in service.controller.referee.events
@@ -127,17 +157,17 @@ async def test_without_a_state_port_nothing_passes_that_needs_one() -> None:
 
 
 async def test_a_target_that_is_not_there_is_no_judgement() -> None:
-    with pytest.raises(Unreachable, match="cannot be reached"):
+    with pytest.raises(TargetUnreachable, match="cannot be reached"):
         await judge(Options(HOST, 1))
 
 
 def made_of(body: object, **how: float) -> ServerCheck:
-    info = CheckInfo("FS90", "made up", "", Section.FRAMING)
-    return ServerCheck(info, STANDARD, body, how.get("deadline", 5.0))  # type: ignore[arg-type]  # any awaitable will do
+    deadline = how.get("deadline", 5.0)
+    return Check("FS90", "made up", "", body, profiles=STANDARD, deadline=deadline)  # type: ignore[arg-type]  # any awaitable will do
 
 
 async def test_a_check_that_crashes_has_failed() -> None:
-    async def crash(target: Target) -> Finding:
+    async def crash(target: Target) -> CheckFinding:
         raise KeyError("oops")
 
     judgement = await judged(SOUND, [made_of(crash)])
@@ -145,7 +175,7 @@ async def test_a_check_that_crashes_has_failed() -> None:
 
 
 async def test_a_check_that_never_ends_has_failed() -> None:
-    async def wait(target: Target) -> Finding:
+    async def wait(target: Target) -> CheckFinding:
         await asyncio.sleep(1e6)
         return PASSED
 
@@ -156,19 +186,19 @@ async def test_a_check_that_never_ends_has_failed() -> None:
 async def test_a_target_that_dies_fails_the_check_and_leaves_the_rest_unjudged() -> None:
     service, ports = await serve(SOUND)
 
-    async def kill(target: Target) -> Finding:
+    async def kill(target: Target) -> CheckFinding:
         await service.close()
         return PASSED
 
     options = Options(HOST, ports.motion, ports.state)
     judgement = await judge(options, checks=[made_of(kill), *checks_named(["FS01", "RS01"])])
     first, *rest = judgement.results
-    assert first.finding.verdict is Verdict.FAILED
+    assert first.finding.verdict is CheckVerdict.FAILED
     assert {result.finding.detail for result in rest} == {"target unreachable"}
 
 
 async def test_a_failure_shows_what_travelled_last() -> None:
-    async def ask(target: Target) -> Finding:
+    async def ask(target: Target) -> CheckFinding:
         wire = await target.motion()
         await wire.ask(b"\x0c\0\0\0\x0f'\0\0\x01\0\0\0\0\0\0\0", "a topic")
         return PASSED
@@ -178,15 +208,29 @@ async def test_a_failure_shows_what_travelled_last() -> None:
 
 
 async def test_numbers_are_unique_and_belong_to_their_sections() -> None:
-    numbers = [entry.info.number for entry in server_checks()]
+    numbers = [entry.number for entry in server_checks()]
     assert [number for number, count in Counter(numbers).items() if count > 1] == []
     with pytest.raises(ValueError, match="FS01 is taken"):
-        check("FS01", "", "", Section.FRAMING)
+        check("FS01")
     with pytest.raises(ValueError, match="RS99"):
-        check("RS99", "", "", Section.FRAMING)
+        check("RS99")
+    with pytest.raises(ValueError, match="FC01 is taken, or no number of a check on servers"):
+        check("FC01")
+
+
+async def test_each_row_of_the_tables_of_clauses_is_one_check_of_its_section() -> None:
+    rows = [
+        (section, number)
+        for section, table in TABLES.items()
+        for titles in table.values()
+        for number in titles
+    ]
+    assert [number for section, number in rows if number[0] != section.value] == []
+    numbers = [entry.number for entry in server_checks()] + [entry.number for entry in CHECKS]
+    assert sorted(number for _, number in rows) == sorted(numbers)
 
 
 async def test_every_check_says_what_must_hold_and_why() -> None:
     for entry in server_checks():
-        assert entry.info.title
-        assert len(entry.info.clause) > 8
+        assert entry.title
+        assert len(entry.clause) > 8

@@ -8,8 +8,8 @@ from openpendant.tools.packets.conformance.client.check import Habit, Moment, Pr
 from openpendant.tools.packets.conformance.client.judge import CHECKS, results_of
 from openpendant.tools.packets.conformance.findings import (
     PASSED,
-    Finding,
-    Verdict,
+    CheckFinding,
+    CheckVerdict,
     deviates,
     failed,
     not_applicable,
@@ -21,15 +21,15 @@ HABIT = Habit("a program: what it does", "seen")
 @pytest.mark.parametrize(
     ("seen", "verdict"),
     [
-        ([], Verdict.NOT_APPLICABLE),
-        ([None], Verdict.PASSED),
-        ([None, HABIT], Verdict.DEVIATES),
-        ([HABIT, "broken"], Verdict.FAILED),
-        (["broken", None], Verdict.FAILED),
+        ([], CheckVerdict.NOT_APPLICABLE),
+        ([None], CheckVerdict.PASSED),
+        ([None, HABIT], CheckVerdict.DEVIATES),
+        ([HABIT, "broken"], CheckVerdict.FAILED),
+        (["broken", None], CheckVerdict.FAILED),
     ],
 )
 def test_the_worst_of_what_was_looked_at_is_found(
-    seen: list[Problem | None], verdict: Verdict
+    seen: list[Problem | None], verdict: CheckVerdict
 ) -> None:
     tally = Tally()
     for number, problem in enumerate(seen):
@@ -40,18 +40,18 @@ def test_the_worst_of_what_was_looked_at_is_found(
 @pytest.mark.parametrize(
     ("findings", "verdict"),
     [
-        ([PASSED, failed("there")], Verdict.FAILED),
-        ([deviates("a habit", "seen"), failed("there")], Verdict.FAILED),
-        ([PASSED, deviates("a habit", "seen")], Verdict.DEVIATES),
-        ([not_applicable("no"), PASSED], Verdict.PASSED),
-        ([not_applicable("no"), not_applicable("no")], Verdict.NOT_APPLICABLE),
+        ([PASSED, failed("there")], CheckVerdict.FAILED),
+        ([deviates("a habit", "seen"), failed("there")], CheckVerdict.FAILED),
+        ([PASSED, deviates("a habit", "seen")], CheckVerdict.DEVIATES),
+        ([not_applicable("no"), PASSED], CheckVerdict.PASSED),
+        ([not_applicable("no"), not_applicable("no")], CheckVerdict.NOT_APPLICABLE),
     ],
 )
 def test_the_worst_of_several_scenarios_is_the_result(
-    findings: list[Finding], verdict: Verdict
+    findings: list[CheckFinding], verdict: CheckVerdict
 ) -> None:
     of_all = {
-        f"scenario {number}": {check.info.number: finding for check in CHECKS}
+        f"scenario {number}": {check.number: finding for check in CHECKS}
         for number, finding in enumerate(findings)
     }
     assert {result.finding.verdict for result in results_of(of_all)} == {verdict}

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fault_bench import DOWN, LINK, UP, Bench, bench, full_point, point, taken
 from hypothesis import given
 from hypothesis import strategies as st
-from loopback_peers import PING, PONG
+from rigs.faults.fault_bench import DOWN, LINK, UP, Bench, bench, full_point, point, taken
+from rigs.peers.loopback_peers import PING, PONG
 
 from openpendant.simplemsg import (
     MOTOMAN,
@@ -22,8 +22,8 @@ from openpendant.simplemsg import (
 )
 from openpendant.simplemsg.motoman import MotomanMotionReply
 from openpendant.tools.packets.faulty.fault_rules import RULE_CLASSES
-from openpendant.tools.packets.live.relay import Close, Freeze, Reset
-from openpendant.tools.packets.trace import Direction
+from openpendant.tools.packets.live.relay import CloseBoth, Freeze, ResetBoth
+from openpendant.tools.packets.trace import TraceDirection
 
 
 def test_what_no_rule_fits_passes_at_once() -> None:
@@ -121,11 +121,11 @@ def test_a_frame_without_valid_fields_passes_and_is_logged() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fault", "action"), [("reset", Reset), ("close", Close), ("half_open", Freeze)]
+    ("fault", "action"), [("reset", ResetBoth), ("close", CloseBoth), ("half_open", Freeze)]
 )
 @pytest.mark.parametrize("forward", [False, True])
 def test_an_ending_comes_with_or_without_the_frame(
-    fault: str, action: type[Reset | Close | Freeze], forward: bool
+    fault: str, action: type[ResetBoth | CloseBoth | Freeze], forward: bool
 ) -> None:
     run = bench(fault, forward=forward).feed(UP, point(0), point(1)).feed(DOWN, PONG)
     assert run.came(UP) == ([point(0)] if forward else [])
@@ -278,10 +278,10 @@ RULES = [
     st.lists(st.tuples(st.sampled_from([UP, DOWN]), st.integers(0, 9), st.booleans()), max_size=40),
 )
 def test_faults_of_time_alone_lose_and_change_nothing(
-    rules: list[dict[str, Any]], frames: list[tuple[Direction, int, bool]]
+    rules: list[dict[str, Any]], frames: list[tuple[TraceDirection, int, bool]]
 ) -> None:
     run = Bench([{**rule, "match": {"probability": 0.5}} for rule in rules])
-    expected: dict[Direction, bytes] = {UP: b"", DOWN: b""}
+    expected: dict[TraceDirection, bytes] = {UP: b"", DOWN: b""}
     for direction, sequence, waits in frames:
         frame = point(sequence) if direction is UP else taken(sequence)
         expected[direction] += frame

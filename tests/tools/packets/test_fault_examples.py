@@ -6,7 +6,7 @@ import asyncio
 from pathlib import Path
 
 import pytest
-from cell_behind_faults import cell_behind_faults
+from rigs.cells.cell_behind_faults import cell_behind_faults
 
 from openpendant.simplemsg.pendant import LinkState, State
 from openpendant.simplemsg.verdicts import VerdictCode

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from fault_bench import DOWN, EXAMPLES, LINK, UP, Bench, bench, point, taken
-from loopback_peers import PING, PONG
+from rigs.faults.fault_bench import DOWN, EXAMPLES, LINK, UP, Bench, bench, point, taken
+from rigs.peers.loopback_peers import PING, PONG
 
 from openpendant.tools.packets.faulty.fault_engine import FaultEngine
 from openpendant.tools.packets.faulty.fault_script import load_script

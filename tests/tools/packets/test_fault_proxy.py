@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 import pytest_asyncio
-from loopback_peers import PING, PONG, Server, Stream, connect
+from rigs.peers.loopback_peers import PING, PONG, Server, Stream, connect
 
 from openpendant.tools.packets.faults import FaultProxy
 from openpendant.tools.packets.faulty.fault_script import make_script

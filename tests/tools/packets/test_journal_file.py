@@ -9,7 +9,12 @@ from typing import Any
 
 import pytest
 
-from openpendant.tools.packets.journals.journal_file import Asked, JournalError, JournalFile, Out
+from openpendant.tools.packets.journals.journal_file import (
+    BytesOut,
+    GrantedQuestion,
+    JournalError,
+    JournalFile,
+)
 from openpendant.tools.packets.rerun import main
 
 HEADER = {
@@ -34,7 +39,7 @@ def journal(*lines: dict[str, Any] | str) -> bytes:
     return "".join(f"{text}\n" for text in texts).encode()
 
 
-def read(content: bytes) -> tuple[list[tuple[int, tuple[Out | Asked, ...]]], bool]:
+def read(content: bytes) -> tuple[list[tuple[int, tuple[BytesOut | GrantedQuestion, ...]]], bool]:
     """Return the times of the events with what followed from each, and whether the end is cut."""
     file = JournalFile(Path("journal"), io.BytesIO(content))
     happened = [(each.time, each.effects) for each in file.happenings()]
@@ -43,13 +48,13 @@ def read(content: bytes) -> tuple[list[tuple[int, tuple[Out | Asked, ...]]], boo
 
 def test_every_event_of_a_whole_journal_happens_with_all_that_followed() -> None:
     happened, is_cut = read(journal(tick(1), WRITE, QUESTION, tick(2), WRITE, END))
-    write = Out("1", b"\x00\xff")
-    assert happened == [(1, (write, Asked("clogged", "1"))), (2, (write,))]
+    write = BytesOut("1", b"\x00\xff")
+    assert happened == [(1, (write, GrantedQuestion("clogged", "1"))), (2, (write,))]
     assert not is_cut
 
 
 def test_the_last_event_of_a_journal_without_its_end_is_left_out_and_that_is_told() -> None:
-    assert read(journal(tick(1), WRITE, tick(2))) == ([(1, (Out("1", b"\x00\xff"),))], True)
+    assert read(journal(tick(1), WRITE, tick(2))) == ([(1, (BytesOut("1", b"\x00\xff"),))], True)
 
 
 def test_a_damaged_line_is_told_and_not_passed_over() -> None:

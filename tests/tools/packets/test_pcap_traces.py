@@ -6,7 +6,7 @@ import struct
 from collections.abc import Callable
 
 import pytest
-from pcap_files import (
+from rigs.data.pcap_files import (
     ACK,
     FIN,
     LINKS,
@@ -31,10 +31,10 @@ from pcap_files import (
 )
 
 from openpendant.simplemsg import STANDARD, ByteOrder, GetVersion, Ping, accepted, codec_for
-from openpendant.tools.packets.reading.pcap import MAX_RECORD
+from openpendant.tools.packets.reading.capture_files import MAX_RECORD
 from openpendant.tools.packets.reading.pcap_trace import MAX_CONNECTIONS
 from openpendant.tools.packets.reading.trace_files import FileKind, TraceFileError, read_trace
-from openpendant.tools.packets.trace import Direction, Entry, Event, Packet
+from openpendant.tools.packets.trace import Entry, Event, Packet, TraceDirection
 
 LITTLE = codec_for(STANDARD, ByteOrder.LITTLE)
 PING, PONG = LITTLE.encode(Ping()), LITTLE.encode(accepted(Ping()))
@@ -67,11 +67,11 @@ def test_requests_and_replies_come_out_with_times_and_directions() -> None:
     first, second, *_ = packets(pcap(usual()))
     assert (first.data, first.direction, first.port, first.connection) == (
         PING,
-        Direction.TO_SERVER,
+        TraceDirection.TO_SERVER,
         11_000,
         1,
     )
-    assert (second.data, second.direction) == (PONG, Direction.TO_CLIENT)
+    assert (second.data, second.direction) == (PONG, TraceDirection.TO_CLIENT)
     assert (first.time, second.time) == (3_000_000, 4_000_000)
 
 
@@ -279,19 +279,19 @@ def test_the_same_ports_used_again_are_another_connection() -> None:
 def test_without_its_beginning_a_known_port_tells_the_server() -> None:
     link = Conversation(client=("10.0.0.1", 5_000))
     first = packets(pcap(link.asked(PING, PONG)))[0]
-    assert (first.direction, first.port) == (Direction.TO_SERVER, 11_000)
+    assert (first.direction, first.port) == (TraceDirection.TO_SERVER, 11_000)
 
 
 def test_without_anything_else_the_lower_port_is_the_server() -> None:
     link = Conversation(client=("10.0.0.1", 5_000), server=("10.0.0.2", 6_000))
     first = packets(pcap(link.asked(PING, PONG)))[0]
-    assert (first.direction, first.port) == (Direction.TO_CLIENT, 5_000)
+    assert (first.direction, first.port) == (TraceDirection.TO_CLIENT, 5_000)
 
 
 def test_who_opened_is_the_client_whatever_the_ports() -> None:
     link = Conversation(client=("10.0.0.1", 5_000), server=("10.0.0.2", 60_000))
     first = packets(pcap([*link.opened(), *link.asked(PING, PONG)]))[0]
-    assert (first.direction, first.port) == (Direction.TO_SERVER, 60_000)
+    assert (first.direction, first.port) == (TraceDirection.TO_SERVER, 60_000)
 
 
 def test_each_connection_has_its_own_byte_order() -> None:
@@ -419,7 +419,10 @@ def test_a_syn_that_comes_after_its_answer_is_no_second_connection() -> None:
     syn, greeting, ack = link.opened()
     found = packets(pcap([greeting, syn, ack, *link.asked(PING, PONG)]))
     assert [packet.connection for packet in found] == [1, 1]
-    assert [packet.direction for packet in found] == [Direction.TO_SERVER, Direction.TO_CLIENT]
+    assert [packet.direction for packet in found] == [
+        TraceDirection.TO_SERVER,
+        TraceDirection.TO_CLIENT,
+    ]
 
 
 def test_a_port_scan_is_no_traffic() -> None:

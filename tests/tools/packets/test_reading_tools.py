@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from golden_vectors import FOLDER, GOLDEN, load
-from message_samples import SAMPLES
-from pcap_files import Conversation, pcap
+from rigs.data.case_table import every
+from rigs.data.golden_vectors import FOLDER, GOLDEN, Golden, load
+from rigs.data.message_samples import SAMPLES
+from rigs.data.pcap_files import Conversation, pcap
 
 from openpendant.simplemsg import (
     MOTOMAN,
@@ -32,15 +33,15 @@ from openpendant.tools.packets.reading.field_table import field_values
 from openpendant.tools.packets.reading.reader import Reader, Reading
 from openpendant.tools.packets.reading.wire_form import ALL
 from openpendant.tools.packets.trace import (
-    Direction,
     Entry,
     Event,
     Packet,
+    TraceDirection,
     entry_line,
     header_line,
 )
 
-UP, DOWN = Direction.TO_SERVER, Direction.TO_CLIENT
+UP, DOWN = TraceDirection.TO_SERVER, TraceDirection.TO_CLIENT
 LITTLE, BIG = codec_for(ALL, ByteOrder.LITTLE), codec_for(ALL, ByteOrder.BIG)
 CAPTURES = ("capture-industrial-robot-client", "capture-motoman-driver")
 BROKEN_ON_PURPOSE = {"capture-industrial-robot-client": 6, "capture-motoman-driver": 0}
@@ -84,7 +85,7 @@ def tool(
 
 
 def packet(
-    milliseconds: float, way: Direction, message: Message, port: int = 11_000, **more: Any
+    milliseconds: float, way: TraceDirection, message: Message, port: int = 11_000, **more: Any
 ) -> Packet:
     return Packet(round(milliseconds * 1e6), way, LITTLE.encode(message), port, **more)
 
@@ -140,20 +141,26 @@ def test_people_see_every_recorded_packet_too(tool: Tool, name: str, form: str) 
 
 
 @pytest.mark.parametrize("form", ["line", "tree"])
-@pytest.mark.parametrize("golden", GOLDEN[::7], ids=lambda golden: golden.id)
-def test_golden_packets_have_a_form_for_people(tool: Tool, form: str, golden: Any) -> None:
-    order = "little" if golden.byte_order is ByteOrder.LITTLE else "big"
-    wire = ["--order", order, "--real", str(golden.real_size), "--dialect", "all"]
-    found, lines, errors = tool.run(
-        "decode", "--format", form, *wire, stdin=golden.entry["hex"].encode()
-    )
-    assert (found, errors) == (0, [])
-    assert (len(lines) == 1) == (form == "line")
+def test_golden_packets_have_a_form_for_people(tool: Tool, form: str) -> None:
+    def check(golden: Golden) -> None:
+        order = "little" if golden.byte_order is ByteOrder.LITTLE else "big"
+        wire = ["--order", order, "--real", str(golden.real_size), "--dialect", "all"]
+        digits = golden.entry["hex"].encode()
+        found, lines, errors = tool.run("decode", "--format", form, *wire, stdin=digits)
+        assert (found, errors) == (0, [])
+        assert (len(lines) == 1) == (form == "line")
+
+    every([(golden.id, golden) for golden in GOLDEN[::7]], check)
 
 
 @pytest.mark.parametrize("real_size", [4, 8])
-@pytest.mark.parametrize("sample", SAMPLES.values(), ids=lambda sample: type(sample).__name__)
-def test_the_offsets_of_fields_cover_the_frame(sample: Message, real_size: int) -> None:
+def test_the_offsets_of_fields_cover_the_frame(real_size: int) -> None:
+    samples = [(cls.__name__, (sample, real_size)) for cls, sample in SAMPLES.items()]
+    every(samples, _offsets_cover_the_frame)
+
+
+def _offsets_cover_the_frame(case: tuple[Message, int]) -> None:
+    sample, real_size = case
     codec = codec_for(ALL, ByteOrder.LITTLE, real_size)
     frame = codec.encode(sample)
     fields = field_values(codec.decode(frame), codec)

@@ -10,13 +10,12 @@ from typing import Any, cast
 
 import pytest
 import pytest_asyncio
-from loopback_peers import LOOPBACK, PING, PONG, Server, Stream, connect
+from rigs.peers.loopback_peers import LOOPBACK, PING, PONG, Server, Stream, connect
 
 from openpendant.tools.packets.console import PeerError
 from openpendant.tools.packets.live.endpoints import Endpoint
-from openpendant.tools.packets.live.proxy import Pair
-from openpendant.tools.packets.live.proxy_side import WRITE_HIGH
-from openpendant.tools.packets.record import Recorder
+from openpendant.tools.packets.live.proxy import WRITE_HIGH, Pair
+from openpendant.tools.packets.record import PacketRecorder
 
 FLOOD = 300
 """Frames, more than the buffers of the kernel take."""
@@ -38,7 +37,7 @@ class Recording:
     async def start(self, path: str = "", **options: Any) -> None:
         path = path or str(self.file)
         pairs = [self.server.pair()]
-        self.recorder = Recorder(pairs, path, on_end=self.reasons.append, **options)
+        self.recorder = PacketRecorder(pairs, path, on_end=self.reasons.append, **options)
         (self.port,) = await self.recorder.start()
 
     async def client(self) -> tuple[Stream, Stream]:
@@ -201,7 +200,7 @@ async def test_a_port_in_use_leaves_nothing_open(start: Start, tmp_path: Path) -
     listen = Endpoint(LOOPBACK, recording.port)
     pairs = [recording.server.pair(), Pair(listen, listen)]
     with pytest.raises(PeerError, match="Address already in use"):
-        await Recorder(pairs, str(tmp_path / "other")).start()
+        await PacketRecorder(pairs, str(tmp_path / "other")).start()
 
 
 async def test_connections_are_numbered_by_port(start: Start) -> None:

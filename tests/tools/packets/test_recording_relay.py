@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from hypothesis import given
 from hypothesis import strategies as st
-from loopback_peers import PING, PONG
+from rigs.peers.loopback_peers import PING, PONG
 
 from openpendant.tools.packets.live.recording import RecordingRelay
-from openpendant.tools.packets.live.relay import LinkId, Reset, Send
-from openpendant.tools.packets.trace import Direction, Entry, Event, Packet
+from openpendant.tools.packets.live.relay import ProxyLinkId, ResetBoth, SendBytes
+from openpendant.tools.packets.trace import Entry, Event, Packet, TraceDirection
 
-LINK = LinkId(1, 11000, 1)
-UP, DOWN = Direction.TO_SERVER, Direction.TO_CLIENT
+LINK = ProxyLinkId(1, 11000, 1)
+UP, DOWN = TraceDirection.TO_SERVER, TraceDirection.TO_CLIENT
 
 chunks = st.lists(
-    st.tuples(st.sampled_from(Direction), st.binary(max_size=50) | st.sampled_from([PING, PONG])),
+    st.tuples(
+        st.sampled_from(TraceDirection), st.binary(max_size=50) | st.sampled_from([PING, PONG])
+    ),
     max_size=30,
 )
 
@@ -27,13 +29,17 @@ def _relay() -> tuple[RecordingRelay, list[Entry]]:
 
 
 @given(chunks)
-def test_every_portion_goes_on_at_once_as_it_came(portions: list[tuple[Direction, bytes]]) -> None:
+def test_every_portion_goes_on_at_once_as_it_came(
+    portions: list[tuple[TraceDirection, bytes]],
+) -> None:
     relay, entries = _relay()
     for now, (direction, data) in enumerate(portions):
-        assert list(relay.received(LINK, direction, data, now)) == [Send(LINK, direction, data)]
+        assert list(relay.received(LINK, direction, data, now)) == [
+            SendBytes(LINK, direction, data)
+        ]
         assert relay.held(LINK, direction) == 0
     relay.finish(len(portions))
-    for direction in Direction:
+    for direction in TraceDirection:
         recorded = [
             entry.data
             for entry in entries
@@ -45,7 +51,7 @@ def test_every_portion_goes_on_at_once_as_it_came(portions: list[tuple[Direction
 def test_bytes_are_sent_before_they_are_written_down() -> None:
     relay, entries = _relay()
     actions = iter(relay.received(LINK, UP, PING, 5))
-    assert next(actions) == Send(LINK, UP, PING)
+    assert next(actions) == SendBytes(LINK, UP, PING)
     assert not any(isinstance(entry, Packet) for entry in entries)
     assert list(actions) == []
     assert entries[-1] == Packet(5, UP, PING, 11000)
@@ -62,6 +68,6 @@ def test_a_stream_out_of_step_is_noted_once() -> None:
 def test_a_reset_passes_on_and_leaves_no_half_frame_behind() -> None:
     relay, entries = _relay()
     list(relay.received(LINK, UP, PING[:7], 0))
-    assert relay.reset(LINK, DOWN, 1) == [Reset(LINK)]
+    assert relay.reset(LINK, DOWN, 1) == [ResetBoth(LINK)]
     relay.closed(LINK, 2)
     assert [entry.data for entry in entries if isinstance(entry, Packet)] == [PING[:7]]

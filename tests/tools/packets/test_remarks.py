@@ -10,7 +10,7 @@ from openpendant.simplemsg import MOTOMAN, Message, Ping, codec_for
 from openpendant.simplemsg import motoman as m
 from openpendant.tools.packets.cli import main
 from openpendant.tools.packets.reading.remarks import is_failed_verdict, remark_on
-from openpendant.tools.packets.trace import Direction, Packet, entry_line, header_line
+from openpendant.tools.packets.trace import Packet, TraceDirection, entry_line, header_line
 
 ZEROS = (0.0,) * 10
 HOLD = m.MotomanMotionReply(0, 4, 200121, 5, 5007, ZEROS)
@@ -70,7 +70,7 @@ def test_an_address_is_named_for_each_model(message: Message, remark: str) -> No
 def test_a_tree_ends_with_the_remark_and_json_has_none(
     message: Message, tool: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    packet = Packet(0, Direction.TO_CLIENT, codec_for(MOTOMAN).encode(message), 50240)
+    packet = Packet(0, TraceDirection.TO_CLIENT, codec_for(MOTOMAN).encode(message), 50240)
     file = tmp_path / "trace"
     file.write_text(f"{header_line('2026-01-01T00:00:00+00:00')}\n{entry_line(packet)}\n")
     assert main([tool, str(file), "--format", "tree"]) == 0

@@ -7,25 +7,31 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
-from loopback_peers import LOOPBACK, PING, PONG, Server, connect
+from rigs.peers.loopback_peers import LOOPBACK, PING, PONG, Server, connect
 
+from openpendant.simplemsg.framing import Cut
 from openpendant.tools.packets.console import PacketToolError
-from openpendant.tools.packets.frames import Cut
 from openpendant.tools.packets.live.endpoints import Endpoint
-from openpendant.tools.packets.live.playback import Pace, Part, Player, Session, sessions_of
-from openpendant.tools.packets.live.replaying import Replay, Summary
+from openpendant.tools.packets.live.playback import (
+    Pace,
+    PlayedSide,
+    Player,
+    RecordedSession,
+    sessions_of,
+)
+from openpendant.tools.packets.live.replaying import Replay, ReplaySummary
 from openpendant.tools.packets.replay import chosen, main
 from openpendant.tools.packets.trace import (
-    Direction,
     Entry,
     Event,
     Packet,
+    TraceDirection,
     entry_line,
     header_line,
 )
 
 SECOND = 1_000_000_000
-UP, DOWN = Direction.TO_SERVER, Direction.TO_CLIENT
+UP, DOWN = TraceDirection.TO_SERVER, TraceDirection.TO_CLIENT
 FAILED = PONG[:12] + bytes([2, 0, 0, 0])
 STATUS = bytes.fromhex("280000000d0000000100000000000000") + bytes(28)
 FAST = Pace(None)
@@ -44,7 +50,7 @@ def conversation(rounds: int = 3, step: float = 1.0) -> list[Entry]:
 
 
 def player(
-    part: Part = Part.CLIENT, pace: Pace = FAST, entries: Iterable[Entry] | None = None
+    part: PlayedSide = PlayedSide.CLIENT, pace: Pace = FAST, entries: Iterable[Entry] | None = None
 ) -> Player:
     entries = conversation() if entries is None else entries
     (session,) = sessions_of(entries, part, exact=pace.exact)
@@ -77,7 +83,7 @@ def test_as_fast_as_replies_the_next_packet_waits_for_the_reply_and_not_for_topi
 
 
 def test_a_server_sends_no_reply_before_its_request() -> None:
-    run = player(Part.SERVER, Pace(1.0))
+    run = player(PlayedSide.SERVER, Pace(1.0))
     assert run.due(5 * SECOND) == [STATUS]
     run.take(frame(PING))
     assert run.due(5 * SECOND) == [PONG, STATUS]
@@ -129,7 +135,7 @@ def test_connections_are_told_apart() -> None:
         Packet(1, UP, PING, 11000, 2),
         Event(2, "end", 0),
     ]
-    sessions = sessions_of(entries, Part.CLIENT, exact=False)
+    sessions = sessions_of(entries, PlayedSide.CLIENT, exact=False)
     assert [(session.port, session.number) for session in sessions] == [(11000, 1), (11000, 2)]
 
 
@@ -155,11 +161,11 @@ class Answers(Server):
         writer.close()
 
 
-async def _play(answers: list[bytes], pace: Pace = FAST) -> Summary:
+async def _play(answers: list[bytes], pace: Pace = FAST) -> ReplaySummary:
     server = Answers(iter(answers))
     await server.start()
-    sessions = sessions_of(conversation(), Part.CLIENT, exact=pace.exact)
-    replay = Replay(sessions, Part.CLIENT, pace, within=1.0)
+    sessions = sessions_of(conversation(), PlayedSide.CLIENT, exact=pace.exact)
+    replay = Replay(sessions, PlayedSide.CLIENT, pace, within=1.0)
     summary = await replay.play_client({11000: Endpoint(LOOPBACK, server.port)})
     await server.close()
     return summary
@@ -205,15 +211,15 @@ async def test_one_packet_too_many_is_noticed() -> None:
 @pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_a_peer_that_is_not_there_is_said() -> None:
-    sessions = sessions_of(conversation(), Part.CLIENT, exact=False)
-    replay = Replay(sessions, Part.CLIENT, FAST, within=1.0)
+    sessions = sessions_of(conversation(), PlayedSide.CLIENT, exact=False)
+    replay = Replay(sessions, PlayedSide.CLIENT, FAST, within=1.0)
     summary = await replay.play_client({11000: Endpoint(LOOPBACK, 1)})
     assert summary.code == 3
     assert "Connection refused" in summary.failure
 
 
-async def _serve(sessions: list[Session], pace: Pace = FAST) -> tuple[Replay, int]:
-    replay = Replay(sessions, Part.SERVER, pace, within=1.0)
+async def _serve(sessions: list[RecordedSession], pace: Pace = FAST) -> tuple[Replay, int]:
+    replay = Replay(sessions, PlayedSide.SERVER, pace, within=1.0)
     ports = await replay.listen({11000: Endpoint(LOOPBACK, 0)})
     return replay, ports[11000]
 
@@ -222,7 +228,7 @@ async def _serve(sessions: list[Session], pace: Pace = FAST) -> tuple[Replay, in
 @pytest.mark.virtual_clock
 @pytest.mark.parametrize("request_", [PING, STATUS[:8] + PING[8:12] + bytes(32)])
 async def test_the_server_side_answers_a_client(request_: bytes) -> None:
-    sessions = sessions_of(conversation(), Part.SERVER, exact=False)
+    sessions = sessions_of(conversation(), PlayedSide.SERVER, exact=False)
     replay, port = await _serve(sessions)
     playing = asyncio.create_task(replay.play_server())
     client = await connect(port)
@@ -238,7 +244,7 @@ async def test_the_server_side_answers_a_client(request_: bytes) -> None:
 @pytest.mark.asyncio
 @pytest.mark.virtual_clock
 async def test_a_client_that_never_comes_is_said() -> None:
-    sessions = sessions_of(conversation(), Part.SERVER, exact=False)
+    sessions = sessions_of(conversation(), PlayedSide.SERVER, exact=False)
     replay, _ = await _serve(sessions)
     summary = await replay.play_server()
     assert summary.code == 3

@@ -8,17 +8,24 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from journalled_cell import PINGS, deaf_peers, journalled_cell
-from virtual_clock import VirtualLoop
+from rigs.cells.journalled_cell import PINGS, deaf_peers, journalled_cell
+from rigs.clock.virtual_clock import VirtualLoop
 
 from openpendant.simplemsg.pendant import OperatorAction
 from openpendant.tools.packets.rerun import main
 from openpendant.tools.pendants.client import Aborted, Refused
 
 
+@pytest.fixture(scope="module", params=[20.0, pytest.param(60.0, marks=pytest.mark.soak)])
+def seconds(request: pytest.FixtureRequest) -> float:
+    """How long the journals are."""
+    asked: float = request.param
+    return asked
+
+
 @pytest.fixture(scope="module")
-def journals(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """A minute of everything: moves, a planned path, a refusal, stops, bursts, peers gone deaf."""
+def journals(seconds: float, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """All there is: moves, a planned path, a refusal, stops, bursts, peers gone deaf."""
     folder = tmp_path_factory.mktemp("journals")
     files = {kind: folder / f"{kind}.journal" for kind in ("emulator", "server")}
 
@@ -46,18 +53,13 @@ def journals(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
                 cell.service.operate(OperatorAction.EMERGENCY_STOP)
                 with pytest.raises(Aborted):
                     await motion.done()
-                await asyncio.sleep(60.0 - _seconds_since_start())
-
-    began = 0.0
-
-    def _seconds_since_start() -> float:
-        return asyncio.get_running_loop().time() - began
+                await asyncio.sleep(began + seconds - loop.time())
 
     loop = VirtualLoop()
+    began = loop.time()
     with pytest.MonkeyPatch.context() as patch:
         # The kernel's clock is not virtual: on a slow machine it would cut the deaf peers off.
         patch.delattr(socket, "TCP_USER_TIMEOUT", raising=False)
-        began = loop.time()
         loop.run_until_complete(live())
     loop.close()
     return files
@@ -71,14 +73,14 @@ def _state(capsys: pytest.CaptureFixture[str], arguments: list[str]) -> dict[str
 
 
 @pytest.mark.parametrize("kind", ["emulator", "server"])
-def test_a_minute_runs_again_with_identical_bytes(
-    journals: dict[str, Path], kind: str, capsys: pytest.CaptureFixture[str]
+def test_all_of_it_runs_again_with_identical_bytes(
+    journals: dict[str, Path], seconds: float, kind: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([str(journals[kind]), "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["identical"]
     assert report["of"] == kind
-    assert report["duration"] > 59.0
+    assert report["duration"] > seconds - 1.0
     lines = [json.loads(line) for line in journals[kind].read_text().splitlines()]
     assert report["events"] == sum("on" in line for line in lines)
     assert report["bytes_out"] == sum(len(line["hex"]) // 2 for line in lines if "out" in line)
@@ -111,9 +113,9 @@ def test_the_state_in_motion_is_between_those_at_rest(
 
 
 def test_the_server_knows_the_emergency_stop_at_the_end(
-    journals: dict[str, Path], capsys: pytest.CaptureFixture[str]
+    journals: dict[str, Path], seconds: float, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    state = _state(capsys, [str(journals["server"]), "--until", "55"])
+    state = _state(capsys, [str(journals["server"]), "--until", str(seconds - 5.0)])
     assert state["controller_status"]["e_stopped"] == 1
     assert state["owner"] is not None
     assert state["clients"]

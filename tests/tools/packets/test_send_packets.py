@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 import pytest_asyncio
-from loopback_peers import LOOPBACK, PING, PONG, Server
+from rigs.peers.loopback_peers import LOOPBACK, PING, PONG, Server
 
 from openpendant.simplemsg import (
     MOTOMAN,

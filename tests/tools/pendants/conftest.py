@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import AsyncIterator
 
 import pytest_asyncio
-from scripted_pendant_server import ScriptedPendantServer, scripted_server
+from rigs.peers.scripted_pendant_server import ScriptedPendantServer, scripted_server
 
 from openpendant.tools.pendants.client import PendantClient
 

@@ -8,8 +8,8 @@ from collections.abc import Awaitable, Callable
 from contextlib import suppress
 
 import pytest
-from hanging_program import hang
-from scripted_pendant_server import ScriptedPendantServer
+from rigs.peers.scripted_pendant_server import ScriptedPendantServer
+from rigs.processes.hanging_program import hang
 
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import JogBeat, JogEnd, JogRelease, JogStart

@@ -7,7 +7,7 @@ import itertools
 import time
 
 import pytest
-from scripted_pendant_server import ScriptedPendantServer
+from rigs.peers.scripted_pendant_server import ScriptedPendantServer
 
 from openpendant.simplemsg.pendant import (
     JogBeat,

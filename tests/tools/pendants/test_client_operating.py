@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 
 import pytest
-from scripted_pendant_server import SESSION, ScriptedPendantServer
+from rigs.peers.scripted_pendant_server import SESSION, ScriptedPendantServer
 
 from openpendant.simplemsg.pendant import (
     Authority,
@@ -75,7 +75,7 @@ async def test_whoever_holds_control_hears_who_wants_it(
     server: ScriptedPendantServer, pendant: PendantClient
 ) -> None:
     heard: list[str] = []
-    async with pendant.control(wanted=lambda asker: heard.append(asker.client)):
+    async with pendant.control(wanted=lambda reply_to: heard.append(reply_to.client)):
         server.send(AuthorityWanted(session=9, client="bob"))
         await pendant.next_state()
     server.send(AuthorityWanted(session=9, client="too late"))

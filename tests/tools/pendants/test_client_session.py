@@ -7,7 +7,7 @@ import itertools
 from typing import Any
 
 import pytest
-from scripted_pendant_server import SESSION, ScriptedPendantServer
+from rigs.peers.scripted_pendant_server import SESSION, ScriptedPendantServer
 
 from openpendant.simplemsg import Ping
 from openpendant.simplemsg.pendant import (

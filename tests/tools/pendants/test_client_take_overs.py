@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 
 import pytest
-from hanging_program import hang
-from scripted_pendant_server import ScriptedPendantServer
+from rigs.peers.scripted_pendant_server import ScriptedPendantServer
+from rigs.processes.hanging_program import hang
 
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import JogBeat, JogEnd, JogRelease, JogStart

@@ -8,7 +8,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from scripted_pendant_server import scripted_server
+from rigs.peers.scripted_pendant_server import scripted_server
 
 from openpendant.simplemsg.pendant import Login
 from openpendant.tools.pendants.client import PendantClient

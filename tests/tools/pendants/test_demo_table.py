@@ -6,11 +6,11 @@ from dataclasses import replace
 from io import StringIO
 
 from rich.console import Console
-from scripted_pendant_server import DOF, state
+from rigs.peers.scripted_pendant_server import DOF, state
 
-from openpendant.simplemsg.pendant import State
+from openpendant.simplemsg.pendant import OperatingMode, State
+from openpendant.simplemsg.pendant.management.cell import JointFacts
 from openpendant.tools.pendants.demo_pendant import live_table
-from openpendant.tools.pendants.snapshot import JointFacts
 
 JOINTS = [
     JointFacts(
@@ -48,3 +48,9 @@ def test_positions_are_shown_in_degrees_and_millimetres() -> None:
 def test_before_the_first_state_the_table_has_its_title_only() -> None:
     assert "moving" in page(None)
     assert "joint_1" not in page(None)
+
+
+def test_an_activity_of_a_newer_server_is_shown_as_unknown() -> None:
+    rows = page(replace(state(1, mode=OperatingMode.AUTOMATIC), activity=99)).splitlines()
+    (row,) = (each for each in rows if "│ mode " in each)
+    assert row.split() == ["│", "mode", "│", "automatic", "│", "unknown", "│"]

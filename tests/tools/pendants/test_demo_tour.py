@@ -9,10 +9,10 @@ from collections.abc import Callable, Sequence
 import pytest
 
 from openpendant.simplemsg.pendant import Motion, Outcome, OutcomeKind
+from openpendant.simplemsg.pendant.management.cell import JointFacts
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import MotionHandle, Pose, Refused
 from openpendant.tools.pendants.demo_tour import Tour, TourReport, circle
-from openpendant.tools.pendants.snapshot import JointFacts
 
 Place = tuple[float, ...]
 Allowed = Callable[[Place], bool]

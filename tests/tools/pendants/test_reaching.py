@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from judged_server import running_emulator
-from scripted_pendant_server import scripted_server
-from tls_certificates import make_certificate
+from rigs.peers.scripted_pendant_server import scripted_server
+from rigs.peers.tls_certificates import make_certificate
+from rigs.processes.judged_server import running_emulator
 
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 from openpendant.tools.pendants.client import (
@@ -28,7 +28,7 @@ from openpendant.tools.pendants.client import (
     Unreachable,
     WrongArgument,
 )
-from openpendant.tools.pendants.reaching import unreachable
+from openpendant.tools.pendants.connection_errors import unreachable
 
 START_ONE = "nobody listens at robot:7; start a server: openpendant serve"
 REFUSED = f"[Errno {errno.ECONNREFUSED}] Connect call failed"

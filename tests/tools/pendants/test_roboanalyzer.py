@@ -7,15 +7,16 @@ from collections.abc import Callable, Iterator
 from itertools import groupby
 
 import pytest
-from roboanalyzer_rig import roboanalyzer_server
-from scripted_pendant_server import ScriptedPendantServer
-from server_rig import LIMITS, NoTool
+from rigs.cells.server_rig import LIMITS, NoTool
+from rigs.peers.roboanalyzer_rig import roboanalyzer_server
+from rigs.peers.scripted_pendant_server import ScriptedPendantServer
 
-from openpendant.server.cells import Cells
-from openpendant.server.core import Port, ServerCore
-from openpendant.server.outgoing import Send
-from openpendant.server.pendant.greeting import Identity
-from openpendant.server.settings import make_settings
+from openpendant.server.core.cell_core import CellCore
+from openpendant.server.core.server_core import ServerCore
+from openpendant.server.endpoints.pendant.hello import Identity
+from openpendant.server.events.effects import Send
+from openpendant.server.events.events import Opened, Port, Received
+from openpendant.server.settings.cell_settings import make_settings
 from openpendant.simplemsg.pendant import (
     PROTOCOL_VERSION,
     Authority,
@@ -32,10 +33,10 @@ from openpendant.simplemsg.pendant import (
     Verdict,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.pendants.attitude import quaternion_of, roll_pitch_yaw
-from openpendant.tools.pendants.cell_choice import some_cell
-from openpendant.tools.pendants.failures import PendantError, Refused, WrongArgument
+from openpendant.tools.pendants.connection_errors import PendantError, Refused, WrongArgument
+from openpendant.tools.pendants.motions import quaternion_of, roll_pitch_yaw
 from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
+from openpendant.tools.pendants.roboanalyzer.robots import some_cell
 
 pytestmark = pytest.mark.realtime
 
@@ -298,7 +299,7 @@ def test_the_refusal_of_a_real_room_names_a_cell_that_tells_the_others() -> None
 def sentence_of_a_room(*names: str) -> str:
     """Return what a server of several cells says to a hello that names none."""
     cores = [
-        ServerCore(
+        CellCore(
             make_settings({"name": name}, "test"),
             LIMITS,
             Identity(name, "two-joints", "openpendant test"),
@@ -306,9 +307,14 @@ def sentence_of_a_room(*names: str) -> str:
         )
         for name in names
     ]
-    cells = Cells(cores)
-    cells.opened(7, Port.PENDANT, "127.0.0.1", 0)
-    answer = cells.receive(7, Hello(PROTOCOL_VERSION, 0.0, "", "tester"), 0).outgoing[0]
+    cells = ServerCore(cores)
+    for event in (
+        Opened(7, Port.PENDANT, "127.0.0.1"),
+        Received(7, Hello(PROTOCOL_VERSION, 0.0, "", "tester")),
+    ):
+        ((number, routed),) = cells.route(event)
+        out = cores[number].handle(routed, 0)
+    answer = out[0]
     assert isinstance(answer, Send)
     assert isinstance(answer.message, Verdict)
     return answer.message.text

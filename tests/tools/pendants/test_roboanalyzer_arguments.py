@@ -9,11 +9,11 @@ from functools import partial
 from typing import Any
 
 import pytest
-from roboanalyzer_rig import roboanalyzer_server
-from scripted_pendant_server import ScriptedPendantServer
+from rigs.peers.roboanalyzer_rig import roboanalyzer_server
+from rigs.peers.scripted_pendant_server import ScriptedPendantServer
 
 from openpendant.simplemsg.pendant import JointMove, PoseMove
-from openpendant.tools.pendants.failures import WrongArgument
+from openpendant.tools.pendants.connection_errors import WrongArgument
 from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
 
 pytestmark = pytest.mark.realtime

@@ -11,8 +11,8 @@ from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
 import pytest
-from busy_machine import SCALE
-from scripted_pendant_server import ScriptedPendantServer, scripted_server
+from rigs.clock.busy_machine import SCALE
+from rigs.peers.scripted_pendant_server import ScriptedPendantServer, scripted_server
 
 from openpendant.simplemsg.pendant import (
     Enabling,

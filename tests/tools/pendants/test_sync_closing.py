@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 
 import pytest
-from scripted_pendant_server import ScriptedPendantServer, scripted_server
+from rigs.peers.scripted_pendant_server import ScriptedPendantServer, scripted_server
 
 from openpendant.tools.pendants import loop_thread
 from openpendant.tools.pendants.client import ConnectionLost

@@ -3,7 +3,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tshark_captures import require_tshark
+from rigs.data.tshark_captures import require_tshark
 
 from openpendant.tools.reference.dissector import lua_dissector
 

@@ -3,15 +3,18 @@ from __future__ import annotations
 import json
 import random
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from dissected_fields import differences
-from golden_vectors import GOLDEN, load
-from tshark_captures import (
+from rigs.data.case_table import every
+from rigs.data.dissected_fields import differences
+from rigs.data.golden_vectors import GOLDEN, load
+from rigs.data.tshark_captures import (
+    Dissected,
     Segment,
     dissect,
+    dissect_parts,
     run_tshark,
     write_pcap,
 )
@@ -29,7 +32,7 @@ from openpendant.simplemsg import (
     Opaque,
     codec_for,
 )
-from openpendant.simplemsg.layout import HEADER_SIZE
+from openpendant.simplemsg.framing import HEADER_SIZE
 from openpendant.simplemsg.motoman import MotomanGroup, MotomanJointTrajPtFullEx
 from openpendant.simplemsg.pendant import SoftwareStop
 from openpendant.tools.reference.messages import ALL_MESSAGES
@@ -72,27 +75,25 @@ def _exported_packets() -> list[Packet]:
     return found
 
 
-@pytest.mark.parametrize(
-    ("packets", "least"),
-    [
-        pytest.param(_golden_packets(), 1279, id="golden"),
-        pytest.param(_captured_packets(), 300, id="captures"),
-        pytest.param(_exported_packets(), 300, id="exported"),
-    ],
-)
-def test_every_field_equals_what_our_codec_decodes(
-    packets: list[Packet], least: int, script: Path, tmp_path: Path
-) -> None:
-    segments = [Segment(frame, stream=number % 16) for number, (frame, _) in enumerate(packets)]
-    write_pcap(tmp_path / "packets.pcap", segments)
-    dissected = dissect(script, tmp_path / "packets.pcap")
-    assert len(dissected) == len(packets) >= least
-    wrong = [
+def _each_alone(packets: list[Packet]) -> list[Segment]:
+    return [Segment(frame, stream=number % 16) for number, (frame, _) in enumerate(packets)]
+
+
+def _differences(dissected: list[Dissected], packets: list[Packet]) -> list[tuple[str, str]]:
+    """Compare frames with what our codec decodes; return bytes and difference of each."""
+    return [
         (frame.hex(), found)
         for one, (frame, codec) in zip(dissected, packets, strict=True)
         for found in differences(one, frame, codec)
     ]
-    assert wrong == []
+
+
+PACKETS: dict[str, tuple[Callable[[], list[Packet]], int]] = {
+    "golden": (_golden_packets, 1279),
+    "captures": (_captured_packets, 300),
+    "exported": (_exported_packets, 300),
+}
+"""What tshark gets, each frame in a segment of its own, and how many there are at least."""
 
 
 TEXTS = [
@@ -111,38 +112,21 @@ def _with_reason(text: bytes) -> bytes:
     return frame[:-64] + text.ljust(64, b"\0")
 
 
-def test_a_text_is_malformed_exactly_where_it_is_not_utf_8(script: Path, tmp_path: Path) -> None:
-    frames = [_with_reason(text) for text in TEXTS + BROKEN_TEXTS]
-    write_pcap(tmp_path / "texts.pcap", [Segment(frame, port=11010) for frame in frames])
-    dissected = dissect(script, tmp_path / "texts.pcap")
-    assert [bool(one.find("body_fault")) for one in dissected] == [
-        *(False for _ in TEXTS),
-        *(True for _ in BROKEN_TEXTS),
-    ]
-    assert [
-        found
-        for one, frame in zip(dissected, frames, strict=True)
-        for found in differences(one, frame, PENDANT_LITTLE)
-    ] == []
+TEXT_PACKETS: list[Packet] = [(_with_reason(text), PENDANT_LITTLE) for text in TEXTS + BROKEN_TEXTS]
+
+MEANT = range(-1, 6)
 
 
-@pytest.mark.parametrize("meant", range(-1, 6))
-def test_groups_are_taken_as_many_as_meant_or_four(
-    meant: int, script: Path, tmp_path: Path
-) -> None:
+def _with_groups(meant: int) -> list[Packet]:
+    """Return points of one to four groups that say how many are meant."""
     groups = (MotomanGroup(0, 7, 0.5, *[(0.0,) * 10] * 3),) * 4
     frames = []
     for records in range(1, 5):
         point = MotomanJointTrajPtFullEx(records, 5, groups[:records])
         frame = bytearray(codec_for(MOTOMAN).encode(point))
         struct.pack_into("<i", frame, HEADER_SIZE, meant)
-        frames.append(bytes(frame))
-    write_pcap(tmp_path / "groups.pcap", [Segment(frame) for frame in frames])
-    assert [
-        found
-        for one, frame in zip(dissect(script, tmp_path / "groups.pcap"), frames, strict=True)
-        for found in differences(one, frame, codec_for(MOTOMAN))
-    ] == []
+        frames.append((bytes(frame), codec_for(MOTOMAN)))
+    return frames
 
 
 # Segments and frames need not coincide.
@@ -162,19 +146,74 @@ def _cut(stream: bytes, sizes: list[int]) -> list[Segment]:
     return segments
 
 
-@pytest.mark.parametrize("sizes", [[1], [7], [3, 50, 1], [1400], [16, 4]])
-def test_frames_split_and_merged_by_tcp_are_all_found(
-    sizes: list[int], script: Path, tmp_path: Path
+SIZES = [[1], [7], [3, 50, 1], [1400], [16, 4]]
+
+
+# All that is read with the usual options, in one run of tshark.
+
+
+@pytest.fixture(name="dissected", scope="module")
+def _dissected(
+    script: Path, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, list[Dissected]]:
+    whole = _some_frames()[10]
+    assert len(whole) == 60
+    parts = {
+        **{name: _each_alone(packets()) for name, (packets, _) in PACKETS.items()},
+        "texts": [Segment(frame, port=11010) for frame, _ in TEXT_PACKETS],
+        **{f"{n} groups": [Segment(frame) for frame, _ in _with_groups(n)] for n in MEANT},
+        **{f"cut {sizes}": _cut(b"".join(_some_frames()), sizes) for sizes in SIZES},
+        **{f"{size} bytes": [Segment(whole[:size])] for size in range(1, 60, 3)},
+    }
+    return dissect_parts(script, tmp_path_factory.mktemp("parts") / "parts.pcap", parts)
+
+
+@pytest.mark.parametrize("name", PACKETS)
+def test_every_field_equals_what_our_codec_decodes(
+    name: str, dissected: dict[str, list[Dissected]]
 ) -> None:
-    frames = _some_frames()
-    write_pcap(tmp_path / "cut.pcap", _cut(b"".join(frames), sizes))
-    dissected = dissect(script, tmp_path / "cut.pcap")
-    assert len(dissected) == len(frames)
-    assert [
-        found
-        for one, frame in zip(dissected, frames, strict=True)
-        for found in differences(one, frame, LITTLE)
-    ] == []
+    made, least = PACKETS[name]
+    packets = made()
+    assert len(dissected[name]) == len(packets) >= least
+    assert _differences(dissected[name], packets) == []
+
+
+def test_a_text_is_malformed_exactly_where_it_is_not_utf_8(
+    dissected: dict[str, list[Dissected]],
+) -> None:
+    assert [bool(one.find("body_fault")) for one in dissected["texts"]] == [
+        *(False for _ in TEXTS),
+        *(True for _ in BROKEN_TEXTS),
+    ]
+    assert _differences(dissected["texts"], TEXT_PACKETS) == []
+
+
+def test_groups_are_taken_as_many_as_meant_or_four(
+    dissected: dict[str, list[Dissected]],
+) -> None:
+    def check(meant: int) -> None:
+        assert _differences(dissected[f"{meant} groups"], _with_groups(meant)) == []
+
+    every([(str(meant), meant) for meant in MEANT], check)
+
+
+def test_frames_split_and_merged_by_tcp_are_all_found(
+    dissected: dict[str, list[Dissected]],
+) -> None:
+    packets = [(frame, LITTLE) for frame in _some_frames()]
+
+    def check(sizes: list[int]) -> None:
+        found = dissected[f"cut {sizes}"]
+        assert len(found) == len(packets)
+        assert _differences(found, packets) == []
+
+    every([(str(sizes), sizes) for sizes in SIZES], check)
+
+
+def test_a_truncated_frame_raises_nothing(dissected: dict[str, list[Dissected]]) -> None:
+    short = {name: found for name, found in dissected.items() if name.endswith(" bytes")}
+    assert len(short) == 20
+    assert {name: found for name, found in short.items() if found} == {}
 
 
 def test_a_capture_with_a_short_snap_length_is_shown_as_cut_short(
@@ -188,15 +227,18 @@ def test_a_capture_with_a_short_snap_length_is_shown_as_cut_short(
 # Nothing that a peer may send raises an error in Lua: `run_tshark` looks for one.
 
 
-def _harmed(chance: random.Random) -> Iterator[bytes]:
-    """Frames of a sound length whose header or body is no longer what it was."""
+each_share = pytest.mark.parametrize("share", [1, pytest.param(8, marks=pytest.mark.soak)])
+
+
+def _harmed(chance: random.Random, share: int) -> Iterator[bytes]:
+    """Frames of a sound length whose header or body is no longer what it was: 700 to a share."""
     frames = [frame for frame, _ in _golden_packets() + _exported_packets() if len(frame) < 1_500]
-    for _ in range(1_500):
+    for _ in range(500 * share):
         harmed = bytearray(chance.choice(frames))
         for _ in range(chance.randrange(1, 6)):
             harmed[chance.randrange(4, len(harmed))] = chance.choice((0, 1, 0x7F, 0x80, 0xFF))
         yield bytes(harmed)
-    for _ in range(600):
+    for _ in range(200 * share):
         # A header of a known type before a body of any size.
         known = bytearray(chance.choice(frames)[:HEADER_SIZE]) + chance.randbytes(
             chance.randrange(0, 300)
@@ -220,35 +262,28 @@ def _fitting_codec(frame: bytes) -> Codec:
     return codecs[0]
 
 
-def test_harmed_frames_are_judged_as_our_codec_judges_them(script: Path, tmp_path: Path) -> None:
-    harmed = list(_harmed(random.Random(1)))
+@each_share
+def test_harmed_frames_are_judged_as_our_codec_judges_them(
+    share: int, script: Path, tmp_path: Path
+) -> None:
+    harmed = list(_harmed(random.Random(1), share))
     segments = [Segment(data, stream=number) for number, data in enumerate(harmed)]
     write_pcap(tmp_path / "harmed.pcap", segments)
     dissected = dissect(script, tmp_path / "harmed.pcap")
     assert len(dissected) == len(harmed)
-    wrong = [
-        (frame.hex(), found)
-        for one, frame in zip(dissected, harmed, strict=True)
-        for found in differences(one, frame, _fitting_codec(frame))
-    ]
-    assert wrong == []
+    assert _differences(dissected, [(frame, _fitting_codec(frame)) for frame in harmed]) == []
     assert all(any(one.find(kind) for one in dissected) for kind in ("header_fault", "body_fault"))
 
 
-def test_random_bytes_in_random_segments_raise_nothing(script: Path, tmp_path: Path) -> None:
+@each_share
+def test_random_bytes_in_random_segments_raise_nothing(
+    share: int, script: Path, tmp_path: Path
+) -> None:
     chance = random.Random(2)
     streams = [
         Segment(chance.randbytes(chance.randrange(1, 200)), stream=chance.randrange(100))
-        for _ in range(1_000)
+        for _ in range(350 * share)
     ]
-    harmed = b"".join(_harmed(chance))
+    harmed = b"".join(_harmed(chance, share))
     write_pcap(tmp_path / "random.pcap", streams + _cut(harmed, [1, 100, 1_000, 17, 3]))
     run_tshark(script, tmp_path / "random.pcap", "-V")
-
-
-@pytest.mark.parametrize("size", range(1, 60, 3))
-def test_a_truncated_frame_raises_nothing(size: int, script: Path, tmp_path: Path) -> None:
-    frame = _some_frames()[10]
-    assert len(frame) == 60
-    write_pcap(tmp_path / "short.pcap", [Segment(frame[:size])])
-    assert dissect(script, tmp_path / "short.pcap") == []

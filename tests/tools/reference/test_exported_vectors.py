@@ -4,16 +4,18 @@ import json
 from typing import Any
 
 import pytest
-from golden_vectors import exact
+from rigs.data.case_table import every, same
+from rigs.data.golden_vectors import exact
 
 from openpendant.simplemsg import DIALECTS, ByteOrder, Codec, Message, codec_for
 from openpendant.simplemsg.declaration import Int, Reals
-from openpendant.simplemsg.text import packet_from_json, packet_to_json
+from openpendant.simplemsg.packet_text import packet_from_json, packet_to_json
 from openpendant.tools.reference.messages import ALL_MESSAGES, every_field
 from openpendant.tools.reference.samples import extremes, sample, zeros
 from openpendant.tools.reference.vectors import vector_files
 
 FILES = {name: text for name, text in vector_files().items() if name.endswith(".json")}
+MESSAGES = [(cls.__name__, cls) for cls in ALL_MESSAGES]
 
 
 def _codec(file: str) -> Codec:
@@ -33,12 +35,15 @@ def test_there_is_a_file_for_each_dialect_order_and_width() -> None:
 @pytest.mark.parametrize("file", FILES)
 def test_every_exported_packet_holds_both_ways(file: str) -> None:
     codec = _codec(file)
-    for entry in json.loads(FILES[file]):
+
+    def check(entry: dict[str, Any]) -> None:
         message = codec.decode(bytes.fromhex(entry["hex"]))
         decoded = {**packet_to_json(message, codec)}
         decoded.pop("name")
-        assert exact(decoded) == exact(_packet(entry))
-        assert codec.encode(packet_from_json(_packet(entry), codec)).hex() == entry["hex"]
+        same(exact(decoded), exact(_packet(entry)))
+        same(codec.encode(packet_from_json(_packet(entry), codec)).hex(), entry["hex"])
+
+    every([(entry["name"], entry) for entry in json.loads(FILES[file])], check)
 
 
 @pytest.mark.parametrize("file", FILES)
@@ -47,8 +52,11 @@ def test_names_are_unique_in_a_file(file: str) -> None:
     assert len(names) == len(set(names))
 
 
-@pytest.mark.parametrize("cls", ALL_MESSAGES, ids=lambda cls: cls.__name__)
-def test_the_fields_of_a_sample_can_be_told_apart(cls: type[Message]) -> None:
+def test_the_fields_of_every_sample_can_be_told_apart() -> None:
+    every(MESSAGES, _has_fields_that_can_be_told_apart)
+
+
+def _has_fields_that_can_be_told_apart(cls: type[Message]) -> None:
     message = sample(cls)
     plain = [
         value
@@ -59,8 +67,11 @@ def test_the_fields_of_a_sample_can_be_told_apart(cls: type[Message]) -> None:
     assert all(one != other for i, one in enumerate(plain) for other in plain[:i])
 
 
-@pytest.mark.parametrize("cls", ALL_MESSAGES, ids=lambda cls: cls.__name__)
-def test_a_sample_is_exact_in_four_bytes(cls: type[Message]) -> None:
+def test_every_sample_is_exact_in_four_bytes() -> None:
+    every(MESSAGES, _is_exact_in_four_bytes)
+
+
+def _is_exact_in_four_bytes(cls: type[Message]) -> None:
     codecs = [_codec(f"{name}-le-f32") for name in DIALECTS]
     codec = next(codec for codec in codecs if cls in codec.dialect.messages)
     assert codec.decode(codec.encode(sample(cls))) == sample(cls)

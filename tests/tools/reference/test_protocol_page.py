@@ -3,6 +3,7 @@ from __future__ import annotations
 import re
 
 import pytest
+from rigs.data.case_table import every
 
 from openpendant.simplemsg import ByteOrder, Message, codec_for
 from openpendant.simplemsg.codec import DIALECTS
@@ -11,13 +12,13 @@ from openpendant.simplemsg.motoman_catalogue import CATALOGUE as MOTOMAN_CATALOG
 from openpendant.simplemsg.standard import JointTraj, JointTrajPtFull
 from openpendant.simplemsg.verdicts import CATALOGUE as VERDICTS
 from openpendant.tools.reference.messages import ALL_MESSAGES, filter_name
-from openpendant.tools.reference.offsets import frame_size, rows_of
+from openpendant.tools.reference.offsets import frame_fields, frame_size
 from openpendant.tools.reference.page import protocol_page
 from openpendant.tools.reference.samples import sample
 
 PAGE = protocol_page()
 
-each_message = pytest.mark.parametrize("cls", ALL_MESSAGES, ids=lambda cls: cls.__name__)
+MESSAGES = [(cls.__name__, cls) for cls in ALL_MESSAGES]
 
 
 def _section(cls: type[Message]) -> str:
@@ -26,26 +27,34 @@ def _section(cls: type[Message]) -> str:
     return PAGE.partition(title)[2].partition("\n##")[0]
 
 
-@each_message
-def test_a_section_has_every_field_once(cls: type[Message]) -> None:
+def test_every_section_has_every_field_once() -> None:
+    every(MESSAGES, _has_every_field_once)
+
+
+def _has_every_field_once(cls: type[Message]) -> None:
     section = _section(cls)
-    for row in rows_of(cls, 4):
-        assert section.count(f"| {row.offset} | {row.kind} | `{row.name}` |") == 1
+    for row in frame_fields(cls, 4):
+        assert section.count(f"| {row.offset} | {row.kind} | `{row.name}` |") == 1, row.name
 
 
-@each_message
-def test_the_example_is_the_sample_in_bytes(cls: type[Message]) -> None:
+def test_every_example_is_the_sample_in_bytes() -> None:
+    every(MESSAGES, _has_its_sample_in_bytes)
+
+
+def _has_its_sample_in_bytes(cls: type[Message]) -> None:
     block = _section(cls).partition("```text\n")[2].partition("```")[0].partition("\n\n")[0]
     dialect = next(one for one in DIALECTS.values() if cls in one.messages)
     frame = bytes.fromhex(re.sub(r"\s", "", block))
     assert codec_for(dialect, ByteOrder.LITTLE).decode(frame) == sample(cls)
 
 
-@each_message
 @pytest.mark.parametrize("real_size", [4, 8])
-def test_the_last_offset_and_the_size_agree_with_the_codec(
-    cls: type[Message], real_size: int
-) -> None:
+def test_the_last_offset_and_the_size_agree_with_the_codec(real_size: int) -> None:
+    every([(name, (cls, real_size)) for name, cls in MESSAGES], _agrees_with_the_codec)
+
+
+def _agrees_with_the_codec(case: tuple[type[Message], int]) -> None:
+    cls, real_size = case
     dialect = next(one for one in DIALECTS.values() if cls in one.messages)
     length = len(codec_for(dialect, ByteOrder.LITTLE, real_size).encode(sample(cls)))
     size = frame_size(cls, real_size)
@@ -61,7 +70,7 @@ def test_the_last_offset_and_the_size_agree_with_the_codec(
 
 
 def test_offsets_are_those_of_the_wire_reference() -> None:
-    offsets = {row.name: row.offset for row in rows_of(JointTrajPtFull, 4)}
+    offsets = {row.name: row.offset for row in frame_fields(JointTrajPtFull, 4)}
     assert offsets == {
         "robot_id": "16",
         "sequence": "20",
@@ -74,7 +83,7 @@ def test_offsets_are_those_of_the_wire_reference() -> None:
 
 
 def test_a_count_behind_its_records_lies_behind_them() -> None:
-    assert [(row.offset, row.name) for row in rows_of(JointTraj, 4)] == [
+    assert [(row.offset, row.name) for row in frame_fields(JointTraj, 4)] == [
         ("16 + 52 i", "points[i].sequence"),
         ("20 + 52 i", "points[i].joints"),
         ("60 + 52 i", "points[i].velocity"),

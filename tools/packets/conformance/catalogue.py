@@ -10,9 +10,10 @@ import sys
 from collections.abc import Iterable
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
+from .check import Check
 from .client.judge import CHECKS
-from .findings import CheckInfo
 from .server.checks import server_checks
 
 BEGIN = "<!-- checks: written by openpendant.tools.packets.conformance.catalogue -->"
@@ -30,10 +31,10 @@ def page_with_checks(page: str) -> str:
     if not (begin and end):
         raise ValueError("the marks of the tables of checks are missing")
     servers = [
-        (entry.info, ", ".join(sorted(profile.value for profile in entry.profiles)))
+        (entry, ", ".join(sorted(profile.value for profile in entry.profiles)))
         for entry in server_checks()
     ]
-    clients = [(entry.info, "") for entry in CHECKS]
+    clients = [(entry, "") for entry in CHECKS]
     tables = [
         f"### Servers: {len(servers)} checks",
         *_tables(servers, "profiles"),
@@ -43,7 +44,7 @@ def page_with_checks(page: str) -> str:
     return "\n\n".join([before + begin, *tables, end + after])
 
 
-def _tables(entries: Iterable[tuple[CheckInfo, str]], last: str) -> Iterable[str]:
+def _tables(entries: Iterable[tuple[Check[Any], str]], last: str) -> Iterable[str]:
     for section, group in groupby(entries, key=lambda entry: entry[0].section):
         yield f"#### {section.value}: {section.name.lower().replace('_', ' ')}"
         head = ["number", "what must hold", "because of", *([last] if last else [])]

@@ -14,19 +14,22 @@ import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
+from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import MotionError
-from openpendant.motion.limits import JointLimits
 from openpendant.simplemsg import JOINT_SLOTS
 
-from ..console import ORDERS, ExitCode, PacketToolError, PeerError, add_wire_form, complain, parser
+from ...console import ExitCode, complain
+from ..console import ORDERS, PacketToolError, PeerError, add_wire_form, parser
 from ..console import run as run_command
-from .findings import CheckInfo, Judgement, Result, Section, Verdict
+from .check import Check, Judgement, Profile, Result
+from .findings import CheckVerdict, Section
 from .report import as_json, as_junit, as_text
-from .server.checks import Profile, server_checks
+from .server.checks import server_checks
 from .server.runner import applicable, judge
 from .server.target import Options
-from .server.wire import Unreachable
+from .server.wire import TargetUnreachable
 
 _ABOUT = """Judge a simple-message server (a robot controller) or a client, check by check.
 
@@ -39,10 +42,10 @@ _EPILOG = (
 )
 
 _MARKS = {
-    Verdict.PASSED: ".",
-    Verdict.FAILED: "FAILED",
-    Verdict.DEVIATES: "deviates",
-    Verdict.NOT_APPLICABLE: "n.a.",
+    CheckVerdict.PASSED: ".",
+    CheckVerdict.FAILED: "FAILED",
+    CheckVerdict.DEVIATES: "deviates",
+    CheckVerdict.NOT_APPLICABLE: "n.a.",
 }
 _LARGEST_AMPLITUDE = 0.2
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -128,7 +131,7 @@ def _run(arguments: argparse.Namespace) -> int:
     print(as_json(judgement) if arguments.json else as_text(judgement, sys.stdout.isatty()))
     if interruption.has_happened:
         return ExitCode.INTERRUPTED
-    return ExitCode.FINDINGS if judgement.count(Verdict.FAILED) else ExitCode.OK
+    return ExitCode.FAILED if judgement.count(CheckVerdict.FAILED) else ExitCode.OK
 
 
 def _check_writable(file: Path) -> None:
@@ -175,12 +178,11 @@ class _Interruption:
 def _list() -> None:
     from .client.judge import CHECKS
 
-    infos: list[CheckInfo] = [entry.info for entry in server_checks()]
-    infos += [entry.info for entry in CHECKS]
-    for info in infos:
-        print(f"{info.number}  {info.title}{' (moves)' if info.moves else ''}")
-        print(f"      {info.clause}")
-    print(f"{len(infos)} checks")
+    checks: list[Check[Any]] = [*server_checks(), *CHECKS]
+    for check in checks:
+        print(f"{check.number}  {check.title}{' (moves)' if check.moves else ''}")
+        print(f"      {check.clause}")
+    print(f"{len(checks)} checks")
 
 
 def _judge_server(arguments: argparse.Namespace, interruption: _Interruption) -> Judgement:
@@ -190,19 +192,19 @@ def _judge_server(arguments: argparse.Namespace, interruption: _Interruption) ->
     chosen = applicable(options, only)
     if not chosen:
         raise PacketToolError("no check of this profile is asked for")
-    if any(entry.info.moves for entry in chosen) and not options.may_move:
+    if any(entry.moves for entry in chosen) and not options.may_move:
         options = _ask_first(options)
     progress = _Progress(len(chosen)) if sys.stderr.isatty() else None
     try:
         return asyncio.run(
             judge(options, only=only, progress=progress, on_start=interruption.listen)
         )
-    except Unreachable as error:
+    except TargetUnreachable as error:
         raise PeerError(str(error)) from None
 
 
 def _check_only(only: list[str]) -> None:
-    numbers = {entry.info.number for entry in server_checks()}
+    numbers = {entry.number for entry in server_checks()}
     sections = {section.name for section in Section}
     for word in only:
         if word.upper() not in numbers | sections:
@@ -274,7 +276,7 @@ def _address(text: str) -> tuple[str, int, int | None]:
 def _limits(robot: str | None) -> JointLimits | None:
     if robot is None:
         return None
-    from openpendant.motion.robot import (
+    from openpendant.motion.description.robot import (
         serial_robot,
     )  # reading robot files costs a tenth of a second
 

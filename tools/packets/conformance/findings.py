@@ -1,4 +1,4 @@
-"""What a check says and what it found; the common ground of both roles and of every report.
+"""Findings of checks: verdict and observation, used by both roles.
 
 Knows no sockets, no messages and no clock.
 """
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 
-class Verdict(Enum):
-    """How a check ended. A check that did not look never says PASSED."""
+class CheckVerdict(Enum):
+    """Result of a check. A check that did not look never says PASSED."""
 
     PASSED = "passed"
     FAILED = "failed"
@@ -19,7 +19,7 @@ class Verdict(Enum):
 
 
 class Section(Enum):
-    """What a check is about; the first letter of its number."""
+    """Subject of a check; the first letter of its number."""
 
     FRAMING = "F"
     HEADER = "H"
@@ -36,28 +36,8 @@ class Section(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class CheckInfo:
-    """A check's identity, the same in every report of every version.
-
-    Attributes:
-        number: section letter, role letter (S judges servers, C judges clients) and two digits,
-            e.g. `FS03`; never reused.
-        title: what must hold, as a sentence.
-        clause: what gives it reason: a clause, a REP, or behaviour observed of a named program.
-        section: what it is about.
-        moves: it can only be judged by moving the robot.
-    """
-
-    number: str
-    title: str
-    clause: str
-    section: Section
-    moves: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """What one check found.
+class CheckFinding:
+    """Finding of one check.
 
     Attributes:
         verdict: how it ended.
@@ -65,58 +45,24 @@ class Finding:
         habit: name of the known vendor habit, where it deviates.
     """
 
-    verdict: Verdict
+    verdict: CheckVerdict
     detail: str = ""
     habit: str = ""
 
 
-PASSED = Finding(Verdict.PASSED)
+PASSED = CheckFinding(CheckVerdict.PASSED)
 
 
-def failed(detail: str) -> Finding:
+def failed(detail: str) -> CheckFinding:
     """Return the finding of a broken rule; `detail` says what was seen instead."""
-    return Finding(Verdict.FAILED, detail)
+    return CheckFinding(CheckVerdict.FAILED, detail)
 
 
-def deviates(habit: str, detail: str) -> Finding:
+def deviates(habit: str, detail: str) -> CheckFinding:
     """Return the finding of a known vendor habit, named."""
-    return Finding(Verdict.DEVIATES, detail, habit)
+    return CheckFinding(CheckVerdict.DEVIATES, detail, habit)
 
 
-def not_applicable(reason: str) -> Finding:
+def not_applicable(reason: str) -> CheckFinding:
     """Return the finding of a check that could not look."""
-    return Finding(Verdict.NOT_APPLICABLE, reason)
-
-
-@dataclass(frozen=True, slots=True)
-class Result:
-    """A check with its finding.
-
-    Attributes:
-        check: what was judged.
-        finding: what was found.
-        seconds: how long it took [s].
-    """
-
-    check: CheckInfo
-    finding: Finding
-    seconds: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Judgement:
-    """All results of one run.
-
-    Attributes:
-        subject: who was judged, e.g. `server 127.0.0.1:12000`.
-        role: `server` or `client`: which end was judged.
-        results: in the order in which they were found.
-    """
-
-    subject: str
-    role: str
-    results: tuple[Result, ...]
-
-    def count(self, verdict: Verdict) -> int:
-        """Return how many checks ended in a verdict."""
-        return sum(result.finding.verdict is verdict for result in self.results)
+    return CheckFinding(CheckVerdict.NOT_APPLICABLE, reason)

@@ -1,4 +1,4 @@
-"""A judgement as a person, a program and a build server read it.
+"""Reports of a judgement: for a person, for a program and for a build server.
 
 Owns the three forms of the report: text, JSON and JUnit XML. Knows nothing of how a finding came
 about.
@@ -12,22 +12,23 @@ from itertools import groupby
 from typing import Any
 from xml.etree import ElementTree
 
-from .findings import Judgement, Result, Verdict
+from .check import Judgement, Result
+from .findings import CheckVerdict
 
 FORMAT = "openpendant-conformance/1"
 """Name and version of the JSON report."""
 
 _WORDS = {
-    Verdict.PASSED: "passed",
-    Verdict.FAILED: "FAILED",
-    Verdict.DEVIATES: "deviates",
-    Verdict.NOT_APPLICABLE: "not applicable",
+    CheckVerdict.PASSED: "passed",
+    CheckVerdict.FAILED: "FAILED",
+    CheckVerdict.DEVIATES: "deviates",
+    CheckVerdict.NOT_APPLICABLE: "not applicable",
 }
 _COLORS = {
-    Verdict.PASSED: "32",
-    Verdict.FAILED: "1;31",
-    Verdict.DEVIATES: "33",
-    Verdict.NOT_APPLICABLE: "2",
+    CheckVerdict.PASSED: "32",
+    CheckVerdict.FAILED: "1;31",
+    CheckVerdict.DEVIATES: "33",
+    CheckVerdict.NOT_APPLICABLE: "2",
 }
 _WIDTH = max(map(len, _WORDS.values()))
 _INDENT = " " * (_WIDTH + 8)
@@ -50,7 +51,7 @@ def as_text(judgement: Judgement, color: bool) -> str:
 
 def summary(judgement: Judgement) -> str:
     """Return the counts of a judgement in one line."""
-    counts = ", ".join(f"{judgement.count(verdict)} {verdict.value}" for verdict in Verdict)
+    counts = ", ".join(f"{judgement.count(verdict)} {verdict.value}" for verdict in CheckVerdict)
     return f"{len(judgement.results)} checks: {counts}"
 
 
@@ -64,7 +65,7 @@ def _text_lines(result: Result, color: bool) -> Iterator[str]:
         yield f"{_INDENT}habit: {_printable(finding.habit)}"
     if finding.detail:
         yield f"{_INDENT}{_printable(finding.detail)}"
-    if finding.verdict in (Verdict.FAILED, Verdict.DEVIATES):
+    if finding.verdict in (CheckVerdict.FAILED, CheckVerdict.DEVIATES):
         yield f"{_INDENT}clause: {_printable(check.clause)}"
 
 
@@ -74,7 +75,7 @@ def as_json(judgement: Judgement) -> str:
         "format": FORMAT,
         "subject": judgement.subject,
         "role": judgement.role,
-        "counts": {verdict.value: judgement.count(verdict) for verdict in Verdict},
+        "counts": {verdict.value: judgement.count(verdict) for verdict in CheckVerdict},
         "results": [_json_of(result) for result in judgement.results],
     }
     return json.dumps(report, indent=2)
@@ -103,9 +104,9 @@ def as_junit(judgement: Judgement) -> str:
     """
     counts = {
         "tests": len(judgement.results),
-        "failures": judgement.count(Verdict.FAILED),
+        "failures": judgement.count(CheckVerdict.FAILED),
         "errors": 0,
-        "skipped": judgement.count(Verdict.NOT_APPLICABLE),
+        "skipped": judgement.count(CheckVerdict.NOT_APPLICABLE),
     }
     attributes = {name: str(count) for name, count in counts.items()}
     attributes["time"] = _seconds(sum(result.seconds for result in judgement.results))
@@ -129,12 +130,14 @@ def _test_case(role: str, result: Result) -> ElementTree.Element:
         },
     )
     properties = {"clause": check.clause, "verdict": finding.verdict.value}
-    if finding.verdict is Verdict.DEVIATES:
+    if finding.verdict is CheckVerdict.DEVIATES:
         properties |= {"habit": finding.habit, "detail": finding.detail}
     listed = ElementTree.SubElement(case, "properties")
     for key, value in properties.items():
         ElementTree.SubElement(listed, "property", {"name": key, "value": _printable(value)})
-    outcome = {Verdict.FAILED: "failure", Verdict.NOT_APPLICABLE: "skipped"}.get(finding.verdict)
+    outcome = {CheckVerdict.FAILED: "failure", CheckVerdict.NOT_APPLICABLE: "skipped"}.get(
+        finding.verdict
+    )
     if outcome is not None:
         ElementTree.SubElement(case, outcome, {"message": _printable(finding.detail)})
     return case

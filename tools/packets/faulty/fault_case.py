@@ -9,23 +9,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from ..live.relay import Action, Close, Freeze, LinkId, Reset
-from ..trace import Direction
+from ..live.relay import Action, CloseBoth, Freeze, ProxyLinkId, ResetBoth
+from ..trace import TraceDirection
 from . import fault_rules as faults
 from . import frame_surgery as surgery
-from .fault_lane import Lane
-from .fault_traffic import Awaited, Prepared, Traffic, nanoseconds
+from .fault_lane import Awaited, Lane, Prepared, Traffic, nanoseconds
 
 
 @dataclass(frozen=True, slots=True)
-class Case:
+class FaultCase:
     """One rule applied to one frame."""
 
-    form: surgery.Form
+    form: surgery.FrameForm
     prepared: Prepared
     traffic: Traffic
-    direction: Direction
-    link: LinkId
+    direction: TraceDirection
+    link: ProxyLinkId
     frame: bytes
     now: int
 
@@ -123,10 +122,10 @@ class Case:
             self._lane.put(self.frame, self.now)
         match rule:
             case faults.ResetLink():
-                action: Action = Reset(self.link)
+                action: Action = ResetBoth(self.link)
                 detail = "connection reset"
             case faults.CloseLink():
-                action, detail = Close(self.link), "connection closed"
+                action, detail = CloseBoth(self.link), "connection closed"
             case faults.HalfOpen():
                 action, detail = Freeze(self.link), "connection half-open from here on"
         self._lane.put_action(action, self.now)

@@ -1,4 +1,4 @@
-"""Decides which frame suffers which fault, and when what is left of it is sent.
+"""Fault engine: the choice of each frame's fault, and of the time at which its bytes leave.
 
 Pure: frames and times come in, actions go out. The same script, seed and input give the same
 output. What a fault does is `fault_case`'s business.
@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from random import Random
 
 from openpendant.simplemsg import DIALECTS
+from openpendant.simplemsg.framing import Frame
 
-from ..live.relay import Action, Close, End, Freeze, LinkId, Reset
-from ..trace import Direction
+from ..live.relay import Action, CloseBoth, EndStream, Freeze, ProxyLinkId, ResetBoth
+from ..trace import TraceDirection
 from . import fault_rules as faults
 from . import frame_surgery as surgery
-from .fault_case import Case
-from .fault_lane import Lane
+from .fault_case import FaultCase
+from .fault_lane import OPPOSITE, Awaited, Lane, Prepared, Traffic, nanoseconds, pay
 from .fault_script import FaultScript, type_number
-from .fault_traffic import OPPOSITE, Awaited, Prepared, Traffic, nanoseconds, pay
 
 _COMM_TYPES = {
     faults.Exchange.TOPIC: 1,
@@ -45,14 +45,14 @@ class FaultDone:
     time: int
     rule: int
     fault: str
-    link: LinkId
-    direction: Direction
+    link: ProxyLinkId
+    direction: TraceDirection
     frame: bytes
     detail: str
 
 
 class FaultEngine:
-    """Applies a script to the frames of all connections."""
+    """Application of a script to the frames of all connections."""
 
     def __init__(
         self,
@@ -68,24 +68,26 @@ class FaultEngine:
             log: called with each fault done.
         """
         seed = script.seed if seed is None else seed
-        self._form = surgery.Form(DIALECTS[script.dialect], script.real)
+        self._form = surgery.FrameForm(DIALECTS[script.dialect], script.real)
         self._log = log
         self._rules = [
             Prepared(number, rule, _number_of(rule, script.dialect), Random(f"{seed}/{number}"))
             for number, rule in enumerate(script.rule, 1)
         ]
-        self._traffic: dict[LinkId, Traffic] = {}
+        self._traffic: dict[ProxyLinkId, Traffic] = {}
 
-    def opened(self, link: LinkId, now: int) -> None:
-        """Take note of a new connection."""
-        lanes = {direction: Lane(link, direction) for direction in Direction}
+    def opened(self, link: ProxyLinkId, now: int) -> None:
+        """Note a new connection."""
+        lanes = {direction: Lane(link, direction) for direction in TraceDirection}
         self._traffic[link] = Traffic(now, lanes)
 
-    def forget(self, link: LinkId) -> None:
-        """Take note that a connection is gone."""
+    def forget(self, link: ProxyLinkId) -> None:
+        """Note that a connection is gone."""
         self._traffic.pop(link, None)
 
-    def take(self, direction: Direction, link: LinkId, frame: bytes, now: int) -> list[Action]:
+    def take(
+        self, direction: TraceDirection, link: ProxyLinkId, frame: bytes, now: int
+    ) -> list[Action]:
         """Take a frame and return what is to be done now.
 
         Args:
@@ -105,7 +107,7 @@ class FaultEngine:
             self._forward(traffic, direction, frame, now)
         else:
             prepared.done += 1
-            case = Case(self._form, prepared, traffic, direction, link, frame, now)
+            case = FaultCase(self._form, prepared, traffic, direction, link, frame, now)
             detail, expects = case.apply()
             if detail:
                 self._note(prepared, link, direction, frame, now, detail)
@@ -114,7 +116,9 @@ class FaultEngine:
         pay(traffic, direction, now)
         return self._release(link, traffic, now)
 
-    def pass_on(self, direction: Direction, link: LinkId, data: bytes, now: int) -> list[Action]:
+    def pass_on(
+        self, direction: TraceDirection, link: ProxyLinkId, data: bytes, now: int
+    ) -> list[Action]:
         """Forward stray bytes behind what waits; no rule fits them."""
         traffic = self._traffic.get(link)
         if traffic is None:
@@ -122,12 +126,12 @@ class FaultEngine:
         traffic.lanes[direction].put(data, now)
         return self._release(link, traffic, now)
 
-    def end(self, direction: Direction, link: LinkId, now: int) -> list[Action]:
+    def end(self, direction: TraceDirection, link: ProxyLinkId, now: int) -> list[Action]:
         """Forward the end of a stream behind what waits."""
         traffic = self._traffic.get(link)
         if traffic is None:
             return []
-        traffic.lanes[direction].put_action(End(link, direction), now)
+        traffic.lanes[direction].put_action(EndStream(link, direction), now)
         return self._release(link, traffic, now)
 
     def due(self, now: int) -> list[Action]:
@@ -143,15 +147,15 @@ class FaultEngine:
         times = [due for lane in lanes if (due := lane.next_due()) is not None]
         return min(times, default=None)
 
-    def held(self, link: LinkId, direction: Direction) -> int:
+    def held(self, link: ProxyLinkId, direction: TraceDirection) -> int:
         """Return the bytes of a direction that wait."""
         traffic = self._traffic.get(link)
         return traffic.lanes[direction].held if traffic else 0
 
     def _settle(
-        self, traffic: Traffic, direction: Direction, link: LinkId, frame: bytes, now: int
+        self, traffic: Traffic, direction: TraceDirection, link: ProxyLinkId, frame: bytes, now: int
     ) -> bool:
-        """Match a reply with its request; return True where that decides what becomes of it."""
+        """Match a reply with its request; return True if that decides about the reply."""
         asked = OPPOSITE[direction]
         if not traffic.awaited[asked]:
             return False
@@ -168,16 +172,16 @@ class FaultEngine:
         pay(traffic, asked, now)
         return True
 
-    def _forward(self, traffic: Traffic, direction: Direction, frame: bytes, now: int) -> None:
+    def _forward(self, traffic: Traffic, direction: TraceDirection, frame: bytes, now: int) -> None:
         traffic.lanes[direction].put(frame, now)
         if surgery.is_reply(frame):
             pay(traffic, OPPOSITE[direction], now)
 
     def _first_that_fits(
-        self, traffic: Traffic, direction: Direction, link: LinkId, frame: bytes, now: int
+        self, traffic: Traffic, direction: TraceDirection, link: ProxyLinkId, frame: bytes, now: int
     ) -> Prepared | None:
         age = (now - traffic.opened) / 1e9
-        header = surgery.header_of(frame)
+        header = Frame(frame)
         for prepared in self._rules:
             if (
                 _fits_header(prepared, direction, header)
@@ -194,8 +198,8 @@ class FaultEngine:
     def _note(
         self,
         prepared: Prepared,
-        link: LinkId,
-        direction: Direction,
+        link: ProxyLinkId,
+        direction: TraceDirection,
         frame: bytes,
         now: int,
         detail: str,
@@ -203,12 +207,12 @@ class FaultEngine:
         fault = prepared.rule.fault
         self._log(FaultDone(now, prepared.number, fault, link, direction, frame, detail))
 
-    def _release(self, link: LinkId, traffic: Traffic, now: int) -> list[Action]:
+    def _release(self, link: ProxyLinkId, traffic: Traffic, now: int) -> list[Action]:
         actions: list[Action] = []
         for lane in traffic.lanes.values():
             for action in lane.release(now):
                 actions.append(action)
-                if isinstance(action, Close | Reset | Freeze):
+                if isinstance(action, CloseBoth | ResetBoth | Freeze):
                     self.forget(link)
                     return actions
         return actions
@@ -219,7 +223,7 @@ def _number_of(rule: faults.Rule, dialect: str) -> int | None:
     return type_number(wanted, dialect) if isinstance(wanted, str) else wanted
 
 
-def _fits_header(prepared: Prepared, direction: Direction, header: surgery.Header) -> bool:
+def _fits_header(prepared: Prepared, direction: TraceDirection, header: Frame) -> bool:
     match = prepared.rule.match
     return (
         (match.direction is None or match.direction.direction is direction)
@@ -229,7 +233,7 @@ def _fits_header(prepared: Prepared, direction: Direction, header: surgery.Heade
     )
 
 
-def _fits_link(match: faults.Match, link: LinkId, age: float) -> bool:
+def _fits_link(match: faults.Match, link: ProxyLinkId, age: float) -> bool:
     return (
         match.connection in (None, link.number)
         and match.pair in (None, link.pair)
@@ -239,7 +243,7 @@ def _fits_link(match: faults.Match, link: LinkId, age: float) -> bool:
 
 
 def _is_chosen(prepared: Prepared) -> bool:
-    """Count a frame that fits, and tell whether it is one of those that are meant."""
+    """Count a frame that fits; return True if the rule chooses it."""
     match = prepared.rule.match
     prepared.fitted += 1
     return (

@@ -1,16 +1,19 @@
-"""Frames on their way in one direction of one connection, with their times.
+"""Lanes: frames on their way in one direction of one connection, with their times.
 
-Owns the order: nothing overtakes what stands before it, unless it was set aside for that. Knows
-nothing of rules or messages; times are in nanoseconds.
+Owns the order, in which nothing overtakes what stands before it unless it was set aside for that;
+and, for each connection, who awaits a reply, in which order replies go out, and how many requests
+are remembered. Times are in nanoseconds.
 """
 
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from random import Random
 
-from ..live.relay import Action, LinkId, Send
-from ..trace import Direction
+from ..live.relay import Action, ProxyLinkId, SendBytes
+from ..trace import TraceDirection
+from . import fault_rules as faults
 
 
 @dataclass(slots=True)
@@ -41,7 +44,7 @@ class Lane:
         held: bytes that have come and are not sent yet.
     """
 
-    def __init__(self, link: LinkId, direction: Direction) -> None:
+    def __init__(self, link: ProxyLinkId, direction: TraceDirection) -> None:
         self.held = 0
         self._link = link
         self._direction = direction
@@ -94,7 +97,7 @@ class Lane:
         self.put(data, now, delay=wait + gap, piece=piece, gap=gap)
 
     def put_action(self, action: Action, now: int) -> None:
-        """Do something else, when everything that waits has been sent."""
+        """Queue an action behind all bytes that wait."""
         self._flush_gathered(now)
         for waiting in self._aside:
             self.held -= len(waiting.data)
@@ -155,7 +158,7 @@ class Lane:
                 queue.popleft()
                 continue
             piece = transit.data[transit.start : transit.start + transit.piece]
-            actions.append(Send(self._link, self._direction, piece))
+            actions.append(SendBytes(self._link, self._direction, piece))
             self.held -= len(piece)
             transit.start += len(piece)
             transit.at += transit.gap
@@ -171,3 +174,59 @@ class Lane:
         if self._gathered:
             times.append(self._gather_until)
         return min(times, default=None)
+
+
+MAX_AWAITED = 4096
+"""Requests of one direction that are remembered until their reply comes."""
+
+OPPOSITE = {
+    TraceDirection.TO_SERVER: TraceDirection.TO_CLIENT,
+    TraceDirection.TO_CLIENT: TraceDirection.TO_SERVER,
+}
+
+
+@dataclass(slots=True)
+class Prepared:
+    """A rule with its place in the script, its chance and its counts."""
+
+    number: int
+    rule: faults.Rule
+    msg_type: int | None
+    chance: Random
+    fitted: int = 0
+    done: int = 0
+
+
+@dataclass(slots=True)
+class Awaited:
+    """A request that the peer owes a reply, and what is to become of that reply."""
+
+    lost_by: Prepared | None = None
+    withheld_by: Prepared | None = None
+    answer: bytes | None = None
+
+
+def _ledgers() -> dict[TraceDirection, deque[Awaited]]:
+    return {direction: deque(maxlen=MAX_AWAITED) for direction in TraceDirection}
+
+
+@dataclass(slots=True)
+class Traffic:
+    """One connection: its lanes, and by direction of the request, who awaits what."""
+
+    opened: int
+    lanes: dict[TraceDirection, Lane]
+    awaited: dict[TraceDirection, deque[Awaited]] = field(default_factory=_ledgers)
+
+
+def pay(traffic: Traffic, asked: TraceDirection, now: int) -> None:
+    """Send the proxy's own answers whose turn has come: replies keep the order of requests."""
+    awaited = traffic.awaited[asked]
+    while awaited and (answer := awaited[0].answer) is not None:
+        awaited.popleft()
+        traffic.lanes[OPPOSITE[asked]].put(answer, now)
+
+
+def nanoseconds(ms: float) -> int:
+    """Return milliseconds as integer nanoseconds."""
+    return round(ms * 1e6)

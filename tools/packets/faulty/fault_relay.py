@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..frames import FrameSplitter
-from ..live.relay import Action, LinkId, Reset
-from ..trace import Direction
+from openpendant.simplemsg.framing import Mode, Splitter
+
+from ..live.relay import Action, ProxyLinkId, ResetBoth
+from ..trace import TraceDirection
 from .fault_engine import FaultDone, FaultEngine
 
 
@@ -23,17 +24,19 @@ class FaultRelay:
     def __init__(self, engine: FaultEngine) -> None:
         self.frames = 0
         self._engine = engine
-        self._splitters: dict[LinkId, dict[Direction, FrameSplitter]] = {}
+        self._splitters: dict[ProxyLinkId, dict[TraceDirection, Splitter]] = {}
 
-    def opened(self, link: LinkId, now: int) -> None:
-        """Begin with a new connection."""
-        self._splitters[link] = {direction: FrameSplitter() for direction in Direction}
+    def opened(self, link: ProxyLinkId, now: int) -> None:
+        """Add a new connection."""
+        self._splitters[link] = {direction: Splitter(Mode.ONLOOKER) for direction in TraceDirection}
         self._engine.opened(link, now)
 
-    def refused(self, link: LinkId, reason: str, now: int) -> None:
+    def refused(self, link: ProxyLinkId, reason: str, now: int) -> None:
         """Do nothing: the client is closed, and `closed` follows."""
 
-    def received(self, link: LinkId, direction: Direction, data: bytes, now: int) -> list[Action]:
+    def received(
+        self, link: ProxyLinkId, direction: TraceDirection, data: bytes, now: int
+    ) -> list[Action]:
         """Cut bytes into frames and ask the engine about each."""
         actions: list[Action] = []
         for piece in self._splitters[link][direction].feed(data):
@@ -44,19 +47,19 @@ class FaultRelay:
                 actions += self._engine.pass_on(direction, link, piece.data, now)
         return actions
 
-    def ended(self, link: LinkId, direction: Direction, now: int) -> list[Action]:
+    def ended(self, link: ProxyLinkId, direction: TraceDirection, now: int) -> list[Action]:
         """Pass a FIN on behind what waits."""
         actions: list[Action] = []
         for piece in self._splitters[link][direction].finish():
             actions += self._engine.pass_on(direction, link, piece.data, now)
         return actions + self._engine.end(direction, link, now)
 
-    def reset(self, link: LinkId, direction: Direction, now: int) -> list[Action]:
+    def reset(self, link: ProxyLinkId, direction: TraceDirection, now: int) -> list[Action]:
         """Pass a RST on at once; what waits is lost."""
         self._engine.forget(link)
-        return [Reset(link)]
+        return [ResetBoth(link)]
 
-    def closed(self, link: LinkId, now: int) -> None:
+    def closed(self, link: ProxyLinkId, now: int) -> None:
         """Forget a connection."""
         self._engine.forget(link)
         del self._splitters[link]
@@ -69,7 +72,7 @@ class FaultRelay:
         """Return when `due` has something to say next."""
         return self._engine.next_due()
 
-    def held(self, link: LinkId, direction: Direction) -> int:
+    def held(self, link: ProxyLinkId, direction: TraceDirection) -> int:
         """Return the bytes that are kept back."""
         return self._engine.held(link, direction)
 

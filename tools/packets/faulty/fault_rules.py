@@ -10,23 +10,23 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from ..trace import Direction
+from ..trace import TraceDirection
 
 Milliseconds = Annotated[float, Field(ge=0, le=600_000)]
 Seconds = Annotated[float, Field(ge=0, le=86_400)]
 Count = Annotated[int, Field(ge=1, le=1_000_000)]
 
 
-class Way(Enum):
+class FaultDirection(Enum):
     """Which way a frame travels, as a script says it."""
 
     TO_SERVER = "to_server"
     TO_CLIENT = "to_client"
 
     @property
-    def direction(self) -> Direction:
+    def direction(self) -> TraceDirection:
         """The same, as a trace says it."""
-        return Direction[self.name]
+        return TraceDirection[self.name]
 
 
 class Exchange(Enum):
@@ -37,19 +37,19 @@ class Exchange(Enum):
     REPLY = "reply"
 
 
-class Table(BaseModel):
+class RuleTable(BaseModel):
     """A table of a script; a key that it does not know is an error."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
-class Match(Table):
+class Match(RuleTable):
     """Which frames a rule fits; everything that is given must hold.
 
     Frames that an earlier rule took are not seen, and so not counted, by a later one.
     """
 
-    direction: Way | None = None
+    direction: FaultDirection | None = None
     """Which way the frame travels."""
     type: int | str | None = None
     """Message type: number or name, e.g. 11 or "joint_traj_pt"."""
@@ -77,7 +77,7 @@ class Match(Table):
     """At most so often."""
 
 
-class _Rule(Table):
+class _Rule(RuleTable):
     """What every rule has."""
 
     match: Match = Match()

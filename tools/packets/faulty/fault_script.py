@@ -16,7 +16,7 @@ from openpendant.motion.bounded_file import beginning_of
 from openpendant.simplemsg import DIALECTS
 
 from ..console import PacketToolError
-from .fault_rules import RULE_CLASSES, Match, Rule, Table
+from .fault_rules import RULE_CLASSES, Match, Rule, RuleTable
 
 MAX_SCRIPT = 1_048_576
 """Largest script file, bytes."""
@@ -26,7 +26,7 @@ class FaultScriptError(PacketToolError):
     """A script that cannot be used; the text names file, rule, key and what is expected."""
 
 
-class FaultScript(Table):
+class FaultScript(RuleTable):
     """A whole script."""
 
     about: str = ""

@@ -1,13 +1,12 @@
 """Single changes to a frame, as the fault proxy makes them.
 
 Pure functions from bytes to bytes; chance comes in as a `Random`. None of them may fail on any
-frame that a `FrameSplitter` gives.
+frame that a `Splitter` gives.
 """
 
 from __future__ import annotations
 
 import struct
-from dataclasses import dataclass
 from random import Random
 from typing import NamedTuple
 
@@ -25,8 +24,7 @@ from openpendant.simplemsg import (
     ReplyCode,
     codec_for,
 )
-from openpendant.simplemsg.connection import detect_byte_order
-from openpendant.simplemsg.layout import HEADER_SIZE, PREFIX_SIZE
+from openpendant.simplemsg.framing import HEADER_SIZE, PREFIX_SIZE, Frame
 from openpendant.simplemsg.motoman import MotomanMotionReply
 
 _MEANT_FIELDS = 0xF
@@ -36,8 +34,8 @@ _RESULT_BUSY, _RESULT_FAILURE = 1, 2
 _ANSWERED_BY_MOTION_REPLY = {14, 2001, 2016, 2018}
 
 
-class Form(NamedTuple):
-    """What the traffic is taken for, but for the byte order, which each frame shows.
+class FrameForm(NamedTuple):
+    """Assumed form of the traffic; the byte order is read from each frame.
 
     Attributes:
         dialect: messages to know.
@@ -52,47 +50,15 @@ class Form(NamedTuple):
         return codec_for(self.dialect, order, self.real_size)
 
 
-@dataclass(frozen=True, slots=True)
-class Header:
-    """The header of a frame.
-
-    Attributes:
-        order: byte order of the frame.
-        msg_type: message type.
-        comm_type: communication type.
-        reply_code: reply code.
-    """
-
-    order: ByteOrder
-    msg_type: int
-    comm_type: int
-    reply_code: int
-
-
-def header_of(frame: bytes) -> Header:
-    """Return the header of a frame, whatever it says."""
-    order = detect_byte_order(frame) or ByteOrder.LITTLE
-    _, msg_type, comm_type, reply_code = struct.unpack_from(f"{order.value}4i", frame)
-    return Header(order, msg_type, comm_type, reply_code)
-
-
-def integer_at(frame: bytes, offset: int) -> int | None:
-    """Return the integer at an offset of a frame, None where the frame ends before."""
-    if len(frame) < offset + 4:
-        return None
-    value: int = struct.unpack_from(f"{header_of(frame).order.value}i", frame, offset)[0]
-    return value
-
-
-def decoded(frame: bytes, form: Form) -> Message | None:
+def decoded(frame: bytes, form: FrameForm) -> Message | None:
     """Return the message in a frame, None where it is malformed."""
     try:
-        return form.codec(header_of(frame).order).decode(frame)
+        return form.codec(Frame(frame).byte_order).decode(frame)
     except ProtocolError:
         return None
 
 
-def sequence_of(frame: bytes, form: Form) -> int | None:
+def sequence_of(frame: bytes, form: FrameForm) -> int | None:
     """Return the field `sequence`, None where there is none."""
     sequence = getattr(decoded(frame, form), "sequence", None)
     return sequence if isinstance(sequence, int) else None
@@ -112,7 +78,7 @@ def with_flipped_bits(frame: bytes, count: int, offset: int | None, chance: Rand
 
 def with_wrong_length(frame: bytes, by: int) -> bytes:
     """Add to the length field; the bytes behind it stay."""
-    order = header_of(frame).order
+    order = Frame(frame).byte_order
     length = len(frame) - PREFIX_SIZE + by
     return struct.pack(f"{order.value}i", min(length, _LARGEST_LENGTH)) + frame[PREFIX_SIZE:]
 
@@ -123,7 +89,7 @@ def truncated(frame: bytes, by: int) -> bytes:
     return with_wrong_length(kept, 0)
 
 
-def with_garbage_valid_fields(frame: bytes, form: Form, chance: Random) -> bytes | None:
+def with_garbage_valid_fields(frame: bytes, form: FrameForm, chance: Random) -> bytes | None:
     """Fill the meaningless 28 bits of every `valid_fields`; None where there is none."""
     message = decoded(frame, form)
     records = [message, *getattr(message, "groups", ())]
@@ -133,12 +99,12 @@ def with_garbage_valid_fields(frame: bytes, form: Form, chance: Random) -> bytes
     for record in found:
         garbage = chance.getrandbits(28) << 4 | record.valid_fields & _MEANT_FIELDS
         record.valid_fields = garbage - (1 << 32) if garbage >= 1 << 31 else garbage
-    return _encoded(message, form, header_of(frame).order)
+    return _encoded(message, form, Frame(frame).byte_order)
 
 
-def in_other_order(frame: bytes, form: Form) -> bytes:
+def in_other_order(frame: bytes, form: FrameForm) -> bytes:
     """Encode a frame in the other byte order; what is not known is taken for 32-bit words."""
-    order = ByteOrder.BIG if header_of(frame).order is ByteOrder.LITTLE else ByteOrder.LITTLE
+    order = ByteOrder.BIG if Frame(frame).byte_order is ByteOrder.LITTLE else ByteOrder.LITTLE
     message = decoded(frame, form)
     if message is not None and not isinstance(message, Opaque):
         encoded = _encoded(message, form, order)
@@ -149,30 +115,30 @@ def in_other_order(frame: bytes, form: Form) -> bytes:
     return b"".join(words) + frame[whole:]
 
 
-def failure_reply(request: bytes, form: Form) -> bytes:
+def failure_reply(request: bytes, form: FrameForm) -> bytes:
     """Return a reply that refuses a request as the dialect does."""
-    header = header_of(request)
-    codec = form.codec(header.order)
+    header = Frame(request)
+    codec = form.codec(header.byte_order)
     if has_busy_answer(request, form):
         return codec.encode(_motion_reply(request, form, _RESULT_FAILURE))
     # Type 0 is reserved, and a reply to it cannot have it either.
     return codec.encode(HeaderOnly(header.msg_type or MsgType.PING, reply_code=ReplyCode.FAILURE))
 
 
-def has_busy_answer(request: bytes, form: Form) -> bool:
-    """Tell whether the dialect can answer a request with "busy"."""
-    return form.dialect is MOTOMAN and header_of(request).msg_type in _ANSWERED_BY_MOTION_REPLY
+def has_busy_answer(request: bytes, form: FrameForm) -> bool:
+    """Return True if the dialect can answer a request with "busy"."""
+    return form.dialect is MOTOMAN and Frame(request).msg_type in _ANSWERED_BY_MOTION_REPLY
 
 
-def busy_reply(request: bytes, form: Form) -> bytes:
+def busy_reply(request: bytes, form: FrameForm) -> bytes:
     """Return the Motoman reply that says: not now, send it again."""
-    order = header_of(request).order
+    order = Frame(request).byte_order
     return form.codec(order).encode(_motion_reply(request, form, _RESULT_BUSY))
 
 
-def _motion_reply(request: bytes, form: Form, result: int) -> MotomanMotionReply:
+def _motion_reply(request: bytes, form: FrameForm, result: int) -> MotomanMotionReply:
     message = decoded(request, form)
-    msg_type = header_of(request).msg_type
+    msg_type = Frame(request).msg_type
     return MotomanMotionReply(
         robot_id=getattr(message, "robot_id", getattr(message, "group", 0)),
         sequence=getattr(message, "sequence", -1),
@@ -184,16 +150,16 @@ def _motion_reply(request: bytes, form: Form, result: int) -> MotomanMotionReply
 
 
 def is_request(frame: bytes) -> bool:
-    """Tell whether a frame asks for a reply."""
-    return header_of(frame).comm_type == CommType.REQUEST
+    """Return True if a frame asks for a reply."""
+    return Frame(frame).comm_type == CommType.REQUEST
 
 
 def is_reply(frame: bytes) -> bool:
-    """Tell whether a frame is a reply."""
-    return header_of(frame).comm_type == CommType.REPLY
+    """Return True if a frame is a reply."""
+    return Frame(frame).comm_type == CommType.REPLY
 
 
-def _encoded(message: Message, form: Form, order: ByteOrder) -> bytes | None:
+def _encoded(message: Message, form: FrameForm, order: ByteOrder) -> bytes | None:
     try:
         return form.codec(order).encode(message)
     except ProtocolError:

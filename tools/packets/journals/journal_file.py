@@ -1,4 +1,4 @@
-"""Reading a journal: the header, then one `Happening` after the other, with what it caused.
+"""Reader of a journal: the header, then one `JournalEvent` after the other, with its effects.
 
 Owns the check of a journal file; how it is written is `simplemsg.journal`'s business. Reads line by
 line, so a journal of a day needs no more memory than one of a minute.
@@ -25,7 +25,7 @@ class JournalError(PacketToolError):
 
 
 @dataclass(frozen=True, slots=True)
-class Out:
+class BytesOut:
     """Bytes that left.
 
     Attributes:
@@ -38,7 +38,7 @@ class Out:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class GrantedQuestion:
     """A question to the world outside that was answered with yes.
 
     Attributes:
@@ -50,11 +50,11 @@ class Asked:
     link: str
 
 
-Effect = Out | Asked
+Effect = BytesOut | GrantedQuestion
 
 
 @dataclass(frozen=True, slots=True)
-class Happening:
+class JournalEvent:
     """One event and what followed from it at once.
 
     Attributes:
@@ -78,7 +78,7 @@ class Happening:
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What process wrote the journal.
+    """Header of a journal: the process that wrote it.
 
     Attributes:
         kind: `server` or `emulator`.
@@ -125,8 +125,8 @@ class JournalFile:
             settings=self._field(first, "settings", dict),
         )
 
-    def happenings(self) -> Iterator[Happening]:
-        """Give the events in order.
+    def happenings(self) -> Iterator[JournalEvent]:
+        """Yield the events in order.
 
         Raises:
             JournalError: a line is damaged.
@@ -144,16 +144,16 @@ class JournalFile:
                     yield self._happening(number, head, effects)
                 head, effects = line, []
             elif "out" in line:
-                effects.append(Out(self._field(line, "out", str), self._data(line)))
+                effects.append(BytesOut(self._field(line, "out", str), self._data(line)))
             else:
                 question, link = self._field(line, "ask", str), self._field(line, "link", str)
-                effects.append(Asked(question, link))
+                effects.append(GrantedQuestion(question, link))
         self.is_cut = not is_whole
         if head is not None and is_whole:
             yield self._happening(number + 1, head, effects)
 
-    def _happening(self, number: int, head: dict[str, Any], effects: list[Effect]) -> Happening:
-        return Happening(
+    def _happening(self, number: int, head: dict[str, Any], effects: list[Effect]) -> JournalEvent:
+        return JournalEvent(
             number,
             self._field(head, "t", int),
             self._field(head, "on", str),

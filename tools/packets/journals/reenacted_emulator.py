@@ -1,4 +1,4 @@
-"""An emulator that lives through its journal again: the real service, and nothing outside."""
+"""Reenacted emulator: the real service, fed from its journal, with no I/O."""
 
 from __future__ import annotations
 
@@ -6,21 +6,21 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from openpendant.controller_emulator.assembly import build_controller
-from openpendant.controller_emulator.links import Link
-from openpendant.controller_emulator.service import Service
-from openpendant.controller_emulator.settings import EmulatorSettings
+from openpendant.controller_emulator.shell.build import build_controller
+from openpendant.controller_emulator.shell.links import EmulatorLink
+from openpendant.controller_emulator.shell.service import Service
+from openpendant.controller_emulator.shell.settings import EmulatorSettings
 from openpendant.motion.errors import MotionError
 from openpendant.simplemsg.pendant import OperatorAction
 
-from .journal_file import Happening, Header, JournalError
-from .reenactment import DeadEnd, Prompter, unknown_event, unusable_settings
+from .journal_file import Header, JournalError, JournalEvent
+from .reenactment import NullTransport, ReplayedJournal, unknown_event, unusable_settings
 
 
 class ReenactedEmulator:
     """The emulator of a journal; needs a running loop, which never gets to run anything."""
 
-    def __init__(self, header: Header, prompter: Prompter) -> None:
+    def __init__(self, header: Header, replayed: ReplayedJournal) -> None:
         """Build the emulator that wrote the journal.
 
         Raises:
@@ -33,11 +33,11 @@ class ReenactedEmulator:
             raise unusable_settings(error) from None
         except MotionError as error:
             raise JournalError(f"its robot: {error}") from None
-        self._prompter = prompter
-        self._service = Service(self._controller, settings, journal=prompter)
-        self._links: dict[str, Link] = {}
+        self._journal = replayed
+        self._service = Service(self._controller, settings, journal=replayed)
+        self._links: dict[str, EmulatorLink] = {}
 
-    def play(self, happening: Happening) -> None:
+    def play(self, happening: JournalEvent) -> None:
         """Let an event happen."""
         service = self._service
         match happening.event:
@@ -49,18 +49,18 @@ class ReenactedEmulator:
                 is_motion = happening.more.get("port") == "motion"
                 link = service.motion_link() if is_motion else service.state_link()
                 self._links[happening.link] = link
-                link.connection_made(DeadEnd(happening.more.get("address", "")))
+                link.connection_made(NullTransport(happening.more.get("address", "")))
             case "closed":
                 self._link(happening).connection_lost(None)
                 del self._links[happening.link]
             case "operate" if happening.link in _ACTIONS:
                 service.operate(_ACTIONS[happening.link])
             case "hang-up":
-                service.hang_up()
+                service.close_links()
             case _:
                 raise unknown_event(happening)
 
-    def _link(self, happening: Happening) -> Link:
+    def _link(self, happening: JournalEvent) -> EmulatorLink:
         link = self._links.get(happening.link)
         if link is None:
             raise JournalError(f"event {happening.number}: link {happening.link} was never opened")
@@ -68,7 +68,7 @@ class ReenactedEmulator:
 
     def state(self) -> dict[str, Any]:
         """Return what the controller knows: its motion, its STATUS, and the referee's record."""
-        now = self._prompter.now
+        now = self._journal.now
         self._controller.advance(now)
         position, velocity, acceleration = self._controller.motion(now)
         status = self._controller.status(now)

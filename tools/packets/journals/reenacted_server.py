@@ -1,41 +1,41 @@
-"""A pendant server that lives through its journal again: the real application, nothing outside."""
+"""Reenacted pendant server: the real application, fed from its journal, with no I/O."""
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from pydantic import ValidationError
 
+from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.errors import MotionError
-from openpendant.motion.robot import serial_robot
-from openpendant.server.access.account_changes import AccountChange
+from openpendant.server.access.access_backend import DeliverChange
+from openpendant.server.access.account_store import AccountChange
+from openpendant.server.access.accounts import AccountBook
 from openpendant.server.access.admission import VerifyJob
-from openpendant.server.access.door import AbsentAccess, DeliverChange
+from openpendant.server.access.audit import AuditEntry
 from openpendant.server.access.password_worker import Deliver as DeliverCheck
-from openpendant.server.access.record import (
-    AccessRecordError,
+from openpendant.server.endpoints.pendant.snapshot import snapshot
+from openpendant.server.events.effects import Ask, Backend
+from openpendant.server.events.events import Port
+from openpendant.server.journal.event_records import (
+    ANSWERED,
+    AnswerRecordError,
+    answer_from_record,
     book_from_json,
-    check_from_json,
-    outcome_from_json,
 )
-from openpendant.server.app import App
-from openpendant.server.cell_shell import CellShell, ServedCell
-from openpendant.server.client_connection import ClientConnection
-from openpendant.server.core import Port
-from openpendant.server.errand_record import ErrandRecordError, answer_from_json
-from openpendant.server.pendant.snapshot import snapshot
 from openpendant.server.planning.jobs import Job
-from openpendant.server.planning.plan_record import PlanRecordError, plan_from_json
 from openpendant.server.planning.task import Deliver
-from openpendant.server.refusal import Refusal
-from openpendant.server.settings import CellSettings
+from openpendant.server.settings.cell_settings import CellSettings
+from openpendant.server.shell.app import App
+from openpendant.server.shell.cell_shell import CellParts, CellShell
+from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.server.store.requests import Answer, Request
 
-from .journal_file import Happening, Header, JournalError
-from .reenactment import DeadEnd, Prompter, unknown_event, unusable_settings
+from .journal_file import Header, JournalError, JournalEvent
+from .reenactment import NullTransport, ReplayedJournal, unknown_event, unusable_settings
+
+_BACKENDS = {event: backend for backend, event in ANSWERED.items()}
 
 
 class _NotedPlanner:
@@ -58,48 +58,30 @@ class _NotedStore:
         """Leave the request unanswered."""
 
 
-class _NotedAccess(AbsentAccess):
+class _NotedAccess:
     """Checks no password and changes no account: what came of it is in the journal."""
 
     def __init__(self) -> None:
-        super().__init__()
-        self.checks: dict[str, Callable[[bool | None], None]] = {}
-        self.changes: dict[str, Callable[[Refusal | None], None]] = {}
+        self.single_user = True
+        self.book = AccountBook()
+
+    def record(self, entry: AuditEntry) -> None:
+        """Forget an entry."""
 
     def check(self, job: VerifyJob, deliver: DeliverCheck) -> None:
-        """Keep who waits for the outcome."""
-        self.checks[str(job.job_id)] = partial(deliver, job)
+        """Leave the password unchecked."""
 
     def change(self, change: AccountChange, deliver: DeliverChange) -> None:
-        """Keep who waits for the outcome."""
-        self.changes[str(change.number)] = partial(deliver, change)
+        """Leave the account as it is."""
 
-    def play(self, app: App, happening: Happening) -> None:
-        """Let one of the events happen that come from here.
-
-        Raises:
-            JournalError: nobody waits for it, or it is damaged.
-        """
-        number = happening.link.rpartition("/")[2]
-        try:
-            match happening.event:
-                case "accounts":
-                    self.book, self.single_user = book_from_json(happening.more)
-                    app.take_accounts()
-                case "checked":
-                    self.checks.pop(number)(check_from_json(happening.more))
-                case "account":
-                    self.changes.pop(number)(outcome_from_json(happening.more))
-        except AccessRecordError as error:
-            raise JournalError(f"event {happening.number}: {error}") from None
-        except KeyError:
-            raise JournalError(f"event {happening.number}: nobody waits for it") from None
+    async def keep_up(self, on_change: Callable[[], None]) -> None:
+        """Read nothing: what is in force is in the journal."""
 
 
 class ReenactedServer:
     """The server of a journal; needs a running loop, which never gets to run anything."""
 
-    def __init__(self, header: Header, prompter: Prompter) -> None:
+    def __init__(self, header: Header, replayed: ReplayedJournal) -> None:
         """Build the server that wrote the journal.
 
         Raises:
@@ -115,16 +97,16 @@ class ReenactedServer:
             raise unusable_settings(error) from None
         except MotionError as error:
             raise JournalError(f"its robot: {error}") from None
-        self._prompter = prompter
+        self._journal = replayed
         self._planners = [_NotedPlanner() for _ in robots]
         parts = zip(self._settings, robots, self._planners, strict=True)
         self._access = _NotedAccess()
-        served = [ServedCell(*each) for each in parts]
-        self._app = App(served, prompter, _NotedStore(), access=self._access)
+        served = [CellParts(*each) for each in parts]
+        self._app = App(served, replayed, _NotedStore(), self._access)
         self._clients: dict[str, ClientConnection] = {}
         self._links = {link.link: link for cell in self._app.cells for link in cell.links.values()}
 
-    def play(self, happening: Happening) -> None:
+    def play(self, happening: JournalEvent) -> None:
         """Let an event happen."""
         app, link = self._app, happening.link
         match happening.event:
@@ -140,15 +122,13 @@ class ReenactedServer:
                 self._client(happening).connection_lost(None)
                 del self._clients[link]
             case "up" if link in self._links:
-                self._links[link].connection_made(DeadEnd())
+                self._links[link].connection_made(NullTransport())
             case "down" if link in self._links:
                 self._links[link].connection_lost(None)
-            case "planned":
-                self._take_plan(happening)
-            case "stored":
+            case "accounts":
+                self._take_accounts(happening)
+            case event if event in _BACKENDS:
                 self._take_answer(happening)
-            case "accounts" | "checked" | "account":
-                self._access.play(app, happening)
             case "shut-down":
                 app.shut_down()
             case "hang-up":
@@ -156,52 +136,54 @@ class ReenactedServer:
             case _:
                 raise unknown_event(happening)
 
-    def _open(self, happening: Happening) -> None:
+    def _open(self, happening: JournalEvent) -> None:
         try:
             port = Port[happening.more["port"]]
             address = str(happening.more["address"])
             cell = happening.more.get("cell")
         except KeyError:
             raise unknown_event(happening) from None
-        client = self._clients[happening.link] = ClientConnection(self._app.clients, port, cell)
-        client.connection_made(DeadEnd(address))
+        client = self._clients[happening.link] = self._app.connect(port, cell)
+        client.connection_made(NullTransport(address))
 
-    def _client(self, happening: Happening) -> ClientConnection:
+    def _client(self, happening: JournalEvent) -> ClientConnection:
         client = self._clients.get(happening.link)
         if client is None:
             raise JournalError(f"event {happening.number}: link {happening.link} was never opened")
         return client
 
-    def _take_plan(self, happening: Happening) -> None:
-        cell, job = self._planned_for(happening.link)
-        if cell is None or job is None:
-            raise JournalError(f"event {happening.number}: an answer to no planning job")
-        limits = cell.core.cell.limits
+    def _take_accounts(self, happening: JournalEvent) -> None:
+        access = self._access
         try:
-            planned = plan_from_json(job.job_id, happening.more, limits, job.start)
-        except PlanRecordError as error:
+            access.book, access.single_user = book_from_json(happening.more)
+        except AnswerRecordError as error:
             raise JournalError(f"event {happening.number}: {error}") from None
-        cell.take_plan(planned)
+        self._app.take_accounts()
 
-    def _take_answer(self, happening: Happening) -> None:
-        for cell in self._app.cells:
-            number = happening.link.removeprefix(cell.label)
-            if happening.link.startswith(cell.label) and number.isdigit():
-                break
-        else:
-            raise JournalError(f"event {happening.number}: an answer to no question to the store")
+    def _take_answer(self, happening: JournalEvent) -> None:
+        found = self._asked(happening)
+        if found is None:
+            raise JournalError(f"event {happening.number}: an answer that nobody waits for")
+        number, asked = found
+        limits = self._app.cells[number].core.cell.limits
         try:
-            answer = answer_from_json(happening.more)
-        except ErrandRecordError as error:
+            answer = answer_from_record(asked, happening.more, limits)
+        except AnswerRecordError as error:
             raise JournalError(f"event {happening.number}: {error}") from None
-        cell.take_answer(int(number), answer)
+        self._app.inbox.answered(number, asked, answer)
 
-    def _planned_for(self, link: str) -> tuple[CellShell | None, Job | None]:
-        """Return whose job an answer is for, and the job."""
-        for cell, planner in zip(self._app.cells, self._planners, strict=True):
-            if link.startswith(cell.label) and link.removeprefix(cell.label) in planner.jobs:
-                return cell, planner.jobs[link.removeprefix(cell.label)]
-        return None, None
+    def _asked(self, happening: JournalEvent) -> tuple[int, Ask] | None:
+        """Return the question that an answer is to, and whose it is."""
+        backend, link = _BACKENDS[happening.event], happening.link
+        for at, (cell, planner) in enumerate(zip(self._app.cells, self._planners, strict=True)):
+            number = link.removeprefix(cell.label)
+            if not link.startswith(cell.label) or not number.isdigit():
+                continue
+            asked = cell.core.asked(backend, int(number))
+            if asked is None and backend is Backend.PLANNER and number in planner.jobs:
+                asked = Ask(int(number), planner.jobs[number])
+            return None if asked is None else (at, asked)
+        return None
 
     def state(self) -> dict[str, Any]:
         """Return what the server knows of its cell, or of each of several, and its clients."""
@@ -218,15 +200,17 @@ class ReenactedServer:
 
     def _cell_state(self, shell: CellShell, settings: CellSettings) -> dict[str, Any]:
         """Return the snapshot of a cell, and its controller's report."""
-        cell, now = shell.core.cell, self._prompter.now
+        cell, now = shell.core.cell, self._journal.now
         feedback = cell.feedback
         status = feedback.status
-        request = cell.request
+        request = cell.driving.request
         return {
             **snapshot(cell, settings, now).model_dump(mode="json", exclude={"joints"}),
             "joint_position": None if feedback.position is None else list(feedback.position),
             "controller_status": None
             if status is None
             else {name: int(getattr(status, name)) for name in status.FIELDS},
-            "request": None if request is None else dataclasses.asdict(request),
+            "request": None
+            if request is None
+            else {name: getattr(request, name) for name in ("session", "request_id", "program")},
         }

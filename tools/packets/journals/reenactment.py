@@ -1,4 +1,4 @@
-"""A journal played to the process that wrote it: the same code and time, no world outside.
+"""Reenactment of a journal by the process that wrote it: the same code and time, no I/O.
 
 Owns the comparison: what leaves must be, byte for byte and in order, what left then. The time and
 the answers of the world come from the journal; connections are transports that lead nowhere. What a
@@ -18,24 +18,24 @@ from pydantic import ValidationError
 
 from openpendant.simplemsg.journal import Journal
 
-from .journal_file import Asked, Effect, Happening, Header, JournalError, Out
+from .journal_file import BytesOut, Effect, GrantedQuestion, Header, JournalError, JournalEvent
 
 
-class Actor(Protocol):
-    """A process that plays its part again."""
+class ReenactedProcess(Protocol):
+    """A reenacted process."""
 
-    def play(self, happening: Happening) -> None:
+    def play(self, happening: JournalEvent) -> None:
         """Let an event happen."""
 
     def state(self) -> dict[str, Any]:
         """Return what it knows now, as plain JSON data."""
 
 
-MakeActor = Callable[[Header, "Prompter"], Actor]
+MakeProcess = Callable[[Header, "ReplayedJournal"], ReenactedProcess]
 
 
 class Difference(BaseException):
-    """The process did something else than it did then.
+    """The process did not do what its journal says.
 
     No `Exception`, so that no part of the application takes it for a fault of its own.
 
@@ -46,7 +46,7 @@ class Difference(BaseException):
     """
 
     def __init__(
-        self, happening: Happening, expected: Effect | str | None, actual: Effect | str | None
+        self, happening: JournalEvent, expected: Effect | str | None, actual: Effect | str | None
     ) -> None:
         super().__init__(f"event {happening.number} at {happening.time / 1e9:.6f} s")
         self.happening = happening
@@ -54,7 +54,7 @@ class Difference(BaseException):
         self.actual = actual
 
 
-class Prompter(Journal):
+class ReplayedJournal(Journal):
     """A journal that tells the recorded time and answers, and compares instead of writing.
 
     Attributes:
@@ -63,18 +63,18 @@ class Prompter(Journal):
     """
 
     def __init__(self, header: Header) -> None:
-        """Make a prompter for one journal."""
+        """Make the replay of one journal."""
         super().__init__(clock=lambda: self._time)
         self.is_kept = True  # what was noted then must be compared now
         self._start = self._time = self.now = header.now
-        self._happening: Happening | None = None
+        self._happening: JournalEvent | None = None
         self._awaits_event = False
         self._effects: deque[Effect] = deque()
         self.frames = 0
         self.bytes_out = 0
 
     @contextmanager
-    def prompting(self, happening: Happening) -> Iterator[None]:
+    def expecting(self, happening: JournalEvent) -> Iterator[None]:
         """Compare all that follows from an event while the context lasts.
 
         Raises:
@@ -94,7 +94,7 @@ class Prompter(Journal):
         """Tell the recorded time of the event.
 
         Raises:
-            Difference: another event begins.
+            Difference: another event starts.
         """
         expected = self._current
         if not self._awaits_event or (event, str(link)) != (expected.event, expected.link):
@@ -109,7 +109,7 @@ class Prompter(Journal):
         Raises:
             Difference: they are not the same.
         """
-        actual = Out(str(link), data)
+        actual = BytesOut(str(link), data)
         expected = self._effects.popleft() if self._effects else None
         if expected != actual:
             raise Difference(self._current, expected, actual)
@@ -118,18 +118,18 @@ class Prompter(Journal):
 
     def answer(self, question: str, link: str | int, answer: bool) -> bool:
         """Return what the world answered then."""
-        if self._effects and self._effects[0] == Asked(question, str(link)):
+        if self._effects and self._effects[0] == GrantedQuestion(question, str(link)):
             self._effects.popleft()
             return True
         return False
 
     @property
-    def _current(self) -> Happening:
+    def _current(self) -> JournalEvent:
         assert self._happening is not None, "nothing happens outside of an event"
         return self._happening
 
 
-class DeadEnd(asyncio.Transport):
+class NullTransport(asyncio.Transport):
     """A transport that leads nowhere; what is written was compared before."""
 
     def __init__(self, address: str = "") -> None:
@@ -166,7 +166,7 @@ class _NoSocket:
     family = socket.AF_UNSPEC
 
 
-def unknown_event(happening: Happening) -> JournalError:
+def unknown_event(happening: JournalEvent) -> JournalError:
     """Return the error for an event that this version does not know."""
     return JournalError(f"event {happening.number}: {happening.event!r} is not known here")
 

@@ -15,15 +15,15 @@ from pathlib import Path
 from typing import Any
 
 from ..console import PacketToolError
-from .journal_file import Happening, Header, JournalFile
-from .reenactment import Actor, Difference, MakeActor, Prompter
+from .journal_file import Header, JournalEvent, JournalFile
+from .reenactment import Difference, MakeProcess, ReenactedProcess, ReplayedJournal
 
 _CONTEXT = 5
 
 
 @dataclass(slots=True)
-class Outcome:
-    """What a run over a journal showed.
+class RerunOutcome:
+    """Result of a run over a journal.
 
     Attributes:
         header: of the journal.
@@ -48,19 +48,19 @@ class Outcome:
     seconds: float = 0.0
     state: dict[str, Any] = field(default_factory=dict)
     difference: Difference | None = None
-    before: deque[Happening] = field(default_factory=lambda: deque(maxlen=_CONTEXT))
+    before: deque[JournalEvent] = field(default_factory=lambda: deque(maxlen=_CONTEXT))
     is_cut: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Until:
-    """Where a run ends: after the last event up to a time [ns], or after an event by number."""
+    """End of a run: after the last event up to a time [ns], or after an event by number."""
 
     time: int | None = None
     number: int | None = None
 
-    def is_before(self, happening: Happening) -> bool:
-        """Say whether the run ends before an event."""
+    def is_before(self, happening: JournalEvent) -> bool:
+        """Return True if the run ends before an event."""
         if self.number is not None:
             return happening.number > self.number
         return self.time is not None and happening.time > self.time
@@ -95,7 +95,7 @@ class StillLoop(asyncio.SelectorEventLoop):
         return super().call_at(when, callback, *args, context=context)
 
 
-def rerun(path: Path, until: Until | None = None) -> Outcome:
+def rerun(path: Path, until: Until | None = None) -> RerunOutcome:
     """Execute a journal again.
 
     Args:
@@ -108,7 +108,7 @@ def rerun(path: Path, until: Until | None = None) -> Outcome:
     """
     loop = StillLoop()
 
-    async def live_again() -> Outcome:
+    async def live_again() -> RerunOutcome:
         # The process that is played wants a running loop.
         loop.is_still = True
         try:
@@ -122,37 +122,42 @@ def rerun(path: Path, until: Until | None = None) -> Outcome:
         loop.close()
 
 
-def _rerun(path: Path, limit: Until) -> Outcome:
+def _rerun(path: Path, limit: Until) -> RerunOutcome:
     began = time.perf_counter()
     with path.open("rb") as stream:
         journal = JournalFile(path, stream)
-        prompter = Prompter(journal.header)
-        actor = _actor_of(journal.header)(journal.header, prompter)
-        outcome = Outcome(journal.header)
+        replayed = ReplayedJournal(journal.header)
+        process = _process_of(journal.header)(journal.header, replayed)
+        outcome = RerunOutcome(journal.header)
         try:
             for happening in journal.happenings():
                 if limit.is_before(happening):
                     break
-                _play(actor, prompter, happening, outcome)
+                _play(process, replayed, happening, outcome)
         except Difference as difference:
             outcome.difference = difference
         outcome.is_cut = journal.is_cut
-    outcome.bytes_out, outcome.frames = prompter.bytes_out, prompter.frames
-    outcome.state = actor.state()
+    outcome.bytes_out, outcome.frames = replayed.bytes_out, replayed.frames
+    outcome.state = process.state()
     outcome.seconds = time.perf_counter() - began
     return outcome
 
 
-def _play(actor: Actor, prompter: Prompter, happening: Happening, outcome: Outcome) -> None:
+def _play(
+    process: ReenactedProcess,
+    replayed: ReplayedJournal,
+    happening: JournalEvent,
+    outcome: RerunOutcome,
+) -> None:
     outcome.before.append(happening)
     outcome.last = happening.time
     outcome.bytes_in += len(happening.data)
-    with prompter.prompting(happening):
-        actor.play(happening)
+    with replayed.expecting(happening):
+        process.play(happening)
     outcome.events += 1
 
 
-def _actor_of(header: Header) -> MakeActor:
+def _process_of(header: Header) -> MakeProcess:
     # Either is imported only when it is wanted: an emulator's journal needs no Pinocchio.
     match header.kind:
         case "server":

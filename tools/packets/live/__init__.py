@@ -1,1 +1,1 @@
-"""Talking to live peers: the proxy, the recorder, the player, and single packets."""
+"""Tools for live peers: the proxy, the recorder, the player, and single packets."""

@@ -1,4 +1,4 @@
-"""Which packets may act on a cell, and the question that is asked before one is sent.
+"""Consent: the rule which packets may act on a cell, and the question asked before one is sent.
 
 Owns the rule: to act is to move the robot, or to switch an output or register on which other
 machines may hang. What cannot be read counts as able to, since a real controller may read it
@@ -11,12 +11,10 @@ import argparse
 import sys
 
 from openpendant.simplemsg import MsgType, SpecialSequence
-from openpendant.simplemsg.layout import HEADER_SIZE
+from openpendant.simplemsg.framing import HEADER_SIZE, Frame, Mode, Splitter
 
 from ..console import PacketToolError
-from ..faulty.frame_surgery import header_of, integer_at
-from ..frames import FrameSplitter
-from .answering import COMMAND_AT
+from .answers import COMMAND_AT
 
 ACTING_TYPES = frozenset(
     {MsgType.JOINT_TRAJ_PT, MsgType.JOINT_TRAJ, MsgType.JOINT_TRAJ_PT_FULL, MsgType.WRITE_OUTPUT}
@@ -36,24 +34,24 @@ _SEQUENCE_AT = {
 
 
 def may_act(data: bytes) -> bool:
-    """Tell whether bytes may move a robot or switch something.
+    """Return True if bytes may move a robot or switch an output.
 
     Args:
         data: what is to be sent, any number of frames.
     """
-    splitter = FrameSplitter()
+    splitter = Splitter(Mode.ONLOOKER)
     pieces = [*splitter.feed(data), *splitter.finish()]
     return any(not piece.is_frame or _frame_may_act(piece.data) for piece in pieces)
 
 
 def _frame_may_act(frame: bytes) -> bool:
-    header = header_of(frame)
+    header = Frame(frame)
     if header.msg_type not in ACTING_TYPES:
         return False
     if header.msg_type == _MOTION_CONTROL:
-        return integer_at(frame, COMMAND_AT) not in _HARMLESS_COMMANDS
+        return Frame(frame).integer_at(COMMAND_AT) not in _HARMLESS_COMMANDS
     place = _SEQUENCE_AT.get(header.msg_type)
-    return place is None or integer_at(frame, place) != SpecialSequence.STOP
+    return place is None or Frame(frame).integer_at(place) != SpecialSequence.STOP
 
 
 def add_consent(command: argparse.ArgumentParser) -> None:

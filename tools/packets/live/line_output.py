@@ -1,4 +1,4 @@
-"""Writes lines to a file while traffic runs, without ever holding the traffic up.
+"""Line output to a file that never holds up the traffic.
 
 Owns the buffer in front of the file, the size limit, and what happens when the file cannot be
 written: writing ends for good and says why; nobody is stopped by it. Lines are collected here and
@@ -32,7 +32,7 @@ _POLL = 0.05
 class LineOutput:
     """A file of lines that is being written, or standard output.
 
-    It is opened by `start`, so that whoever cannot begin does not destroy what was in it.
+    It is opened by `start`, so that a run that cannot start does not destroy its content.
 
     Attributes:
         ended: why nothing more is written, empty while all is well.
@@ -69,7 +69,7 @@ class LineOutput:
         self._stopping = asyncio.Event()
 
     def start(self) -> None:
-        """Open the file and begin to flush; what was in it is lost. Needs a running loop.
+        """Open the file and start to flush; its old content is lost. Needs a running loop.
 
         Raises:
             OSError: the file cannot be opened.

@@ -9,8 +9,9 @@ import asyncio
 from collections import deque
 from collections.abc import Callable
 
+from openpendant.simplemsg.framing import Cut, Mode, Splitter
+
 from ..console import PeerError
-from ..frames import Cut, FrameSplitter
 from .endpoints import Endpoint, in_short
 
 _READ = 64 * 1024
@@ -32,7 +33,7 @@ class Peer:
         self, name: str, reader: asyncio.StreamReader, writer: asyncio.StreamWriter
     ) -> None:
         self.name = name
-        self.splitter = FrameSplitter()
+        self.splitter = Splitter(Mode.ONLOOKER)
         self._reader = reader
         self._writer = writer
         self._pieces: deque[Cut] = deque()
@@ -91,7 +92,7 @@ class Peer:
                     if wanted(piece):
                         return piece
         except TimeoutError:
-            rest = self.splitter.pending
+            rest = len(self.splitter.pending)
             begun = f", but {rest} bytes of a frame that does not end" if rest else ""
             raise PeerSilentError(
                 f"no answer from {self.name} within {within:g} s{begun}"

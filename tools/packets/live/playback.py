@@ -11,31 +11,30 @@ from enum import Enum
 
 from openpendant.simplemsg import CommType, codec_for
 from openpendant.simplemsg.codes import ReplyCode
+from openpendant.simplemsg.framing import Cut, Frame
 
 from ..console import PacketToolError
-from ..faulty.frame_surgery import header_of
-from ..frames import Cut
 from ..reading.wire_form import ALL
-from ..trace import Direction, Entry, Event, Packet
+from ..trace import Entry, Event, Packet, TraceDirection
 
 MAX_BYTES = 256 * 1024 * 1024
 """Largest recording that is played, bytes of packets; it is kept in memory."""
 
 
-class Part(Enum):
-    """Which side of the recording is played."""
+class PlayedSide(Enum):
+    """Side of the recording that is played."""
 
     CLIENT = "client"
     SERVER = "server"
 
     @property
-    def sends(self) -> Direction:
+    def sends(self) -> TraceDirection:
         """The direction of what is sent."""
-        return Direction.TO_SERVER if self is Part.CLIENT else Direction.TO_CLIENT
+        return TraceDirection.TO_SERVER if self is PlayedSide.CLIENT else TraceDirection.TO_CLIENT
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class PlayedPacket:
     """A packet to send.
 
     Attributes:
@@ -53,13 +52,13 @@ class Step:
 
 
 @dataclass(slots=True)
-class Session:
+class RecordedSession:
     """One recorded connection as the part to play sees it; times in ns.
 
     Attributes:
         port: TCP port of the recorded server.
         number: of the connection on that port.
-        opened: when it began.
+        opened: its start.
         ended: when its last packet or event was.
         steps: what to send.
         expected: what should come back and counts.
@@ -69,13 +68,13 @@ class Session:
     number: int
     opened: int
     ended: int = 0
-    steps: list[Step] = field(default_factory=list)
+    steps: list[PlayedPacket] = field(default_factory=list)
     expected: list[Cut] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """How fast to play.
+    """Pace of the playback.
 
     Attributes:
         speed: factor on the recorded times; None sends as fast as replies come.
@@ -86,8 +85,10 @@ class Pace:
     exact: bool = False
 
 
-def sessions_of(entries: Iterable[Entry], part: Part, *, exact: bool) -> list[Session]:
-    """Return the connections of a recording, in the order in which they began.
+def sessions_of(
+    entries: Iterable[Entry], part: PlayedSide, *, exact: bool
+) -> list[RecordedSession]:
+    """Return the connections of a recording, in the order of their starts.
 
     Args:
         entries: the recording, in order of time.
@@ -97,13 +98,13 @@ def sessions_of(entries: Iterable[Entry], part: Part, *, exact: bool) -> list[Se
     Raises:
         PacketToolError: the recording is too large to be kept.
     """
-    sessions: dict[tuple[int, int], Session] = {}
+    sessions: dict[tuple[int, int], RecordedSession] = {}
     size = 0
     for entry in entries:
         if isinstance(entry, Event) and not entry.connection:
             continue
         key = (entry.port, entry.connection)
-        session = sessions.setdefault(key, Session(*key, opened=entry.time))
+        session = sessions.setdefault(key, RecordedSession(*key, opened=entry.time))
         session.ended = entry.time
         if isinstance(entry, Packet):
             size += len(entry.data)
@@ -113,23 +114,23 @@ def sessions_of(entries: Iterable[Entry], part: Part, *, exact: bool) -> list[Se
     return list(sessions.values())
 
 
-def _add(session: Session, packet: Packet, part: Part, *, exact: bool) -> None:
+def _add(session: RecordedSession, packet: Packet, part: PlayedSide, *, exact: bool) -> None:
     piece = Cut(packet.data, packet.is_frame and len(packet.data) >= 16)
     if packet.direction is part.sends:
-        waits = piece.is_frame and header_of(piece.data).comm_type == CommType.REPLY
+        waits = piece.is_frame and Frame(piece.data).comm_type == CommType.REPLY
         after = len(session.expected)
-        session.steps.append(Step(packet.data, packet.time, after, waits))
+        session.steps.append(PlayedPacket(packet.data, packet.time, after, waits))
     elif counts(piece, part, session.expected, exact=exact):
         session.expected.append(piece)
 
 
-def counts(piece: Cut, part: Part, before: list[Cut], *, exact: bool) -> bool:
-    """Tell whether a packet is compared: not a server's topics, nor the cuts of stray bytes."""
+def counts(piece: Cut, part: PlayedSide, before: list[Cut], *, exact: bool) -> bool:
+    """Return True if a packet is compared; a server's topics and stray bytes are not."""
     if not piece.is_frame:
         return not before or before[-1].is_frame
-    if exact or part is Part.SERVER:
+    if exact or part is PlayedSide.SERVER:
         return True
-    return header_of(piece.data).comm_type != CommType.TOPIC
+    return Frame(piece.data).comm_type != CommType.TOPIC
 
 
 class Player:
@@ -142,7 +143,7 @@ class Player:
         first: the first difference in words, empty while there is none.
     """
 
-    def __init__(self, session: Session, part: Part, pace: Pace) -> None:
+    def __init__(self, session: RecordedSession, part: PlayedSide, pace: Pace) -> None:
         self.sent = 0
         self.differences = 0
         self.first = ""
@@ -164,11 +165,11 @@ class Player:
 
     @property
     def all_sent(self) -> bool:
-        """Whether everything was sent."""
+        """True once everything was sent."""
         return self.sent == len(self._session.steps)
 
     def start(self, now: int) -> None:
-        """Begin; recorded times count from now."""
+        """Start; recorded times count from now."""
         self._began = now
 
     def _time_of(self, recorded: int) -> int:
@@ -177,12 +178,12 @@ class Player:
         return self._began + round((recorded - self._session.opened) / self._pace.speed)
 
     @property
-    def _next(self) -> Step | None:
+    def _next(self) -> PlayedPacket | None:
         steps = self._session.steps
         return steps[self.sent] if self.sent < len(steps) else None
 
-    def _is_held(self, step: Step) -> bool:
-        """Tell whether a step waits for the peer."""
+    def _is_held(self, step: PlayedPacket) -> bool:
+        """Return True if a packet waits for the peer."""
         return (self._pace.speed is None or step.waits) and self.received < step.after
 
     def due(self, now: int) -> list[bytes]:
@@ -196,7 +197,7 @@ class Player:
         return packets
 
     def next_due(self, now: int) -> int | None:
-        """Return when something happens without the peer, None where only the peer can go on."""
+        """Return the time of the next step that needs no peer, None while the peer must act."""
         step = self._next
         if step is not None:
             return None if self._is_held(step) else self._time_of(step.at)
@@ -204,7 +205,7 @@ class Player:
         return end if end > now else None
 
     def is_over(self, now: int) -> bool:
-        """Tell whether everything was sent and came, and its time is over."""
+        """Return True if everything was sent and received, and its time is over."""
         return self.all_sent and not self.missing and self._time_of(self._session.ended) <= now
 
     def take(self, piece: Cut) -> bool:
@@ -233,7 +234,7 @@ class Player:
             return False
         if self._pace.exact or not piece.is_frame:
             return wanted.data == piece.data or not piece.is_frame
-        one, other = header_of(wanted.data), header_of(piece.data)
+        one, other = Frame(wanted.data), Frame(piece.data)
         return (one.msg_type, one.comm_type, one.reply_code) == (
             other.msg_type,
             other.comm_type,
@@ -249,8 +250,8 @@ def _words(piece: Cut | None) -> str:
         return "none"
     if not piece.is_frame:
         return f"{len(piece.data)} bytes that are no frame"
-    header = header_of(piece.data)
-    name = codec_for(ALL, header.order).name_of(header.msg_type, header.comm_type)
+    header = Frame(piece.data)
+    name = codec_for(ALL, header.byte_order).name_of(header.msg_type, header.comm_type)
     known = {int(member): member.name.lower() for member in CommType}
     comm = known.get(header.comm_type, f"comm {header.comm_type}")
     code = _CODES.get(ReplyCode(header.reply_code), "") if header.reply_code in _CODES else ""

@@ -1,22 +1,152 @@
 """A TCP proxy on asyncio: listens, connects, and does what its relay decides.
 
-Owns sockets, the clock and back-pressure: a side is read only while the other side takes the bytes.
-What is forwarded, and when, is the relay's business. All runs on one loop, so no two calls of the
-relay overlap.
+Owns sockets, their options, the clock, back-pressure, FIN and RST: a side is read only while the
+other side takes the bytes. What is forwarded, and when, is the relay's business. All runs on one
+loop, so no two calls of the relay overlap.
 """
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import socket
+import struct
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, Protocol, cast
 
 from ..console import PeerError
-from ..trace import Direction
+from ..trace import TraceDirection
 from .endpoints import Endpoint, in_short
-from .proxy_side import WRITE_HIGH, Side
-from .relay import Action, Close, End, Freeze, LinkId, Relay, Reset, Send
+from .relay import Action, CloseBoth, EndStream, Freeze, ProxyLinkId, Relay, ResetBoth, SendBytes
+
+WRITE_HIGH = 64 * 1024
+"""A side with more bytes than this unsent pauses the reading of the other side."""
+
+_RESET_ON_CLOSE = struct.pack("ii", 1, 0)
+
+
+class SideEvents(Protocol):
+    """Receiver of a side's events."""
+
+    def opened(self, client: ProxySide) -> None:
+        """A client is connected."""
+
+    def received(self, direction: TraceDirection, data: bytes) -> None:
+        """Bytes came."""
+
+    def ended(self, direction: TraceDirection) -> None:
+        """The peer will send nothing more."""
+
+    def lost(self, direction: TraceDirection, error: Exception | None) -> None:
+        """The connection is gone; with an error it broke."""
+
+    def balance(self) -> None:
+        """The side became full, or is full no more."""
+
+
+class ProxySide(asyncio.Protocol):
+    """One of the two sockets of a link, named after the direction in which its peer sends.
+
+    Attributes:
+        is_full: more bytes wait to be sent than may pile up.
+        has_ended: its peer was told that nothing follows.
+        is_gone: there is no connection any more.
+    """
+
+    def __init__(self, link: SideEvents, direction: TraceDirection) -> None:
+        self.is_full = False
+        self.has_ended = False
+        self.is_gone = False
+        self._peer_has_ended = False
+        self._link = link
+        self._direction = direction
+        self._transport: asyncio.Transport | None = None
+
+    @property
+    def unsent(self) -> int:
+        """Bytes accepted for sending that the kernel has not taken yet."""
+        return self._transport.get_write_buffer_size() if self._transport else 0
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Prepare the socket; called by the loop."""
+        self._transport = cast(asyncio.Transport, transport)
+        self._transport.set_write_buffer_limits(high=WRITE_HIGH)
+        sock = transport.get_extra_info("socket")
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+        if self._direction is TraceDirection.TO_SERVER:
+            self._link.opened(self)
+        else:
+            self.pause()
+
+    def data_received(self, data: bytes) -> None:
+        """Hand bytes on; called by the loop."""
+        self._link.received(self._direction, data)
+
+    def eof_received(self) -> bool:
+        """Keep the other direction open; called by the loop."""
+        self._peer_has_ended = True
+        self._link.ended(self._direction)
+        return True
+
+    def pause_writing(self) -> None:
+        """Stop reading from the other side; called by the loop."""
+        self.is_full = True
+        self._link.balance()
+
+    def resume_writing(self) -> None:
+        """Resume reading from the other side; called by the loop."""
+        self.is_full = False
+        self._link.balance()
+
+    def connection_lost(self, error: Exception | None) -> None:
+        """Tell the link; called by the loop."""
+        self.is_gone = True
+        self._transport = None
+        self._link.lost(self._direction, error)
+
+    def write(self, data: bytes) -> None:
+        """Send bytes, unless nothing may follow any more."""
+        if self._transport is not None and not self.has_ended:
+            self._transport.write(data)
+
+    def end(self) -> None:
+        """Send FIN after the written bytes; the peer may continue to send."""
+        self.has_ended = True
+        if self._transport is not None and not self._transport.is_closing():
+            # A peer that has broken off meanwhile is noticed when the loop calls `connection_lost`.
+            with contextlib.suppress(OSError):
+                self._transport.write_eof()
+
+    def pause(self) -> None:
+        """Stop reading."""
+        if self._transport is not None:
+            self._transport.pause_reading()
+
+    def resume(self) -> None:
+        """Read again, unless the peer has ended: asyncio would report its end once more."""
+        if self._transport is not None and not self._peer_has_ended:
+            self._transport.resume_reading()
+
+    def close(self) -> None:
+        """Close in order after what was written."""
+        self.has_ended = True
+        if self._transport is not None:
+            self._transport.close()
+
+    def reset(self) -> None:
+        """Break off with RST."""
+        if self._transport is not None:
+            sock = self._transport.get_extra_info("socket")
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET_ON_CLOSE)
+            self._transport.abort()
+
+    def abort(self) -> None:
+        """Close without sending what is left."""
+        if self._transport is not None:
+            self._transport.abort()
+
 
 CONNECT_TIMEOUT = 10.0
 """A server that is not connected by then counts as refused [s]."""
@@ -26,13 +156,13 @@ MAX_LINKS = 256
 
 _NANOSECONDS = 1e9
 _OPPOSITE = {
-    Direction.TO_SERVER: Direction.TO_CLIENT,
-    Direction.TO_CLIENT: Direction.TO_SERVER,
+    TraceDirection.TO_SERVER: TraceDirection.TO_CLIENT,
+    TraceDirection.TO_CLIENT: TraceDirection.TO_SERVER,
 }
 
 
 class Pair(NamedTuple):
-    """Where to listen, and the server to connect each client to."""
+    """Listening address, and the server to connect each client to."""
 
     listen: Endpoint
     target: Endpoint
@@ -61,7 +191,7 @@ class Proxy:
             connect_timeout: for the connection to the server [s].
             max_links: connections at once, all pairs together.
         """
-        self.links: dict[LinkId, Link] = {}
+        self.links: dict[ProxyLinkId, ProxyLink] = {}
         self.relay = relay
         self.connect_timeout = connect_timeout
         self._pairs = pairs
@@ -97,8 +227,8 @@ class Proxy:
         return ports
 
     async def _listen(self, index: int, pair: Pair) -> int:
-        def accept() -> Side:
-            return Side(Link(self, index, pair.target), Direction.TO_SERVER)
+        def accept() -> ProxySide:
+            return ProxySide(ProxyLink(self, index, pair.target), TraceDirection.TO_SERVER)
 
         server = await self._loop.create_server(accept, pair.listen.host, pair.listen.port)
         self._servers.append(server)
@@ -117,12 +247,12 @@ class Proxy:
             await server.wait_closed()
         self._servers.clear()
 
-    def admit(self, link: Link, pair: int, port: int) -> LinkId | None:
+    def admit(self, link: ProxyLink, pair: int, port: int) -> ProxyLinkId | None:
         """Give a new connection its number, None where there are too many."""
         if len(self.links) >= self._max_links:
             return None
         self._numbers[port] += 1
-        made = LinkId(pair, port, self._numbers[port])
+        made = ProxyLinkId(pair, port, self._numbers[port])
         self.links[made] = link
         return made
 
@@ -149,15 +279,15 @@ class Proxy:
             link.balance()
 
 
-class Link:
+class ProxyLink:
     """One client's connection and the connection to the server that belongs to it."""
 
     def __init__(self, proxy: Proxy, pair: int, target: Endpoint) -> None:
         self._proxy = proxy
         self._pair = pair
         self._target = target
-        self._id: LinkId | None = None
-        self._sides: dict[Direction, Side] = {}
+        self._id: ProxyLinkId | None = None
+        self._sides: dict[TraceDirection, ProxySide] = {}
         self._connecting: asyncio.Task[None] | None = None
         self._is_frozen = False
 
@@ -166,20 +296,20 @@ class Link:
         """Bytes that either side has not taken yet."""
         return sum(side.unsent for side in self._sides.values())
 
-    def opened(self, client: Side) -> None:
+    def opened(self, client: ProxySide) -> None:
         """Number the new client, and connect to the server; the client waits unread."""
         self._id = self._proxy.admit(self, self._pair, self._target.port)
         if self._id is None:
             client.close()
             return
-        self._sides[Direction.TO_SERVER] = client
+        self._sides[TraceDirection.TO_SERVER] = client
         client.pause()
         self._proxy.relay.opened(self._id, self._proxy.now)
         self._connecting = asyncio.get_running_loop().create_task(self._connect(self._id))
 
-    async def _connect(self, link: LinkId) -> None:
+    async def _connect(self, link: ProxyLinkId) -> None:
         loop = asyncio.get_running_loop()
-        server = Side(self, Direction.TO_CLIENT)
+        server = ProxySide(self, TraceDirection.TO_CLIENT)
         try:
             async with asyncio.timeout(self._proxy.connect_timeout):
                 await loop.create_connection(lambda: server, self._target.host, self._target.port)
@@ -187,27 +317,27 @@ class Link:
             # A time-out is an OSError without a number.
             reason = in_short(error) or f"no answer within {self._proxy.connect_timeout:g} s"
             self._proxy.relay.refused(link, f"{self._target}: {reason}", self._proxy.now)
-            self._sides[Direction.TO_SERVER].close()
+            self._sides[TraceDirection.TO_SERVER].close()
             return
         finally:
             self._connecting = None
-        self._sides[Direction.TO_CLIENT] = server
+        self._sides[TraceDirection.TO_CLIENT] = server
         self.balance()
 
-    def received(self, direction: Direction, data: bytes) -> None:
+    def received(self, direction: TraceDirection, data: bytes) -> None:
         """Ask the relay what to do with bytes."""
         if self._id is not None and not self._is_frozen:
             proxy = self._proxy
             proxy.act(proxy.relay.received(self._id, direction, data, proxy.now))
             self.balance()
 
-    def ended(self, direction: Direction) -> None:
+    def ended(self, direction: TraceDirection) -> None:
         """Tell the relay that a side will send nothing more."""
         if self._id is not None and not self._is_frozen:
             self._proxy.act(self._proxy.relay.ended(self._id, direction, self._proxy.now))
 
-    def lost(self, direction: Direction, error: Exception | None) -> None:
-        """Take note of a side that is gone; a break goes on to the other side."""
+    def lost(self, direction: TraceDirection, error: Exception | None) -> None:
+        """Note a side that is gone; a break is passed on to the other side."""
         side = self._sides.get(direction)
         if self._id is None or side is None:
             return
@@ -223,27 +353,27 @@ class Link:
     def act(self, action: Action) -> None:
         """Do one thing that the relay decided."""
         match action:
-            case Send():
+            case SendBytes():
                 self._receiver(action.direction).write(action.data)
-            case End():
+            case EndStream():
                 self._receiver(action.direction).end()
                 if all(side.has_ended for side in self._sides.values()):
                     self._close()
-            case Close():
+            case CloseBoth():
                 self._close()
-            case Reset():
+            case ResetBoth():
                 self._break_off()
             case Freeze():
                 self._is_frozen = True
                 for side in self._sides.values():
                     side.pause()
 
-    def _receiver(self, direction: Direction) -> Side:
+    def _receiver(self, direction: TraceDirection) -> ProxySide:
         return self._sides[_OPPOSITE[direction]]
 
     def balance(self) -> None:
         """Read each side exactly while the other one takes bytes and the relay holds few."""
-        if self._id is None or self._is_frozen or len(self._sides) < len(Direction):
+        if self._id is None or self._is_frozen or len(self._sides) < len(TraceDirection):
             return
         for direction, side in self._sides.items():
             held = self._proxy.relay.held(self._id, direction)

@@ -1,7 +1,7 @@
-"""What a proxy may do with the bytes of its connections, and who decides it.
+"""Contract between a proxy and its relay: events in, actions on the connections out.
 
-Owns the contract between the proxy's shell, which has the sockets, and a relay, which is pure: it
-is told what happened and when, and returns what to do.
+The proxy's shell has the sockets; a relay is pure: it gets each event with its time and returns
+actions.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from ..trace import Direction
+from ..trace import TraceDirection
 
 
-class LinkId(NamedTuple):
+class ProxyLinkId(NamedTuple):
     """One client's connection through the proxy.
 
     Attributes:
@@ -28,67 +28,67 @@ class LinkId(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Send:
+class SendBytes:
     """Write bytes to the receiver of a direction, in one piece."""
 
-    link: LinkId
-    direction: Direction
+    link: ProxyLinkId
+    direction: TraceDirection
     data: bytes
 
 
 @dataclass(frozen=True, slots=True)
-class End:
+class EndStream:
     """Tell the receiver of a direction that nothing follows (FIN)."""
 
-    link: LinkId
-    direction: Direction
+    link: ProxyLinkId
+    direction: TraceDirection
 
 
 @dataclass(frozen=True, slots=True)
-class Close:
+class CloseBoth:
     """Close both sides in order (FIN), after what was sent."""
 
-    link: LinkId
+    link: ProxyLinkId
 
 
 @dataclass(frozen=True, slots=True)
-class Reset:
+class ResetBoth:
     """Break both sides off (RST)."""
 
-    link: LinkId
+    link: ProxyLinkId
 
 
 @dataclass(frozen=True, slots=True)
 class Freeze:
     """Read and forward nothing any more, but keep both sockets: a half-open connection."""
 
-    link: LinkId
+    link: ProxyLinkId
 
 
-Action = Send | End | Close | Reset | Freeze
+Action = SendBytes | EndStream | CloseBoth | ResetBoth | Freeze
 
 
 class Relay(Protocol):
-    """Decides about all connections of a proxy; times are in nanoseconds."""
+    """Policy for all connections of a proxy; times are in nanoseconds."""
 
-    def opened(self, link: LinkId, now: int) -> None:
+    def opened(self, link: ProxyLinkId, now: int) -> None:
         """A client is connected, the server not yet."""
 
-    def refused(self, link: LinkId, reason: str, now: int) -> None:
+    def refused(self, link: ProxyLinkId, reason: str, now: int) -> None:
         """The server could not be reached; the client is closed."""
 
     def received(
-        self, link: LinkId, direction: Direction, data: bytes, now: int
+        self, link: ProxyLinkId, direction: TraceDirection, data: bytes, now: int
     ) -> Iterable[Action]:
         """Bytes came from the sender of a direction; each action is done as it is given."""
 
-    def ended(self, link: LinkId, direction: Direction, now: int) -> list[Action]:
+    def ended(self, link: ProxyLinkId, direction: TraceDirection, now: int) -> list[Action]:
         """The sender of a direction will send nothing more (FIN)."""
 
-    def reset(self, link: LinkId, direction: Direction, now: int) -> list[Action]:
+    def reset(self, link: ProxyLinkId, direction: TraceDirection, now: int) -> list[Action]:
         """The connection to the sender of a direction broke (RST)."""
 
-    def closed(self, link: LinkId, now: int) -> None:
+    def closed(self, link: ProxyLinkId, now: int) -> None:
         """Both sides are gone."""
 
     def due(self, now: int) -> list[Action]:
@@ -97,10 +97,10 @@ class Relay(Protocol):
     def next_due(self) -> int | None:
         """Return when `due` has something to say next, None for never."""
 
-    def held(self, link: LinkId, direction: Direction) -> int:
+    def held(self, link: ProxyLinkId, direction: TraceDirection) -> int:
         """Return the bytes of a direction that are kept back; reading pauses when they are many."""
 
 
-def sender(direction: Direction) -> str:
+def sender(direction: TraceDirection) -> str:
     """Return who sends in a direction: "client" or "server"."""
-    return "client" if direction is Direction.TO_SERVER else "server"
+    return "client" if direction is TraceDirection.TO_SERVER else "server"

@@ -1,4 +1,4 @@
-"""Plays the sessions of a recording on real sockets, as client or as server.
+"""Replay of a recording's sessions on real sockets, as client or as server.
 
 Owns connections, deadlines and the order of sessions; what is sent when, and whether the answer is
 right, is `playback`'s business.
@@ -12,10 +12,11 @@ from collections import defaultdict
 from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
 
-from ..console import ExitCode, PeerError
+from ...console import ExitCode
+from ..console import PeerError
 from .endpoints import Endpoint, in_short
 from .peer import Peer, PeerSilentError
-from .playback import Pace, Part, Player, Session
+from .playback import Pace, PlayedSide, Player, RecordedSession
 
 LINGER = 0.2
 """After everything came, one more packet would be noticed within this time [s]."""
@@ -26,8 +27,8 @@ _Acceptor = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[Non
 
 
 @dataclass(frozen=True, slots=True)
-class Summary:
-    """What a replay came to.
+class ReplaySummary:
+    """Result of a replay.
 
     Attributes:
         sent: packets sent.
@@ -45,16 +46,18 @@ class Summary:
 
     @property
     def code(self) -> ExitCode:
-        """What the process exits with."""
+        """Exit code of the process."""
         if self.failure:
-            return ExitCode.PEER
-        return ExitCode.FINDINGS if self.differences else ExitCode.OK
+            return ExitCode.REFUSED
+        return ExitCode.FAILED if self.differences else ExitCode.OK
 
 
 class Replay:
     """Plays all sessions of a recording."""
 
-    def __init__(self, sessions: Sequence[Session], part: Part, pace: Pace, within: float) -> None:
+    def __init__(
+        self, sessions: Sequence[RecordedSession], part: PlayedSide, pace: Pace, within: float
+    ) -> None:
         """Make a replay; needs a running loop.
 
         Args:
@@ -72,7 +75,7 @@ class Replay:
         self._failures: list[str] = []
         self._servers: list[asyncio.Server] = []
         self._over = {id(session): asyncio.Event() for session in sessions}
-        self._waiting: dict[int, list[Session]] = defaultdict(list)
+        self._waiting: dict[int, list[RecordedSession]] = defaultdict(list)
         self._connected = asyncio.Event()
         self._began = min((session.opened for session in sessions), default=0)
 
@@ -80,7 +83,7 @@ class Replay:
     def _now(self) -> int:
         return round(self._loop.time() * _NANOSECONDS)
 
-    async def play_client(self, targets: dict[int, Endpoint]) -> Summary:
+    async def play_client(self, targets: dict[int, Endpoint]) -> ReplaySummary:
         """Connect to the peers and play the client's side.
 
         Args:
@@ -91,7 +94,7 @@ class Replay:
                 group.create_task(self._connect(session, targets[session.port]))
         return self._summary()
 
-    async def _connect(self, session: Session, target: Endpoint) -> None:
+    async def _connect(self, session: RecordedSession, target: Endpoint) -> None:
         if self._pace.speed is None:
             await self._predecessors(session)
         else:
@@ -104,12 +107,12 @@ class Replay:
             return
         await self._play(session, peer)
 
-    def _seconds_until(self, session: Session) -> float:
+    def _seconds_until(self, session: RecordedSession) -> float:
         """Return the time from the beginning to a session, as it is played [s]."""
         return (session.opened - self._began) / (self._pace.speed or 1.0) / _NANOSECONDS
 
-    async def _predecessors(self, session: Session) -> None:
-        """Wait for the connections that had ended before this one began."""
+    async def _predecessors(self, session: RecordedSession) -> None:
+        """Wait for the connections that had ended before this one started."""
         for other in self._sessions:
             if other is not session and other.ended <= session.opened:
                 await self._over[id(other)].wait()
@@ -151,14 +154,14 @@ class Replay:
 
         return accept
 
-    async def play_server(self) -> Summary:
+    async def play_server(self) -> ReplaySummary:
         """Wait until all sessions were played with the clients that connect."""
         for session in self._sessions:
             await self._until_over(session)
         await self.close()
         return self._summary()
 
-    async def _until_over(self, session: Session) -> None:
+    async def _until_over(self, session: RecordedSession) -> None:
         over = self._over[id(session)]
         try:
             async with asyncio.timeout(self._within + self._seconds_until(session)):
@@ -182,7 +185,7 @@ class Replay:
             await server.wait_closed()
         self._servers.clear()
 
-    async def _play(self, session: Session, peer: Peer) -> None:
+    async def _play(self, session: RecordedSession, peer: Peer) -> None:
         player = self._players[id(session)]
         try:
             await self._converse(player, peer)
@@ -223,9 +226,9 @@ class Replay:
             elif due is None and self._now >= until:
                 raise PeerSilentError(f"no reply from {peer.name} within {self._within:g} s")
 
-    def _summary(self) -> Summary:
+    def _summary(self) -> ReplaySummary:
         players = list(self._players.values())
-        return Summary(
+        return ReplaySummary(
             sent=sum(player.sent for player in players),
             received=sum(player.received for player in players),
             differences=sum(player.differences for player in players),

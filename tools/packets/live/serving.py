@@ -1,4 +1,4 @@
-"""What the tools that stand between two peers share: their pairs, the ready line, and the end.
+"""Shared parts of the tools between two peers: their pairs, the ready line, and the end.
 
 Owns the arguments `--listen` and `--to`, signals, and what the user reads while a proxy runs.
 Knows nothing of what is done to the traffic.
@@ -14,7 +14,8 @@ import signal
 import sys
 from collections.abc import Callable, Iterable, Sequence
 
-from ..console import PacketToolError, complain
+from ...console import complain
+from ..console import PacketToolError
 from .endpoints import Endpoint, is_loopback, listen_endpoint, target_endpoint
 from .proxy import Pair
 
@@ -94,7 +95,7 @@ def say_ready(
 
 
 def warn_of_strangers(listens: Iterable[Endpoint]) -> None:
-    """Say that others can connect, where they can: nobody is asked who they are."""
+    """Warn if other machines can connect: nobody has to log in."""
     for listen in listens:
         if not is_loopback(listen.host):
             complain(f"warning: whoever reaches {listen.host or 'any address'} may use this")
@@ -111,7 +112,7 @@ def stop_on_signals(stop: asyncio.Event) -> None:
 
 
 def report_loop_errors() -> None:
-    """Say in one line what the loop itself could not do, e.g. close a socket that is gone."""
+    """Report an error of the loop itself in one line, e.g. of closing a socket that is gone."""
 
     def report(loop: asyncio.AbstractEventLoop, context: dict[str, object]) -> None:
         complain(f"{context.get('message')}: {context.get('exception')}")
@@ -119,7 +120,7 @@ def report_loop_errors() -> None:
     asyncio.get_running_loop().set_exception_handler(report)
 
 
-class Progress:
+class ProgressLine:
     """A line on a terminal that is written over and over; nothing where there is no terminal."""
 
     def __init__(self, text: Callable[[float], str]) -> None:

@@ -32,7 +32,7 @@ from openpendant.simplemsg.declaration import (
     Topic,
 )
 from openpendant.simplemsg.errors import shown
-from openpendant.simplemsg.text import packet_from_json
+from openpendant.simplemsg.packet_text import packet_from_json
 
 from ..console import PacketToolError
 

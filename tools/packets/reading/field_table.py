@@ -17,10 +17,11 @@ from openpendant.simplemsg.declaration import (
     Int,
     Record,
     Tail,
+    value_name,
 )
-from openpendant.simplemsg.layout import HEADER_SIZE, WireForm
+from openpendant.simplemsg.framing import HEADER_SIZE
+from openpendant.simplemsg.layout import WireForm
 from openpendant.simplemsg.masking import masked_body
-from openpendant.simplemsg.naming import value_name
 
 COUNT = Int("number of records")
 BODY = Tail("body that is not taken apart")

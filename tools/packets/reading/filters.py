@@ -1,4 +1,4 @@
-"""Which packets and events of a trace are wanted.
+"""Filters that select packets and events of a trace.
 
 Owns the conditions of `show` and how they are written on the command line.
 """
@@ -14,13 +14,13 @@ from dataclasses import dataclass
 
 from openpendant.simplemsg import CommType
 
-from ..trace import Direction, Entry, Event
+from ..trace import Entry, Event, TraceDirection
 from .field_table import FieldValue, field_values
 from .reader import Reading
 from .wire_form import ALL
 
 _NANOSECONDS = 1_000_000_000
-_WAYS = {"to-server": Direction.TO_SERVER, "to-client": Direction.TO_CLIENT}
+_WAYS = {"to-server": TraceDirection.TO_SERVER, "to-client": TraceDirection.TO_CLIENT}
 _KINDS = {comm.name.lower(): comm for comm in (CommType.TOPIC, CommType.REQUEST, CommType.REPLY)}
 
 _COMPARISONS: Mapping[str, Callable[[float, float], bool]] = {
@@ -70,7 +70,7 @@ class FieldCondition:
         return condition
 
     def fits(self, reading: Reading) -> bool:
-        """Say whether a packet fits."""
+        """Return True if a packet fits."""
         if reading.message is None:
             return False
         fields = field_values(reading.message, reading.codec)
@@ -125,7 +125,7 @@ class Filters:
     comm: CommType | None = None
     port: int | None = None
     connection: int | None = None
-    direction: Direction | None = None
+    direction: TraceDirection | None = None
     scenario: str | None = None
     since: float | None = None
     until: float | None = None
@@ -133,7 +133,7 @@ class Filters:
     fields: tuple[FieldCondition, ...] = ()
 
     def fits(self, item: Reading | Event) -> bool:
-        """Say whether a packet or event is wanted; conditions on packets leave no event."""
+        """Return True if a packet or event is wanted; conditions on packets leave no event."""
         if isinstance(item, Event):
             return not self._only_packets and self._fits_place(item)
         header = item.header

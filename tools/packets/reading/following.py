@@ -1,4 +1,4 @@
-"""One request and everything that belongs to it: its reply, and what the robot did because of it.
+"""Follower of one request: its reply, and the robot's motion that it caused.
 
 Owns the rules of what belongs together. Knows nothing of printing.
 """
@@ -17,19 +17,19 @@ from openpendant.simplemsg.pendant import (
 )
 
 from ..console import PacketToolError
-from ..trace import Direction, Event
+from ..trace import Event, TraceDirection
 from .reader import Reading
 
 PATIENCE = 2_000_000_000
-"""How long after the reply a trajectory may begin to move the robot [ns]."""
+"""Longest time from the reply to the start of the robot's motion [ns]."""
 
 _TRAJECTORIES = {11, 12, 14, 2016}
 _JOINT_STATES = {MsgType.JOINT_POSITION, MsgType.STATUS, MsgType.JOINT_FEEDBACK, 2017}
 _PENDANT_MOTIONS = (JointMove, PoseMove, JointPath, PosePath)
 
 
-class Stage(Enum):
-    """How far the request has come."""
+class FollowStage(Enum):
+    """Progress of the request."""
 
     SOUGHT = "the request was not found"
     ASKED = "no reply"
@@ -39,7 +39,7 @@ class Stage(Enum):
 
 
 class Follower:
-    """Picks out of a trace what belongs to one request.
+    """Selection of the packets of a trace that belong to one request.
 
     Attributes:
         stage: how far it has come; after `ENDED` nothing more belongs to it.
@@ -52,7 +52,7 @@ class Follower:
         Args:
             number: the request's place among the packets of the trace, from 1.
         """
-        self.stage = Stage.SOUGHT
+        self.stage = FollowStage.SOUGHT
         self.replied = False
         self._number = number
         self._seen = 0
@@ -60,7 +60,7 @@ class Follower:
         self._replied_at = 0
 
     def belongs(self, item: Reading | Event) -> bool:
-        """Say whether a packet belongs to the request; events do not.
+        """Return True if a packet belongs to the request; events do not.
 
         Raises:
             PacketToolError: the packet with the number is no request.
@@ -71,8 +71,8 @@ class Follower:
         if self._request is None:
             return item.number == self._number and self._found(item)
         if item.packet.scenario != self._request.packet.scenario:
-            self.stage = Stage.ENDED
-        if self.stage is Stage.ENDED:
+            self.stage = FollowStage.ENDED
+        if self.stage is FollowStage.ENDED:
             return False
         if item.answers == self._number:
             self._take_reply(item)
@@ -82,7 +82,7 @@ class Follower:
         return self._is_outcome(item)
 
     def finish(self) -> None:
-        """Say that the trace has ended.
+        """End the trace.
 
         Raises:
             PacketToolError: it has no packet of that number.
@@ -101,7 +101,7 @@ class Follower:
             hint = f"; it answers request {item.answers}" if item.answers else ""
             raise PacketToolError(f"packet {self._number} is no request{hint}")
         self._request = item
-        self.stage = Stage.ASKED
+        self.stage = FollowStage.ASKED
         return True
 
     def _take_reply(self, reply: Reading) -> None:
@@ -110,9 +110,9 @@ class Follower:
         refused = reply.header is None or reply.header.reply_code != ReplyCode.SUCCESS
         moves = self._is_trajectory or isinstance(self._message, _PENDANT_MOTIONS)
         if refused or not moves:
-            self.stage = Stage.ENDED
-        elif self.stage is Stage.ASKED:
-            self.stage = Stage.ANSWERED
+            self.stage = FollowStage.ENDED
+        elif self.stage is FollowStage.ASKED:
+            self.stage = FollowStage.ANSWERED
 
     @property
     def _message(self) -> object:
@@ -120,12 +120,12 @@ class Follower:
 
     def _is_robot_state(self, item: Reading) -> bool:
         header, packet = item.header, item.packet
-        if header is None or packet.direction is not Direction.TO_CLIENT:
+        if header is None or packet.direction is not TraceDirection.TO_CLIENT:
             return False
         if header.comm_type != CommType.TOPIC or header.msg_type not in _JOINT_STATES:
             return False
-        if self.stage is Stage.ANSWERED and packet.time - self._replied_at > PATIENCE:
-            self.stage = Stage.ENDED
+        if self.stage is FollowStage.ANSWERED and packet.time - self._replied_at > PATIENCE:
+            self.stage = FollowStage.ENDED
             return False
         if isinstance(item.message, Status):
             self._judge(item.message)
@@ -133,9 +133,11 @@ class Follower:
 
     def _judge(self, status: Status) -> None:
         if status.in_motion == TriState.TRUE:
-            self.stage = Stage.MOVED
-        elif status.in_motion == TriState.FALSE and self.stage is Stage.MOVED and self.replied:
-            self.stage = Stage.ENDED
+            self.stage = FollowStage.MOVED
+        elif (
+            status.in_motion == TriState.FALSE and self.stage is FollowStage.MOVED and self.replied
+        ):
+            self.stage = FollowStage.ENDED
 
     def _is_outcome(self, item: Reading) -> bool:
         asked, request = self._message, self._request
@@ -146,5 +148,5 @@ class Follower:
         here, there = item.packet, request.packet
         if (here.port, here.connection) != (there.port, there.connection):
             return False
-        self.stage = Stage.ENDED
+        self.stage = FollowStage.ENDED
         return True

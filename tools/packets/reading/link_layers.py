@@ -1,4 +1,4 @@
-"""From a captured frame to the TCP segment in it.
+"""Link layers: extraction of the TCP segment from a captured frame.
 
 Owns link types, Ethernet with VLAN tags, IPv4, IPv6 with its extension headers, and the TCP header.
 Each frame is looked at by itself; streams are the business of `tcp_streams`.
@@ -29,7 +29,7 @@ class Flag(IntFlag):
 
 
 @dataclass(frozen=True, slots=True)
-class Endpoint:
+class TcpEndpoint:
     """One end of a TCP connection.
 
     Attributes:
@@ -47,7 +47,7 @@ class Endpoint:
 
 
 @dataclass(frozen=True, slots=True)
-class Segment:
+class TcpSegment:
     """One TCP segment.
 
     Attributes:
@@ -61,8 +61,8 @@ class Segment:
     """
 
     time: int
-    source: Endpoint
-    destination: Endpoint
+    source: TcpEndpoint
+    destination: TcpEndpoint
     sequence: int
     acknowledged: int
     flags: int
@@ -73,7 +73,7 @@ class NoSegment(Exception):
     """A frame holds no TCP segment that can be read; the text says why."""
 
 
-def segment_of(link_type: int, frame: bytes, time: int) -> Segment | None:
+def segment_of(link_type: int, frame: bytes, time: int) -> TcpSegment | None:
     """Return the TCP segment in a captured frame, None where there is other traffic in it.
 
     Args:
@@ -93,7 +93,7 @@ def segment_of(link_type: int, frame: bytes, time: int) -> Segment | None:
 
 @dataclass(frozen=True, slots=True)
 class _Transport:
-    """What an IP packet carries, where it is TCP."""
+    """TCP payload of an IP packet."""
 
     source: bytes
     destination: bytes
@@ -149,7 +149,7 @@ LINK_TYPES: Mapping[int, Callable[[bytes], _Transport | None]] = {
     229: _raw,
     276: _linux_cooked_2,
 }
-"""What reads each link type: loopback, Ethernet, raw IP, Linux cooked 1 and 2."""
+"""Readers by link type: loopback, Ethernet, raw IP, Linux cooked 1 and 2."""
 
 
 def _ipv4(packet: bytes) -> _Transport | None:
@@ -185,17 +185,17 @@ def _ipv6(packet: bytes) -> _Transport | None:
     return _Transport(source, destination, packet[at:])
 
 
-def _tcp(found: _Transport, time: int) -> Segment:
+def _tcp(found: _Transport, time: int) -> TcpSegment:
     source, destination, sequence, acknowledged, offset, flags = struct.unpack_from(
         ">HHIIBB", found.payload
     )
     start = (offset >> 4) * 4
     if start < 20 or start > len(found.payload):
         raise NoSegment("cut off inside a header")
-    return Segment(
+    return TcpSegment(
         time,
-        Endpoint(found.source, source),
-        Endpoint(found.destination, destination),
+        TcpEndpoint(found.source, source),
+        TcpEndpoint(found.destination, destination),
         sequence,
         acknowledged,
         flags,

@@ -1,4 +1,4 @@
-"""How the reading tools print: in one of three formats, coloured or not, so many packets."""
+"""Output of the reading tools: one of three formats, colour, limit of packets."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .reader import Reading
 
 
 class Format(Enum):
-    """How packets are printed; the value is its name on the command line."""
+    """Format of printed packets; the value is its name on the command line."""
 
     JSON = "json"
     LINE = "line"

@@ -1,7 +1,7 @@
 """The simple-message connections in a packet capture, as entries of a trace.
 
 Owns which connections there are, which end is the server, and how they are numbered. Segments come
-from `link_layers`, their order is `tcp_streams`', frames are cut by `frame_stream`.
+from `link_layers`, their order is `tcp_streams`', frames are cut by a searching `Splitter`.
 """
 
 from __future__ import annotations
@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator
 
-from ..frames import Cut
-from ..trace import LONGEST_TRACE, Direction, Entry, Event, Packet
-from .frame_stream import FrameStream
-from .link_layers import LINK_TYPES, Endpoint, Flag, NoSegment, Segment, segment_of
-from .pcap import CaptureFault, Frame
-from .tcp_streams import Missing, OneWay, Piece
+from openpendant.simplemsg.framing import HEADER_SIZE, Cut, Mode, Splitter
+
+from ..trace import LONGEST_TRACE, Entry, Event, Packet, TraceDirection
+from .capture_files import CapturedPacket, CaptureFault
+from .link_layers import LINK_TYPES, Flag, NoSegment, TcpEndpoint, TcpSegment, segment_of
+from .tcp_streams import MissingBytes, Piece, StreamReassembly
 
 _LONGEST_TRACE_NS = LONGEST_TRACE * 1_000_000_000
 
@@ -28,8 +28,8 @@ _MAX_STRANGE_FRAMES = 1_000
 _SEQUENCES = 1 << 32
 
 
-def entries_of(frames: Iterable[Frame]) -> Iterator[Entry]:
-    """Give what travelled on the simple-message connections of a capture.
+def entries_of(frames: Iterable[CapturedPacket]) -> Iterator[Entry]:
+    """Yield what travelled on the simple-message connections of a capture.
 
     The first frame of the capture is at time 0. A packet has the time of the segment that completed
     it. What could not be read is told as events: lost segments, strange interfaces, fragments.
@@ -59,10 +59,10 @@ def entries_of(frames: Iterable[Frame]) -> Iterator[Entry]:
         raise fault
 
 
-def _segments(frames: Iterable[Frame], unread: Counter[str]) -> Iterator[Segment]:
+def _segments(frames: Iterable[CapturedPacket], unread: Counter[str]) -> Iterator[TcpSegment]:
     origin: int | None = None
     readable, strange = False, 0
-    frame: Frame | None = None
+    frame: CapturedPacket | None = None
     for frame in frames:
         origin = frame.time if origin is None else origin
         time = frame.time - origin
@@ -89,15 +89,34 @@ def _segments(frames: Iterable[Frame], unread: Counter[str]) -> Iterator[Segment
 
 
 class _Side:
-    """What one end of a connection sends."""
+    """Stream of one end of a connection.
 
-    def __init__(self, name: str, direction: Direction) -> None:
+    Attributes:
+        found_frames: False until the first frame came; before it nothing says that this is simple
+            message at all.
+        ignored: the first bytes of what came before it, at most 16.
+    """
+
+    def __init__(self, name: str, direction: TraceDirection) -> None:
         self.name = name
         self.direction = direction
-        self.stream = OneWay()
-        self.frames = FrameStream(starts_with_frame=False)
+        self.stream = StreamReassembly()
+        self.frames = Splitter(Mode.SEARCHING, in_step=False)
+        self.found_frames = False
+        self.ignored = b""
         self.told_ignored = False
         self.told_end = False
+
+    def after_ignored(self, cuts: list[Cut]) -> list[Cut]:
+        """Return what may be told: nothing that comes before the first frame."""
+        told: list[Cut] = []
+        for cut in cuts:
+            self.found_frames |= cut.is_frame
+            if self.found_frames:
+                told.append(cut)
+            else:
+                self.ignored = self.ignored or cut.data[:HEADER_SIZE]
+        return told
 
 
 class _Connection:
@@ -109,11 +128,11 @@ class _Connection:
     Attributes:
         about: both ends.
         closed: true when both ends said their last; later segments are ignored.
-        told: whether the reader has heard of it.
+        told: True once the reader has had it.
         carried: whether it carried any bytes.
     """
 
-    def __init__(self, client: Endpoint, server: Endpoint, number: int) -> None:
+    def __init__(self, client: TcpEndpoint, server: TcpEndpoint, number: int) -> None:
         self.about = f"{client} -> {server}"
         self.closed = False
         self.told = False
@@ -121,16 +140,16 @@ class _Connection:
         self._server = server
         self._number = number
         self._saw_begin = False
-        self._client_side = _Side("client", Direction.TO_SERVER)
-        self._server_side = _Side("server", Direction.TO_CLIENT)
+        self._client_side = _Side("client", TraceDirection.TO_SERVER)
+        self._server_side = _Side("server", TraceDirection.TO_CLIENT)
 
-    def is_reopened_by(self, segment: Segment) -> bool:
-        """Say whether a SYN opens another connection between the same ports."""
+    def is_reopened_by(self, segment: TcpSegment) -> bool:
+        """Return True if a SYN opens another connection between the same ports."""
         side, _ = self._sides(segment)
         begun = side.stream.first
         return begun is not None and begun != _after_syn(segment)
 
-    def take(self, segment: Segment) -> Iterator[Entry]:
+    def take(self, segment: TcpSegment) -> Iterator[Entry]:
         """Take the next segment of either end."""
         if self.closed:
             return
@@ -154,20 +173,20 @@ class _Connection:
         yield from self._after_each(now)
 
     def end(self, now: int) -> Iterator[Entry]:
-        """Give what is left; nothing more will come."""
+        """Yield what is left; nothing more will come."""
         self.closed = True
         for side in (self._client_side, self._server_side):
             yield from self._pieces(side, side.stream.flush(), now)
-            yield from self._cuts(side, side.frames.interrupt(), now)
+            yield from self._cuts(side, side.frames.finish(), now)
 
-    def _begin_stream(self, side: _Side, segment: Segment) -> int:
-        """Return the number of a segment's first byte; its sender's stream has begun then."""
+    def _begin_stream(self, side: _Side, segment: TcpSegment) -> int:
+        """Return the number of a segment's first byte; starts the stream of its sender."""
         opens = bool(segment.flags & Flag.SYN)
         sequence = _after_syn(segment) if opens else segment.sequence
         self._saw_begin |= opens
         if side.stream.first is None:
             side.stream.begin(sequence)
-            side.frames = FrameStream(starts_with_frame=opens)
+            side.frames = Splitter(Mode.SEARCHING, in_step=opens)
         return sequence
 
     def _after_each(self, now: int) -> Iterator[Entry]:
@@ -175,11 +194,11 @@ class _Connection:
             yield from self._pieces(side, side.stream.wait(now), now)
             if side.stream.ended and not side.told_end:
                 side.told_end = True
-                yield from self._cuts(side, side.frames.interrupt(), now)
+                yield from self._cuts(side, side.frames.finish(), now)
                 yield from self._tell(now, f"{side.name}-closed-connection")
         self.closed = self._client_side.told_end and self._server_side.told_end
 
-    def _sides(self, segment: Segment) -> tuple[_Side, _Side]:
+    def _sides(self, segment: TcpSegment) -> tuple[_Side, _Side]:
         """Return the side that sent a segment, then the other."""
         if segment.destination == self._server:
             return self._client_side, self._server_side
@@ -187,19 +206,20 @@ class _Connection:
 
     def _pieces(self, side: _Side, pieces: list[Piece], now: int) -> Iterator[Entry]:
         for piece in pieces:
-            if isinstance(piece, Missing):
-                yield from self._cuts(side, side.frames.interrupt(), now)
+            if isinstance(piece, MissingBytes):
+                yield from self._cuts(side, side.frames.finish(), now)
                 yield from self._tell(now, f"{piece.size} bytes of the {side.name} are missing")
             else:
                 yield from self._cuts(side, side.frames.feed(piece), now)
 
     def _cuts(self, side: _Side, cuts: list[Cut], now: int) -> Iterator[Entry]:
+        cuts = side.after_ignored(cuts)
         if cuts:
             yield from self._introduce(now)
-        if side.frames.ignored and self.told and not side.told_ignored:
+        if side.ignored and self.told and not side.told_ignored:
             side.told_ignored = True
             yield from self._tell(
-                now, f"what the {side.name} sent begins with no frame: {side.frames.ignored.hex()}"
+                now, f"what the {side.name} sent begins with no frame: {side.ignored.hex()}"
             )
         port, number = self._server.port, self._number
         for cut in cuts:
@@ -220,12 +240,12 @@ class _Connections:
     """All connections of a capture."""
 
     def __init__(self) -> None:
-        self._open: dict[frozenset[Endpoint], _Connection] = {}
+        self._open: dict[frozenset[TcpEndpoint], _Connection] = {}
         self._numbers: Counter[int] = Counter()
         self._silent = 0
         self._silent_example = ""
 
-    def take(self, segment: Segment) -> Iterator[Entry]:
+    def take(self, segment: TcpSegment) -> Iterator[Entry]:
         """Take the next TCP segment of the capture."""
         ends = frozenset((segment.source, segment.destination))
         connection = self._open.pop(ends, None)
@@ -237,7 +257,7 @@ class _Connections:
             if not opens and not segment.data:
                 return
             connection = self._found(segment)
-        self._open[ends] = connection  # the last in the table is the one heard last
+        self._open[ends] = connection  # the last in the table is the one last received from
         yield from connection.take(segment)
         if len(self._open) > MAX_CONNECTIONS:
             oldest = self._open.pop(next(iter(self._open)))
@@ -247,7 +267,7 @@ class _Connections:
             yield from self._drop(oldest, segment.time)
 
     def end(self, now: int) -> Iterator[Entry]:
-        """Give what is left at the end of the capture."""
+        """Yield what is left at the end of the capture."""
         for connection in self._open.values():
             yield from self._drop(connection, now)
         if self._silent:
@@ -261,7 +281,7 @@ class _Connections:
             self._silent += 1
             self._silent_example = connection.about
 
-    def _found(self, segment: Segment) -> _Connection:
+    def _found(self, segment: TcpSegment) -> _Connection:
         client, server = segment.source, segment.destination
         if _sender_is_server(segment):
             client, server = server, client
@@ -269,8 +289,11 @@ class _Connections:
         return _Connection(client, server, self._numbers[server.port])
 
 
-def _sender_is_server(segment: Segment) -> bool:
-    """Tell who is the server: who is called, else who has a known port, else the lower port."""
+def _sender_is_server(segment: TcpSegment) -> bool:
+    """Return True if a segment's sender is the server.
+
+    The server is the end that a SYN calls, else the one with a known port, else the lower port.
+    """
     if segment.flags & Flag.SYN:
         return bool(segment.flags & Flag.ACK)
     source, destination = segment.source.port, segment.destination.port
@@ -279,5 +302,5 @@ def _sender_is_server(segment: Segment) -> bool:
     return source < destination
 
 
-def _after_syn(segment: Segment) -> int:
+def _after_syn(segment: TcpSegment) -> int:
     return (segment.sequence + 1) % _SEQUENCES

@@ -14,12 +14,13 @@ from typing import Any
 
 from openpendant.simplemsg import ByteOrder, Codec, CommType, Message, ReplyCode, message_type
 from openpendant.simplemsg.declaration import Reals
+from openpendant.simplemsg.framing import Frame
 from openpendant.simplemsg.masking import masked_frame
-from openpendant.simplemsg.text import packet_to_json
+from openpendant.simplemsg.packet_text import packet_to_json
 
-from ..trace import Direction, Event, entry_to_json
+from ..trace import Event, TraceDirection, entry_to_json
 from .field_table import FieldValue, Value, field_values
-from .reader import Header, Reading, header_of
+from .reader import Reading
 from .remarks import remark_on
 
 _NANOSECONDS = 1_000_000_000
@@ -67,7 +68,7 @@ def painter(choice: str) -> Paint:
 
 
 def on_terminal() -> bool:
-    """Say whether somebody watches; a process may also have no standard output at all."""
+    """Return True if standard output is a terminal; a process may also have none at all."""
     return sys.stdout is not None and sys.stdout.isatty()
 
 
@@ -105,7 +106,7 @@ def item_as_line(item: Reading | Event, paint: Paint) -> str:
         text = paint(harmless(item.text), Style.YELLOW)
         return f"{'':>6} {item.time / _NANOSECONDS:11.6f}  * {where:<9} {text}"
     packet = item.packet
-    arrow = "->" if packet.direction is Direction.TO_SERVER else "<-"
+    arrow = "->" if packet.direction is TraceDirection.TO_SERVER else "<-"
     where = f"{packet.port}/{packet.connection}"
     lead = f"{item.number:>6} {packet.time / _NANOSECONDS:11.6f} {arrow} {where:<9} "
     if item.message is None:
@@ -117,7 +118,7 @@ def item_as_line(item: Reading | Event, paint: Paint) -> str:
     return f"{lead}{said} {paint(late, Style.DIM)}"
 
 
-def _malformed(header: Header | None, name: str, fault: str, data: bytes, paint: Paint) -> str:
+def _malformed(header: Frame | None, name: str, fault: str, data: bytes, paint: Paint) -> str:
     what = f"{name} " if header is not None else ""
     digits = masked_frame(data)[:24].hex() + ("..." if len(data) > 24 else "")
     return paint(f"MALFORMED {what}{harmless(fault)}", Style.RED) + f" [{digits}]"
@@ -182,7 +183,7 @@ def _value(value: Value, *, short: bool) -> str:
 
 
 def _real(value: float) -> str:
-    # Nine digits tell every real of four bytes apart, and are no longer than they must be.
+    # Nine digits distinguish every real of four bytes; fewer would not.
     return f"{value:.9g}" if math.isfinite(value) else str(value)
 
 
@@ -191,7 +192,10 @@ def item_as_tree(item: Reading | Event, paint: Paint) -> str:
     if isinstance(item, Event):
         return item_as_line(item, paint)
     packet = item.packet
-    ways = {Direction.TO_SERVER: "client -> server", Direction.TO_CLIENT: "server -> client"}
+    ways = {
+        TraceDirection.TO_SERVER: "client -> server",
+        TraceDirection.TO_CLIENT: "server -> client",
+    }
     title = f"{item.number}  {packet.time / _NANOSECONDS:.6f} s  {ways[packet.direction]}"
     where = f"port {packet.port}, connection {packet.connection}"
     scenario = f", {harmless(packet.scenario)}" if packet.scenario else ""
@@ -208,12 +212,12 @@ def item_as_tree(item: Reading | Event, paint: Paint) -> str:
 def frame_as_tree(
     data: bytes, message: Message | None, codec: Codec, paint: Paint
 ) -> Iterator[str]:
-    """Give header and fields of a frame, one a line with its offset, unit and value's name.
+    """Yield header and fields of a frame, one a line with its offset, unit and value's name.
 
     What the message means beyond its fields follows as a last line.
     """
-    header = header_of(data, codec.byte_order)
-    if header is not None:
+    header = Frame(data, codec.byte_order)
+    if header.has_header:
         length = int.from_bytes(
             data[:4], "little" if codec.byte_order is ByteOrder.LITTLE else "big", signed=True
         )

@@ -6,7 +6,6 @@ them in order, topics never. Reads packets one after the other and keeps a bound
 
 from __future__ import annotations
 
-import struct
 from collections import deque
 from dataclasses import dataclass, field
 
@@ -19,10 +18,9 @@ from openpendant.simplemsg import (
     MessageFault,
     codec_for,
 )
-from openpendant.simplemsg.connection import detect_byte_order
-from openpendant.simplemsg.layout import HEADER_SIZE
+from openpendant.simplemsg.framing import HEADER_SIZE, Frame, detect_byte_order
 
-from ..trace import Direction, Entry, Event, Packet
+from ..trace import Entry, Event, Packet, TraceDirection
 
 MAX_CONVERSATIONS = 4_096
 """Most connections kept in mind at once."""
@@ -34,23 +32,14 @@ _BEGINNINGS = ("client-connected", "found-connected")
 
 
 @dataclass(frozen=True, slots=True)
-class Header:
-    """The three numbers of a frame's header, behind its length."""
-
-    msg_type: int
-    comm_type: int
-    reply_code: int
-
-
-@dataclass(frozen=True, slots=True)
 class Reading:
-    """What a packet says.
+    """Decoded content of a packet.
 
     Attributes:
         number: place among the packets of the trace, from 1.
         packet: as it travelled.
         codec: what it was read with.
-        header: its header, None where it is shorter than one.
+        header: the frame, None where it is shorter than a header.
         message: None where it is malformed.
         fault: why it is malformed, empty where it is not.
         answers: number of the request that it answers, None where it answers none.
@@ -60,7 +49,7 @@ class Reading:
     number: int
     packet: Packet
     codec: Codec
-    header: Header | None
+    header: Frame | None
     message: Message | None
     fault: str = ""
     answers: int | None = None
@@ -76,11 +65,11 @@ class Reading:
 
 @dataclass(slots=True)
 class _Conversation:
-    """What is kept in mind of one connection."""
+    """State kept of one connection."""
 
     byte_order: ByteOrder | None
-    unanswered: dict[Direction, deque[tuple[int, int]]] = field(
-        default_factory=lambda: {way: deque(maxlen=MAX_UNANSWERED) for way in Direction}
+    unanswered: dict[TraceDirection, deque[tuple[int, int]]] = field(
+        default_factory=lambda: {way: deque(maxlen=MAX_UNANSWERED) for way in TraceDirection}
     )
 
 
@@ -114,7 +103,8 @@ class Reader:
             conversation.byte_order = found
         order = conversation.byte_order or ByteOrder.LITTLE
         codec = codec_for(self._dialect, order, self._real_size)
-        header = header_of(entry.data, order) if entry.is_frame else None
+        frame = Frame(entry.data, order)
+        header = frame if entry.is_frame and frame.has_header else None
         message, fault = None, ""
         if not entry.is_frame:
             fault = f"{len(entry.data)} bytes that are no frame"
@@ -131,7 +121,7 @@ class Reader:
     def _conversation(self, packet: Packet) -> _Conversation:
         key = (packet.scenario, packet.port, packet.connection)
         conversation = self._conversations.pop(key, None) or _Conversation(self._order)
-        self._conversations[key] = conversation  # the last one is the one heard last
+        self._conversations[key] = conversation  # the last one is the one last received from
         if len(self._conversations) > MAX_CONVERSATIONS:
             self._conversations.pop(next(iter(self._conversations)))
         return conversation
@@ -159,12 +149,9 @@ class Reader:
         return reading
 
 
-def header_of(frame: bytes, order: ByteOrder) -> Header | None:
-    """Return the header of a frame, None where the frame is shorter than one."""
-    if len(frame) < HEADER_SIZE:
-        return None
-    return Header(*struct.unpack_from(f"{order.value}4x3i", frame))
-
-
-def _other(direction: Direction) -> Direction:
-    return Direction.TO_CLIENT if direction is Direction.TO_SERVER else Direction.TO_SERVER
+def _other(direction: TraceDirection) -> TraceDirection:
+    return (
+        TraceDirection.TO_CLIENT
+        if direction is TraceDirection.TO_SERVER
+        else TraceDirection.TO_SERVER
+    )

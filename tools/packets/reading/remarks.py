@@ -1,4 +1,4 @@
-"""What a message means beyond its fields, in a sentence: verdicts and addresses of Motoman's.
+"""Remarks on messages, one sentence each: verdicts, and addresses of Motoman's.
 
 Owns which messages have a remark. The texts are the catalogue's, loaded only when one is needed.
 """
@@ -37,7 +37,7 @@ def remark_on(message: Message) -> str:
 
 
 def is_failed_verdict(message: Message) -> bool:
-    """Tell whether the body says that a request was not carried out, whatever the header says."""
+    """Return True if the body says that a request failed, whatever the header says."""
     if isinstance(message, m.MotomanMotionReply):
         return message.result != 0
     return isinstance(message, _IO_REPLIES) and message.result_code != 0
@@ -60,11 +60,11 @@ def _io_verdict(number: int) -> str:
 
 
 def _areas(bit: int) -> str:
-    """Say what lies at a bit address; the models of the controller do not agree."""
-    from openpendant.simplemsg.motoman_addresses import Controller, area_of  # as above
+    """Return the purpose of a bit address in words; the models of the controller differ."""
+    from openpendant.simplemsg.motoman_addresses import ControllerModel, area_of  # as above
 
     models: dict[str, list[str]] = {}
-    for controller in Controller:
+    for controller in ControllerModel:
         area = area_of(controller, bit)
         what = "nothing" if area is None else area.name
         if area is not None and area.writable:

@@ -1,11 +1,11 @@
-"""How many packets of each kind a trace has, how often they came and how large they are."""
+"""Summary of a trace: number, rate and size of the packets of each kind."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..trace import Direction
+from ..trace import TraceDirection
 from .presentation import comm_name
 from .reader import Reading
 
@@ -21,7 +21,7 @@ _HEADINGS = (
 
 @dataclass(slots=True)
 class _Tally:
-    """What was counted of one kind."""
+    """Counts of one kind of packet."""
 
     count: int = 0
     malformed: int = 0
@@ -64,7 +64,7 @@ class Summary:
 
     def add(self, reading: Reading) -> None:
         """Count a packet."""
-        way = "to-server" if reading.packet.direction is Direction.TO_SERVER else "to-client"
+        way = "to-server" if reading.packet.direction is TraceDirection.TO_SERVER else "to-client"
         kind: _Kind = (way, None, "no frame", "")
         if reading.header is not None:
             header = reading.header

@@ -16,7 +16,7 @@ MAX_WAITING_SEGMENTS = 1_024
 """Most segments kept that came before their predecessors."""
 
 MAX_WAIT = 5_000_000_000
-"""How long they are kept at most [ns]; a sender repeats a lost segment within a few seconds."""
+"""Longest time that they are kept [ns]; a sender repeats a lost segment within seconds."""
 
 PATIENCE = 3
 """Segments of the connection to wait for when the receiver has acknowledged what is missing here.
@@ -28,7 +28,7 @@ _WRAP = 1 << 32
 
 
 @dataclass(frozen=True, slots=True)
-class Missing:
+class MissingBytes:
     """Bytes that were sent, but never captured.
 
     Attributes:
@@ -38,16 +38,16 @@ class Missing:
     size: int
 
 
-Piece = bytes | Missing
+Piece = bytes | MissingBytes
 
 
-class OneWay:
+class StreamReassembly:
     """The bytes of one direction, in order.
 
     Positions count on beyond 2**32, so that they compare as numbers.
 
     Attributes:
-        first: sequence number that the stream began with, None before it began.
+        first: sequence number with which the stream started, None before.
         ended: true once everything up to the FIN was given.
     """
 
@@ -63,7 +63,7 @@ class OneWay:
         self._patience = PATIENCE
 
     def begin(self, sequence: int) -> None:
-        """Say which sequence number the first byte has."""
+        """Set the sequence number of the first byte."""
         self.first = sequence
         self._next = self._acknowledged = sequence
 
@@ -90,7 +90,7 @@ class OneWay:
         return []
 
     def finish(self, sequence: int) -> None:
-        """Say which sequence number stands behind the last byte: that of the FIN."""
+        """Set the sequence number behind the last byte: that of the FIN."""
         self._end = self._position(sequence)
         self.ended = self._next >= self._end
 
@@ -128,7 +128,7 @@ class OneWay:
         at, data = heapq.heappop(self._waiting)
         self._waiting_bytes -= len(data)
         self._patience = PATIENCE
-        missing = Missing(at - self._next)
+        missing = MissingBytes(at - self._next)
         self._next = at
         return [missing, *self._deliver(at, data)]
 

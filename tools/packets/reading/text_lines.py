@@ -1,4 +1,4 @@
-"""Lines of a text whose length nobody promised, and the file that they come from.
+"""Reader of text lines with a bounded length, and of the file that they come from.
 
 Owns the longest accepted line and the opening of FILE or standard input. Knows nothing of what a
 line says.
@@ -34,7 +34,7 @@ def open_input(file: str) -> AbstractContextManager[BinaryIO]:
 
 
 def lines_of(stream: BinaryIO, longest: int = MAX_LINE) -> Iterator[bytes]:
-    """Give lines as they come; of a line that is too long only the beginning, to bound memory.
+    """Yield lines as they come; of a line that is too long only the beginning, to bound memory.
 
     Args:
         stream: where to read.

@@ -18,11 +18,10 @@ from openpendant.simplemsg.errors import shown
 
 from ..console import PacketToolError
 from ..trace import FORMAT, MAX_ENTRY, Entry, EntryError, entry_from_json
-from .pcap import MAGICS as PCAP_MAGICS
-from .pcap import CaptureFault, read_pcap
+from .capture_files import MAGIC as PCAPNG_MAGIC
+from .capture_files import MAGICS as PCAP_MAGICS
+from .capture_files import CaptureFault, read_pcap, read_pcapng
 from .pcap_trace import entries_of
-from .pcapng import MAGIC as PCAPNG_MAGIC
-from .pcapng import read_pcapng
 from .text_lines import LineError, lines_of, text_of
 
 MAX_CAPTURE = 64 * 1024 * 1024
@@ -34,7 +33,7 @@ _LONGEST_LEAD = 4_096
 
 
 class FileKind(Enum):
-    """What a file holds; the value is its name on the command line."""
+    """Kind of a file's content; the value is its name on the command line."""
 
     HEX = "hex"
     TRACE = "trace"
@@ -59,7 +58,7 @@ class PeekedStream(io.RawIOBase):
         self._read = rest.read1 if isinstance(rest, io.BufferedIOBase) else rest.read
 
     def readable(self) -> bool:
-        """Say that this stream can be read."""
+        """Return True: this stream can be read."""
         return True
 
     def readinto(self, buffer: Any) -> int:
@@ -71,11 +70,11 @@ class PeekedStream(io.RawIOBase):
 
 
 def detect(stream: BinaryIO) -> tuple[FileKind, BinaryIO]:
-    """Tell what a stream holds, reading no more than that needs.
+    """Return the kind of a stream, reading no more than that needs.
 
     Returns:
-        The kind, hexadecimal lines where it is none of the others, and a stream that begins where
-        the given one began.
+        The kind, hexadecimal lines where it is none of the others, and a stream that starts where
+        the given one started.
     """
     lead = b""
     kind = None
@@ -104,7 +103,7 @@ def _kind_of(lead: bytes) -> FileKind | None:
 
 
 def read_trace(source: Path | BinaryIO, kind: FileKind | None = None) -> Iterator[Entry]:
-    """Give the entries of a trace file in their order.
+    """Yield the entries of a trace file in their order.
 
     Args:
         source: the file, or a stream of bytes (which stays open).

@@ -1,4 +1,4 @@
-"""How the reading tools are told what is on the wire: byte order, width of a real, dialect.
+"""Options that state the wire form to the reading tools: byte order, width of a real, dialect.
 
 Beside the dialects of the protocol there is `all`: traffic in a file may be anybody's, and the
 numbers of no two dialects collide.

@@ -1,1 +1,1 @@
-"""What an operator types at a terminal: `openpendant stop`, `reset`, `home` and `run`."""
+"""Commands of an operator at a terminal: `openpendant stop`, `reset`, `home` and `run`."""

@@ -1,4 +1,4 @@
-"""What the operator's commands are told: which server and cell, who comes in, and how to answer."""
+"""Arguments of the operator's commands: server and cell, login, and form of the output."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..client import DEFAULT_PORT
-from ..signing_in import PASSWORD_VARIABLE, guest_name, pairing_code, password_of, trusted
+from ..credentials import PASSWORD_VARIABLE, guest_name, pairing_code, password_of, tls_context
 
 EPILOG = (
     "Exit codes: 0 done, 1 refused or not done, 2 wrong usage, 69 no server answered or it does"
@@ -17,8 +17,8 @@ EPILOG = (
 
 
 @dataclass(frozen=True, slots=True)
-class WayIn:
-    """How a command gets to its cell.
+class ServerAccess:
+    """Address of a cell and the login of a command.
 
     Attributes:
         host: the server.
@@ -26,8 +26,8 @@ class WayIn:
         cell: name of the cell; empty for the only one.
         tls: how to encrypt; None for clear text.
         user: account, or name of a guest.
-        password: of the account; None where none is named.
-        pairing: code of a class; None where none was asked for.
+        password: of the account; None without an account.
+        pairing: code of a class; None without one.
     """
 
     host: str
@@ -40,12 +40,12 @@ class WayIn:
 
 
 def parser(name: str, description: str, *, logs_in: bool = True) -> argparse.ArgumentParser:
-    """Return what reads the arguments that the commands share.
+    """Return a parser of the arguments that the commands share.
 
     Args:
         name: of the command.
-        description: what it does.
-        logs_in: the server may ask who comes in.
+        description: for its help.
+        logs_in: add the options of a login.
     """
     reader = argparse.ArgumentParser(
         prog=f"openpendant {name}", description=description, epilog=EPILOG
@@ -77,7 +77,7 @@ def parser(name: str, description: str, *, logs_in: bool = True) -> argparse.Arg
 
 
 def add_speed(reader: argparse.ArgumentParser, default: float, of_what: str) -> None:
-    """Add the option that says how fast."""
+    """Add the option of the speed."""
     reader.add_argument(
         "--speed",
         type=_fraction,
@@ -87,22 +87,22 @@ def add_speed(reader: argparse.ArgumentParser, default: float, of_what: str) -> 
     )
 
 
-def way_in(arguments: argparse.Namespace) -> WayIn:
-    """Return how to get in; asks for a secret where one is needed.
+def server_access(arguments: argparse.Namespace) -> ServerAccess:
+    """Return the server's address and the login; prompt for a secret if one is needed.
 
     Raises:
-        WrongArgument: a certificate cannot be used, or nobody typed the secret.
+        WrongArgument: a certificate cannot be used, or no secret was typed.
     """
     host, port = arguments.server
-    tls = trusted(arguments.ca)
+    tls = tls_context(arguments.ca)
     if "user" not in arguments:
-        return WayIn(host, port, arguments.cell, tls)
+        return ServerAccess(host, port, arguments.cell, tls)
     if arguments.pairing:
         code = pairing_code()
         user = arguments.user or guest_name("terminal")
-        return WayIn(host, port, arguments.cell, tls, user, pairing=code)
+        return ServerAccess(host, port, arguments.cell, tls, user, pairing=code)
     password = password_of(arguments.user)
-    return WayIn(host, port, arguments.cell, tls, arguments.user, password)
+    return ServerAccess(host, port, arguments.cell, tls, arguments.user, password)
 
 
 def _address(text: str) -> tuple[str, int]:

@@ -1,4 +1,4 @@
-"""`openpendant home`: moves the robot to a named position, and ends with the outcome."""
+"""`openpendant home`: moves the robot to a named position and returns the outcome."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import sys
 from functools import partial
 
 from ..client import PendantClient
-from .arguments import add_speed, parser, way_in
+from .arguments import add_speed, parser, server_access
 from .moving import STATE_RATE, move
-from .running import Voice, run
+from .running import CommandOutput, run
 
 _TARGETS = ("home", "zero")
 
@@ -25,14 +25,14 @@ def main(argv: list[str] | None = None) -> int:
     arguments = reader.parse_args(sys.argv[1:] if argv is None else argv)
     what = f"{arguments.to} at {arguments.speed:.0%} speed"
 
-    async def act(pendant: PendantClient, voice: Voice) -> int:
+    async def act(pendant: PendantClient, output: CommandOutput) -> int:
         return await move(
-            pendant, voice, what, lambda: pendant.home(arguments.to, speed=arguments.speed)
+            pendant, output, what, lambda: pendant.home(arguments.to, speed=arguments.speed)
         )
 
     return run(
-        Voice("home", is_json=arguments.json),
-        partial(way_in, arguments),
+        CommandOutput("home", is_json=arguments.json),
+        partial(server_access, arguments),
         act,
         state_rate=STATE_RATE,
     )

@@ -1,6 +1,6 @@
-"""A motion that a command asked for, from the authority to its end.
+"""Motion of an operator's command, from taking the authority to its end.
 
-Owns that whoever interrupts the command stops the robot, and what is said of it meanwhile.
+Owns that interrupting the command stops the robot, and the output during the motion.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from collections.abc import Awaitable, Callable
 from openpendant.simplemsg.pendant import State, StateField
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ...console import ExitCode
 from ..client import Aborted, MotionHandle, PendantClient, PendantError, Refused
-from .running import DONE, INTERRUPTED, NOT_DONE, UNAVAILABLE, Voice, facts_of
+from .running import CommandOutput, facts_of
 
 STATE_RATE = 10.0
 """State messages for what is said of a motion, Hz."""
@@ -27,63 +28,62 @@ _NO_DEVICE = {
     VerdictCode.MODE_FORBIDS: "this mode does not allow it: set automatic in `openpendant pendant`,"
     " or use a pendant that holds the enabling device",
 }
-"""What to do about it at a terminal, where the catalogue's remedy does not fit."""
+"""Remedies at a terminal, where the catalogue's do not fit."""
 
 Begin = Callable[[], Awaitable[MotionHandle]]
 
 
-async def move(pendant: PendantClient, voice: Voice, what: str, begin: Begin) -> int:
-    """Take the authority, begin a motion, tell how it goes, and return the exit code at its end.
+async def move(pendant: PendantClient, output: CommandOutput, what: str, begin: Begin) -> int:
+    """Take the authority, start a motion, report its progress, and return the exit code at its end.
 
-    Whoever interrupts it (Ctrl-C) has the robot stopped first; the end of the connection would
-    stop it, too.
+    An interruption (Ctrl-C) stops the robot first; the end of the connection would stop it, too.
 
     Args:
         pendant: the connection.
-        voice: what says it.
+        output: of the command.
         what: the motion, in words.
-        begin: asks for it.
+        begin: requests the motion.
     """
     try:
         async with pendant.control():
             try:
-                return await _watched(pendant, voice, what, begin)
+                return await _watched(pendant, output, what, begin)
             except asyncio.CancelledError:
                 task = asyncio.current_task()
                 if task is not None:
                     task.uncancel()
-                return await _interrupted(pendant, voice, what)
+                return await _interrupted(pendant, output, what)
     except Aborted as aborted:
-        voice.complain("aborted", f"{what}: {_explained(aborted)}", **facts_of(aborted))
+        output.complain("aborted", f"{what}: {_explained(aborted)}", **facts_of(aborted))
     except Refused as refused:
         if refused.code == VerdictCode.NO_MOTION:
-            voice.say("completed", f"{what}: the robot is there already")
-            return DONE
-        voice.complain("refused", f"{what}: {_explained(refused)}", **facts_of(refused))
-    return NOT_DONE
+            output.say("completed", f"{what}: the robot is there already")
+            return ExitCode.OK
+        output.complain("refused", f"{what}: {_explained(refused)}", **facts_of(refused))
+    return ExitCode.FAILED
 
 
-async def _watched(pendant: PendantClient, voice: Voice, what: str, begin: Begin) -> int:
-    voice.say("asked", f"{what}: asked for; Ctrl-C stops the robot")
+async def _watched(pendant: PendantClient, output: CommandOutput, what: str, begin: Begin) -> int:
+    output.say("asked", f"{what}: asked for; Ctrl-C stops the robot")
     motion = await begin()
     began = asyncio.get_running_loop().time()
-    voice.say("begun", f"{what}: begun")
+    output.say("begun", f"{what}: begun")
     while not await motion.over_within(_PERIOD):
         seconds = asyncio.get_running_loop().time() - began
         where, facts = _where(pendant.state)
-        voice.say("moving", f"{what}: {seconds:.0f} s{where}", seconds=round(seconds, 3), **facts)
+        output.say("moving", f"{what}: {seconds:.0f} s{where}", seconds=round(seconds, 3), **facts)
     result = await motion.done()
-    voice.say(
+    output.say(
         "completed",
         f"{what}: completed; planned in {result.plan_time:.2f} s, {result.motion_time:.1f} s long",
         plan_time=result.plan_time,
         motion_time=result.motion_time,
     )
-    return DONE
+    return ExitCode.OK
 
 
 def _where(state: State | None) -> tuple[str, dict[str, object]]:
-    """Return where the tool is and how fast, in words and as facts."""
+    """Return position and speed of the tool, in words and as JSON fields."""
     if state is None or not state.valid_fields & StateField.TOOL:
         return "", {}
     x, y, z = (1e3 * value for value in state.tool_position)
@@ -91,8 +91,8 @@ def _where(state: State | None) -> tuple[str, dict[str, object]]:
     return words, {"tool_position": list(state.tool_position), "tool_speed": state.tool_speed}
 
 
-async def _interrupted(pendant: PendantClient, voice: Voice, what: str) -> int:
-    """Stop the robot because somebody interrupted the command."""
+async def _interrupted(pendant: PendantClient, output: CommandOutput, what: str) -> int:
+    """Stop the robot after an interruption of the command; return the exit code."""
     try:
         async with asyncio.timeout(_STOPPED_WITHIN):
             try:
@@ -106,13 +106,13 @@ async def _interrupted(pendant: PendantClient, voice: Voice, what: str) -> int:
             await pendant.stop("Ctrl-C")
         reason = str(error) or f"no answer within {_STOPPED_WITHIN:g} s"
         text = f"{what}: interrupted; it was not seen at rest: {reason}; look at the robot"
-        voice.complain("unconfirmed", text)
-        return UNAVAILABLE
-    voice.complain("stopped", f"{what}: interrupted, the robot stands")
-    return INTERRUPTED
+        output.complain("unconfirmed", text)
+        return ExitCode.UNAVAILABLE
+    output.complain("stopped", f"{what}: interrupted, the robot stands")
+    return ExitCode.INTERRUPTED
 
 
 def _explained(refused: Refused) -> str:
-    """Return a refusal with what to do about it at a terminal."""
+    """Return a refusal with its remedy at a terminal."""
     here = _NO_DEVICE.get(refused.code) if isinstance(refused.code, VerdictCode) else None
     return refused.explained if here is None else f"{refused} -> {here}"

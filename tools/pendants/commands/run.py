@@ -1,4 +1,4 @@
-"""`openpendant run PROGRAM`: runs a stored program, tells its lines, and ends with the outcome."""
+"""`openpendant run PROGRAM`: runs a stored program, reports its lines and returns the outcome."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from functools import partial
 from openpendant.simplemsg.pendant import ProgramReport, ProgramState
 
 from ..client import PendantClient
-from .arguments import add_speed, parser, way_in
+from .arguments import add_speed, parser, server_access
 from .moving import STATE_RATE, move
-from .running import Voice, run
+from .running import CommandOutput, run
 
 _STANDS = {
     ProgramState.PAUSED: "is paused",
@@ -36,11 +36,11 @@ def main(argv: list[str] | None = None) -> int:
     arguments = reader.parse_args(sys.argv[1:] if argv is None else argv)
     what = f"program {arguments.program!r}"
 
-    async def act(pendant: PendantClient, voice: Voice) -> int:
-        pendant.on_program = lambda report: _tell(voice, what, report)
+    async def act(pendant: PendantClient, output: CommandOutput) -> int:
+        pendant.on_program = lambda report: _tell(output, what, report)
         return await move(
             pendant,
-            voice,
+            output,
             what,
             lambda: pendant.run_program(
                 arguments.program,
@@ -51,18 +51,21 @@ def main(argv: list[str] | None = None) -> int:
         )
 
     return run(
-        Voice("run", is_json=arguments.json), partial(way_in, arguments), act, state_rate=STATE_RATE
+        CommandOutput("run", is_json=arguments.json),
+        partial(server_access, arguments),
+        act,
+        state_rate=STATE_RATE,
     )
 
 
-def _tell(voice: Voice, what: str, report: ProgramReport) -> None:
+def _tell(output: CommandOutput, what: str, report: ProgramReport) -> None:
     if report.state == ProgramState.NONE:
         return
     state = ProgramState(report.state)
     text = f"{what}: line {report.line}, run {report.loop}"
     if state in _STANDS:
         text += f" {_STANDS[state]}; Ctrl-C ends it"
-    voice.say(
+    output.say(
         "line",
         f"{text}{f': {report.text}' if report.text else ''}",
         line=report.line,

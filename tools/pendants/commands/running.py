@@ -1,102 +1,103 @@
-"""From the arguments of a command to its exit code: the connection, what is said, what went wrong.
+"""Run of an operator's command: connection, output, errors and exit code.
 
-Owns the exit codes and how a failure is told; what a command does with its connection is its own.
+Owns the exit code and the sentence of each failure. The modules of the commands own what they do on
+the connection.
 """
 
 from __future__ import annotations
 
 import asyncio
 import json
-import sys
 from collections.abc import Awaitable, Callable
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ...console import ExitCode, complain, one_line
 from ..client import PendantClient, PendantError, Refused, WrongArgument
-from .arguments import WayIn
-
-DONE, NOT_DONE, USAGE, UNAVAILABLE, INTERRUPTED = 0, 1, 2, 69, 130
+from .arguments import ServerAccess
 
 CONNECT_WITHIN = 10.0
 """Connecting, hello and login may take so long [s]."""
 
 
-class Voice:
-    """What a command says: sentences for a person, or one JSON object a line.
+class CommandOutput:
+    """Output of a command: sentences for a person, or one JSON object a line.
 
     Attributes:
         name: of the command.
     """
 
     def __init__(self, name: str, *, is_json: bool) -> None:
-        """Speak for a command."""
+        """Make the output of a command."""
         self.name = name
         self._is_json = is_json
 
     def say(self, event: str, sentence: str, **facts: object) -> None:
-        """Tell what happened on standard output."""
-        line = _printable(sentence)
+        """Write an event to standard output."""
+        line = one_line(sentence, "?")
         if self._is_json:
             line = json.dumps({"event": event, "text": sentence, **facts}, ensure_ascii=False)
         print(line, flush=True)
 
     def complain(self, event: str, sentence: str, **facts: object) -> None:
-        """Tell what went wrong, on standard error; as JSON on standard output, too."""
+        """Write an error to standard error, and as JSON to standard output, too."""
         if self._is_json:
             self.say(event, sentence, **facts)
-        print(f"openpendant {self.name}: {_printable(sentence)}", file=sys.stderr, flush=True)
+        complain(f"openpendant {self.name}: {one_line(sentence, '?')}")
 
 
-Act = Callable[[PendantClient, Voice], Awaitable[int]]
-"""What a command does with its connection; returns its exit code."""
+Act = Callable[[PendantClient, CommandOutput], Awaitable[int]]
+"""Action of a command on its connection; returns the exit code."""
 
 
-def run(voice: Voice, enter: Callable[[], WayIn], act: Act, *, state_rate: float = 0.0) -> int:
+def run(
+    output: CommandOutput, enter: Callable[[], ServerAccess], act: Act, *, state_rate: float = 0.0
+) -> int:
     """Connect, let a command act and return its exit code; every failure is one sentence.
 
     Args:
-        voice: what says it.
-        enter: says how to get in; may ask for a secret.
-        act: what to do.
-        state_rate: state messages wanted, Hz.
+        output: of the command.
+        enter: returns the server's address and the login; may prompt for a secret.
+        act: what the command does on the connection; returns the exit code.
+        state_rate: of the state messages [Hz].
     """
     try:
-        return asyncio.run(_connected(enter(), act, voice, state_rate))
+        return asyncio.run(_connected(enter(), act, output, state_rate))
     except KeyboardInterrupt:
-        voice.complain("interrupted", "interrupted")
-        return INTERRUPTED
+        output.complain("interrupted", "interrupted")
+        return ExitCode.INTERRUPTED
     except TimeoutError:
         text = f"no answer within {CONNECT_WITHIN:g} s; is it a pendant port?"
-        return _unavailable(voice, text)
+        return _unavailable(output, text)
     except WrongArgument as error:
-        voice.complain("wrong", str(error))
-        return USAGE
+        output.complain("wrong", str(error))
+        return ExitCode.USAGE
     except Refused as refused:
-        return _refused(voice, refused)
+        return _refused(output, refused)
     except PendantError as error:
-        return _unavailable(voice, str(error))
+        return _unavailable(output, str(error))
 
 
-def _unavailable(voice: Voice, text: str) -> int:
-    voice.complain("unavailable", text)
-    return UNAVAILABLE
+def _unavailable(output: CommandOutput, text: str) -> int:
+    output.complain("unavailable", text)
+    return ExitCode.UNAVAILABLE
 
 
-def _refused(voice: Voice, refused: Refused) -> int:
-    """Tell of a server that does not want us."""
+def _refused(output: CommandOutput, refused: Refused) -> int:
+    """Write why the server refuses the connection; return the exit code."""
     if refused.code == VerdictCode.UNKNOWN_CELL:
-        voice.complain("refused", f"{refused}; say which by --cell NAME", **facts_of(refused))
-        return USAGE
-    voice.complain("refused", refused.explained, **facts_of(refused))
-    return UNAVAILABLE
+        output.complain("refused", f"{refused}; say which by --cell NAME", **facts_of(refused))
+        return ExitCode.USAGE
+    output.complain("refused", refused.explained, **facts_of(refused))
+    return ExitCode.UNAVAILABLE
 
 
-async def _connected(way: WayIn, act: Act, voice: Voice, state_rate: float) -> int:
+async def _connected(way: ServerAccess, act: Act, output: CommandOutput, state_rate: float) -> int:
     async with asyncio.timeout(CONNECT_WITHIN):
         pendant = await PendantClient.connect(
             way.host,
             way.port,
-            client=f"openpendant {voice.name}",
+            client=f"openpendant {output.name}",
             cell=way.cell,
             state_rate=state_rate,
             tls=way.tls,
@@ -105,17 +106,12 @@ async def _connected(way: WayIn, act: Act, voice: Voice, state_rate: float) -> i
             pairing=way.pairing,
         )
     async with pendant:
-        return await act(pendant, voice)
+        return await act(pendant, output)
 
 
 def facts_of(refused: Refused) -> dict[str, object]:
-    """Return what a refusal says, for a program."""
+    """Return a refusal as JSON fields."""
     code = refused.code
     name = code.name if isinstance(code, VerdictCode) else str(code)
     numbers = {"joint": refused.joint, "value": refused.value, "limit": refused.limit}
     return {"code": int(code), "name": name, **numbers, "remedy": refused.remedy}
-
-
-def _printable(text: str) -> str:
-    """Return text of others so that it cannot command a terminal."""
-    return "".join(each if each.isprintable() else "?" for each in text)

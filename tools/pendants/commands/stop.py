@@ -1,6 +1,6 @@
-"""`openpendant stop`: stops the robot and latches; anybody may, without a login. No safety device.
+"""`openpendant stop`: latches the software stop, without a login. No safety device.
 
-It asks for no password and takes no authority: nothing may stand between a person and a stop.
+It needs no password and no authority, so that nothing can prevent a person's stop.
 """
 
 from __future__ import annotations
@@ -9,9 +9,10 @@ import asyncio
 import sys
 from functools import partial
 
+from ...console import ExitCode
 from ..client import PendantClient, PendantError
-from .arguments import parser, way_in
-from .running import DONE, UNAVAILABLE, Voice, run
+from .arguments import parser, server_access
+from .running import CommandOutput, run
 
 _WITHIN = 3.0
 _UNSURE = "it is not sure that the robot was stopped: use the controller's own emergency stop"
@@ -33,28 +34,30 @@ def main(argv: list[str] | None = None) -> int:
     )
     arguments = reader.parse_args(sys.argv[1:] if argv is None else argv)
 
-    async def act(pendant: PendantClient, voice: Voice) -> int:
-        return await _stop(pendant, voice, arguments.reason)
+    async def act(pendant: PendantClient, output: CommandOutput) -> int:
+        return await _stop(pendant, output, arguments.reason)
 
-    code = run(Voice("stop", is_json=arguments.json), partial(way_in, arguments), act)
-    if code != DONE:
+    code = run(
+        CommandOutput("stop", is_json=arguments.json), partial(server_access, arguments), act
+    )
+    if code != ExitCode.OK:
         print(f"openpendant stop: {_UNSURE}", file=sys.stderr)
     return code
 
 
-async def _stop(pendant: PendantClient, voice: Voice, reason: str) -> int:
+async def _stop(pendant: PendantClient, output: CommandOutput, reason: str) -> int:
     try:
         async with asyncio.timeout(_WITHIN):
             await pendant.stop(_fitting(reason))
     except (PendantError, TimeoutError) as error:
-        voice.complain("unconfirmed", str(error) or f"no answer within {_WITHIN:g} s")
-        return UNAVAILABLE
-    voice.say("stopped", "stopped; latched until `openpendant reset`, or a pendant, resets it")
-    return DONE
+        output.complain("unconfirmed", str(error) or f"no answer within {_WITHIN:g} s")
+        return ExitCode.UNAVAILABLE
+    output.say("stopped", "stopped; latched until `openpendant reset`, or a pendant, resets it")
+    return ExitCode.OK
 
 
 def _fitting(reason: str) -> str:
-    """Return a reason as the message holds it: none is a reason to send no stop."""
+    """Return a reason shortened to the message's field: no reason may prevent a stop."""
     printable = "".join(each if each.isprintable() else " " for each in reason)
     return printable.encode("utf-8", "ignore")[:64].decode("utf-8", "ignore")
 

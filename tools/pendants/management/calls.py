@@ -1,16 +1,22 @@
-"""How one definition of a management operation becomes a call of both clients.
+"""How a declared management operation becomes a call of both clients.
 
-A group of operations is a class whose methods return a `Request`. Bound to the asyncio client
-(`AsyncCalls`) such a method is awaited, bound to the blocking one (`SyncCalls`) it waits; either
-way it returns the server's reply. Knows no operation.
+A group of operations is a class whose attributes are `call(SomeRequest)`. Bound to the asyncio
+client (`AsyncCalls`) such a call is awaited, bound to the blocking one (`SyncCalls`) it waits;
+either way it takes the fields of the request and returns the server's reply. Knows no operation.
 """
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Coroutine, Mapping
-from dataclasses import dataclass
-from functools import wraps
-from typing import Any, Concatenate, Generic, ParamSpec, TypeVar, overload
+from collections.abc import Awaitable, Callable, Coroutine
+from dataclasses import MISSING, Field, fields
+from functools import cached_property, wraps
+from inspect import Parameter, Signature
+from keyword import iskeyword
+from types import GenericAlias
+from typing import Any, Generic, ParamSpec, TypeVar, get_type_hints, overload
+
+from openpendant.simplemsg.pendant.management import OPERATIONS
+from openpendant.simplemsg.pendant.management.declaration import Request, body_of
 
 from ..loop_thread import LoopThread
 
@@ -18,38 +24,10 @@ Reply = TypeVar("Reply")
 _Arguments = ParamSpec("_Arguments")
 _Made = TypeVar("_Made")
 _Used = TypeVar("_Used")
+_Group = TypeVar("_Group")
 
 Manage = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]
 """Sends a management request and returns the reply's body: `PendantClient.manage`."""
-
-
-@dataclass(frozen=True, slots=True)
-class Request(Generic[Reply]):
-    """One management request.
-
-    Attributes:
-        op: name of the operation.
-        fields: by their names in the protocol.
-        part: the only field of the reply that is returned; empty for all of it.
-    """
-
-    op: str
-    fields: Mapping[str, Any]
-    part: str = ""
-
-    @property
-    def body(self) -> dict[str, Any]:
-        """The JSON object that is sent."""
-        return {"op": self.op, **self.fields}
-
-    def read(self, reply: Mapping[str, Any]) -> Any:
-        """Return what the caller gets of the server's reply."""
-        return reply[self.part] if self.part else reply
-
-
-def asks(op: str, /, **fields: Any) -> Request[Any]:
-    """Return the request for an operation."""
-    return Request(op, fields)
 
 
 def then(
@@ -80,8 +58,9 @@ class AsyncCalls:
         """
         self._manage = manage
 
-    async def _perform(self, request: Request[Any]) -> Any:
-        return request.read(await self._manage(request.body))
+    async def _perform(self, request: Request[Any], part: str) -> Any:
+        reply = await self._manage(body_of(request))
+        return reply[part] if part else reply
 
 
 class SyncCalls:
@@ -97,24 +76,45 @@ class SyncCalls:
         self._thread = thread
         self._manage = manage
 
-    def _perform(self, request: Request[Any]) -> Any:
-        return request.read(self._thread.call(self._sent(request)))
+    def _perform(self, request: Request[Any], part: str) -> Any:
+        reply = self._thread.call(self._sent(request))
+        return reply[part] if part else reply
 
     async def _sent(self, request: Request[Any]) -> dict[str, Any]:
-        return await self._manage(request.body)
+        return await self._manage(body_of(request))
 
 
 class call(Generic[_Arguments, Reply]):
-    """Makes a method that returns a request one that asks the server and returns its reply."""
+    """Makes a declared request a call that asks the server and returns its reply.
 
-    def __init__(self, request: Callable[Concatenate[Any, _Arguments], Request[Reply]]) -> None:
-        """Take the method that makes the request."""
-        self.request = request
+    Attributes:
+        kind: class of the request.
+        part: the only field of the reply that is returned; empty for all of it.
+    """
 
     @overload
-    def __get__(
-        self, group: None, owner: type
-    ) -> Callable[Concatenate[Any, _Arguments], Request[Reply]]: ...
+    def __init__(self, kind: Callable[_Arguments, Request[Reply]]) -> None: ...
+    @overload
+    def __init__(self, kind: Callable[_Arguments, Request[Any]], part: str) -> None: ...
+
+    def __init__(self, kind: Callable[_Arguments, Request[Any]], part: str = "") -> None:
+        """Make a call of a request.
+
+        Args:
+            kind: its class.
+            part: the only field of the reply that is returned; empty for all of it.
+        """
+        self.kind = kind
+        self.part = part
+
+    @cached_property
+    def request(self) -> Callable[_Arguments, Request[Any]]:
+        """Function that makes the request, with the arguments and the words of the call."""
+        # Made when it is asked for: a program that only moves the robot starts without it.
+        return function_of(self.kind, self.part)
+
+    @overload
+    def __get__(self, group: None, owner: type) -> call[_Arguments, Reply]: ...
     @overload
     def __get__(
         self, group: AsyncCalls, owner: type
@@ -122,13 +122,67 @@ class call(Generic[_Arguments, Reply]):
     @overload
     def __get__(self, group: SyncCalls, owner: type) -> Callable[_Arguments, Reply]: ...
 
-    def __get__(self, group: AsyncCalls | SyncCalls | None, owner: type) -> Callable[..., Any]:
-        """Return the call of one client; of the class itself, the method as it was written."""
+    def __get__(self, group: AsyncCalls | SyncCalls | None, owner: type) -> Any:
+        """Return the call of one client; of the class itself, what makes calls."""
         if group is None:
-            return self.request
+            return self
 
         @wraps(self.request)
         def asked(*arguments: _Arguments.args, **named: _Arguments.kwargs) -> Any:
-            return group._perform(self.request(group, *arguments, **named))
+            return group._perform(self.request(*arguments, **named), self.part)
 
         return asked
+
+
+def calls_of(topic: str) -> Callable[[type[_Group]], type[_Group]]:
+    """Give a group a call for each operation of its topic that it has no line for.
+
+    A line in the class gives a call its type; an operation without one is there all the same.
+
+    Args:
+        topic: how the names of its operations begin.
+    """
+
+    def complete(group: type[_Group]) -> type[_Group]:
+        lines = {each.kind for each in vars(group).values() if isinstance(each, call)}
+        for name, kind in OPERATIONS.items():
+            begins, _, rest = name.partition(".")
+            if begins == topic and kind not in lines:
+                setattr(group, f"{rest}_" if iskeyword(rest) else rest, call(kind))
+        return group
+
+    return complete
+
+
+def function_of(
+    kind: Callable[_Arguments, Request[Reply]], part: str = ""
+) -> Callable[_Arguments, Request[Reply]]:
+    """Return a function that makes a declared request, and is documented as the call is.
+
+    Args:
+        kind: class of the request.
+        part: the only field of the reply that the call returns; empty for all of it.
+    """
+    assert isinstance(kind, type)
+    assert issubclass(kind, Request)
+
+    def made(*arguments: _Arguments.args, **named: _Arguments.kwargs) -> Request[Reply]:
+        request: Request[Reply] = kind(*arguments, **named)
+        return request
+
+    told = [each for each in fields(kind) if each.name != "op"]
+    ordered = [each for each in told if not each.kw_only] + [each for each in told if each.kw_only]
+    hints = get_type_hints(kind)
+    reply = get_type_hints(kind.reply())[part] if part else kind.reply()
+    made.__doc__ = kind.__doc__
+    made.__name__ = made.__qualname__ = kind.__name__
+    made.__annotations__ = {each.name: hints[each.name] for each in ordered}
+    made.__annotations__["return"] = GenericAlias(Request, (reply,))
+    vars(made)["__signature__"] = Signature([_parameter(each) for each in ordered])
+    return made
+
+
+def _parameter(told: Field[Any]) -> Parameter:
+    default = told.default if told.default_factory is MISSING else told.default_factory()
+    kind = Parameter.KEYWORD_ONLY if told.kw_only else Parameter.POSITIONAL_OR_KEYWORD
+    return Parameter(told.name, kind, default=Parameter.empty if default is MISSING else default)

@@ -1,1 +1,1 @@
-"""The terminal pendant: a pure core that keys and news go into, and a thin textual shell."""
+"""The terminal pendant: a pure core that takes keys and events, and a thin textual shell."""

@@ -1,7 +1,7 @@
-"""The screen of the terminal pendant, by textual: keys in, texts out.
+"""Screen of the terminal pendant, made with textual: keys in, texts out.
 
 Owns layout and colours. Decides nothing: every key goes to the core, every text comes from it.
-Pasted text goes nowhere, so that no clipboard moves a robot.
+Pasted text is discarded, so that no clipboard moves a robot.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from textual.widgets import Static
 
 from ..client import PendantError
 from . import lcd, screen_text
-from .connection import Connect, Connection, SignIn, as_nobody
+from .connection import Connect, LogIn, TerminalConnection, as_nobody
 from .keyboard import legend
 from .panel import Panel
 
@@ -37,9 +37,9 @@ _TEXTS = ("lamps", "status", "banner", "lcd", "jog", "joints", "program", "messa
 
 
 class PendantScreen(Screen[None]):
-    """The one screen; it has no widget that could take a key away."""
+    """The only screen; it has no widget that could consume a key."""
 
-    def __init__(self, panel: Panel, connection: Connection) -> None:
+    def __init__(self, panel: Panel, connection: TerminalConnection) -> None:
         """Make a screen.
 
         Args:
@@ -53,7 +53,7 @@ class PendantScreen(Screen[None]):
         self._shown: dict[str, str] = {}
 
     def compose(self) -> ComposeResult:
-        """Lay the texts out."""
+        """Yield the widgets of the screen."""
         texts = self._texts
         yield from (texts["lamps"], texts["status"], texts["banner"])
         with Horizontal(id="middle"):
@@ -64,11 +64,11 @@ class PendantScreen(Screen[None]):
         yield from (texts["messages"], texts["keys"])
 
     def on_mount(self) -> None:
-        """Begin to look at the clock."""
+        """Start the timer that advances the core and draws."""
         self.set_interval(TICK, self._tick)
 
     def on_key(self, event: events.Key) -> None:
-        """Hand a key to the core; nothing else may act on it."""
+        """Pass a key to the core; nothing else may act on it."""
         event.stop()
         event.prevent_default()
         printable = event.character is not None and event.character.isprintable()
@@ -102,19 +102,19 @@ class PendantScreen(Screen[None]):
         self._texts["lcd"].set_class(bad, "bad")
 
     def _put(self, name: str, text: str) -> None:
-        """Show a text where it has changed: an idle pendant draws nothing."""
+        """Show a text if it has changed: an idle pendant draws nothing."""
         if self._shown.get(name) != text:
             self._shown[name] = text
             self._texts[name].update(text)
 
 
 def _text(name: str) -> Static:
-    """Return a text that is shown as it is: a program's brackets are no markup."""
+    """Return a text without markup: a program's brackets are shown as they are."""
     return Static(id=name, markup=False)
 
 
 class PendantApp(App[PendantError | None]):
-    """The terminal pendant; it returns what made it give up, None where its user left it."""
+    """The terminal pendant; it returns the error that ended it, None if its user ended it."""
 
     ENABLE_COMMAND_PALETTE = False
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -138,25 +138,25 @@ class PendantApp(App[PendantError | None]):
     """
 
     def __init__(
-        self, connect: Connect, sign_in: SignIn = as_nobody, panel: Panel | None = None
+        self, connect: Connect, log_in: LogIn = as_nobody, panel: Panel | None = None
     ) -> None:
         """Make a pendant.
 
         Args:
             connect: makes a connection to the server.
-            sign_in: logs in on it.
+            log_in: logs in on it.
             panel: the core; a new one if None.
         """
         super().__init__()
         self.panel = Panel() if panel is None else panel
-        self._connection = Connection(self.panel, connect, sign_in)
+        self._connection = TerminalConnection(self.panel, connect, log_in)
 
     def get_default_screen(self) -> PendantScreen:
-        """Return the one screen."""
+        """Return the only screen."""
         return PendantScreen(self.panel, self._connection)
 
     def on_mount(self) -> None:
-        """Begin to connect."""
+        """Start the connection loop."""
         self.run_worker(self._stay_connected(), name="connection")
 
     async def _stay_connected(self) -> None:

@@ -1,7 +1,7 @@
-"""What the terminal pendant knows of its cell, from the messages that came.
+"""View of the cell: the state of the cell as the terminal pendant received it.
 
-Owns freshness by its own clock, whose authority it is, and who stopped the robot. Decides nothing
-and knows no screen.
+Owns the age of the values by the pendant's own clock, the owner of the authority, and who stopped
+the robot. Decides nothing and knows no screen.
 """
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ from openpendant.simplemsg.pendant import (
     StopChanged,
     StopKind,
 )
-
-from ..snapshot import JointFacts, Snapshot
+from openpendant.simplemsg.pendant.management.cell import JointFacts, Snapshot
 
 STALE_NS = 300_000_000
 """A state that came longer ago is called stale, and nothing is jogged on it."""
@@ -30,11 +29,11 @@ STALE_NS = 300_000_000
 
 @dataclass(frozen=True, slots=True)
 class ProgramPlace:
-    """Where the run of a program is.
+    """The present line of a program's run.
 
     Attributes:
-        name: of the program, or of the one that it calls right now.
-        revision: the one of that program that runs.
+        name: of the program, or of the called program that runs now.
+        revision: the running revision of that program.
         line: its line in that program's text, from 1; 0 before the first statement.
     """
 
@@ -45,21 +44,21 @@ class ProgramPlace:
 
 @dataclass(slots=True)
 class CellView:
-    """One cell, as far as it is known.
+    """One cell as the received messages describe it.
 
     Attributes:
-        is_greeted: whether a server has answered our hello, and so takes a stop.
-        is_connected: whether it has also let us in.
-        absence: why it does not, and what happens next.
+        is_greeted: a server has answered our hello, and so accepts a stop.
+        is_connected: the login has succeeded, too.
+        absence: why there is no connection, and what happens next.
         robot: name of the robot.
         cell: name of the cell.
         session: number of our connection.
         joints: the driven joints, base to tip.
         frames: names of the frames to jog in, beside the joints.
         state: the newest state; None before the first.
-        owner: name of the pendant in control; empty for nobody, or where it is not known.
+        owner: name of the pendant in control; empty for nobody, or if it is not known.
         stopped_by: name of the pendant that stopped the robot last.
-        stop_reason: why.
+        stop_reason: the reason of that stop.
     """
 
     is_greeted: bool = False
@@ -79,16 +78,16 @@ class CellView:
     _is_told: bool = field(default=False)
 
     def greeted(self) -> None:
-        """Take note that a server has answered hello; it has not let us in yet."""
+        """Take the hello reply of a server; the login is still pending."""
         self.is_greeted, self.absence = True, "logging in"
         self._is_told = False
 
     def turned_away(self, reason: str) -> None:
-        """Take note that the server does not let us in, or no longer; it still takes a stop."""
+        """Take a refused or ended login; the server still accepts a stop."""
         self.is_connected, self.absence = False, reason
 
     def connected(self, hello: HelloReply, snapshot: Snapshot) -> None:
-        """Begin with a new connection: nothing of the last one counts any more."""
+        """Start with a new connection: discard everything of the last one."""
         self.is_greeted = self.is_connected = True
         self.absence = ""
         self.robot, self.cell, self.session = hello.robot, hello.cell, hello.session
@@ -106,43 +105,43 @@ class CellView:
             self._place = place
 
     def lost(self, reason: str) -> None:
-        """The connection ended, or none came about; the last values stay, and are stale."""
+        """Take the end of the connection or a failed attempt; the last values stay, stale."""
         self.is_greeted = self.is_connected = False
         self.absence = reason
 
     def take_state(self, state: State, now: int) -> None:
-        """Take a state message that came [ns]."""
+        """Take a state message received at `now` [ns]."""
         self.state, self._heard = state, now
 
     def authority_changed(self, change: AuthorityChanged) -> None:
-        """Take the news of who is in control now."""
+        """Take the event that another pendant is in control."""
         self.owner = change.client if change.holder else ""
 
     def stop_changed(self, change: StopChanged) -> None:
-        """Take the news of a stop."""
+        """Take the event of a stop."""
         self.stopped_by, self.stop_reason = change.client, change.reason
 
     def program_moved(self, report: ProgramReport) -> None:
-        """Take the news of where the run of a program is."""
+        """Take the report of a program's present line."""
         ended = report.state == ProgramState.NONE
         place = ProgramPlace(report.program, report.revision, report.line)
         self._place, self._is_told = None if ended else place, True
 
     def message_age(self, now: int) -> float | None:
-        """Return how long ago the newest state message came [s]; None before the first."""
+        """Return the age of the newest state message [s]; None before the first."""
         return None if self.state is None else (now - self._heard) / 1e9
 
     def age(self, now: int) -> float | None:
-        """Return the age of what is shown [s]: of the message, and of the report in it."""
+        """Return the age of the shown values [s]: of the message plus the report in it."""
         age = self.message_age(now)
         return None if age is None or self.state is None else age + max(self.state.age, 0.0)
 
     def is_silent(self, now: int) -> bool:
-        """Tell whether the server has said nothing of late."""
+        """Return True if no message of the server arrived recently."""
         return self.state is None or not self.is_connected or now - self._heard > STALE_NS
 
     def is_stale(self, now: int) -> bool:
-        """Tell whether what is shown may not be how the robot stands."""
+        """Return True if the shown values may differ from the robot's present state."""
         state = self.state
         if state is None or self.is_silent(now) or state.link != LinkState.UP:
             return True
@@ -150,22 +149,22 @@ class CellView:
 
     @property
     def dof(self) -> int:
-        """Driven joints."""
+        """Number of driven joints."""
         return len(self.joints)
 
     @property
     def in_control(self) -> bool:
-        """Whether we hold the motion authority."""
+        """True while this pendant holds the motion authority."""
         return self.is_connected and self.state is not None and self.state.holder == self.session
 
     @property
     def is_stopped(self) -> bool:
-        """Whether a stop is latched."""
+        """True while a stop is latched."""
         return self.state is not None and self.state.stop != StopKind.NONE
 
     @property
     def is_paused(self) -> bool:
-        """Whether a motion or a program stands that `Resume` would let go on."""
+        """True while a motion or a program is paused that `ResumeRobot` would continue."""
         if self.state is None:
             return False
         program = (ProgramState.PAUSED, ProgramState.AT_BREAKPOINT, ProgramState.STEPPED)
@@ -174,25 +173,25 @@ class CellView:
 
     @property
     def program_place(self) -> ProgramPlace | None:
-        """Where the run of a program is; None where none is under way, or it is not known."""
+        """The present line of the running program; None if none runs, or it is not known."""
         if self.state is None or self.state.program_state == ProgramState.NONE:
             return None
         return self._place
 
     @property
     def positions(self) -> tuple[float, ...] | None:
-        """The joint positions [rad, m]; None where they are not known."""
+        """The joint positions [rad, m]; None if they are not known."""
         if self.state is None or not self.state.valid_fields & StateField.POSITION:
             return None
         return self.state.positions[: self.dof]
 
     @property
     def knows_tool(self) -> bool:
-        """Whether the tool's pose is known."""
+        """True while the tool's pose is known."""
         return self.state is not None and bool(self.state.valid_fields & StateField.TOOL)
 
     @property
     def mode(self) -> OperatingMode | None:
-        """The mode of operation; None where it is not known."""
+        """The mode of operation; None if it is not known."""
         known = self.state is not None and self.state.operating_mode in set(OperatingMode)
         return OperatingMode(self.state.operating_mode) if self.state and known else None

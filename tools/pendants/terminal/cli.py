@@ -18,27 +18,23 @@ import typer
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ...console import ExitCode, command, complain, run
 from ..client import DEFAULT_PORT, PendantClient, PendantError, Refused, WrongArgument
-from ..signing_in import PASSWORD_VARIABLE, guest_name, pairing_code, password_of, trusted
-from .connection import Connect, SignIn
-from .hang_up import end_with_terminal
-from .plain_status import status_once
-from .refusals import connection_refused
+from ..credentials import PASSWORD_VARIABLE, guest_name, pairing_code, password_of, tls_context
+from .connection import Connect, LogIn
+from .screen_text import status_once
 from .stop_key import REMEDY
-
-OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
-
-# Newer typers carry their own click, older ones import it; this names its error in both.
-_TyperUsageError: type[Exception] = typer.BadParameter.mro()[2]
+from .terminal_watch import end_with_terminal
+from .wording import connection_refused
 
 _STATE_RATE = 25.0
 _NAME = "terminal"
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = command()
 
 
 class _Failed(Exception):
-    """The server could not be asked; the text is for the user."""
+    """No answer of the server; the text is for the user."""
 
 
 class _Unusable(Exception):
@@ -51,23 +47,12 @@ def main(argv: Sequence[str]) -> int:
     Args:
         argv: the arguments after `pendant`.
     """
-    try:
-        result = app(args=list(argv), prog_name="openpendant pendant", standalone_mode=False)
-    except _TyperUsageError as error:
-        describe = getattr(error, "format_message", error.__str__)
-        return _fail(describe(), USAGE)
-    except _Unusable as error:
-        return _fail(str(error), USAGE)
-    except _Failed as error:
-        return _fail(str(error), FAILED)
-    except typer.Abort:
-        return _fail("interrupted", INTERRUPTED)
-    return result if isinstance(result, int) else OK
+    faults = {_Unusable: ExitCode.USAGE, _Failed: ExitCode.FAILED}
+    return run(app, "pendant", argv, faults, _complain)
 
 
-def _fail(text: str, code: int) -> int:
-    print(f"openpendant pendant: {text}", file=sys.stderr)
-    return code
+def _complain(text: str) -> None:
+    complain(f"openpendant pendant: {text}")
 
 
 @app.command()
@@ -110,7 +95,7 @@ def pendant(
     if not plain:
         _check_textual()
     try:
-        tls = trusted(ca)
+        tls = tls_context(ca)
         secret = pairing_code() if pairing else password_of(user)
         if pairing and not user:
             user = guest_name(name) if name == _NAME else name
@@ -127,19 +112,19 @@ def pendant(
             tls=tls,
         )
 
-    async def sign_in(client: PendantClient) -> None:
+    async def log_in(client: PendantClient) -> None:
         if pairing:
             await client.login(user, pairing=secret)
         elif secret is not None:
             await client.login(user, password=secret)
 
     if plain:
-        print(_status(connect, sign_in))
+        print(_status(connect, log_in))
     else:
         from .app import PendantApp
 
         end_with_terminal([sys.stdin.fileno(), sys.stderr.fileno()])
-        screen = PendantApp(connect, sign_in)
+        screen = PendantApp(connect, log_in)
         gave_up = screen.run(mouse=False)
         if screen.panel.stop_key.is_owed:
             how, why = ("was left", "") if gave_up is None else ("ended", f" ({gave_up})")
@@ -149,7 +134,7 @@ def pendant(
 
 
 def _check_textual() -> None:
-    """Fail before anything is asked where the screen cannot be drawn.
+    """Raise before any question to the user if the screen cannot be drawn.
 
     Raises:
         ModuleNotFoundError: textual is not installed; the command says how to install it.
@@ -157,14 +142,14 @@ def _check_textual() -> None:
     importlib.import_module("textual")
 
 
-def _status(connect: Connect, sign_in: SignIn) -> str:
-    """Return how the robot stands.
+def _status(connect: Connect, log_in: LogIn) -> str:
+    """Return the state of the robot as text.
 
     Raises:
-        _Failed: the server is not there, or does not want us.
+        _Failed: no server answers, or it refuses the connection.
     """
     try:
-        return asyncio.run(status_once(connect, sign_in))
+        return asyncio.run(status_once(connect, log_in))
     except (Refused, WrongArgument) as error:
         _give_up(error)
     except (OSError, PendantError, TimeoutError) as error:
@@ -172,11 +157,11 @@ def _status(connect: Connect, sign_in: SignIn) -> str:
 
 
 def _give_up(error: PendantError) -> NoReturn:
-    """Say why the server does not want us.
+    """Raise the error of a refused connection.
 
     Raises:
         _Unusable: an argument must change.
-        _Failed: something else must.
+        _Failed: the cause is no argument.
     """
     if isinstance(error, Refused):
         wrong = error.code == VerdictCode.UNKNOWN_CELL

@@ -1,6 +1,6 @@
-"""What the terminal pendant wants done: plain values that its shell turns into calls of the client.
+"""Commands of the terminal pendant's core: plain values that its shell turns into client calls.
 
-Angles are rad, lengths m. Owns nothing but their form.
+Angles are rad, lengths m. Owns only their form.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ JOINTS = ""
 
 
 @dataclass(frozen=True, slots=True)
-class SoftwareStop:
+class StopRobot:
     """Stop the robot and latch.
 
     Attributes:
-        reason: told to everybody.
-        press: which stroke of the stop key it is from, so that its verdict can be told apart.
+        reason: shown on every pendant.
+        press: number of the stop key's stroke, which the verdict is matched to.
     """
 
     reason: str
@@ -30,13 +30,13 @@ class SoftwareStop:
 
 
 @dataclass(frozen=True, slots=True)
-class ResetStop:
+class UnlatchStop:
     """Unlatch the stop."""
 
 
 @dataclass(frozen=True, slots=True)
 class TakeControl:
-    """Ask for the motion authority, or take it over by role."""
+    """Request the motion authority, or take it over by role."""
 
     force: bool = False
 
@@ -48,20 +48,20 @@ class GiveControl:
 
 @dataclass(frozen=True, slots=True)
 class Enable:
-    """Press the enabling device (training) half way, or let it go."""
+    """Press the enabling device (training) half way, or release it."""
 
     held: bool
 
 
 @dataclass(frozen=True, slots=True)
-class SetMode:
+class ChangeMode:
     """Set the mode of operation."""
 
     mode: OperatingMode
 
 
 @dataclass(frozen=True, slots=True)
-class SetSpeed:
+class ChangeSpeed:
     """Set the speed override, and the cap of the tool's speed [m/s] unless 0."""
 
     override: float
@@ -69,13 +69,13 @@ class SetSpeed:
 
 
 @dataclass(frozen=True, slots=True)
-class Pulse:
-    """Jog for a moment; without another pulse the robot ramps to rest at the deadline.
+class PulseJog:
+    """Jog for a short time; without another pulse the robot ramps to rest at the deadline.
 
     Attributes:
         frame: of the axes; `JOINTS` for joints.
         axes: each axis from 0 with its direction, 1 or -1.
-        deadline: how long [s].
+        deadline: time until the ramp to rest starts [s].
     """
 
     frame: str
@@ -84,7 +84,7 @@ class Pulse:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class StepJog:
     """Jog by one increment of some axes.
 
     Attributes:
@@ -98,7 +98,7 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class UndoJog:
-    """Go back along the way of the last jog."""
+    """Move back along the path of the last jog."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +122,7 @@ class MoveJoints:
 
 
 @dataclass(frozen=True, slots=True)
-class MoveTool:
+class MoveToPose:
     """Move the tool to a pose in base, in a straight line.
 
     Attributes:
@@ -142,13 +142,13 @@ class AskWhy:
 
 
 @dataclass(frozen=True, slots=True)
-class ListPrograms:
-    """Ask which programs there are."""
+class AskPrograms:
+    """Request the names of the stored programs."""
 
 
 @dataclass(frozen=True, slots=True)
-class CreateProgram:
-    """Make an empty program and load it."""
+class MakeProgram:
+    """Create an empty program and load it."""
 
     name: str
 
@@ -162,21 +162,21 @@ class OpenProgram:
 
 @dataclass(frozen=True, slots=True)
 class ReloadProgram:
-    """Load the open program anew, because somebody else has changed it."""
+    """Reload the open program because another client has changed it."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
-class EditProgram:
-    """Change the open program and load it anew."""
+class ApplyEdit:
+    """Edit the open program and reload it."""
 
     edit: ProgramEdit
 
 
 @dataclass(frozen=True, slots=True)
 class AskDryRun:
-    """Ask what would happen if a program ran; nothing moves."""
+    """Request a dry run of a program; nothing moves."""
 
     name: str
 
@@ -187,10 +187,10 @@ class RunProgram:
 
     Attributes:
         name: of the program.
-        revision: the one that is shown, and the only one that may run.
-        run: all of it, or one step.
-        line: line to begin at; 0 for where it stands, or the first.
-        loops: how often; 0 for until it is stopped.
+        revision: the shown one, and the only one that may run.
+        run: the whole program, or one step.
+        line: line to start at; 0 for the present line, or the first.
+        loops: number of passes; 0 until it is stopped.
     """
 
     name: str
@@ -201,41 +201,41 @@ class RunProgram:
 
 
 @dataclass(frozen=True, slots=True)
-class Pause:
+class PauseRobot:
     """Pause on the path."""
 
 
 @dataclass(frozen=True, slots=True)
-class Resume:
-    """Go on along the path."""
+class ResumeRobot:
+    """Continue along the path."""
 
 
 @dataclass(frozen=True, slots=True)
 class StopProgram:
-    """End the program or motion; nothing is latched."""
+    """End the program or motion; no stop is latched."""
 
 
 BeginsMotion: TypeAlias = (
-    Pulse | Step | UndoJog | GoHome | MoveJoints | MoveTool | RunProgram | Resume
+    PulseJog | StepJog | UndoJog | GoHome | MoveJoints | MoveToPose | RunProgram | ResumeRobot
 )
 """Whatever lets the robot begin to move, or go on; asked for on fresh values only."""
 
 Command: TypeAlias = (
     BeginsMotion
-    | SoftwareStop
-    | ResetStop
+    | StopRobot
+    | UnlatchStop
     | TakeControl
     | GiveControl
     | Enable
-    | SetMode
-    | SetSpeed
+    | ChangeMode
+    | ChangeSpeed
     | AskWhy
-    | ListPrograms
-    | CreateProgram
+    | AskPrograms
+    | MakeProgram
     | OpenProgram
     | ReloadProgram
-    | EditProgram
+    | ApplyEdit
     | AskDryRun
-    | Pause
+    | PauseRobot
     | StopProgram
 )

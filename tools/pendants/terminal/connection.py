@@ -1,8 +1,8 @@
-"""Keeps the pendant connected: connect, log in, tell the core what comes, and again after a loss.
+"""Connection loop of the terminal pendant: connect, log in, pass events on, reconnect after a loss.
 
-Owns the way from news of the client library to the core, and that a stop needs no login: it leaves
-before one is tried, and while one waits. A new connection begins as an observer; nothing that moved
-or was held before comes back by itself.
+Owns the passing of the client library's events to the core, and that a stop needs no login: it is
+sent before a login is tried, and while one is pending. A new connection starts as an observer; no
+motion and no held key of the last connection is restored.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from ..client import ConnectionLost, PendantClient, PendantError, Refused, Wrong
 from .commands import Command
 from .panel import Panel
 from .performer import Performer
-from .refusals import is_hopeless
+from .wording import is_hopeless
 
 RETRY = 2.0
 """Wait so long before the next attempt, unless the server says how long [s]."""
@@ -43,41 +43,41 @@ _LOOK = 0.05
 Connect = Callable[[], Awaitable[PendantClient]]
 """Connects and says hello, no more: whoever logs in there keeps a stop waiting."""
 
-SignIn = Callable[[PendantClient], Awaitable[None]]
+LogIn = Callable[[PendantClient], Awaitable[None]]
 """Shows who is at the pendant; raises what `PendantClient.login` does."""
 
 
 async def as_nobody(client: PendantClient) -> None:
-    """Sign in as nobody, which a server without accounts lets in."""
+    """Log in as nobody, which a server without accounts accepts."""
 
 
-class Connection:
-    """The connection of one pendant, while there is one."""
+class TerminalConnection:
+    """The connection of one terminal pendant, made again after each loss."""
 
     def __init__(
         self,
         panel: Panel,
         connect: Connect,
-        sign_in: SignIn = as_nobody,
+        log_in: LogIn = as_nobody,
         clock: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        """Make one that has not begun.
+        """Make a connection that is not started.
 
         Args:
-            panel: the core that is told everything.
+            panel: the core, which receives all events.
             connect: makes a connection; raises `OSError` or `PendantError`.
-            sign_in: logs in on it.
+            log_in: logs in on it.
             clock: returns monotonic time [ns].
         """
         self._clock = clock
         self._panel = panel
         self._connect = connect
-        self._sign_in = sign_in
+        self._log_in = log_in
         self._performer: Performer | None = None
         self._turned_away: Refused | WrongArgument | None = None
 
     def perform(self, commands: list[Command]) -> None:
-        """Carry out commands; without a connection there is nobody to ask."""
+        """Carry out commands; without a connection they are dropped."""
         if self._performer is not None:
             self._performer.perform(commands)
 
@@ -85,8 +85,8 @@ class Connection:
         """Stay connected until cancelled.
 
         Raises:
-            Refused: the server does not want us, and never will as we ask.
-            WrongArgument: what was to be said cannot be.
+            Refused: the server refuses the connection, and would refuse each further attempt.
+            WrongArgument: a request cannot be written as a message.
         """
         while True:
             pause = RETRY
@@ -126,11 +126,11 @@ class Connection:
                 await performer.close()
 
     async def _stay(self, client: PendantClient) -> None:
-        """Log in, and be a pendant until the connection ends or we are turned away."""
+        """Log in and serve the pendant until the connection ends or the server logs us out."""
         if self._turned_away is not None:
             raise self._turned_away
         try:
-            await self._sign_in(client)
+            await self._log_in(client)
             self._panel.cell.connected(client.hello, await client.snapshot())
             self.perform(self._panel.connected())
             async for _ in client.states():
@@ -142,10 +142,10 @@ class Connection:
             raise
 
     async def _stop_answered(self, client: PendantClient) -> None:
-        """Wait for the verdict on the stop that is owed.
+        """Wait for the verdict on the stop that is not confirmed.
 
         Raises:
-            ConnectionLost: the connection ended, and the stop has to leave on another one.
+            ConnectionLost: the connection ended; the stop has to be sent on the next one.
         """
         while self._panel.stop_key.is_awaited:
             if not client.is_open:

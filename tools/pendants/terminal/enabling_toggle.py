@@ -1,6 +1,7 @@
-"""Enabling (training) by a toggle, for a device whose keys cannot be held.
+"""Enabling toggle (training): an enabling device for a keyboard without key-up events.
 
-Owns when the toggle lets go by itself: a few seconds without any key. No safety device.
+Owns the time after which the toggle releases itself: a few seconds without any key. No safety
+device.
 """
 
 from __future__ import annotations
@@ -20,27 +21,27 @@ class EnablingToggle:
 
     @property
     def is_on(self) -> bool:
-        """Whether it counts as held."""
+        """True while the enabling device counts as held."""
         return self._until is not None
 
     def seconds_left(self, now: int) -> int:
-        """Return the seconds until it lets go by itself, rounded up; 0 while it is off."""
+        """Return the seconds until it releases itself, rounded up; 0 while it is off."""
         return 0 if self._until is None else max(0, math.ceil((self._until - now) / 1e9))
 
     def turn_on(self, now: int) -> None:
-        """Hold it from now on."""
+        """Hold the enabling device from now on [ns]."""
         self._until = now + TIMEOUT_NS
 
     def key(self, now: int) -> None:
-        """Take note of a key: somebody is there."""
+        """Restart the time-out: a key shows that the user is present."""
         if self._until is not None and now < self._until:
             self._until = now + TIMEOUT_NS
 
     def turn_off(self) -> bool:
-        """Let it go; return whether it was held."""
+        """Release it; return True if it was held."""
         was_on, self._until = self.is_on, None
         return was_on
 
     def has_run_out(self, now: int) -> bool:
-        """Tell whether it must be let go, because nobody has touched a key for too long."""
+        """Return True if it must be released because no key was struck for too long."""
         return self._until is not None and now >= self._until

@@ -1,19 +1,160 @@
-"""The jog keys of the pendant: in which frame, by steps or held, how far.
+"""Jog keys of the pendant: frame, steps or held keys, step sizes and speeds.
 
-Owns what a jog key asks for, and that it asks for nothing where the display is stale and keeps
-nothing for later. Whether the robot may move is the server's decision.
+Owns the command of each jog key, that a stale display gives none and that none is queued; how long
+a key counts as held, which keys count as struck together, and the ladders of step sizes and speeds.
+The server decides if the robot may move.
+
+A terminal reports when a key goes down and never when it comes up. No axis is asked to move longer
+than `PULSE_NS` after its own last key stroke: each stroke makes a pulse that ends by itself, and
+the auto-repeat of a held key makes the next one in time. Sizes are SI inside; the user sees
+millimetres and degrees.
 """
 
 from __future__ import annotations
 
-from openpendant.simplemsg.pendant import Activity
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+
+from openpendant.simplemsg.pendant import Activity, State
 
 from .cell_view import CellView
-from .commands import JOINTS, Command, Pulse, Step
-from .jog_keys import Axes, JogKeys, JogKind
-from .keyboard import AxisKey
+from .commands import JOINTS, ChangeSpeed, Command, PulseJog, StepJog
+from .keyboard import AxisKey, Intent
 from .messages import Messages
-from .step_size import StepSize
+
+_LENGTHS_MM = (0.1, 1.0, 5.0, 10.0)
+_ANGLES_DEG = (0.05, 0.5, 2.5, 5.0)
+_LARGEST_MM, _LARGEST_DEG = 100.0, 45.0
+
+
+class NotASize(ValueError):
+    """A text that names no step size; the message says what is accepted."""
+
+
+@dataclass(frozen=True, slots=True)
+class StepSize:
+    """Size of one increment.
+
+    Attributes:
+        millimetres: along an axis.
+        degrees: about an axis.
+    """
+
+    millimetres: float = _LENGTHS_MM[1]
+    degrees: float = _ANGLES_DEG[1]
+
+    @property
+    def metres(self) -> float:
+        """The length [m]."""
+        return self.millimetres / 1000
+
+    @property
+    def radians(self) -> float:
+        """The angle [rad]."""
+        return math.radians(self.degrees)
+
+    def changed(self, by: int) -> StepSize:
+        """Return the next larger or smaller size of the ladder; at its ends, the same size."""
+        return StepSize(
+            _neighbour(_LENGTHS_MM, self.millimetres, by), _neighbour(_ANGLES_DEG, self.degrees, by)
+        )
+
+    def typed(self, text: str) -> StepSize:
+        """Return the sizes after one of them was typed, such as `2mm` or `1.5deg`.
+
+        Raises:
+            NotASize: the text names no size.
+        """
+        for unit, largest in (("mm", _LARGEST_MM), ("deg", _LARGEST_DEG)):
+            if not text.endswith(unit):
+                continue
+            try:
+                size = float(text.removesuffix(unit))
+            except ValueError:
+                break
+            if 0.0 < size <= largest:
+                length = size if unit == "mm" else self.millimetres
+                return StepSize(length, size if unit == "deg" else self.degrees)
+        if "," in text:
+            raise NotASize(f"{text!r} is no step; accepted: a dot for decimals, as in 2.5mm")
+        accepted = f"up to {_LARGEST_MM:g}mm or {_LARGEST_DEG:g}deg, above 0, with the unit"
+        raise NotASize(f"{text or 'nothing'!r} is no step; accepted: {accepted}")
+
+
+def _neighbour(ladder: tuple[float, ...], size: float, by: int) -> float:
+    if by > 0:
+        return next((each for each in ladder if each > size), ladder[-1])
+    return next((each for each in reversed(ladder) if each < size), ladder[0])
+
+
+PULSE_NS = 250_000_000
+"""A key counts as held for so long after its last stroke; the server's longest deadline."""
+
+_SHORTEST_NS = 50_000_000
+"""The server's shortest deadline: a key with less left takes no part in a pulse."""
+
+CHORD_NS = 80_000_000
+"""Keys struck within this time of the first make one step together."""
+
+Axes = tuple[tuple[int, int], ...]
+
+
+class JogKind(Enum):
+    """Kind of jog that a key starts."""
+
+    STEP = "step"
+    HOLD = "hold"
+
+
+@dataclass(slots=True)
+class JogKeys:
+    """The jog keys that count as held, or that are collected for one step."""
+
+    _struck: dict[int, tuple[int, int]] = field(default_factory=dict)
+    _gathered: dict[int, int] = field(default_factory=dict)
+    _since: int = 0
+
+    def pulse(self, key: AxisKey, now: int) -> tuple[Axes, float]:
+        """Take a stroke of a held key.
+
+        Args:
+            key: the key.
+            now: monotonic time [ns].
+
+        Returns:
+            The axes to move, and the time until the first of their keys expires [s].
+        """
+        self._struck[key.axis] = (key.sign, now)
+        left = {axis: PULSE_NS - (now - at) for axis, (_, at) in self._struck.items()}
+        for axis in [axis for axis, rest in left.items() if rest < _SHORTEST_NS]:
+            del self._struck[axis], left[axis]
+        axes = tuple((axis, sign) for axis, (sign, _) in sorted(self._struck.items()))
+        return axes, min(left.values()) / 1e9
+
+    def gather(self, key: AxisKey, now: int) -> None:
+        """Take a stroke for a step; the opposite direction of an axis replaces the first one.
+
+        Args:
+            key: the key.
+            now: monotonic time [ns].
+        """
+        if not self._gathered:
+            self._since = now
+        self._gathered[key.axis] = key.sign
+
+    def gathered(self, now: int) -> Axes:
+        """Return the axes of a step once the time to join it is over; empty before."""
+        if not self._gathered or now - self._since < CHORD_NS:
+            return ()
+        axes, self._gathered = tuple(sorted(self._gathered.items())), {}
+        return axes
+
+    def let_go(self) -> None:
+        """Forget every key."""
+        self._struck.clear()
+        self._gathered.clear()
+
 
 _TOOL_AXES = 6
 _STANDING = (Activity.IDLE, Activity.PAUSED)
@@ -29,11 +170,11 @@ class JogPad:
     """
 
     def __init__(self, cell: CellView, messages: Messages) -> None:
-        """Begin with steps of the joints.
+        """Start with steps of the joints.
 
         Args:
-            cell: what is known of the cell.
-            messages: takes what there is to say.
+            cell: the view of the cell.
+            messages: receives the messages to the user.
         """
         self.frame = JOINTS
         self.kind = JogKind.STEP
@@ -43,7 +184,7 @@ class JogPad:
         self._keys = JogKeys()
 
     def key(self, key: AxisKey, now: int) -> list[Command]:
-        """Take a jog key; a step leaves with a later `tick`."""
+        """Take a jog key; a later `tick` returns the step."""
         axes = self._cell.dof if self.frame == JOINTS else _TOOL_AXES
         if not self.is_fresh(now):
             return []
@@ -55,20 +196,20 @@ class JogPad:
             self._keys.gather(key, now)
             return []
         held, deadline = self._keys.pulse(key, now)
-        return [Pulse(self.frame, held, deadline)]
+        return [PulseJog(self.frame, held, deadline)]
 
     def tick(self, now: int) -> list[Command]:
-        """Let a step leave once no other key can join it."""
+        """Return the step once the time to join it is over."""
         axes = self._keys.gathered(now)
         if not axes or not self.is_fresh(now):
             return []
         if self._cell.state is None or self._cell.state.activity not in _STANDING:
             self._messages.add("still moving: the key did nothing")
             return []
-        return [Step(self.frame, self._increments(axes))]
+        return [StepJog(self.frame, self._increments(axes))]
 
     def is_fresh(self, now: int) -> bool:
-        """Tell whether a motion may be asked for on what is shown; say so where not."""
+        """Return True if the shown values are new enough to start a motion; else say so."""
         if not self._cell.is_connected:
             self._messages.add(f"no link: {self._cell.absence}")
             return False
@@ -87,21 +228,47 @@ class JogPad:
         return self._cell.joints[axis]["unit"] == "m" if self.frame == JOINTS else axis < 3
 
     def turn_frame(self, by: int) -> None:
-        """Choose the next frame, or the one before."""
+        """Select the next frame, or the previous one."""
         frames = (JOINTS, *self._cell.frames)
         self.let_go()
         self.frame = frames[(frames.index(self.frame) + by) % len(frames)]
 
     def check_frame(self) -> None:
-        """Go back to the joints where the cell has no such frame any more."""
+        """Select the joints if the cell no longer has the selected frame."""
         if self.frame not in self._cell.frames:
             self.frame = JOINTS
 
     def toggle_kind(self) -> None:
-        """Change between steps and held keys."""
+        """Switch between steps and held keys."""
         self.let_go()
         self.kind = JogKind.HOLD if self.kind is JogKind.STEP else JogKind.STEP
 
     def let_go(self) -> None:
         """Forget every key."""
         self._keys.let_go()
+
+
+_OVERRIDES = (0.01, 0.03, 0.05, 0.1, 0.25, 0.5, 0.75, 1.0)
+_CAPS = (0.01, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0)  # m/s
+
+
+def speed_asked(intent: Intent, state: State) -> ChangeSpeed:
+    """Return the speed that a key asks for, starting from the cell's speed.
+
+    Args:
+        intent: slower or faster; a lower or higher cap.
+        state: the newest state.
+    """
+    match intent:
+        case Intent.SLOWER | Intent.FASTER:
+            return ChangeSpeed(_next_of(_OVERRIDES, state.override, intent is Intent.FASTER))
+    wanted = _next_of(_CAPS, state.tool_speed_cap, intent is Intent.CAP_UP)
+    return ChangeSpeed(state.override, wanted)
+
+
+def _next_of(ladder: tuple[float, ...], value: float, up: bool) -> float:
+    """Return the next rung of a ladder; a float32 value may be slightly off its rung."""
+    slack = 1e-6
+    if up:
+        return next((rung for rung in ladder if rung > value + slack), ladder[-1])
+    return next((rung for rung in reversed(ladder) if rung < value - slack), ladder[0])

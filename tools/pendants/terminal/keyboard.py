@@ -1,7 +1,7 @@
-"""What the keys of a full keyboard mean.
+"""Key table of a full keyboard: key to meaning.
 
-Owns the one table from key to meaning, and the legend that is made from it. A pendant with other
-keys brings a table of its own to the same meanings. Knows no terminal library.
+Owns this table and the legend that is made from it. A pendant with other keys brings its own table
+with the same meanings. Knows no terminal library.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class Page(Enum):
 
 
 class Intent(Enum):
-    """What a key asks for, beside axes and pages; the value is shown in the legend."""
+    """Meaning of a key other than an axis or a page; the value is shown in the legend."""
 
     RESET = "reset stop"
     CONTROL = "take/give control"
@@ -151,7 +151,7 @@ def legend(axes: int, *, short: bool = False) -> str:
 
     Args:
         axes: driven axes, whose keys are named.
-        short: only the two lines that nobody may be without.
+        short: only the two lines that every display must show.
     """
     keys = {meaning: key for key, meaning in KEYBOARD.items() if key != "z"}
 

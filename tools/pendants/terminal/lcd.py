@@ -1,7 +1,7 @@
-"""The pages of a display of 20 columns and 4 rows, as the keypad of the second paper has one.
+"""Pages of a display of 20 columns and 4 rows, the size of the display in the second paper.
 
-Owns the text of each page: exactly four rows of exactly twenty ASCII characters, on any state of
-the cell. Works for any device that can show them; angles in degrees, lengths in millimetres.
+Owns the text of each page: exactly four rows of exactly twenty ASCII characters in every state of
+the cell. Serves any device that can show them; angles in degrees, lengths in millimetres.
 """
 
 from __future__ import annotations
@@ -12,17 +12,15 @@ from collections.abc import Callable, Iterable
 
 from openpendant.simplemsg.pendant import LinkState
 
-from ..attitude import roll_pitch_yaw
-from . import words
+from ..motions import roll_pitch_yaw
+from . import wording
 from .cell_view import CellView
 from .commands import JOINTS
-from .jog_keys import JogKind
+from .jog_pad import JogKind
 from .keyboard import Page
-from .panel import Panel
-from .program_choice import ProgramChoice
-from .prompts import Choice, Entry
+from .panel import Panel, open_state, other_program, running_statement
+from .prompts import Choice, ProgramChoice, TextEntry
 from .reachability import REACHABLE
-from .under_way import open_state, other_program, running_statement
 
 COLUMNS, ROWS = 20, 4
 
@@ -31,9 +29,9 @@ _JOINTS_SHOWN = 6
 
 
 def page(panel: Panel, now: int) -> tuple[str, str, str, str]:
-    """Return the page that is shown: a question, or the page that was chosen.
+    """Return the page that is shown: a question, or the selected page.
 
-    Whatever it is, its first row says so where a stop is not confirmed.
+    While a stop is not confirmed, the first row of every page says so.
 
     Args:
         panel: the pendant.
@@ -47,7 +45,7 @@ def _page(panel: Panel, now: int) -> tuple[str, str, str, str]:
     question = panel.question
     if isinstance(question, Choice):
         return _screen(_choice(question))
-    if isinstance(question, Entry):
+    if isinstance(question, TextEntry):
         return _screen(_entry(question))
     if isinstance(question, ProgramChoice):
         return _screen(_program_choice(question))
@@ -83,7 +81,7 @@ def _head(panel: Panel, now: int) -> str:
         return _stale(cell, now)
     held = f"EN{panel.enabling.seconds_left(now)}s" if panel.enabling.is_on else "en--"
     control = "*" if cell.in_control else "o"
-    return _spread(f"{words.mode_name(cell)} {_frame(panel)}", f"{control} {held}")
+    return _spread(f"{wording.mode_name(cell)} {_frame(panel)}", f"{control} {held}")
 
 
 def _stale(cell: CellView, now: int) -> str:
@@ -100,7 +98,7 @@ def _frame(panel: Panel) -> str:
 
 
 def _jog(panel: Panel) -> str:
-    """Return how the jog keys work now."""
+    """Return the page of the jog keys: frame, size and speed."""
     if panel.jog.kind is JogKind.HOLD:
         return "hold"
     return f"{panel.jog.step.degrees:g}deg {panel.jog.step.millimetres:g}mm"
@@ -112,7 +110,7 @@ def _mode(panel: Panel, now: int) -> list[str]:
     return [
         _head(panel, now),
         f"Jog {_frame(panel)} {_jog(panel)}",
-        f"Control: {words.owner(cell)}",
+        f"Control: {wording.owner(cell)}",
         f"Enabling: {f'{left} s left' if left else 'let go'}",
     ]
 
@@ -177,9 +175,9 @@ def _program(panel: Panel, now: int) -> list[str]:
 
 
 def _other_program(panel: Panel) -> list[str]:
-    """Return the row of a program that is under way and not the open one; none without one."""
+    """Return the row of a program that runs and is not the open one; none without one."""
     name = other_program(panel)
-    return [_spread(f"={name}", f" {words.program_state(panel.cell)}")] if name else []
+    return [_spread(f"={name}", f" {wording.program_state(panel.cell)}")] if name else []
 
 
 def _statement(panel: Panel, index: int, running: int | None) -> str:
@@ -191,7 +189,7 @@ def _statement(panel: Panel, index: int, running: int | None) -> str:
 
 
 def _reach(refusal: str | None) -> str:
-    """Return what a dry run found about a statement, as one sign."""
+    """Return the dry run's finding about a statement as one character."""
     if refusal is None:
         return " "
     return "+" if refusal == REACHABLE else "!"
@@ -245,6 +243,6 @@ def _program_choice(choice: ProgramChoice) -> list[str]:
     ]
 
 
-def _entry(question: Entry) -> list[str]:
+def _entry(question: TextEntry) -> list[str]:
     shown = question.text[-(COLUMNS - 1) :] + "_"
     return [question.wanted.value, shown, "Enter: done", "Esc: no  SPACE: stop"]

@@ -1,7 +1,7 @@
-"""What the pendant has said to its user: refusals, ends of motions, news.
+"""Messages of the pendant to its user: refusals, ends of motions, events.
 
-Owns the order and that the same message in a row is one, counted: a held key that is refused thirty
-times a second leaves one line.
+Owns their order, and that repetitions of one message become one line with a count: a held key that
+is refused thirty times a second leaves one line.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class Messages:
     _texts: deque[tuple[str, int]] = field(default_factory=lambda: deque(maxlen=_KEPT))
 
     def add(self, text: str) -> None:
-        """Add a message, or count the last one up if it says the same."""
+        """Add a message, or increment the count of the last one if it is the same."""
         if self._texts and self._texts[-1][0] == text:
             self._texts[-1] = (text, self._texts[-1][1] + 1)
         else:
@@ -27,7 +27,7 @@ class Messages:
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """All that is kept, each with how often it came in a row."""
+        """All kept messages, each with the number of its repetitions in a row."""
         return tuple(text if n == 1 else f"{text} (×{n})" for text, n in self._texts)
 
     @property

@@ -1,7 +1,7 @@
-"""The programs of the store, as the terminal pendant lists, opens, edits and tries them.
+"""Program requests of the terminal pendant: list, open, edit and dry-run stored programs.
 
-Owns the requests and that what is shown is loaded anew where it may have changed. Everything raises
-what the client library does; a refusal is told by whoever carries out the command.
+Owns the requests and that the open program is reloaded when it may have changed. All functions
+raise the errors of the client library; `performer` reports a refusal.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..client import PendantClient, Refused
 from .panel import Panel
-from .reachability import DryRun
+from .reachability import DryRunFindings
 from .taught_program import ProgramEdit, TaughtProgram
 
 
 class OpenPrograms:
-    """The stored programs, and the one that is open, on one connection."""
+    """The stored programs and the open program on one connection."""
 
     def __init__(self, client: PendantClient, panel: Panel) -> None:
-        """Make one for a connection that stands.
+        """Make one for an open connection.
 
         Args:
             client: the connection.
-            panel: is told what was loaded.
+            panel: receives what was loaded.
         """
         self._client = client
         self._panel = panel
@@ -40,13 +40,13 @@ class OpenPrograms:
         return names
 
     async def create(self, name: str) -> None:
-        """Make an empty program and show it."""
+        """Create an empty program and show it."""
         await self._client.programs.create(name)
         self._panel.messages.add(f"{name} is new and empty")
         self._panel.opened(await self._load(name))
 
     async def open(self, name: str) -> None:
-        """Show a program, or ask whether to make it where there is none of that name."""
+        """Show a program, or ask to create it if none has that name."""
         try:
             self._panel.opened(await self._load(name))
         except Refused as refused:
@@ -55,7 +55,7 @@ class OpenPrograms:
             self._panel.not_there(name)
 
     async def load_anew(self, name: str) -> None:
-        """Load the open program, which somebody else has changed, and tell what is shown now."""
+        """Reload the open program, which another client has changed, and say what is shown now."""
         shown = self._panel.teaching.program
         if shown is None or shown.name != name:
             return
@@ -73,7 +73,7 @@ class OpenPrograms:
         self._panel.opened(program)
 
     async def edit(self, edit: ProgramEdit) -> None:
-        """Change the open program."""
+        """Edit the open program."""
         program = self._panel.teaching.program
         if program is None:
             return
@@ -84,13 +84,13 @@ class OpenPrograms:
             self._panel.opened(await self._load(program.name))
 
     async def walk(self, name: str) -> None:
-        """Ask for a dry run, which takes a while; whatever else is asked for goes on beside it."""
-        found: DryRun | None = None
+        """Request a dry run, which can take seconds; other commands run meanwhile."""
+        found: DryRunFindings | None = None
         try:
             answer = await self._client.manage({"op": "programs.dry_run", "name": name})
             program = await self._load(name)
             if program.revision == int(answer["revision"]):
-                found = DryRun.read(name, program.revision, answer)
+                found = DryRunFindings.read(name, program.revision, answer)
             else:
                 self._panel.messages.add(f"{name} was changed meanwhile: . makes a dry run anew")
             if (open_now := self._panel.teaching.program) is not None and open_now.name == name:
@@ -104,7 +104,7 @@ class OpenPrograms:
         return TaughtProgram.read(revision, text, json.loads(document))
 
     async def _body(self, name: str, form: str, revision: int | None) -> tuple[str, int]:
-        """Load one form of a program, which comes in parts where it is long."""
+        """Load one form of a program; a long one arrives in parts."""
         parts: list[str] = []
         offset: int | None = 0
         while offset is not None:

@@ -1,8 +1,10 @@
-"""The terminal pendant as a pure core: keys, news and time go in, commands come out.
+"""Core of the terminal pendant, without input or output: keys and time in, commands out.
 
-Owns what each key does in each situation, and that a key does nothing where the display is stale;
-what news does is `panel_news`. Whether the robot may move is the server's decision; a refusal comes
-back as a message. Knows no terminal, no socket and no clock: `now` is monotonic time in ns.
+Owns the action of each key in each state, that motion keys do nothing while the display is stale,
+and which program is shown as running: a called program and another revision count as another
+program, or their lines would be marked in the wrong text. `panel_events` owns the effect of events.
+The server decides if the robot may move; a refusal becomes a message. Knows no terminal, socket or
+clock: `now` is monotonic time in ns.
 """
 
 from __future__ import annotations
@@ -12,26 +14,25 @@ from collections.abc import Mapping
 from openpendant.simplemsg.pendant import OperatingMode
 
 from . import commands as do
+from . import wording
 from .commands import JOINTS, Command
 from .enabling_toggle import TIMEOUT_NS
+from .jog_pad import NotASize, speed_asked
 from .keyboard import KEYBOARD, STOP_KEY, AxisKey, Intent, Meaning, Page
-from .panel_news import PanelNews, Question
-from .program_choice import ProgramChoice
-from .prompts import Choice, Entered, Entry, Wanted
-from .speed_ladder import speed_asked
-from .step_size import NotASize
+from .panel_events import PanelState, Question
+from .prompts import Choice, EnteredText, ProgramChoice, TextEntry, TextPurpose
 from .targets import NotATarget, read_target
-from .words import MODES
+from .wording import MODES
 
 
-class Panel(PanelNews):
-    """One terminal pendant; its attributes are those of `PanelNews`."""
+class Panel(PanelState):
+    """One terminal pendant; its attributes are those of `PanelState`."""
 
     def __init__(self, keyboard: Mapping[str, Meaning] = KEYBOARD) -> None:
         """Make a pendant without a connection.
 
         Args:
-            keyboard: what each key means; a single character, or a name such as `f1` or `tab`.
+            keyboard: meaning of each key; a key is one character, or a name such as `f1` or `tab`.
         """
         super().__init__()
         self._keyboard = keyboard
@@ -44,7 +45,7 @@ class Panel(PanelNews):
             now: monotonic time [ns].
 
         Returns:
-            What is to be done, in order; nothing that moves the robot on values that may be old.
+            The commands, in order; none that moves the robot while the values may be old.
         """
         if key == STOP_KEY:
             return self._stop(now)
@@ -54,7 +55,7 @@ class Panel(PanelNews):
         return [] if moves and not self.jog.is_fresh(now) else asked
 
     def _asked(self, key: str, now: int) -> list[Command]:
-        """Return what a key but that of the stop asks for, fresh values or not."""
+        """Return the commands of a key other than the stop key, with fresh or stale values."""
         self.enabling.key(now)
         if self.question is not None:
             return self._answer(self.question, key)
@@ -74,7 +75,7 @@ class Panel(PanelNews):
         return []
 
     def tick(self, now: int) -> list[Command]:
-        """Let time pass: a step that waited for other keys leaves, enabling runs out."""
+        """Advance the time: send a collected step, repeat a stop, release the enabling device."""
         asked: list[Command] = [*self.stop_key.tick(now), *self.jog.tick(now)]
         if self.enabling.has_run_out(now):
             asked += self._let_go()
@@ -97,19 +98,19 @@ class Panel(PanelNews):
 
     def _pause_or_resume(self, now: int) -> Command:
         if not self.cell.is_paused:
-            return do.Pause()
+            return do.PauseRobot()
         if not self.cell.is_stale(now):
-            return do.Resume()
+            return do.ResumeRobot()
         # It may have gone on since: a needless pause does no harm, a dropped one might.
         self.messages.add("STALE: asked for a pause; nothing resumes on values that may be old")
-        return do.Pause()
+        return do.PauseRobot()
 
     def _turn_page(self, by: int) -> None:
         pages = list(Page)
         self._show(pages[(pages.index(self.page) + by) % len(pages)])
 
     def _move_up_or_down(self, by: int) -> None:
-        """Select another statement, or read on in a long text."""
+        """Select another statement, or scroll a long text."""
         if self.page in (Page.MESSAGES, Page.WHY, Page.JOINTS):
             self.scroll = max(0, self.scroll + by)
         else:
@@ -129,7 +130,7 @@ class Panel(PanelNews):
             case Intent.LET_GO:
                 return self._let_go()
             case Intent.RESET:
-                return [do.ResetStop()]
+                return [do.UnlatchStop()]
             case Intent.CONTROL:
                 return [do.GiveControl() if self.cell.in_control else do.TakeControl()]
             case Intent.UNDO_JOG:
@@ -145,20 +146,20 @@ class Panel(PanelNews):
                 return [do.StopProgram()]
             case Intent.PROGRAM:
                 self.question = ProgramChoice()
-                return [do.ListPrograms()]
+                return [do.AskPrograms()]
         return self._ask_or_do(
             self.teaching.asked(intent, "PTP" if self.jog.frame == JOINTS else "LIN")
         )
 
     def _ask_or_do(self, wanted: Choice | Command | None) -> list[Command]:
-        """Put a question on the display, or return the command to be done."""
+        """Show a question on the display, or return the command."""
         if isinstance(wanted, Choice):
             self.question = wanted
             return []
         return [] if wanted is None else [wanted]
 
     def _stays_here(self, intent: Intent) -> bool:
-        """Do what concerns nobody but this pendant; tell whether that is all."""
+        """Carry out a key that affects only this pendant; return True if it was one."""
         match intent:
             case Intent.NEXT_PAGE | Intent.LAST_PAGE:
                 self._turn_page(1 if intent is Intent.NEXT_PAGE else -1)
@@ -171,9 +172,9 @@ class Panel(PanelNews):
             case Intent.STEP_DOWN | Intent.STEP_UP:
                 self.jog.step = self.jog.step.changed(1 if intent is Intent.STEP_UP else -1)
             case Intent.STEP_TYPED:
-                self.question = Entry(Wanted.STEP)
+                self.question = TextEntry(TextPurpose.STEP)
             case Intent.TARGET:
-                self.question = Entry(Wanted.TARGET)
+                self.question = TextEntry(TextPurpose.TARGET)
             case Intent.MODE:
                 self.question = _mode_choice()
             case Intent.HOME:
@@ -191,19 +192,19 @@ class Panel(PanelNews):
         answer = question.struck(key)
         self.question = None
         match answer:
-            case Choice() | Entry() | ProgramChoice():
+            case Choice() | TextEntry() | ProgramChoice():
                 self.question = answer
-            case Entered():
+            case EnteredText():
                 return self._entered(answer)
             case _ if answer is not None and self.cell.is_connected:
-                if isinstance(answer, do.OpenProgram | do.CreateProgram):
+                if isinstance(answer, do.OpenProgram | do.MakeProgram):
                     self._show(Page.PROGRAM)
                 return [answer]
         return []
 
-    def _entered(self, entered: Entered) -> list[Command]:
+    def _entered(self, entered: EnteredText) -> list[Command]:
         try:
-            if entered.wanted is Wanted.STEP:
+            if entered.wanted is TextPurpose.STEP:
                 self.jog.step = self.jog.step.typed(entered.text)
                 return []
             return [read_target(entered.text, self.cell)]
@@ -214,6 +215,49 @@ class Panel(PanelNews):
 
 def _mode_choice() -> Choice:
     options: dict[str, tuple[str, Command | Choice]] = {
-        str(mode.value): (MODES[mode][0], do.SetMode(mode)) for mode in OperatingMode
+        str(mode.value): (MODES[mode][0], do.ChangeMode(mode)) for mode in OperatingMode
     }
     return Choice("Mode?", options)
+
+
+def _is_open(panel: Panel) -> bool:
+    """Return True if the run is in the open program, in the shown revision."""
+    place, program = panel.cell.program_place, panel.teaching.program
+    if place is None or program is None:
+        return False
+    return (place.name, place.revision) == (program.name, program.revision)
+
+
+def open_state(panel: Panel) -> str:
+    """Return the state of the open program; empty while it does not run."""
+    return wording.program_state(panel.cell) if _is_open(panel) else ""
+
+
+def running_statement(panel: Panel) -> int | None:
+    """Return the running statement, from 0; None if it is none of the open program."""
+    place, program = panel.cell.program_place, panel.teaching.program
+    if place is None or program is None or not _is_open(panel):
+        return None
+    return program.index_of(place.line)
+
+
+def other_program(panel: Panel) -> str:
+    """Return the name of a running program other than the open one; empty for none.
+
+    The revision follows where the open program has the same name.
+    """
+    place, program = panel.cell.program_place, panel.teaching.program
+    if place is None or _is_open(panel):
+        return ""
+    is_namesake = program is not None and program.name == place.name
+    return f"{place.name} r{place.revision}" if is_namesake else place.name
+
+
+def other_line(panel: Panel) -> str:
+    """Return that program with its state and line; empty for none."""
+    name, place = other_program(panel), panel.cell.program_place
+    if not name or place is None:
+        return ""
+    where = f"line {place.line}" if place.line else ""
+    told = (name, wording.program_state(panel.cell), where)
+    return f"under way: {', '.join(part for part in told if part)}"

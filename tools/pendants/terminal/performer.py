@@ -1,8 +1,8 @@
-"""Carries out what the pendant's core wants, by calls of the client library.
+"""Performer of the terminal pendant: turns commands of the core into calls of the client library.
 
-Owns the order of what must not overtake each other: one jog request at a time is under way and
-another meanwhile is dropped, never kept, while a stop goes out beside everything. What comes of a
-command is told in a sentence. Decides nothing.
+Owns the order of the calls: one jog request at a time is pending and another meanwhile is dropped,
+never queued; a stop is sent at once, beside all others. The result of each command becomes one
+message to the user. Decides nothing.
 """
 
 from __future__ import annotations
@@ -19,10 +19,9 @@ from ..motions import MotionHandle
 from . import commands as do
 from .cell_view import CellView
 from .commands import JOINTS, Command
-from .explanation import why_lines, why_request
 from .open_programs import OpenPrograms
 from .panel import Panel
-from .refusals import refusal_line
+from .wording import refusal_line, why_lines, why_request
 
 MOVE_SPEED = 0.1
 """Fraction of the joints' largest speed of a move to a typed target; the override comes on top."""
@@ -31,14 +30,14 @@ _AXES = ("x", "y", "z", "a", "b", "c")
 
 
 class Performer:
-    """The hands of one pendant on one connection."""
+    """The commands of one pendant that run on one connection."""
 
     def __init__(self, client: PendantClient, panel: Panel) -> None:
-        """Make one for a connection that stands.
+        """Make a performer for an open connection.
 
         Args:
             client: the connection.
-            panel: is told what comes of each command.
+            panel: receives the result of each command.
         """
         self._client = client
         self._panel = panel
@@ -49,9 +48,9 @@ class Performer:
         self._enabling_turn = asyncio.Lock()
 
     def perform(self, commands: Iterable[Command]) -> None:
-        """Begin to carry out commands; returns at once."""
+        """Start to carry out commands; returns at once."""
         for command in commands:
-            if isinstance(command, do.Pulse | do.Step):
+            if isinstance(command, do.PulseJog | do.StepJog):
                 if self._jog is None or self._jog.done():
                     self._jog = self._begin(self._jogged(command))
             else:
@@ -76,7 +75,7 @@ class Performer:
             self._panel.messages.add(f"the server's answer cannot be read: {error!r}")
 
     async def close(self) -> None:
-        """Give up what is under way; the connection is the caller's to close."""
+        """Cancel the commands that run; the caller closes the connection."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
@@ -84,15 +83,15 @@ class Performer:
 
     # Jogs.
 
-    async def _jogged(self, command: do.Pulse | do.Step) -> None:
-        if isinstance(command, do.Pulse):
+    async def _jogged(self, command: do.PulseJog | do.StepJog) -> None:
+        if isinstance(command, do.PulseJog):
             await self._pulse(command)
         else:
             # Over once it has begun: the next one is refused by the server while this one moves.
             motion = await self._step(command)
             self._begin(self._ended(motion, ""))
 
-    async def _pulse(self, pulse: do.Pulse) -> None:
+    async def _pulse(self, pulse: do.PulseJog) -> None:
         """Press and never beat: the server ends the press at its deadline."""
         if not self._client.has_quotable_state:
             # The library would wait for a state, and move for a key that was let go long ago.
@@ -110,7 +109,7 @@ class Performer:
             )
         await jog.__aenter__()
 
-    async def _step(self, step: do.Step) -> MotionHandle:
+    async def _step(self, step: do.StepJog) -> MotionHandle:
         if step.frame == JOINTS:
             return await self._client.step(dict(step.increments))
         increments = {_AXES[axis]: value for axis, value in step.increments}
@@ -121,9 +120,9 @@ class Performer:
     async def _carry_out(self, command: Command) -> None:
         client = self._client
         match command:
-            case do.SoftwareStop():
+            case do.StopRobot():
                 await self._stop(command)
-            case do.ResetStop():
+            case do.UnlatchStop():
                 await client.reset_stop()
             case do.Enable(held=held):
                 await self._enable(held)
@@ -131,13 +130,13 @@ class Performer:
                 await client.take_control(force=force)
             case do.GiveControl():
                 await client.release_control()
-            case do.SetMode(mode=mode):
+            case do.ChangeMode(mode=mode):
                 await client.set_mode(mode)
-            case do.SetSpeed(override=override, tool_speed=cap):
+            case do.ChangeSpeed(override=override, tool_speed=cap):
                 await client.set_speed(override, tool_speed=cap)
-            case do.Pause():
+            case do.PauseRobot():
                 await client.pause()
-            case do.Resume():
+            case do.ResumeRobot():
                 await client.resume()
             case do.StopProgram():
                 await client.program_stop()
@@ -145,15 +144,15 @@ class Performer:
                 request = why_request(self._cell.mode)
                 answer = await client.manage(dict(request))
                 self._panel.explained(why_lines(answer, await self._holds()))
-            case do.ListPrograms():
+            case do.AskPrograms():
                 self._panel.listed(await self._programs.names())
-            case do.CreateProgram(name=name):
+            case do.MakeProgram(name=name):
                 await self._programs.create(name)
             case do.OpenProgram(name=name):
                 await self._programs.open(name)
             case do.ReloadProgram(name=name):
                 await self._programs.load_anew(name)
-            case do.EditProgram(edit=edit):
+            case do.ApplyEdit(edit=edit):
                 await self._programs.edit(edit)
             case do.AskDryRun(name=name):
                 await self._programs.walk(name)
@@ -162,7 +161,7 @@ class Performer:
                 self._panel.messages.add(f"{name} began")
                 await self._ended(motion, name)
 
-    async def _stop(self, stop: do.SoftwareStop) -> None:
+    async def _stop(self, stop: do.StopRobot) -> None:
         try:
             await self._client.stop(stop.reason)
         except Refused as refused:
@@ -171,7 +170,7 @@ class Performer:
         self._panel.stop_key.confirmed(stop.press)
 
     async def _holds(self) -> list[Hold]:
-        """Ask what the robot stands at; nothing where the server cannot tell now."""
+        """Return what the robot is held by; empty where the server cannot say now."""
         try:
             return await self._client.retreat()
         except Refused:
@@ -191,7 +190,7 @@ class Performer:
                 await self._enabling.__aenter__()
 
     async def _motion(self, command: Command) -> tuple[MotionHandle, str]:
-        """Begin a motion; return it with its name."""
+        """Start a motion; return it with its name."""
         client = self._client
         match command:
             case do.UndoJog():
@@ -200,7 +199,7 @@ class Performer:
                 return await client.home(target), f"way to {target}"
             case do.MoveJoints(goal=goal, name=name):
                 return await client.move_joints(goal, speed=MOVE_SPEED), name
-            case do.MoveTool(name=name):
+            case do.MoveToPose(name=name):
                 pose = Pose(command.position, command.orientation)
                 move = client.move_to_pose(pose, motion=Motion.LIN, speed=MOVE_SPEED)
                 return await move, name
@@ -226,7 +225,7 @@ class Performer:
         return motion, f"program {asked.name}" if whole else f"one step of {asked.name}"
 
     async def _ended(self, motion: MotionHandle, name: str) -> None:
-        """Wait for the end of a motion; a failure is told by whoever awaits this."""
+        """Wait for the end of a motion; the caller reports a failure."""
         await motion.done()
         if name:
             self._panel.messages.add(f"{name} ended")

@@ -1,7 +1,7 @@
-"""What a dry run found about the open program: which points can be reached, and how long it takes.
+"""Findings of a dry run of the open program: reachable points and duration.
 
-Owns the reading of the server's answer. Which program and revision it is about is part of it: what
-was found about another revision says nothing of this one.
+Owns the parsing of the server's answer. The findings name their program and revision, because those
+about another revision are not valid for this one.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from .screen_units import in_screen_units
+from .wording import in_screen_units
 
 REACHABLE = ""
 """Stands where a refusal would, for what can be reached."""
@@ -21,18 +21,18 @@ _Key = TypeVar("_Key")
 
 
 @dataclass(frozen=True, slots=True)
-class DryRun:
+class DryRunFindings:
     """The findings of one dry run.
 
     Attributes:
         name: of the program.
-        revision: that was walked.
+        revision: the checked revision.
         duration: of the program [s].
-        is_endless: whether a loop of it never ends, so that the duration is of two passes.
-        is_complete: whether every branch was walked to its end.
-        is_checked: whether every signal of it was looked up at the controller.
-        is_refused: whether some move cannot be run, or some point not be reached.
-        elsewhere: refusals in programs that this one calls, each with its place.
+        is_endless: a loop of it never ends, so the duration is that of two passes.
+        is_complete: every branch was run to its end.
+        is_checked: every signal of it was checked against the controller's signals.
+        is_refused: a move cannot be run, or a point cannot be reached.
+        elsewhere: refusals in called programs, each with its place.
     """
 
     name: str
@@ -47,7 +47,7 @@ class DryRun:
     _points: Mapping[str, str]
 
     @classmethod
-    def read(cls, name: str, revision: int, answer: dict[str, Any]) -> DryRun:
+    def read(cls, name: str, revision: int, answer: dict[str, Any]) -> DryRunFindings:
         """Read the answer to `programs.dry_run`.
 
         Args:
@@ -76,17 +76,17 @@ class DryRun:
         )
 
     def refusal(self, line: int, point: str) -> str | None:
-        """Return why a statement cannot be run; `REACHABLE`, or None where nothing was told of it.
+        """Return why a statement cannot run; `REACHABLE` if it can, None if that is not known.
 
         Args:
             line: of the statement in the program's text.
-            point: that it moves to; empty for none.
+            point: target of its move; empty for none.
         """
         return self._lines.get(line) or self._points.get(point, self._lines.get(line))
 
     @property
     def summary(self) -> str:
-        """The findings in a few words."""
+        """The findings in one line."""
         passes = " for two passes of its endless loop" if self.is_endless else ""
         partly = "" if self.is_complete else ", not every branch was walked"
         partly += "" if self.is_checked else ", its signals are not known yet"
@@ -98,7 +98,7 @@ class DryRun:
 
 
 def _worst(verdicts: Iterable[tuple[_Key, str]]) -> dict[_Key, str]:
-    """Return one verdict for each key: a refusal before none."""
+    """Return one verdict for each key; a refusal replaces an acceptance."""
     worst: dict[_Key, str] = {}
     for key, refusal in verdicts:
         worst[key] = worst.get(key) or refusal
@@ -106,7 +106,7 @@ def _worst(verdicts: Iterable[tuple[_Key, str]]) -> dict[_Key, str]:
 
 
 def _refusal(verdict: dict[str, Any]) -> str:
-    """Return why something is refused, in degrees and millimetres; `REACHABLE` where it is not."""
+    """Return the refusal in degrees and millimetres; `REACHABLE` where there is none."""
     if verdict["reachable"]:
         return REACHABLE
     code = verdict["code"]

@@ -1,22 +1,24 @@
-"""What the full screen shows around the display: lamps, status, joints, program, messages.
+"""Texts of the full screen around the display: lamps, status, joints, program, messages.
 
-Owns these texts. Every sign is a word; colours come on top, elsewhere.
+Owns these texts, and the same once as plain text for pipes, logs and screen readers. Each state is
+given in words; `app` adds the colours.
 """
 
 from __future__ import annotations
 
 import math
 import textwrap
+import time
 
-from . import words
+from . import wording
 from .commands import JOINTS
+from .connection import Connect, LogIn
 from .enabling_toggle import TIMEOUT_NS
-from .jog_keys import PULSE_NS, JogKind
-from .panel import Panel
-from .program_choice import ProgramChoice
+from .jog_pad import PULSE_NS, JogKind
+from .panel import Panel, open_state, other_line, running_statement
+from .prompts import ProgramChoice
 from .reachability import REACHABLE
 from .teaching import Teaching
-from .under_way import open_state, other_line, running_statement
 
 _BAR = 16
 _SHOWN_LINES = 6
@@ -24,36 +26,36 @@ _SHOWN_LINES = 6
 
 def lamp_line(panel: Panel, now: int) -> str:
     """Return the three lamps."""
-    return "   ".join(str(lamp) for lamp in words.lamps(panel.cell, now))
+    return "   ".join(str(lamp) for lamp in wording.lamps(panel.cell, now))
 
 
 def banner(panel: Panel, now: int) -> str:
-    """Return the one sentence that matters most: first of all a stop that may not be heard."""
-    return panel.stop_key.doubt(now) or words.banner(panel.cell, now)
+    """Return the most important sentence; a stop that is not confirmed comes first."""
+    return panel.stop_key.doubt(now) or wording.banner(panel.cell, now)
 
 
 def status_line(panel: Panel, now: int) -> str:
-    """Return who, in which mode, what, and how old that is."""
+    """Return the owner of the authority, mode, activity, and age of the values."""
     cell, state = panel.cell, panel.cell.state
     stale = "STALE, " if cell.is_stale(now) else ""
     speed = "?" if state is None else f"{100 * state.override:.0f} %"
-    mode = "?" if cell.mode is None else "{} ({})".format(*words.MODES[cell.mode])
+    mode = "?" if cell.mode is None else "{} ({})".format(*wording.MODES[cell.mode])
     who = f"{cell.robot} in {cell.cell}" if cell.robot else "no cell yet"
     return (
-        f"{who}   control: {words.owner(cell)}   mode: {mode}   "
-        f"speed: {speed}   {words.activity(cell)}   {stale}{_age(cell.age(now))}"
+        f"{who}   control: {wording.owner(cell)}   mode: {mode}   "
+        f"speed: {speed}   {wording.activity(cell)}   {stale}{_age(cell.age(now))}"
     )
 
 
 def _age(age: float | None) -> str:
-    """Return an age; what is fresh is not counted, or the line would never rest."""
+    """Return an age in words; no number below 0.1 s, so that the line does not flicker."""
     if age is None:
         return "no state"
     return f"{age:.1f} s old" if age >= 0.1 else "age below 0.1 s"
 
 
 def jog_line(panel: Panel, now: int) -> str:
-    """Return what the jog keys and the enabling toggle do now."""
+    """Return the settings of the jog keys and the enabling toggle."""
     jog = panel.jog
     frame = "joints" if jog.frame == JOINTS else f"frame {jog.frame}"
     if jog.kind is JogKind.STEP:
@@ -69,7 +71,7 @@ def jog_line(panel: Panel, now: int) -> str:
 
 
 def joint_table(panel: Panel) -> str:
-    """Return each joint with its value and where it stands between its limits."""
+    """Return each joint with its value and its position between its limits."""
     positions = panel.cell.positions
     if positions is None:
         return "no joint values"
@@ -89,7 +91,7 @@ def joint_table(panel: Panel) -> str:
 
 
 def _bar(part: float) -> str:
-    """Return a bar with a mark at a part of its length; outside of it an arrow says so."""
+    """Return a bar with a mark at a fraction of its length; an arrow for one outside 0 to 1."""
     if not 0.0 <= part <= 1.0:
         return "[<" + "!" * (_BAR - 1) + "]" if part < 0 else "[" + "!" * (_BAR - 1) + ">]"
     place = min(int(part * _BAR), _BAR - 1)
@@ -97,9 +99,9 @@ def _bar(part: float) -> str:
 
 
 def program_list(panel: Panel) -> str:
-    """Return the statements round the selected one; `>` is selected, `=` runs.
+    """Return the statements around the selected one; `>` is selected, `=` runs.
 
-    Where another program is under way, it is named instead of a mark.
+    While another program runs, the list names it and has no `=`.
     """
     if isinstance(panel.question, ProgramChoice):
         return _program_choice(panel.question)
@@ -125,7 +127,7 @@ def program_list(panel: Panel) -> str:
 
 
 def _program_choice(choice: ProgramChoice) -> str:
-    """Return the offers round the selected one, with their whole names."""
+    """Return the offered programs around the selected one, with their full names."""
     head = f"open which program? {choice.text}_"
     if choice.names is None:
         return f"{head}\nasking for the list"
@@ -139,14 +141,14 @@ def _program_choice(choice: ProgramChoice) -> str:
 
 
 def _reach(refusal: str | None) -> str:
-    """Return what a dry run found about a statement, to stand behind it."""
+    """Return the dry run's finding about a statement, to be shown behind it."""
     if refusal is None:
         return ""
     return "  reachable" if refusal == REACHABLE else f"  REFUSED: {refusal}"
 
 
 def _dry_run(teaching: Teaching) -> str:
-    """Return how the open program's dry run stands."""
+    """Return the state of the open program's dry run."""
     if teaching.is_walking:
         return "dry run under way"
     found = teaching.dry_run
@@ -154,7 +156,38 @@ def _dry_run(teaching: Teaching) -> str:
 
 
 def message_list(panel: Panel, rows: int, columns: int) -> str:
-    """Return the newest messages, the newest last, as rows that fit: its end is always seen."""
+    """Return the newest messages as rows that fit; the end of the newest one is always shown."""
     newest = panel.messages.lines[-rows:]
     wrapped = [row for text in newest for row in textwrap.wrap(text, columns) or [""]]
     return "\n".join(wrapped[-rows:])
+
+
+_PATIENCE = 5.0
+
+
+async def status_once(connect: Connect, log_in: LogIn) -> str:
+    """Connect, wait for one state, and return it in words.
+
+    Args:
+        connect: makes a connection.
+        log_in: logs in on it.
+
+    Raises:
+        OSError: nobody listens there.
+        PendantError: the server does not want us, or the connection ended.
+        TimeoutError: no state came.
+    """
+    panel = Panel()
+    async with await connect() as client:
+        await log_in(client)
+        panel.cell.connected(client.hello, await client.snapshot())
+        state = await client.wait_until(lambda _: True, within=_PATIENCE)
+        now = time.monotonic_ns()
+        panel.cell.take_state(state, now)
+        texts = (
+            lamp_line(panel, now),
+            status_line(panel, now),
+            wording.banner(panel.cell, now),
+            joint_table(panel),
+        )
+    return "\n".join(text for text in texts if text)

@@ -1,15 +1,15 @@
-"""The stop key: a software stop is owed from the press until the server has confirmed it.
+"""Stop key: a software stop is pending from the key stroke until the server has confirmed it.
 
-Owns when a stop leaves, when it is sent again, and when the screen must say that nobody knows
-whether it was heard. A link may be dead for seconds before anything says so; until the verdict or
-the news of a latched stop is here, a stop that was pressed counts as not heard.
+Owns when a stop is sent, when it is sent again, and when the screen must say that it is not
+confirmed. A dead link can go unnoticed for seconds; therefore a stop counts as not received until
+its verdict or the event of a latched stop arrives.
 """
 
 from __future__ import annotations
 
-from . import words
+from . import wording
 from .cell_view import CellView
-from .commands import SoftwareStop
+from .commands import StopRobot
 from .messages import Messages
 
 REASON = "space bar"
@@ -27,11 +27,11 @@ class StopKey:
     """The stop key of one pendant."""
 
     def __init__(self, cell: CellView, messages: Messages) -> None:
-        """Begin with nothing owed.
+        """Start without a pending stop.
 
         Args:
-            cell: what is known of the cell.
-            messages: takes what there is to say.
+            cell: the view of the cell.
+            messages: receives the messages to the user.
         """
         self._cell = cell
         self._messages = messages
@@ -43,23 +43,23 @@ class StopKey:
 
     @property
     def is_owed(self) -> bool:
-        """Whether a stop was pressed that nobody has confirmed."""
+        """True while a stop was pressed and is not confirmed."""
         return self._since is not None
 
     @property
     def is_awaited(self) -> bool:
-        """Whether a stop is owed that was not refused: its verdict may still come."""
+        """True while a pending stop was not refused, so that its verdict may still arrive."""
         return self.is_owed and not self._refusal
 
-    def struck(self, now: int) -> list[SoftwareStop]:
+    def struck(self, now: int) -> list[StopRobot]:
         """Take a stroke of the key.
 
         Args:
             now: monotonic time [ns].
 
         Returns:
-            The stop, to be sent at once, logged in or not; nothing without a link, where it is
-            sent later.
+            The stop, to be sent at once, with or without a login; nothing without a link:
+            `linked` returns it later.
         """
         self._press += 1
         self._refusal, self._is_told = "", False
@@ -67,24 +67,24 @@ class StopKey:
             self._since = now
         self._sent = now
         self._tell(now)
-        return [SoftwareStop(REASON, self._press)] if self._cell.is_greeted else []
+        return [StopRobot(REASON, self._press)] if self._cell.is_greeted else []
 
-    def linked(self) -> list[SoftwareStop]:
-        """Return what must leave first on a new connection: the stop that is owed."""
+    def linked(self) -> list[StopRobot]:
+        """Return the pending stop, which must be sent first on a new connection."""
         if not self.is_owed:
             return []
         self._refusal = ""
-        return [SoftwareStop(f"{REASON}, sent again", self._press)]
+        return [StopRobot(f"{REASON}, sent again", self._press)]
 
-    def tick(self, now: int) -> list[SoftwareStop]:
-        """Let time pass; what becomes doubtful is said once.
+    def tick(self, now: int) -> list[StopRobot]:
+        """Advance the time; a stop that becomes doubtful is reported once.
 
         Args:
             now: monotonic time [ns].
 
         Returns:
-            The stop, where it is still owed; a second one does no harm. One that was refused is not
-            repeated on the same connection.
+            The stop, while it is pending; a second one does no harm. A refused stop is not repeated
+            on the same connection.
         """
         self._tell(now)
         waits = self.is_awaited and self._cell.is_greeted
@@ -99,16 +99,16 @@ class StopKey:
             self._messages.add(doubt)
 
     def confirmed(self, press: int) -> None:
-        """Take the verdict that the stop of a press was taken; an earlier press is not the last."""
+        """Take the verdict that a stroke's stop is latched; ignore that of an earlier stroke."""
         if press == self._press:
             self._settle()
 
     def latched(self) -> None:
-        """Take the news that a stop is latched, whoever asked for it."""
+        """Take the event that a stop is latched, requested by any client."""
         self._settle()
 
     def refused(self, press: int, why: str) -> None:
-        """Take the verdict that the stop of a press was refused."""
+        """Take the verdict that a stroke's stop was refused."""
         if self.is_owed and press == self._press:
             self._refusal = why
 
@@ -118,7 +118,7 @@ class StopKey:
         self._since, self._refusal, self._is_told = None, "", False
 
     def doubt(self, now: int) -> str:
-        """Return that a stop is not confirmed, why, and what to do; empty where none is in doubt.
+        """Return the warning of an unconfirmed stop, with reason and remedy; empty for none.
 
         Args:
             now: monotonic time [ns].
@@ -137,6 +137,6 @@ class StopKey:
             age = self._cell.message_age(now)
             return "no state came yet" if age is None else f"the server is silent for {age:.1f} s"
         if self._cell.is_stale(now):
-            return words.staleness(self._cell, now)
+            return wording.staleness(self._cell, now)
         waited = now - since
         return f"no answer for {waited / 1e9:.1f} s" if waited >= ANSWER_NS else ""

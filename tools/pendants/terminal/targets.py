@@ -1,9 +1,9 @@
 """Typed absolute targets: axes and their values, in the units of the screen.
 
-Owns the reading of such a text and the goal that follows from where the robot stands. Angles of the
-tool are those of the pose page: turns about x, y, z of base, A first. Values are parted by `;`,
-since the space bar is the stop. Decimals have a dot, whatever the country; a comma is refused and
-not guessed at.
+Owns the parsing of such a text and the goal that follows from it and the present position. The
+angles of the tool are those of the pose page: rotations about x, y, z of base, A first. Values are
+separated by `;` because the space bar is the stop. The decimal separator is a dot in every locale;
+a comma is refused, not guessed.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ import math
 
 from openpendant.simplemsg.pendant import State
 
-from ..attitude import quaternion_of, roll_pitch_yaw
+from ..motions import quaternion_of, roll_pitch_yaw
 from .cell_view import CellView
-from .commands import MoveJoints, MoveTool
+from .commands import MoveJoints, MoveToPose
 
 _LENGTHS, _ANGLES = "xyz", "abc"
 _TOOL_AXES = _LENGTHS + _ANGLES
@@ -24,21 +24,21 @@ _STEEPEST = math.radians(89.5)
 
 
 class NotATarget(ValueError):
-    """A text that names no target; it says what would be accepted."""
+    """A text that names no target; the message says what is accepted."""
 
 
-def read_target(text: str, cell: CellView) -> MoveJoints | MoveTool:
+def read_target(text: str, cell: CellView) -> MoveJoints | MoveToPose:
     """Read a target: joints such as `3=-45` (degrees or mm), or the tool in base, `z=400;a=180`.
 
     Args:
         text: as typed.
-        cell: where the robot stands: what is not typed stays as it is.
+        cell: the present position; axes that are not typed keep it.
 
     Returns:
         The move, in rad and m.
 
     Raises:
-        NotATarget: it is none, or it is not known where the robot stands.
+        NotATarget: the text names no target, or the robot's position is not known.
     """
     accepted = (
         f"1 to {cell.dof}, or x, y, z in mm and a, b, c in degrees, then = and a number,"
@@ -93,7 +93,7 @@ def _joint_goal(values: dict[str, float], cell: CellView) -> MoveJoints:
     return MoveJoints(tuple(goal), f"joint {', '.join(told)}")
 
 
-def _tool_goal(values: dict[str, float], cell: CellView) -> MoveTool:
+def _tool_goal(values: dict[str, float], cell: CellView) -> MoveToPose:
     state = cell.state
     if state is None or not cell.knows_tool:
         raise NotATarget("no target: the tool's pose is not known")
@@ -104,11 +104,11 @@ def _tool_goal(values: dict[str, float], cell: CellView) -> MoveTool:
     told = ", ".join(
         f"{axis} to {value:g}{' mm' if axis in _LENGTHS else '°'}" for axis, value in values.items()
     )
-    return MoveTool((x, y, z), _orientation(values, state), f"tool, {told}")
+    return MoveToPose((x, y, z), _orientation(values, state), f"tool, {told}")
 
 
 def _orientation(values: dict[str, float], state: State) -> tuple[float, float, float, float]:
-    """Return the orientation with the typed angles, the others as they are shown."""
+    """Return the orientation with the typed angles, and the other angles as shown."""
     typed = [axis for axis in _ANGLES if axis in values]
     if not typed:
         x, y, z, w = state.tool_orientation

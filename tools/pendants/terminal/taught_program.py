@@ -1,8 +1,7 @@
-"""The open program as the terminal pendant knows it, and the requests that change it.
+"""The open program of the terminal pendant, and the requests that edit it.
 
-Owns the reading of a loaded program and the JSON of each edit. Whether an edit is right is the
-server's to say; each names the revision that it was made from, so that no two apps overwrite each
-other.
+Owns the parsing of a loaded program and the JSON of each edit. The server checks each edit; an edit
+names the revision that it was made from, so that two clients cannot overwrite each other's.
 """
 
 from __future__ import annotations
@@ -16,20 +15,20 @@ from typing import Any, Literal, TypeAlias
 Way: TypeAlias = Literal["PTP", "LIN"]
 
 
-class Change(Enum):
-    """Edits that need nothing but the program."""
+class HistoryStep(Enum):
+    """Edits without arguments: steps in the program's edit history."""
 
     UNDO = "programs.undo"
     REDO = "programs.redo"
 
 
 @dataclass(frozen=True, slots=True)
-class RecordPoint:
-    """Add a point where the robot stands, and a move to it.
+class RecordHere:
+    """Add a point at the robot's present position, and a move to it.
 
     Attributes:
-        way: how to move there.
-        at: the statement to put the move before, from 0; None to append it.
+        way: kind of motion to the point.
+        at: the statement to insert the move before, from 0; None to append it.
     """
 
     way: Way
@@ -37,8 +36,8 @@ class RecordPoint:
 
 
 @dataclass(frozen=True, slots=True)
-class TouchUp:
-    """Put the point of a statement where the robot stands now."""
+class TouchUpHere:
+    """Move the point of a statement to the robot's present position."""
 
     statement: int
 
@@ -50,7 +49,7 @@ class DeleteStatement:
     statement: int
 
 
-ProgramEdit: TypeAlias = RecordPoint | TouchUp | DeleteStatement | Change
+ProgramEdit: TypeAlias = RecordHere | TouchUpHere | DeleteStatement | HistoryStep
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +58,7 @@ class TaughtProgram:
 
     Attributes:
         name: its name.
-        revision: the one that was loaded.
+        revision: the loaded revision.
         lines: the text of each statement.
         targets: the point that each statement moves to; empty for none.
         points: names of all points.
@@ -75,11 +74,11 @@ class TaughtProgram:
 
     @classmethod
     def read(cls, revision: int, text: str, document: dict[str, Any]) -> TaughtProgram:
-        """Read both forms of one program, as the server tells them.
+        """Parse both forms of one program from the server's answers.
 
         Args:
-            revision: of both.
-            text: its canonical text: one line for each statement, at its end.
+            revision: of both forms.
+            text: its canonical text, which ends with one line for each statement.
             document: its JSON object.
         """
         statements: Sequence[dict[str, Any]] = document["statements"]
@@ -104,21 +103,21 @@ class TaughtProgram:
         return self.first_line + statement
 
     def fresh_point(self) -> str:
-        """Return a name that no point has: P1, P2 and so on."""
+        """Return the first unused point name: P1, P2 and so on."""
         return next(name for n in count(1) if (name := f"P{n}") not in self.points)
 
     def request(self, edit: ProgramEdit) -> dict[str, Any]:
         """Return the management request of an edit."""
         base = {"name": self.name, "expected_revision": self.revision}
         match edit:
-            case RecordPoint(way=way, at=at):
+            case RecordHere(way=way, at=at):
                 point = self.fresh_point()
                 move = {"statement": "move", "way": way, "point": point}
                 return {"op": "programs.record", **base, "point": point, "move": move, "at": at}
-            case TouchUp(statement=index):
+            case TouchUpHere(statement=index):
                 return {"op": "programs.touch_up", **base, "point": self.targets[index]}
             case DeleteStatement(statement=index):
                 removal = {"edit": "delete", "first": index, "count": 1}
                 return {"op": "programs.edit", **base, "edit": removal}
-            case Change():
+            case HistoryStep():
                 return {"op": edit.value, **base}

@@ -1,8 +1,8 @@
-"""The open program on the pendant: what is selected, how it is edited, checked and run.
+"""The open program on the pendant: selection, edits, dry run and run requests.
 
-Owns what each teach and run key asks for, that only the revision runs that is shown, and that a run
-without a good dry run of it is asked for twice. The program itself is the server's; every edit is
-loaded anew from there.
+Owns the request of each teach and run key, that only the shown revision runs, and that a run
+without a successful dry run needs a confirmation. The server owns the program; the pendant reloads
+it after every edit.
 """
 
 from __future__ import annotations
@@ -11,18 +11,18 @@ from functools import partial
 
 from openpendant.simplemsg.pendant import RunKind
 
-from .commands import AskDryRun, Command, EditProgram, RunProgram
+from .commands import ApplyEdit, AskDryRun, Command, RunProgram
 from .keyboard import Intent
 from .messages import Messages
 from .prompts import Choice
-from .reachability import DryRun
+from .reachability import DryRunFindings
 from .taught_program import (
-    Change,
     DeleteStatement,
+    HistoryStep,
     ProgramEdit,
-    RecordPoint,
+    RecordHere,
     TaughtProgram,
-    TouchUp,
+    TouchUpHere,
     Way,
 )
 
@@ -37,19 +37,19 @@ class Teaching:
     """
 
     def __init__(self, messages: Messages) -> None:
-        """Begin without a program.
+        """Start without a program.
 
         Args:
-            messages: takes what there is to say.
+            messages: receives the messages to the user.
         """
         self.program: TaughtProgram | None = None
         self.selected = 0
         self.is_walking = False
-        self._dry_run: DryRun | None = None
+        self._dry_run: DryRunFindings | None = None
         self._messages = messages
 
     def opened(self, program: TaughtProgram) -> None:
-        """Take a program that was loaded, or loaded anew after an edit."""
+        """Take a program that was loaded, or reloaded after an edit."""
         old = self.program
         if old is None or old.name != program.name:
             self.selected = 0
@@ -61,7 +61,7 @@ class Teaching:
         self.select(0)
 
     def closed(self) -> None:
-        """Take note that the open program is not in the store any more."""
+        """Close the open program: the store has it no more."""
         self.program = None
         self.select(0)
 
@@ -71,14 +71,14 @@ class Teaching:
         self.selected = max(0, min(self.selected + by, last))
 
     def asked(self, intent: Intent, way: Way) -> Choice | Command | None:
-        """Return what a key asks of the program.
+        """Return the command or question of a teach or run key.
 
         Args:
             intent: of the key.
-            way: how a recorded point is gone to.
+            way: kind of motion to a recorded point.
 
         Returns:
-            What is to be done, or asked first; None where it says why not.
+            A command, or a question to ask first; None after a message that says why not.
         """
         program = self.program
         if program is None:
@@ -94,11 +94,11 @@ class Teaching:
             case Intent.RUN:
                 return self._run_choice(program)
             case Intent.UNDO_EDIT:
-                return EditProgram(Change.UNDO)
+                return ApplyEdit(HistoryStep.UNDO)
             case Intent.REDO_EDIT:
-                return EditProgram(Change.REDO)
+                return ApplyEdit(HistoryStep.REDO)
             case Intent.RECORD:
-                return EditProgram(RecordPoint(way))
+                return ApplyEdit(RecordHere(way))
         return self._edit(program, intent, way)
 
     def _edit(self, program: TaughtProgram, intent: Intent, way: Way) -> Choice | Command | None:
@@ -108,18 +108,18 @@ class Teaching:
         line, point = program.lines[self.selected].strip(), program.targets[self.selected]
         match intent:
             case Intent.INSERT:
-                return EditProgram(RecordPoint(way, self.selected))
+                return ApplyEdit(RecordHere(way, self.selected))
             case Intent.TOUCH_UP if not point:
                 self._messages.add(f"{line} moves to no point")
                 return None
             case Intent.TOUCH_UP:
-                return _confirm(f"Touch up {point}?", TouchUp(self.selected))
+                return _confirm(f"Touch up {point}?", TouchUpHere(self.selected))
         return _confirm(f"Delete {line}?", DeleteStatement(self.selected))
 
     # Dry run and run.
 
-    def walked(self, dry_run: DryRun | None) -> None:
-        """Take the findings of a dry run; None where there are none."""
+    def walked(self, dry_run: DryRunFindings | None) -> None:
+        """Take the findings of a dry run; None where it gave none."""
         self.is_walking = False
         if dry_run is None:
             return
@@ -129,8 +129,8 @@ class Teaching:
             self._messages.add(refusal)
 
     @property
-    def dry_run(self) -> DryRun | None:
-        """The dry run of the open program as it is now; None where none was made of it."""
+    def dry_run(self) -> DryRunFindings | None:
+        """The dry run of the open program in its shown revision; None where there is none."""
         found, program = self._dry_run, self.program
         if found is None or program is None:
             return None
@@ -138,7 +138,7 @@ class Teaching:
         return found if is_of_it else None
 
     def refusal(self, statement: int) -> str | None:
-        """Return why a statement cannot be run; empty where it can, None where nothing is known."""
+        """Return why a statement cannot run; empty where it can, None where that is not known."""
         program, found = self.program, self.dry_run
         if program is None or found is None:
             return None
@@ -174,7 +174,7 @@ class Teaching:
         )
 
     def _doubt(self, program: TaughtProgram) -> str:
-        """Return what speaks against a run; empty for nothing."""
+        """Return the reason to confirm a run first; empty for none."""
         found = self.dry_run
         if found is None:
             return f"no dry run was made of {program.name}, revision {program.revision}"
@@ -186,4 +186,4 @@ class Teaching:
 
 
 def _confirm(title: str, edit: ProgramEdit) -> Choice:
-    return Choice(title, {"1": ("yes", EditProgram(edit))})
+    return Choice(title, {"1": ("yes", ApplyEdit(edit))})

@@ -9,8 +9,8 @@ import sys
 import pytest
 
 from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.cli import ExitCode
 from openpendant.tools.cli import main as openpendant
+from openpendant.tools.console import ExitCode
 from openpendant.tools.pendants.client import (
     PendantClient,
     PendantError,
@@ -18,7 +18,7 @@ from openpendant.tools.pendants.client import (
     WrongArgument,
 )
 from openpendant.tools.pendants.terminal import cli
-from openpendant.tools.pendants.terminal.cli import FAILED, USAGE, _address, main
+from openpendant.tools.pendants.terminal.cli import _address, main
 from openpendant.tools.pendants.terminal.keyboard import STOP_KEY
 from openpendant.tools.pendants.terminal.panel import Panel
 from openpendant.tools.pendants.terminal.stop_key import REMEDY
@@ -40,33 +40,33 @@ def test_the_server_is_a_host_and_maybe_a_port(text: str, address: tuple[str, in
 
 @pytest.mark.parametrize("text", ["", ":12", "robot:", "robot:0", "robot:65536", "robot:x", "[]:1"])
 def test_what_is_no_server_is_refused(text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([text]) == USAGE
+    assert main([text]) == ExitCode.USAGE
     error = capsys.readouterr().err
     assert "accepted: HOST or HOST:PORT" in error
     assert error.count("\n") == 1
 
 
 def test_without_a_terminal_it_says_what_works_there(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([]) == USAGE
+    assert main([]) == ExitCode.USAGE
     assert "this is no terminal; --plain" in capsys.readouterr().err
 
 
 def test_an_unknown_option_is_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["--speed", "7"]) == USAGE
+    assert main(["--speed", "7"]) == ExitCode.USAGE
     assert "--speed" in capsys.readouterr().err
 
 
 def test_a_certificate_that_is_none_is_named(
     capsys: pytest.CaptureFixture[str], tmp_path: object
 ) -> None:
-    assert main(["--plain", "--ca", f"{tmp_path}/none.pem"]) == USAGE
+    assert main(["--plain", "--ca", f"{tmp_path}/none.pem"]) == ExitCode.USAGE
     assert "none.pem" in capsys.readouterr().err
 
 
 def test_a_server_that_is_not_there_is_one_line_and_no_traceback(
     capsys: pytest.CaptureFixture[str], unused_tcp_port: int
 ) -> None:
-    assert main([f"127.0.0.1:{unused_tcp_port}", "--plain"]) == FAILED
+    assert main([f"127.0.0.1:{unused_tcp_port}", "--plain"]) == ExitCode.FAILED
     assert capsys.readouterr().err.count("\n") == 1
 
 
@@ -75,15 +75,15 @@ def test_a_server_that_is_not_there_is_one_line_and_no_traceback(
     [
         (
             Refused(VerdictCode.UNKNOWN_CELL, "name a cell; here: left, right", -1, 0.0, 0.0),
-            USAGE,
+            ExitCode.USAGE,
             "name a cell; here: left, right; choose one: --cell NAME",
         ),
         (
             Refused(VerdictCode.LOGIN_FAILED, "wrong name or password", -1, 0.0, 0.0),
-            FAILED,
+            ExitCode.FAILED,
             "LOGIN_FAILED: wrong name or password -> ",
         ),
-        (WrongArgument("the name is too long"), USAGE, "the name is too long"),
+        (WrongArgument("the name is too long"), ExitCode.USAGE, "the name is too long"),
     ],
 )
 def test_a_server_that_does_not_want_us_is_one_line_with_what_to_change(
@@ -154,7 +154,7 @@ def test_a_pairing_code_that_nobody_types_is_in_no_variable(
         raise EOFError
 
     monkeypatch.setattr("getpass.getpass", nobody)
-    assert main(["--plain", "--pairing"]) == USAGE
+    assert main(["--plain", "--pairing"]) == ExitCode.USAGE
     error = capfd.readouterr().err
     assert "nobody typed a pairing code" in error
     assert "OPENPENDANT_PASSWORD" not in error
@@ -179,7 +179,7 @@ def test_without_textual_it_says_what_to_install(
     for stream in ("stdin", "stdout"):
         monkeypatch.setattr(sys, stream, Terminal())
     monkeypatch.setattr(sys, "stderr", errors)
-    assert openpendant(["pendant"]) == ExitCode.NOT_INSTALLED
+    assert openpendant(["pendant"]) == ExitCode.UNAVAILABLE
     assert "-m pip install -e '" in errors.getvalue()
     assert "[terminal]'" in errors.getvalue()
     assert errors.getvalue().count("\n") == 1
@@ -211,5 +211,5 @@ def test_a_stop_that_is_owed_at_the_end_is_told_before_why_it_ended(
         monkeypatch.setattr(stream, "fileno", lambda number=number: number)
     monkeypatch.setattr("openpendant.tools.pendants.terminal.app.PendantApp", Left)
     monkeypatch.setattr(cli, "end_with_terminal", lambda _: None)
-    assert main([]) == FAILED
+    assert main([]) == ExitCode.FAILED
     assert capsys.readouterr().err == f"openpendant pendant: {text}\n"

@@ -10,7 +10,7 @@ import pytest
 
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import ConnectionLost, PendantClient, Refused
-from openpendant.tools.pendants.terminal.connection import LONGEST_PAUSE, RETRY, Connection
+from openpendant.tools.pendants.terminal.connection import LONGEST_PAUSE, RETRY, TerminalConnection
 from openpendant.tools.pendants.terminal.panel import Panel
 
 
@@ -40,7 +40,7 @@ async def test_it_comes_again_when_the_server_says_and_else_after_a_while(
     panel = Panel()
     with suppress(TimeoutError):
         async with asyncio.timeout(2.5 * pause):
-            await Connection(panel, connect).run()
+            await TerminalConnection(panel, connect).run()
     assert [later - first for first, later in pairwise(came)] == [
         pytest.approx(pause),
         pytest.approx(pause),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from panel_rig import DRY_RUN, PROGRAM, PanelRig
+from rigs.cells.panel_rig import DRY_RUN, PROGRAM, PanelRig
 
 from openpendant.simplemsg.pendant import RunKind
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -13,7 +13,7 @@ from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal import lcd, screen_text
 from openpendant.tools.pendants.terminal.keyboard import Page
 from openpendant.tools.pendants.terminal.prompts import Choice
-from openpendant.tools.pendants.terminal.reachability import REACHABLE, DryRun
+from openpendant.tools.pendants.terminal.reachability import REACHABLE, DryRunFindings
 from openpendant.tools.pendants.terminal.taught_program import TaughtProgram
 
 
@@ -98,7 +98,7 @@ def test_what_a_called_program_cannot_do_is_told_with_its_place(rig: PanelRig) -
     ],
 )
 def test_the_summary_says_what_the_duration_is_of(changes: dict[str, Any], end: str) -> None:
-    assert DryRun.read("pick", 3, {**DRY_RUN, **changes}).summary.endswith(end)
+    assert DryRunFindings.read("pick", 3, {**DRY_RUN, **changes}).summary.endswith(end)
 
 
 # Before a run.

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from panel_rig import HELLO, PROGRAM, PanelRig, joint, snapshot
-from scripted_pendant_server import state
+from rigs.cells.panel_rig import HELLO, PROGRAM, PanelRig, joint, snapshot
+from rigs.peers.scripted_pendant_server import state
 
 from openpendant.simplemsg import joint_array
 from openpendant.simplemsg.pendant import (
@@ -22,13 +22,13 @@ from openpendant.simplemsg.pendant import (
     StateField,
     StopKind,
 )
+from openpendant.simplemsg.pendant.management.cell import Hold, WayOut
 from openpendant.simplemsg.verdicts import VerdictCode
-from openpendant.tools.pendants.terminal import lcd, screen_text, words
-from openpendant.tools.pendants.terminal.explanation import why_lines, why_request
-from openpendant.tools.pendants.terminal.jog_keys import JogKind
+from openpendant.tools.pendants.terminal import lcd, screen_text, wording
+from openpendant.tools.pendants.terminal.jog_pad import JogKind
 from openpendant.tools.pendants.terminal.keyboard import Page
 from openpendant.tools.pendants.terminal.taught_program import TaughtProgram
-from openpendant.tools.pendants.way_out import Hold, WayOut
+from openpendant.tools.pendants.terminal.wording import why_lines, why_request
 
 
 def shown(rig: PanelRig, page: Page) -> list[str]:
@@ -188,7 +188,7 @@ def test_every_page_is_four_rows_of_twenty_ascii_characters_whatever_comes(
     assert screen_text.lamp_line(panel, rig.now)
     assert screen_text.joint_table(panel)
     assert screen_text.status_line(panel, rig.now)
-    words.banner(panel.cell, rig.now)
+    wording.banner(panel.cell, rig.now)
 
 
 @pytest.mark.parametrize(
@@ -215,13 +215,13 @@ def test_each_lamp_is_a_shape_and_a_word(
     rig: PanelRig, changes: dict[str, Any], controller: str, drives: str
 ) -> None:
     rig.state(**changes)
-    lamps = [str(lamp) for lamp in words.lamps(rig.panel.cell, rig.now)]
+    lamps = [str(lamp) for lamp in wording.lamps(rig.panel.cell, rig.now)]
     assert lamps == ["● pendant–server: up", controller, drives]
 
 
 def test_the_lamps_tell_silence_and_loss_and_nothing_of_what_lies_behind(rig: PanelRig) -> None:
     rig.wait(1000, fresh=False)
-    assert [str(lamp) for lamp in words.lamps(rig.panel.cell, rig.now)] == [
+    assert [str(lamp) for lamp in wording.lamps(rig.panel.cell, rig.now)] == [
         "◐ pendant–server: silent for 1.0 s",
         "? server–controller: unknown",
         "? controller–drives: unknown",
@@ -256,19 +256,19 @@ def test_the_banner_is_the_one_sentence_that_matters(
     cell = rig.panel.cell
     cell.owner, cell.stopped_by, cell.stop_reason = "bench-2", "bench-2", "smoke"
     rig.state(**changes)
-    assert words.banner(cell, rig.now) == sentence
+    assert wording.banner(cell, rig.now) == sentence
 
 
 def test_the_banner_without_a_link_points_to_the_hardware_button(rig: PanelRig) -> None:
     rig.panel.lost("cable")
-    assert words.banner(rig.panel.cell, rig.now) == (
+    assert wording.banner(rig.panel.cell, rig.now) == (
         "NO LINK: cable; to stop the robot, use the hardware button"
     )
 
 
 def test_values_are_stale_because_the_controller_is_gone_not_for_their_age(rig: PanelRig) -> None:
     rig.state(link=LinkState.DOWN)
-    assert words.banner(rig.panel.cell, rig.now) == "STALE: ○ server–controller: down"
+    assert wording.banner(rig.panel.cell, rig.now) == "STALE: ○ server–controller: down"
     assert shown(rig, Page.JOINTS)[0] == "CONTROLLER DOWN"
 
 

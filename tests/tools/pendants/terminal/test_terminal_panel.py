@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import pytest
-from panel_rig import MS, PROGRAM, PanelRig
+from rigs.cells.panel_rig import MS, PROGRAM, PanelRig
 
 from openpendant.simplemsg.pendant import (
     Activity,
@@ -22,13 +22,13 @@ from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal.commands import Command
 from openpendant.tools.pendants.terminal.enabling_toggle import TIMEOUT_NS
 from openpendant.tools.pendants.terminal.keyboard import KEYBOARD, STOP_KEY, Intent, legend
-from openpendant.tools.pendants.terminal.prompts import Choice, Entry, Wanted
+from openpendant.tools.pendants.terminal.prompts import Choice, TextEntry, TextPurpose
 from openpendant.tools.pendants.terminal.taught_program import (
-    Change,
     DeleteStatement,
-    RecordPoint,
+    HistoryStep,
+    RecordHere,
     TaughtProgram,
-    TouchUp,
+    TouchUpHere,
 )
 
 HALF_DEGREE = math.radians(0.5)
@@ -42,27 +42,27 @@ def rig() -> PanelRig:
 @pytest.mark.parametrize(
     ("keys", "command"),
     [
-        ("x", do.ResetStop()),
+        ("x", do.UnlatchStop()),
         ("c", do.GiveControl()),
         ("b", do.UndoJog()),
         ("?", do.AskWhy()),
         ("9", do.StopProgram()),
-        ("8", do.Pause()),
-        ("-", do.SetSpeed(0.75)),
-        ("+", do.SetSpeed(1.0)),
-        ("<", do.SetSpeed(1.0, 0.1)),
-        (">", do.SetSpeed(1.0, 0.5)),
-        ("m1", do.SetMode(OperatingMode.MANUAL_REDUCED)),
-        ("m2", do.SetMode(OperatingMode.MANUAL_HIGH)),
-        ("m3", do.SetMode(OperatingMode.AUTOMATIC)),
-        ("m4", do.SetMode(OperatingMode.RECOVERY)),
+        ("8", do.PauseRobot()),
+        ("-", do.ChangeSpeed(0.75)),
+        ("+", do.ChangeSpeed(1.0)),
+        ("<", do.ChangeSpeed(1.0, 0.1)),
+        (">", do.ChangeSpeed(1.0, 0.5)),
+        ("m1", do.ChangeMode(OperatingMode.MANUAL_REDUCED)),
+        ("m2", do.ChangeMode(OperatingMode.MANUAL_HIGH)),
+        ("m3", do.ChangeMode(OperatingMode.AUTOMATIC)),
+        ("m4", do.ChangeMode(OperatingMode.RECOVERY)),
         ("01", do.GoHome("home")),
         ("02", do.GoHome("zero")),
         ("C1", do.TakeControl(force=True)),
-        ("1", do.EditProgram(RecordPoint("PTP"))),
-        ("2", do.EditProgram(RecordPoint("PTP", 0))),
-        ("31", do.EditProgram(TouchUp(0))),
-        ("41", do.EditProgram(DeleteStatement(0))),
+        ("1", do.ApplyEdit(RecordHere("PTP"))),
+        ("2", do.ApplyEdit(RecordHere("PTP", 0))),
+        ("31", do.ApplyEdit(TouchUpHere(0))),
+        ("41", do.ApplyEdit(DeleteStatement(0))),
         (".", do.AskDryRun("pick")),
         ("51", do.RunProgram("pick", 3, RunKind.ALL)),
         ("52", do.RunProgram("pick", 3, RunKind.ALL, 9)),
@@ -94,7 +94,7 @@ def test_control_is_asked_for_by_whoever_has_none(rig: PanelRig) -> None:
 )
 def test_what_is_paused_is_resumed_by_the_same_key(rig: PanelRig, changes: dict[str, Any]) -> None:
     rig.state(**changes)
-    assert rig.strike("8") == [do.Resume()]
+    assert rig.strike("8") == [do.ResumeRobot()]
 
 
 # Stop.
@@ -104,14 +104,14 @@ def test_what_is_paused_is_resumed_by_the_same_key(rig: PanelRig, changes: dict[
 def test_the_space_bar_stops_whatever_was_struck_before(rig: PanelRig, before: str) -> None:
     rig.strike(*before)
     asked = rig.panel.key(STOP_KEY, rig.now)
-    assert asked[0] == do.SoftwareStop("space bar")
+    assert asked[0] == do.StopRobot("space bar")
     assert rig.panel.question is None
 
 
 def test_the_space_bar_stops_an_onlooker_s_cell_on_stale_values_too(rig: PanelRig) -> None:
     rig.state(holder=0, link=LinkState.STALE)
     rig.wait(1000, fresh=False)
-    assert rig.strike(STOP_KEY) == [do.SoftwareStop("space bar")]
+    assert rig.strike(STOP_KEY) == [do.StopRobot("space bar")]
 
 
 def test_a_step_that_was_gathered_does_not_leave_after_a_stop(rig: PanelRig) -> None:
@@ -131,26 +131,26 @@ def test_no_key_but_the_space_bar_does_anything_without_a_link(key: str) -> None
 
 
 def test_a_key_makes_one_step_of_its_joint(rig: PanelRig) -> None:
-    assert rig.strike("w") == [do.Step("", ((1, HALF_DEGREE),))]
-    assert rig.strike("s") == [do.Step("", ((1, -HALF_DEGREE),))]
+    assert rig.strike("w") == [do.StepJog("", ((1, HALF_DEGREE),))]
+    assert rig.strike("s") == [do.StepJog("", ((1, -HALF_DEGREE),))]
 
 
 def test_two_keys_in_quick_succession_step_two_joints_at_once(rig: PanelRig) -> None:
     assert rig.panel.key("q", rig.now) == []
     rig.now += 50 * MS
-    assert rig.strike("d") == [do.Step("", ((0, HALF_DEGREE), (2, -HALF_DEGREE)))]
+    assert rig.strike("d") == [do.StepJog("", ((0, HALF_DEGREE), (2, -HALF_DEGREE)))]
 
 
 def test_keys_further_apart_make_two_steps(rig: PanelRig) -> None:
-    assert rig.strike("q") == [do.Step("", ((0, HALF_DEGREE),))]
-    assert rig.strike("d") == [do.Step("", ((2, -HALF_DEGREE),))]
+    assert rig.strike("q") == [do.StepJog("", ((0, HALF_DEGREE),))]
+    assert rig.strike("d") == [do.StepJog("", ((2, -HALF_DEGREE),))]
 
 
 def test_the_tool_steps_by_length_and_angle_in_the_chosen_frame(rig: PanelRig) -> None:
     rig.strike("tab")
-    assert rig.strike("e") == [do.Step("base", ((2, 0.001),))]
+    assert rig.strike("e") == [do.StepJog("base", ((2, 0.001),))]
     rig.strike("tab")
-    assert rig.strike("h") == [do.Step("tool", ((5, -HALF_DEGREE),))]
+    assert rig.strike("h") == [do.StepJog("tool", ((5, -HALF_DEGREE),))]
     rig.strike("shift+tab", "shift+tab", "shift+tab")
     assert rig.panel.jog.frame == "table"
 
@@ -183,9 +183,9 @@ def test_an_axis_that_is_not_there_is_named(rig: PanelRig) -> None:
 
 def test_a_held_key_pulses_and_no_pulse_outlives_the_longest_deadline(rig: PanelRig) -> None:
     rig.strike("/")
-    assert rig.panel.key("q", rig.now) == [do.Pulse("", ((0, 1),), 0.25)]
+    assert rig.panel.key("q", rig.now) == [do.PulseJog("", ((0, 1),), 0.25)]
     rig.now += 33 * MS
-    assert rig.panel.key("q", rig.now) == [do.Pulse("", ((0, 1),), 0.25)]
+    assert rig.panel.key("q", rig.now) == [do.PulseJog("", ((0, 1),), 0.25)]
     assert rig.wait(1000) == []
 
 
@@ -193,20 +193,20 @@ def test_two_held_keys_move_two_joints_and_none_longer_than_its_own_key(rig: Pan
     rig.strike("/")
     rig.panel.key("q", rig.now)
     rig.now += 100 * MS
-    assert rig.panel.key("s", rig.now) == [do.Pulse("", ((0, 1), (1, -1)), 0.15)]
+    assert rig.panel.key("s", rig.now) == [do.PulseJog("", ((0, 1), (1, -1)), 0.15)]
     rig.now += 90 * MS
     (pulse,) = rig.panel.key("s", rig.now)
-    assert isinstance(pulse, do.Pulse)
+    assert isinstance(pulse, do.PulseJog)
     assert pulse.axes == ((0, 1), (1, -1))
     assert pulse.deadline == pytest.approx(0.06)
     rig.now += 20 * MS
-    assert rig.panel.key("s", rig.now) == [do.Pulse("", ((1, -1),), 0.25)]
+    assert rig.panel.key("s", rig.now) == [do.PulseJog("", ((1, -1),), 0.25)]
 
 
 def test_the_other_direction_of_a_held_axis_replaces_the_first(rig: PanelRig) -> None:
     rig.strike("/")
     rig.panel.key("q", rig.now)
-    assert rig.panel.key("a", rig.now) == [do.Pulse("", ((0, -1),), 0.25)]
+    assert rig.panel.key("a", rig.now) == [do.PulseJog("", ((0, -1),), 0.25)]
 
 
 def test_caps_lock_moves_nothing_and_is_named(rig: PanelRig) -> None:
@@ -241,7 +241,7 @@ def test_enabling_is_let_go_by_its_key_and_by_escape(rig: PanelRig, key: str) ->
 
 def test_a_stop_lets_enabling_go(rig: PanelRig) -> None:
     rig.strike("v")
-    assert rig.strike(STOP_KEY) == [do.SoftwareStop("space bar"), do.Enable(False)]
+    assert rig.strike(STOP_KEY) == [do.StopRobot("space bar"), do.Enable(False)]
 
 
 @pytest.mark.parametrize(
@@ -297,12 +297,12 @@ def test_any_other_key_says_no_to_a_choice(rig: PanelRig, key: str) -> None:
 
 def test_letters_that_are_typed_jog_nothing(rig: PanelRig) -> None:
     assert rig.strike("*", *"qwe", "backspace", "tab") == []
-    assert rig.panel.question == Entry(Wanted.STEP, "qw")
+    assert rig.panel.question == TextEntry(TextPurpose.STEP, "qw")
 
 
 def test_a_typed_text_has_an_end(rig: PanelRig) -> None:
     rig.strike("=", *"q" * 200)
-    assert rig.panel.question == Entry(Wanted.TARGET, "q" * 64)
+    assert rig.panel.question == TextEntry(TextPurpose.TARGET, "q" * 64)
 
 
 def test_a_step_size_is_typed_or_taken_from_the_ladder(rig: PanelRig) -> None:
@@ -336,13 +336,13 @@ def test_an_empty_program_takes_a_point_and_nothing_else(rig: PanelRig) -> None:
     for key in "234":
         assert rig.strike(key) == []
     assert "1 records" in rig.said
-    assert rig.strike("1") == [do.EditProgram(RecordPoint("PTP"))]
+    assert rig.strike("1") == [do.ApplyEdit(RecordHere("PTP"))]
 
 
 def test_a_point_recorded_in_a_frame_is_gone_to_in_a_line(rig: PanelRig) -> None:
     rig.open()
     rig.strike("tab")
-    assert rig.strike("1") == [do.EditProgram(RecordPoint("LIN"))]
+    assert rig.strike("1") == [do.ApplyEdit(RecordHere("LIN"))]
 
 
 def test_a_statement_without_a_point_cannot_be_touched_up(rig: PanelRig) -> None:
@@ -354,8 +354,8 @@ def test_a_statement_without_a_point_cannot_be_touched_up(rig: PanelRig) -> None
 
 def test_edits_are_undone_and_made_again(rig: PanelRig) -> None:
     rig.open()
-    assert rig.strike("ctrl+z") == [do.EditProgram(Change.UNDO)]
-    assert rig.strike("ctrl+y") == [do.EditProgram(Change.REDO)]
+    assert rig.strike("ctrl+z") == [do.ApplyEdit(HistoryStep.UNDO)]
+    assert rig.strike("ctrl+y") == [do.ApplyEdit(HistoryStep.REDO)]
 
 
 def test_what_was_appended_is_selected_and_the_selection_stays_inside(rig: PanelRig) -> None:
@@ -368,7 +368,7 @@ def test_what_was_appended_is_selected_and_the_selection_stays_inside(rig: Panel
 
 
 def test_each_edit_names_the_revision_that_it_was_made_from() -> None:
-    record = PROGRAM.request(RecordPoint("LIN", 1))
+    record = PROGRAM.request(RecordHere("LIN", 1))
     assert record == {
         "op": "programs.record",
         "name": "pick",
@@ -377,9 +377,9 @@ def test_each_edit_names_the_revision_that_it_was_made_from() -> None:
         "move": {"statement": "move", "way": "LIN", "point": "P2"},
         "at": 1,
     }
-    assert PROGRAM.request(TouchUp(2))["point"] == "P1"
+    assert PROGRAM.request(TouchUpHere(2))["point"] == "P1"
     assert PROGRAM.request(DeleteStatement(1))["edit"]["first"] == 1
-    assert PROGRAM.request(Change.UNDO)["op"] == "programs.undo"
+    assert PROGRAM.request(HistoryStep.UNDO)["op"] == "programs.undo"
 
 
 def test_a_message_that_repeats_is_counted(rig: PanelRig) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any, cast
 
 import pytest
-from panel_rig import PROGRAM, PanelRig
+from rigs.cells.panel_rig import PROGRAM, PanelRig
 
 from openpendant.simplemsg.pendant import ProgramReport, ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -15,9 +15,8 @@ from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal import lcd, screen_text
 from openpendant.tools.pendants.terminal.keyboard import STOP_KEY, Page
 from openpendant.tools.pendants.terminal.open_programs import OpenPrograms
-from openpendant.tools.pendants.terminal.program_choice import ProgramChoice
-from openpendant.tools.pendants.terminal.prompts import Choice
-from openpendant.tools.pendants.terminal.taught_program import RecordPoint
+from openpendant.tools.pendants.terminal.prompts import Choice, ProgramChoice
+from openpendant.tools.pendants.terminal.taught_program import RecordHere
 
 NAMES = ("five points", "Pick", "pick2", "unpick")
 
@@ -33,7 +32,7 @@ def offered(rig: PanelRig) -> tuple[str, ...]:
 
 
 def open_list(rig: PanelRig, names: tuple[str, ...] = NAMES) -> None:
-    assert rig.strike("n") == [do.ListPrograms()]
+    assert rig.strike("n") == [do.AskPrograms()]
     rig.panel.listed(names)
 
 
@@ -72,13 +71,13 @@ def test_a_name_that_no_program_has_is_asked_about_before_it_is_made(rig: PanelR
     assert rig.strike(*"fvie", "enter") == []
     assert isinstance(rig.panel.question, Choice)
     assert rig.panel.question.title == "Create fvie?"
-    assert rig.strike("1") == [do.CreateProgram("fvie")]
+    assert rig.strike("1") == [do.MakeProgram("fvie")]
 
 
 def test_a_new_name_that_is_part_of_another_can_be_chosen_too(rig: PanelRig) -> None:
     open_list(rig, ("pick2",))
     assert rig.strike(*"pick", "down", "enter") == []
-    assert rig.strike("1") == [do.CreateProgram("pick")]
+    assert rig.strike("1") == [do.MakeProgram("pick")]
 
 
 @pytest.mark.parametrize("key", ["5", "escape", "enter", "q"])
@@ -89,12 +88,12 @@ def test_any_other_key_makes_no_program(rig: PanelRig, key: str) -> None:
 
 
 def test_a_name_may_be_typed_before_the_list_is_here(rig: PanelRig) -> None:
-    assert rig.strike("n", *"pick", "enter") == [do.ListPrograms(), do.OpenProgram("pick")]
+    assert rig.strike("n", *"pick", "enter") == [do.AskPrograms(), do.OpenProgram("pick")]
     rig.panel.listed(NAMES)
     assert rig.panel.question is None
     rig.panel.not_there("pick")
     assert "there is no program pick: create it?" in rig.said
-    assert rig.strike("1") == [do.CreateProgram("pick")]
+    assert rig.strike("1") == [do.MakeProgram("pick")]
 
 
 def test_nothing_is_opened_where_there_is_nothing_and_no_name(rig: PanelRig) -> None:
@@ -104,7 +103,7 @@ def test_nothing_is_opened_where_there_is_nothing_and_no_name(rig: PanelRig) -> 
 
 def test_the_space_bar_stops_there_too(rig: PanelRig) -> None:
     open_list(rig)
-    assert rig.strike(*"five", STOP_KEY) == [do.SoftwareStop("space bar")]
+    assert rig.strike(*"five", STOP_KEY) == [do.StopRobot("space bar")]
     assert rig.panel.question is None
 
 
@@ -150,7 +149,7 @@ def test_another_revision_ends_a_question_about_the_one_that_was_shown(rig: Pane
     rig.open()
     rig.strike("4")
     rig.open(replace(PROGRAM, revision=4))
-    assert rig.strike("1") == [do.EditProgram(RecordPoint("PTP"))]
+    assert rig.strike("1") == [do.ApplyEdit(RecordHere("PTP"))]
 
 
 @pytest.mark.parametrize(

@@ -6,18 +6,18 @@ import math
 import re
 
 import pytest
-from panel_rig import joint
+from rigs.cells.panel_rig import joint
 
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import Refused
 from openpendant.tools.pendants.terminal.keyboard import KEYBOARD
-from openpendant.tools.pendants.terminal.refusals import (
+from openpendant.tools.pendants.terminal.wording import (
     connection_refused,
+    in_screen_units,
     is_hopeless,
     refusal_line,
+    remedy,
 )
-from openpendant.tools.pendants.terminal.remedies import remedy
-from openpendant.tools.pendants.terminal.screen_units import in_screen_units
 
 JOINTS = [joint("shoulder"), joint("rail", "m")]
 

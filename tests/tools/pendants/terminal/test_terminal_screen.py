@@ -11,8 +11,8 @@ from contextlib import asynccontextmanager
 from typing import Any
 
 import pytest
-from panel_rig import DRY_RUN
-from scripted_pendant_server import ScriptedPendantServer, scripted_server
+from rigs.cells.panel_rig import DRY_RUN
+from rigs.peers.scripted_pendant_server import ScriptedPendantServer, scripted_server
 from textual import events
 from textual.geometry import Region
 from textual.pilot import Pilot

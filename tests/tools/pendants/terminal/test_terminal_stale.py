@@ -6,8 +6,8 @@ import asyncio
 from typing import Any, get_args
 
 import pytest
-from panel_rig import MS, PanelRig
-from scripted_pendant_server import scripted_server
+from rigs.cells.panel_rig import MS, PanelRig
+from rigs.peers.scripted_pendant_server import scripted_server
 
 from openpendant.simplemsg.pendant import (
     Activity,
@@ -27,19 +27,19 @@ ENTER = "enter"
 LATER = 100 * MS
 
 MOVING: list[tuple[type[Command], tuple[str, ...]]] = [
-    (do.Step, ("q",)),
-    (do.Pulse, ("/", "q")),
+    (do.StepJog, ("q",)),
+    (do.PulseJog, ("/", "q")),
     (do.UndoJog, ("b",)),
     (do.GoHome, ("0", "1")),
     (do.GoHome, ("0", "2")),
     (do.MoveJoints, ("=", *"3=5", ENTER)),
-    (do.MoveTool, ("=", *"z=400", ENTER)),
+    (do.MoveToPose, ("=", *"z=400", ENTER)),
     (do.RunProgram, ("5", "1")),
     (do.RunProgram, ("5", "2")),
     (do.RunProgram, ("5", "3")),
     (do.RunProgram, ("6",)),
     (do.RunProgram, ("7",)),
-    (do.Resume, ("8",)),
+    (do.ResumeRobot, ("8",)),
 ]
 """Every command that begins or resumes a motion, with the keys that ask for it."""
 
@@ -50,7 +50,7 @@ def ready(kind: type[Command], *, walked: bool = True) -> PanelRig:
     rig.open()
     if walked:
         rig.walk()
-    rig.state(activity=Activity.PAUSED if kind is do.Resume else Activity.IDLE)
+    rig.state(activity=Activity.PAUSED if kind is do.ResumeRobot else Activity.IDLE)
     return rig
 
 
@@ -62,7 +62,7 @@ def struck(rig: PanelRig, *keys: str) -> list[Command]:
 
 def asked_at_most(kind: type[Command]) -> list[Command]:
     """Return what a key may ask for on values that may be old: what was paused may move by now."""
-    return [do.Pause()] if kind is do.Resume else []
+    return [do.PauseRobot()] if kind is do.ResumeRobot else []
 
 
 @pytest.mark.parametrize(("kind", "keys"), MOVING)
@@ -117,28 +117,28 @@ def test_nor_does_the_second_yes_that_a_run_without_a_dry_run_wants() -> None:
 def test_the_table_has_every_command_that_moves_and_all_others_are_known_to_move_nothing() -> None:
     assert {kind for kind, _ in MOVING} == set(get_args(do.BeginsMotion))
     assert set(get_args(Command)) - set(get_args(do.BeginsMotion)) == {
-        do.SoftwareStop,
-        do.ResetStop,
+        do.StopRobot,
+        do.UnlatchStop,
         do.TakeControl,
         do.GiveControl,
         do.Enable,
-        do.SetMode,
-        do.SetSpeed,
+        do.ChangeMode,
+        do.ChangeSpeed,
         do.AskWhy,
-        do.ListPrograms,
-        do.CreateProgram,
+        do.AskPrograms,
+        do.MakeProgram,
         do.OpenProgram,
         do.ReloadProgram,
-        do.EditProgram,
+        do.ApplyEdit,
         do.AskDryRun,
-        do.Pause,
+        do.PauseRobot,
         do.StopProgram,
     }
 
 
 @pytest.mark.parametrize("key", ["9", "x", "c", "?"])
 def test_what_moves_nothing_is_asked_for_on_stale_values_too(key: str) -> None:
-    rig = ready(do.Step)
+    rig = ready(do.StepJog)
     rig.now += 301 * MS
     assert len(struck(rig, key)) == 1
 
@@ -158,7 +158,7 @@ async def test_a_held_key_waits_for_no_state_and_moves_on_none_that_comes_later(
         await client.next_state()
         server.mutes = True
         await asyncio.sleep(age)
-        performer.perform([do.Pulse(do.JOINTS, ((0, 1),), 0.25)])
+        performer.perform([do.PulseJog(do.JOINTS, ((0, 1),), 0.25)])
         await asyncio.sleep(0.005)
         server.mutes = False
         await asyncio.sleep(0.2)
@@ -178,7 +178,7 @@ async def test_a_press_that_nobody_beats_is_not_taken_back_where_its_verdict_is_
         performer = Performer(client, panel)
         await client.next_state()
         server.mutes = True
-        performer.perform([do.Pulse(do.JOINTS, ((0, 1),), 0.25)])
+        performer.perform([do.PulseJog(do.JOINTS, ((0, 1),), 0.25)])
         await asyncio.sleep(0.02)
         server.mutes = False
         server.take(server.lines[-1], server.one(JogStart))

@@ -5,14 +5,14 @@ from __future__ import annotations
 import asyncio
 
 import pytest
-from driven_pendant import Driven, driven
+from rigs.peers.driven_pendant import Driven, driven
 
 from openpendant.simplemsg.pendant import Hello, Login, Outcome, OutcomeKind, SoftwareStop
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import PendantClient, PendantError, Refused, WrongArgument
 from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal import lcd
-from openpendant.tools.pendants.terminal.connection import Connection, SignIn
+from openpendant.tools.pendants.terminal.connection import LogIn, TerminalConnection
 from openpendant.tools.pendants.terminal.keyboard import STOP_KEY
 from openpendant.tools.pendants.terminal.panel import Panel
 
@@ -35,14 +35,14 @@ def refused(code: VerdictCode) -> Refused:
     return Refused(code, "scripted", -1, 0.0, 0.0)
 
 
-def failing(failure: PendantError, attempts: list[str]) -> SignIn:
+def failing(failure: PendantError, attempts: list[str]) -> LogIn:
     """Return a login that fails, and notes each attempt."""
 
-    async def sign_in(_: PendantClient) -> None:
+    async def log_in(_: PendantClient) -> None:
         attempts.append("tried")
         raise failure
 
-    return sign_in
+    return log_in
 
 
 def sent(pendant: Driven) -> list[type]:
@@ -100,9 +100,9 @@ async def test_a_stop_that_is_refused_does_not_keep_a_hopeless_login_waiting() -
 
 
 async def test_a_hopeless_login_without_a_stop_ends_the_pendant_at_once() -> None:
-    sign_in = failing(refused(VerdictCode.PAIRING_WRONG), [])
+    log_in = failing(refused(VerdictCode.PAIRING_WRONG), [])
     async with driven() as pendant:
-        another = Connection(Panel(), pendant.connect, sign_in)
+        another = TerminalConnection(Panel(), pendant.connect, log_in)
         with pytest.raises(Refused):
             await asyncio.wait_for(another.run(), 0.1)
 
@@ -146,7 +146,7 @@ async def test_the_space_bar_stops_while_a_login_waits_and_no_other_key_does_any
         now = round(1e9 * asyncio.get_running_loop().time())
         for key in "cxvq08":
             asked = [*pendant.panel.key(key, now), *pendant.panel.key("1", now)]
-            assert [each for each in asked if not isinstance(each, do.SoftwareStop)] == []
+            assert [each for each in asked if not isinstance(each, do.StopRobot)] == []
         await pendant.until(lambda: pendant.panel.cell.is_connected, 10.0)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import asyncio
 
 import pytest
-from driven_pendant import driven
-from panel_rig import HELLO, PanelRig, snapshot
+from rigs.cells.panel_rig import HELLO, PanelRig, snapshot
+from rigs.peers.driven_pendant import driven
 
 from openpendant.simplemsg.pendant import (
     Hello,
@@ -19,7 +19,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal import lcd, screen_text
-from openpendant.tools.pendants.terminal.connection import Connection
+from openpendant.tools.pendants.terminal.connection import TerminalConnection
 from openpendant.tools.pendants.terminal.keyboard import STOP_KEY, Page
 from openpendant.tools.pendants.terminal.panel import Panel
 
@@ -31,10 +31,10 @@ def rig() -> PanelRig:
     return PanelRig()
 
 
-def press(rig: PanelRig) -> do.SoftwareStop:
+def press(rig: PanelRig) -> do.StopRobot:
     """Press the stop key on a link that seems to stand."""
     (stop,) = rig.panel.key(STOP_KEY, rig.now)
-    assert isinstance(stop, do.SoftwareStop)
+    assert isinstance(stop, do.StopRobot)
     return stop
 
 
@@ -94,8 +94,8 @@ def test_a_stop_that_was_swallowed_leaves_again_on_the_new_connection(rig: Panel
     rig.panel.lost("the server said nothing for 15 s")
     assert banner(rig).startswith(f"{DOUBT}no link, it leaves again once linked")
     again = connect_anew(rig)
-    assert again[0] == do.SoftwareStop("space bar, sent again")
-    assert {stop.press for stop in again if isinstance(stop, do.SoftwareStop)} == {pressed.press}
+    assert again[0] == do.StopRobot("space bar, sent again")
+    assert {stop.press for stop in again if isinstance(stop, do.StopRobot)} == {pressed.press}
     rig.panel.stop_key.confirmed(pressed.press)
     assert rig.said == "the stop is confirmed"
     assert "NOT CONFIRMED" not in banner(rig)
@@ -106,20 +106,20 @@ def test_a_stop_that_was_pressed_without_a_link_leaves_once_linked() -> None:
     assert rig.strike(STOP_KEY) == []
     assert rig.said.startswith(f"{DOUBT}no link")
     (stop, *_) = connect_anew(rig)
-    assert isinstance(stop, do.SoftwareStop)
+    assert isinstance(stop, do.StopRobot)
 
 
 def test_a_refusal_leaves_the_stop_owed_and_is_told_with_the_button(rig: PanelRig) -> None:
     stop = press(rig)
     rig.panel.stop_key.refused(stop.press, "HELLO_FIRST: who are you?")
     assert banner(rig) == f"{DOUBT}HELLO_FIRST: who are you?"
-    assert rig.panel.greeted() == [do.SoftwareStop("space bar, sent again")]
+    assert rig.panel.greeted() == [do.StopRobot("space bar, sent again")]
 
 
 def test_what_is_owed_leaves_every_second_and_what_was_refused_does_not(rig: PanelRig) -> None:
     stop = press(rig)
     assert rig.wait(980) == []
-    assert rig.wait(20) == [do.SoftwareStop("space bar, sent again")]
+    assert rig.wait(20) == [do.StopRobot("space bar, sent again")]
     assert len(rig.wait(3000)) == 3
     rig.panel.stop_key.refused(stop.press, "refused")
     assert rig.wait(3000) == []
@@ -222,6 +222,6 @@ async def test_an_attempt_to_connect_that_hangs_is_made_anew() -> None:
     panel = Panel()
     with pytest.raises(TimeoutError):
         async with asyncio.timeout(13.0):
-            await Connection(panel, connect).run()
+            await TerminalConnection(panel, connect).run()
     assert came[1] - came[0] == pytest.approx(12.0)
     assert panel.cell.absence == "no connection within 10 s; trying again in 2 s"

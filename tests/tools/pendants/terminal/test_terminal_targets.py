@@ -6,11 +6,11 @@ import math
 from typing import Any
 
 import pytest
-from panel_rig import HELLO, PanelRig, joint, snapshot
+from rigs.cells.panel_rig import HELLO, PanelRig, joint, snapshot
 
 from openpendant.simplemsg import joint_array
 from openpendant.simplemsg.pendant import StateField
-from openpendant.tools.pendants.attitude import quaternion_of, roll_pitch_yaw
+from openpendant.tools.pendants.motions import quaternion_of, roll_pitch_yaw
 from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal import lcd
 from openpendant.tools.pendants.terminal.keyboard import Page
@@ -68,7 +68,7 @@ def test_the_tool_goes_to_what_was_typed_and_the_rest_stays_as_shown(
     rig: PanelRig, text: str, position: tuple[float, ...], turn: tuple[float, ...]
 ) -> None:
     command = typed(rig, text)
-    assert isinstance(command, do.MoveTool)
+    assert isinstance(command, do.MoveToPose)
     assert command.position == pytest.approx(position)
     degrees = [math.degrees(angle) for angle in roll_pitch_yaw(command.orientation)]
     assert degrees == pytest.approx(turn, abs=1e-6)

@@ -6,10 +6,10 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from panel_rig import HELLO, PROGRAM, PanelRig, snapshot
+from rigs.cells.panel_rig import HELLO, PROGRAM, PanelRig, snapshot
 
 from openpendant.simplemsg.pendant import ProgramState
-from openpendant.tools.pendants.snapshot import ProgramUnderWay
+from openpendant.simplemsg.pendant.management.cell import ProgramUnderWay
 from openpendant.tools.pendants.terminal import lcd, screen_text
 from openpendant.tools.pendants.terminal.keyboard import Page
 from openpendant.tools.pendants.terminal.taught_program import TaughtProgram

@@ -1,6 +1,6 @@
-"""What the scripted controller asks its shell to do, now and later.
+"""Actions of the scripted controller for its shell, immediate and delayed.
 
-Owns the order in which put-off pieces leave. Knows no messages.
+Owns the order in which delayed pieces leave. Knows no messages.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from .setup import Purpose
 
 
 class Act(Enum):
-    """What the shell is to do besides writing."""
+    """Action of the shell other than a write."""
 
     CLOSE = "close the connection"
     RESET = "reset the connection"
@@ -21,7 +21,7 @@ class Act(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class LinkId:
+class ClientLinkId:
     """A connection to the controller.
 
     Attributes:
@@ -39,7 +39,7 @@ class LinkId:
 class Write:
     """Write bytes in one piece."""
 
-    link: LinkId
+    link: ClientLinkId
     data: bytes
 
 
@@ -48,7 +48,7 @@ class Do:
     """Do something to a connection, or to all where it is None."""
 
     act: Act
-    link: LinkId | None = None
+    link: ClientLinkId | None = None
 
 
 Action = Write | Do
@@ -68,12 +68,12 @@ class Piece:
 
     due: int
     number: int
-    link: LinkId = field(compare=False)
+    link: ClientLinkId = field(compare=False)
     data: bytes = field(compare=False)
     frame: bytes = field(compare=False, default=b"")
 
 
-class PutOff:
+class DelayedPieces:
     """Pieces that leave later, those of one connection in the order in which they were put off."""
 
     def __init__(self) -> None:
@@ -81,12 +81,12 @@ class PutOff:
         self._pieces: list[Piece] = []
         self._count = 0
 
-    def add(self, link: LinkId, due: int, data: bytes, frame: bytes = b"") -> None:
+    def add(self, link: ClientLinkId, due: int, data: bytes, frame: bytes = b"") -> None:
         """Put a piece off."""
         self._count += 1
         self._pieces.append(Piece(due, self._count, link, data, frame))
 
-    def after(self, link: LinkId, now: int) -> int:
+    def after(self, link: ClientLinkId, now: int) -> int:
         """Return when a connection is free again [ns]: now, or behind its last piece."""
         return max((piece.due + 1 for piece in self._pieces if piece.link == link), default=now)
 

@@ -1,4 +1,4 @@
-"""What a check of a client is: an identity, and a pure function of what was observed.
+"""Checks on clients: pure functions of what was observed, and their register.
 
 Owns how single observations become one finding. A check that saw nothing to look at is not
 applicable, one broken rule fails it, and a known habit makes it deviate; so no check can pass
@@ -11,8 +11,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-from ..findings import PASSED, CheckInfo, Finding, Section, deviates, failed, not_applicable
-from .reports import Reports
+from ..check import Check, Register, TestedRole
+from ..findings import PASSED, CheckFinding, deviates, failed, not_applicable
+from .reports import ReportHistory
 from .trace import ClientTrace
 from .trajectories import Motions
 
@@ -34,7 +35,7 @@ class Habit:
 
 
 Problem = str | Habit
-"""What is wrong with one thing looked at: in words, or by a known habit."""
+"""Fault of one thing that was looked at: in words, or by a known habit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,34 +50,18 @@ class Observed:
 
     trace: ClientTrace
     motions: Motions
-    reports: Reports
+    reports: ReportHistory
 
 
-Judge = Callable[[Observed], Finding]
+Judge = Callable[[Observed], CheckFinding]
 
 
-@dataclass(frozen=True, slots=True)
-class ClientCheck:
-    """A check.
+ClientCheck = Check[Judge]
 
-    Attributes:
-        info: number, title, clause and section.
-        judge: looks at what was observed.
-    """
+REGISTER: Register[Judge] = Register(TestedRole.CLIENT)
 
-    info: CheckInfo
-    judge: Judge
-
-
-def client_check(number: str, title: str, clause: str) -> Callable[[Judge], ClientCheck]:
-    """Make a check of a function; the section follows from the number's first letter.
-
-    Args:
-        number: section letter, C and two digits.
-        title: what must hold, as a sentence.
-        clause: what gives it reason.
-    """
-    return lambda judge: ClientCheck(CheckInfo(number, title, clause, Section(number[0])), judge)
+client_check = REGISTER.add
+"""Registers a check on clients; see `Register.add`."""
 
 
 class Located(Protocol):
@@ -125,7 +110,7 @@ class Tally:
             case str():
                 self._broken.append(f"{item.where}: {problem}")
 
-    def finding(self, nothing: str) -> Finding:
+    def finding(self, nothing: str) -> CheckFinding:
         """Return what all of it comes to.
 
         Args:
@@ -139,7 +124,9 @@ class Tally:
         return PASSED if self._looked else not_applicable(nothing)
 
 
-def each(items: Iterable[_Item], rule: Callable[[_Item], Problem | None], nothing: str) -> Finding:
+def each(
+    items: Iterable[_Item], rule: Callable[[_Item], Problem | None], nothing: str
+) -> CheckFinding:
     """Judge things one by one.
 
     Args:

@@ -1,4 +1,4 @@
-"""A scripted robot controller: right in everything but the one thing that a scenario changes.
+"""Scripted robot controller: correct in everything but the one mutation of a scenario.
 
 Owns when something is answered or reported, and the trace of it all. Pure: bytes and times in,
 actions out; the shell (`live`) owns sockets and the clock, `messages` the contents.
@@ -6,7 +6,6 @@ actions out; the shell (`live`) owns sockets and the clock, `messages` the conte
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Sequence
 
 from openpendant.simplemsg import (
@@ -17,12 +16,13 @@ from openpendant.simplemsg import (
     Status,
     codec_for,
 )
+from openpendant.simplemsg.framing import Mode, Splitter
 
-from ...trace import Direction, Entry, Event, Packet
-from .actions import Act, Action, Do, LinkId, PutOff, Write
+from ...trace import Entry, Event, Packet, TraceDirection
+from .actions import Act, Action, ClientLinkId, DelayedPieces, Do, Write
 from .messages import ControllerMessages
 from .robot import Drive, FollowingRobot
-from .scenarios import Scenario, Twist
+from .scenarios import Mutation, Scenario
 from .setup import (
     CLIENT_CLOSED,
     CONNECTED,
@@ -34,7 +34,6 @@ from .setup import (
     Purpose,
     Setup,
 )
-from .trace import PREFIX
 from .trajectories import is_stop, parts_of
 
 REPORT_PERIOD_NS = 25_000_000
@@ -48,9 +47,6 @@ MANY_BUSY = 3
 MAX_ENTRIES = 200_000
 """A client that fills the trace of a scenario further is hung up on."""
 
-MAX_FRAME = 65_539
-"""Longest frame that is waited for, bytes."""
-
 
 class ScriptedController:
     """The controller's end of all connections, scenario after scenario.
@@ -58,8 +54,8 @@ class ScriptedController:
     Attributes:
         trace: packets and events of the scenario under way, times from its beginning.
         began: when the client sent the first point of the scenario [ns]; None before.
-        twisted: when the change was made [ns]; None before.
-        last_heard: when the client sent something last [ns].
+        mutated_at: when the change was made [ns]; None before.
+        last_received: time of the client's last bytes [ns].
     """
 
     def __init__(
@@ -75,30 +71,30 @@ class ScriptedController:
         """
         self.trace: list[Entry] = []
         self.began: int | None = None
-        self.twisted: int | None = None
-        self.last_heard = now
+        self.mutated_at: int | None = None
+        self.last_received = now
         self._setup = setup
         self._order = setup.order or ByteOrder.LITTLE
         self._codec = codec_for(setup.dialect, self._order, setup.real_size)
         self._messages = ControllerMessages(setup, self._order)
         self._robot = FollowingRobot(tuple(positions))
         self._at_point = at_point
-        self._scenario = Scenario(Twist.NONE)
+        self._scenario = Scenario(Mutation.NONE)
         self._epoch = now
-        self._pending: dict[LinkId, bytearray] = {}
-        self._put_off = PutOff()
+        self._pending: dict[ClientLinkId, Splitter] = {}
+        self._put_off = DelayedPieces()
         self._report_due = now
         self._silent_until = now
         self._back_at: int | None = None
-        self._deaf: set[LinkId] = set()
+        self._deaf: set[ClientLinkId] = set()
         self._busy_left = 0
 
     def begin(self, scenario: Scenario, now: int) -> None:
-        """Begin a scenario: a fresh trace, all connections kept, all trouble over."""
+        """Start a scenario: a fresh trace, the same connections, no trouble left."""
         self._scenario = scenario
         self._epoch = now
         self.trace = []
-        self.began = self.twisted = None
+        self.began = self.mutated_at = None
         self._deaf.clear()
         self._silent_until = now
         self._busy_left = MANY_BUSY
@@ -107,32 +103,33 @@ class ScriptedController:
         self.note(WRITES_OBSERVED, now)
         for link in self._pending:
             self.note(CONNECTED, now, link)
-        if scenario.twist in (Twist.NOT_POSSIBLE, Twist.NOT_READY):
-            self.twisted = now
+        if scenario.mutation in (Mutation.NOT_POSSIBLE, Mutation.NOT_READY):
+            self.mutated_at = now
 
-    def note(self, text: str, now: int, link: LinkId | None = None) -> None:
+    def note(self, text: str, now: int, link: ClientLinkId | None = None) -> None:
         """Put an event into the trace."""
         port, number = (link.port, link.number) if link else (0, 0)
         self.trace.append(Event(now - self._epoch, text, port, number, self._scenario.name))
 
     def moves(self, now: int) -> bool:
-        """Tell whether the robot moves."""
+        """Return True if the robot moves."""
         return self._robot.moves(now)
 
     # Connections.
 
-    def connected(self, link: LinkId, now: int) -> None:
+    def connected(self, link: ClientLinkId, now: int) -> None:
         """Take a new connection."""
-        self._pending[link] = bytearray()
+        # The shortest length is a frame here too: the checks judge it.
+        self._pending[link] = Splitter(Mode.STRICT, self._order, least_length=0)
         self.note(CONNECTED, now, link)
 
-    def disconnected(self, link: LinkId, now: int) -> None:
-        """Take note that the client is gone; a connection that we closed is gone already."""
+    def disconnected(self, link: ClientLinkId, now: int) -> None:
+        """Note that the client is gone; a connection that we closed is gone already."""
         pending = self._pending.pop(link, None)
         if pending is None:
             return
-        if pending:
-            self._keep(link, Direction.TO_SERVER, bytes(pending), now, is_frame=False)
+        for cut in pending.finish():
+            self._keep(link, TraceDirection.TO_SERVER, cut.data, now, is_frame=False)
         self.note(CLIENT_CLOSED, now, link)
         if link.purpose is Purpose.MOTION and not self._has_motion_link():
             self._robot.stop(now)
@@ -140,7 +137,7 @@ class ScriptedController:
     def _has_motion_link(self) -> bool:
         return any(link.purpose is Purpose.MOTION for link in self._pending)
 
-    def _drop(self, link: LinkId, act: Act, now: int) -> list[Action]:
+    def _drop(self, link: ClientLinkId, act: Act, now: int) -> list[Action]:
         if self._pending.pop(link, None) is None:
             return []
         self.note(SERVER_RESET if act is Act.RESET else SERVER_CLOSED, now, link)
@@ -148,41 +145,41 @@ class ScriptedController:
 
     # What comes in.
 
-    def received(self, link: LinkId, data: bytes, now: int) -> list[Action]:
+    def received(self, link: ClientLinkId, data: bytes, now: int) -> list[Action]:
         """Take bytes of the client and answer what they complete."""
         pending = self._pending.get(link)
         if pending is None:
             return []
-        self.last_heard = now
+        self.last_received = now
         if len(self.trace) > MAX_ENTRIES:
             return self._drop(link, Act.CLOSE, now)
-        in_pieces = bool(pending)
-        pending += data
+        in_pieces = bool(pending.pending)
         out: list[Action] = []
-        while link in self._pending and len(pending) >= PREFIX:
-            (length,) = struct.unpack_from(f"{self._order.value}i", pending)
-            whole = length >= 0 and len(pending) >= length + PREFIX
-            if not 0 <= length <= MAX_FRAME - PREFIX:
-                self._keep(link, Direction.TO_SERVER, bytes(pending), now, is_frame=False)
-                return out + self._drop(link, Act.CLOSE, now)
-            if not whole:
+        for cut in pending.feed(data):
+            if link not in self._pending:
                 break
-            frame = bytes(pending[: length + PREFIX])
-            del pending[: length + PREFIX]
-            if in_pieces:
+            if in_pieces and cut.is_frame:
                 self.note(IN_PIECES, now, link)
             in_pieces = False
-            self._keep(link, Direction.TO_SERVER, frame, now)
-            out += self._answer(link, frame, now)
+            self._keep(link, TraceDirection.TO_SERVER, cut.data, now, is_frame=cut.is_frame)
+            if not cut.is_frame:
+                return out + self._drop(link, Act.CLOSE, now)
+            out += self._answer(link, cut.data, now)
         return out
 
     def _keep(
-        self, link: LinkId, way: Direction, data: bytes, now: int, *, is_frame: bool = True
+        self,
+        link: ClientLinkId,
+        way: TraceDirection,
+        data: bytes,
+        now: int,
+        *,
+        is_frame: bool = True,
     ) -> None:
         time, name = now - self._epoch, self._scenario.name
         self.trace.append(Packet(time, way, data, link.port, link.number, name, is_frame))
 
-    def _answer(self, link: LinkId, frame: bytes, now: int) -> list[Action]:
+    def _answer(self, link: ClientLinkId, frame: bytes, now: int) -> list[Action]:
         if link in self._deaf:
             return []
         try:
@@ -200,14 +197,14 @@ class ScriptedController:
         if self.began is None:
             self.began = now
         sequence: int = getattr(message, "sequence", 0)
-        if self.twisted is None and sequence >= self._at_point:
-            return self._twist(link, message, now)
-        if self._scenario.twist is Twist.BUSY and self.twisted and self._busy_left:
-            return self._twist(link, message, now)
+        if self.mutated_at is None and sequence >= self._at_point:
+            return self._mutate(link, message, now)
+        if self._scenario.mutation is Mutation.BUSY and self.mutated_at and self._busy_left:
+            return self._mutate(link, message, now)
         return self._take(link, message, now)
 
-    def _take(self, link: LinkId, message: Message, now: int) -> list[Action]:
-        """Take a point as a good controller does."""
+    def _take(self, link: ClientLinkId, message: Message, now: int) -> list[Action]:
+        """Take a point as a correct controller does."""
         self._follow(message, now)
         if message.comm_type != CommType.REQUEST:
             return []
@@ -221,11 +218,11 @@ class ScriptedController:
 
     @property
     def _is_ready(self) -> bool:
-        return self._scenario.twist is not Twist.NOT_READY
+        return self._scenario.mutation is not Mutation.NOT_READY
 
-    def _reply(self, link: LinkId, frame: bytes, now: int) -> list[Action]:
+    def _reply(self, link: ClientLinkId, frame: bytes, now: int) -> list[Action]:
         free = self._put_off.after(link, now)
-        if self._scenario.twist is Twist.BYTEWISE:
+        if self._scenario.mutation is Mutation.BYTEWISE:
             for index in range(len(frame)):
                 ends = frame if index == len(frame) - 1 else b""
                 due = free + index * BYTE_PAUSE_NS
@@ -236,8 +233,8 @@ class ScriptedController:
             return []
         return self._send(link, frame, now)
 
-    def _send(self, link: LinkId, frame: bytes, now: int) -> list[Action]:
-        self._keep(link, Direction.TO_CLIENT, frame, now)
+    def _send(self, link: ClientLinkId, frame: bytes, now: int) -> list[Action]:
+        self._keep(link, TraceDirection.TO_CLIENT, frame, now)
         return [Write(link, frame)]
 
     def next_due(self) -> int:
@@ -251,7 +248,7 @@ class ScriptedController:
         for piece in self._put_off.take_due(now):
             if piece.link in self._pending:
                 if piece.frame:
-                    self._keep(piece.link, Direction.TO_CLIENT, piece.frame, now)
+                    self._keep(piece.link, TraceDirection.TO_CLIENT, piece.frame, now)
                 out.append(Write(piece.link, piece.data))
         if self._back_at is not None and now >= self._back_at:
             self._back_at = None
@@ -273,58 +270,60 @@ class ScriptedController:
         frames = [self._messages.joints(self._robot.at(now)), status]
         for link in links:
             for frame in frames:
-                self._keep(link, Direction.TO_CLIENT, frame, now)
+                self._keep(link, TraceDirection.TO_CLIENT, frame, now)
         return [Write(link, b"".join(frames)) for link in links]
 
     # The one change.
 
-    def _twist(self, link: LinkId, message: Message, now: int) -> list[Action]:
+    def _mutate(self, link: ClientLinkId, message: Message, now: int) -> list[Action]:
         """Make the scenario's change at this point."""
-        self.twisted = now
-        twist = self._scenario.twist
-        if twist.of_replies:
+        self.mutated_at = now
+        mutation = self._scenario.mutation
+        if mutation.of_replies:
             if message.comm_type != CommType.REQUEST:
                 return self._take(link, message, now)  # a topic has no reply to change
-            return self._change_reply(link, twist, message, now)
-        match twist:
-            case Twist.CLOSED:
+            return self._change_reply(link, mutation, message, now)
+        match mutation:
+            case Mutation.CLOSED:
                 return self._drop(link, Act.CLOSE, now)
-            case Twist.RESET:
+            case Mutation.RESET:
                 return self._drop(link, Act.RESET, now)
-            case Twist.RESTART:
+            case Mutation.RESTART:
                 return self._go_away(now)
-            case Twist.HALF_OPEN:
+            case Mutation.HALF_OPEN:
                 self._deaf.add(link)
                 return []
-        return self._take(link, message, now) + self._besides(link, twist, now)
+        return self._take(link, message, now) + self._besides(link, mutation, now)
 
-    def _change_reply(self, link: LinkId, twist: Twist, message: Message, now: int) -> list[Action]:
-        """Answer a point in the scenario's way."""
-        if twist not in (Twist.REFUSED, Twist.BUSY):
+    def _change_reply(
+        self, link: ClientLinkId, mutation: Mutation, message: Message, now: int
+    ) -> list[Action]:
+        """Answer a point with the scenario's mutation."""
+        if mutation not in (Mutation.REFUSED, Mutation.BUSY):
             self._follow(message, now)
-        self._busy_left -= twist is Twist.BUSY
-        frames = self._messages.changed(twist, message)
-        if twist is Twist.LATE:
+        self._busy_left -= mutation is Mutation.BUSY
+        frames = self._messages.changed(mutation, message)
+        if mutation is Mutation.LATE:
             self._put_off.add(link, now + LATE_NS, frames[0], frames[0])
             return []
         for frame in frames:
-            self._keep(link, Direction.TO_CLIENT, frame, now)
+            self._keep(link, TraceDirection.TO_CLIENT, frame, now)
         return [Write(link, b"".join(frames))] if frames else []
 
-    def _besides(self, motion: LinkId, twist: Twist, now: int) -> list[Action]:
+    def _besides(self, motion: ClientLinkId, mutation: Mutation, now: int) -> list[Action]:
         """Make a change that leaves the point's own answer alone."""
         states = [link for link in self._pending if link.purpose is Purpose.STATE]
-        frame = self._messages.besides(twist, self._status(now))
+        frame = self._messages.besides(mutation, self._status(now))
         if frame is not None:
-            links = states if twist.on_state else [motion]
+            links = states if mutation.on_state else [motion]
             return [action for link in links for action in self._send(link, frame, now)]
-        match twist:
-            case Twist.EMERGENCY_STOP:
+        match mutation:
+            case Mutation.EMERGENCY_STOP:
                 self._robot.stop(now)
                 self._robot.drive = Drive.STOPPED
-            case Twist.SILENCE:
+            case Mutation.SILENCE:
                 self._silent_until = now + SILENT_NS
-            case Twist.STATE_CLOSED:
+            case Mutation.STATE_CLOSED:
                 return [action for link in states for action in self._drop(link, Act.CLOSE, now)]
         return []
 
@@ -339,5 +338,5 @@ class ScriptedController:
         return self._messages.status(
             is_stopped=self._robot.drive is Drive.STOPPED,
             moves=self.moves(now),
-            is_possible=self._scenario.twist is not Twist.NOT_POSSIBLE,
+            is_possible=self._scenario.mutation is not Mutation.NOT_POSSIBLE,
         )

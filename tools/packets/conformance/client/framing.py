@@ -8,11 +8,17 @@ from openpendant.simplemsg import (
     Ping,
     ReplyCode,
 )
+from openpendant.simplemsg.framing import (
+    HEADER_SIZE,
+    LEAST_LENGTH,
+    MAX_DETECTABLE_LENGTH,
+    PREFIX_SIZE,
+)
 
-from ..findings import Finding, not_applicable
-from .check import ClientCheck, Habit, Observed, Problem, Tally, client_check, each
+from ..findings import CheckFinding, not_applicable
+from .check import Habit, Observed, Problem, Tally, client_check, each
 from .setup import IN_PIECES, WRITES_OBSERVED, Purpose
-from .trace import HEADER, LONGEST_PLAUSIBLE, PREFIX, Frame, Link
+from .trace import TracedFrame, TracedLink
 
 NOTHING_SENT = "the client sent nothing"
 
@@ -23,87 +29,66 @@ REP_PING_BODY = 40
 """REP-I0006 gives PING ten integers that industrial_core's does not have, bytes."""
 
 
-@client_check(
-    "FC01",
-    "each frame has exactly the bytes that its length declares",
-    "REP-I0006, packet structure: the prefix counts header and body, not itself",
-)
-def declared_length(seen: Observed) -> Finding:
+@client_check("FC01")
+def declared_length(seen: Observed) -> CheckFinding:
     """Compare each length with the bytes that came."""
 
-    def rule(frame: Frame) -> Problem | None:
+    def rule(frame: TracedFrame) -> Problem | None:
         if not frame.is_frame and _is_cut_short(frame):
             return None  # FC03 judges a stream that ended inside a frame
-        if frame.is_frame and frame.length == len(frame.data) - PREFIX:
+        if frame.is_frame and frame.length == len(frame.data) - PREFIX_SIZE:
             return None
-        return f"length {frame.length} before {max(0, len(frame.data) - PREFIX)} bytes"
+        return f"length {frame.length} before {max(0, len(frame.data) - PREFIX_SIZE)} bytes"
 
     return each(seen.trace.sent, rule, NOTHING_SENT)
 
 
-@client_check(
-    "FC02",
-    "each frame has at least a whole header",
-    "REP-I0006: the header is 12 bytes; industrial_core simple_message.cpp rejects less",
-)
-def whole_header(seen: Observed) -> Finding:
+@client_check("FC02")
+def whole_header(seen: Observed) -> CheckFinding:
     """Look for frames shorter than a header."""
 
-    def rule(frame: Frame) -> Problem | None:
-        if len(frame.data) >= HEADER or frame.length >= HEADER - PREFIX:
+    def rule(frame: TracedFrame) -> Problem | None:
+        if len(frame.data) >= HEADER_SIZE or frame.length >= LEAST_LENGTH:
             return None
-        return f"length {frame.length} is less than the header's {HEADER - PREFIX}"
+        return f"length {frame.length} is less than the header's {LEAST_LENGTH}"
 
     return each(seen.trace.sent, rule, NOTHING_SENT)
 
 
-@client_check(
-    "FC03",
-    "no connection ends inside a frame",
-    "REP-I0006: a stream without marks cannot be resumed inside a frame",
-)
-def whole_last_frame(seen: Observed) -> Finding:
+@client_check("FC03")
+def whole_last_frame(seen: Observed) -> CheckFinding:
     """Look at the last bytes of each connection."""
 
-    def rule(frame: Frame) -> Problem | None:
+    def rule(frame: TracedFrame) -> Problem | None:
         if frame.is_frame or not _is_cut_short(frame):
             return None
-        return f"{len(frame.data)} bytes of a frame of {frame.length + PREFIX}"
+        return f"{len(frame.data)} bytes of a frame of {frame.length + PREFIX_SIZE}"
 
     talked = [link for link in seen.trace.links.values() if _client_talked(link)]
     lasts = [[frame for frame in link.frames if frame.from_client][-1] for link in talked]
     return each(lasts, rule, NOTHING_SENT)
 
 
-@client_check(
-    "FC04",
-    "no frame is longer than the receiver takes",
-    "industrial_core simple_socket.h: sends of 1,024 bytes and more are refused, and a receiver of"
-    " that library would be overrun; on the pendant port the announced 65,532",
-)
-def bounded(seen: Observed) -> Finding:
+@client_check("FC04")
+def bounded(seen: Observed) -> CheckFinding:
     """Compare each frame with the bound of its port."""
 
-    def rule(frame: Frame) -> Problem | None:
+    def rule(frame: TracedFrame) -> Problem | None:
         is_pendant = frame.link.purpose is Purpose.PENDANT
         most = MAX_PENDANT_FRAME if is_pendant else MAX_REFERENCE_FRAME
-        size = max(len(frame.data), frame.length + PREFIX)
+        size = max(len(frame.data), frame.length + PREFIX_SIZE)
         return f"{size} bytes, at most {most}" if size > most else None
 
     return each(seen.trace.sent, rule, NOTHING_SENT)
 
 
-@client_check(
-    "FC05",
-    "each body has the layout of its message type",
-    "REP-I0006, message bodies; industrial_core's load routines",
-)
-def layout(seen: Observed) -> Finding:
+@client_check("FC05")
+def layout(seen: Observed) -> CheckFinding:
     """Look for bodies that cannot be read."""
 
-    def rule(frame: Frame) -> Problem | None:
-        if isinstance(frame.message, Ping) and len(frame.data) > HEADER:
-            size = len(frame.data) - HEADER
+    def rule(frame: TracedFrame) -> Problem | None:
+        if isinstance(frame.message, Ping) and len(frame.data) > HEADER_SIZE:
+            size = len(frame.data) - HEADER_SIZE
             if size == REP_PING_BODY:
                 return Habit("PING with REP-I0006's 40-byte body", f"{size} bytes of body")
             return f"PING with a body of {size} bytes"
@@ -113,13 +98,8 @@ def layout(seen: Observed) -> Finding:
     return each(sound, rule, NOTHING_SENT)
 
 
-@client_check(
-    "FC06",
-    "each frame arrives in one piece",
-    "motoman_driver MotionServer.c: a frame that comes in two reads is answered INVALID/3001 and"
-    " thrown away",
-)
-def one_write(seen: Observed) -> Finding:
+@client_check("FC06")
+def one_write(seen: Observed) -> CheckFinding:
     """Look at how frames reached a live judge; a recording does not say."""
     texts = [event for event in seen.trace.events if event.text in (IN_PIECES, WRITES_OBSERVED)]
     if not texts:
@@ -138,34 +118,24 @@ def one_write(seen: Observed) -> Finding:
     return tally.finding(NOTHING_SENT)
 
 
-def _is_cut_short(frame: Frame) -> bool:
-    """Tell whether bytes are the beginning of a frame; a prefix of two bytes is one, too."""
-    if len(frame.data) < PREFIX:
+def _is_cut_short(frame: TracedFrame) -> bool:
+    """Return True if bytes are the beginning of a frame; a prefix of two bytes is one, too."""
+    if len(frame.data) < PREFIX_SIZE:
         return True
-    return len(frame.data) - PREFIX < frame.length <= LONGEST_PLAUSIBLE
+    return len(frame.data) - PREFIX_SIZE < frame.length <= MAX_DETECTABLE_LENGTH
 
 
-def _client_talked(link: Link) -> bool:
+def _client_talked(link: TracedLink) -> bool:
     return any(frame.from_client for frame in link.frames)
 
 
-def _has_valid_header(frame: Frame) -> bool:
-    """Tell whether only the body is left to judge; headers have checks of their own."""
+def _has_valid_header(frame: TracedFrame) -> bool:
+    """Return True if only the body is left to judge; headers have checks of their own."""
     is_reply = frame.comm_type == CommType.REPLY
     return (
         frame.is_whole_header
-        and frame.length == len(frame.data) - PREFIX
+        and frame.length == len(frame.data) - PREFIX_SIZE
         and frame.msg_type != 0
         and frame.comm_type != CommType.INVALID
         and is_reply == (frame.reply_code != ReplyCode.UNUSED)
     )
-
-
-CHECKS: tuple[ClientCheck, ...] = (
-    declared_length,
-    whole_header,
-    whole_last_frame,
-    bounded,
-    layout,
-    one_write,
-)

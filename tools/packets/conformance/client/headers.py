@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from openpendant.simplemsg import MOTOMAN, CommType, MsgType, ReplyCode
 
-from ..findings import Finding, not_applicable
-from .check import ClientCheck, Observed, Problem, client_check, each
+from ..findings import CheckFinding, not_applicable
+from .check import Observed, Problem, client_check, each
 from .framing import NOTHING_SENT
-from .trace import ClientTrace, Frame
+from .trace import ClientTrace, TracedFrame
 
 _STANDARD_ASKED = {
     MsgType.PING,
@@ -20,12 +20,8 @@ _MOTOMAN_ASKED = {2001, 2003, 2005, 2007, 2009, 2012, 2013, 2016, 2018, 2020}
 _FREE_TYPES = range(65_000, 65_536)
 
 
-@client_check(
-    "HC01",
-    "no frame has the reserved message type 0",
-    "REP-I0004, message identifiers; industrial_core simple_message.cpp, validateMessage",
-)
-def type_given(seen: Observed) -> Finding:
+@client_check("HC01")
+def type_given(seen: Observed) -> CheckFinding:
     """Look at the type of each frame."""
     return each(
         _headed(seen.trace),
@@ -34,12 +30,8 @@ def type_given(seen: Observed) -> Finding:
     )
 
 
-@client_check(
-    "HC02",
-    "each frame is a topic, a request or a reply",
-    "REP-I0006, communication types; industrial_core simple_message.cpp, validateMessage",
-)
-def comm_type_known(seen: Observed) -> Finding:
+@client_check("HC02")
+def comm_type_known(seen: Observed) -> CheckFinding:
     """Look at the communication type of each frame."""
     known = (CommType.TOPIC, CommType.REQUEST, CommType.REPLY)
     return each(
@@ -49,12 +41,8 @@ def comm_type_known(seen: Observed) -> Finding:
     )
 
 
-@client_check(
-    "HC03",
-    "topics and requests carry reply code 0",
-    "REP-I0006, reply code: unused but in replies; simple_message.cpp, validateMessage",
-)
-def no_code_but_in_replies(seen: Observed) -> Finding:
+@client_check("HC03")
+def no_code_but_in_replies(seen: Observed) -> CheckFinding:
     """Look at the reply code of everything but replies."""
     return each(
         [frame for frame in _headed(seen.trace) if frame.comm_type != CommType.REPLY],
@@ -63,12 +51,8 @@ def no_code_but_in_replies(seen: Observed) -> Finding:
     )
 
 
-@client_check(
-    "HC04",
-    "each reply says success or failure",
-    "REP-I0006, reply code 1 or 2; simple_message.cpp drops a reply with code 0",
-)
-def code_in_replies(seen: Observed) -> Finding:
+@client_check("HC04")
+def code_in_replies(seen: Observed) -> CheckFinding:
     """Look at the reply code of replies."""
     verdicts = (ReplyCode.SUCCESS, ReplyCode.FAILURE)
     return each(
@@ -78,16 +62,12 @@ def code_in_replies(seen: Observed) -> Finding:
     )
 
 
-@client_check(
-    "HC05",
-    "a client asks only for what controllers have",
-    "REP-I0004: state and replies come from the controller; vendor types within their dialect",
-)
-def asks_what_exists(seen: Observed) -> Finding:
+@client_check("HC05")
+def asks_what_exists(seen: Observed) -> CheckFinding:
     """Look at the types of topics and requests."""
     known = _STANDARD_ASKED | (_MOTOMAN_ASKED if seen.trace.setup.dialect is MOTOMAN else set())
 
-    def rule(frame: Frame) -> Problem | None:
+    def rule(frame: TracedFrame) -> Problem | None:
         is_known = frame.msg_type in known or frame.msg_type in _FREE_TYPES
         return None if is_known else f"type {frame.msg_type} is nothing that a client asks"
 
@@ -95,12 +75,8 @@ def asks_what_exists(seen: Observed) -> Finding:
     return each(asked, rule, "the client sent no topic and no request")
 
 
-@client_check(
-    "HC06",
-    "PING is never a topic",
-    "industrial_core ping_message.cpp has no topic form of it",
-)
-def ping_is_no_topic(seen: Observed) -> Finding:
+@client_check("HC06")
+def ping_is_no_topic(seen: Observed) -> CheckFinding:
     """Look at the client's pings."""
     return each(
         [frame for frame in _headed(seen.trace) if frame.msg_type == MsgType.PING],
@@ -109,28 +85,19 @@ def ping_is_no_topic(seen: Observed) -> Finding:
     )
 
 
-@client_check(
-    "BC01",
-    "the byte order is the same over a whole connection",
-    "REP-I0006: the controller's native order holds; industrial_core byte_array.cpp swaps all or"
-    " nothing",
-)
-def constant_order(seen: Observed) -> Finding:
+@client_check("BC01")
+def constant_order(seen: Observed) -> CheckFinding:
     """Compare each frame with the first of its connection."""
 
-    def rule(frame: Frame) -> Problem | None:
+    def rule(frame: TracedFrame) -> Problem | None:
         first = next(other for other in frame.link.frames if other.from_client and other.order)
         return None if frame.order is first.order else "the byte order changed"
 
     return each(_ordered(seen.trace), rule, NOTHING_SENT)
 
 
-@client_check(
-    "BC02",
-    "the byte order is the controller's",
-    "REP-I0006; industrial_robot_client: use_bswap is chosen by the controller",
-)
-def controllers_order(seen: Observed) -> Finding:
+@client_check("BC02")
+def controllers_order(seen: Observed) -> CheckFinding:
     """Compare the client's frames with those of the controller."""
     setup = seen.trace.setup
     heard = (frame.order for frame in seen.trace.frames if not frame.from_client and frame.order)
@@ -144,12 +111,8 @@ def controllers_order(seen: Observed) -> Finding:
     )
 
 
-@client_check(
-    "BC03",
-    "all connections of a client have the same byte order",
-    "industrial_robot_client: the motion and the state node are built for one order",
-)
-def one_order(seen: Observed) -> Finding:
+@client_check("BC03")
+def one_order(seen: Observed) -> CheckFinding:
     """Compare the connections with each other."""
     talked = [
         link
@@ -166,22 +129,9 @@ def one_order(seen: Observed) -> Finding:
     )
 
 
-def _headed(trace: ClientTrace) -> list[Frame]:
+def _headed(trace: ClientTrace) -> list[TracedFrame]:
     return [frame for frame in trace.sent if frame.is_whole_header]
 
 
-def _ordered(trace: ClientTrace) -> list[Frame]:
+def _ordered(trace: ClientTrace) -> list[TracedFrame]:
     return [frame for frame in trace.sent if frame.order is not None]
-
-
-CHECKS: tuple[ClientCheck, ...] = (
-    type_given,
-    comm_type_known,
-    no_code_but_in_replies,
-    code_in_replies,
-    asks_what_exists,
-    ping_is_no_topic,
-    constant_order,
-    controllers_order,
-    one_order,
-)

@@ -7,81 +7,55 @@ results out.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import chain
 
 from ...trace import Entry
+from ..check import Result
 from ..findings import (
     PASSED,
-    CheckInfo,
-    Finding,
-    Result,
+    CheckFinding,
+    CheckVerdict,
     Section,
-    Verdict,
     deviates,
     failed,
     not_applicable,
 )
-from . import (
-    answers,
+from . import (  # noqa: F401 - they register themselves
     framing,
     headers,
     limits,
     link,
     motion,
     motoman,
-    motoman_fields,
-    points,
     replies,
     status,
     stop,
-    velocities,
 )
-from .check import ClientCheck, Observed
-from .reports import Reports
+from .check import REGISTER, ClientCheck, Observed
+from .reports import ReportHistory
 from .setup import Setup
 from .trace import ClientTrace
 from .trajectories import motions_of
 
-_ORDER = list(Section)
-
-CHECKS: tuple[ClientCheck, ...] = tuple(
-    sorted(
-        chain(
-            framing.CHECKS,
-            headers.CHECKS,
-            replies.CHECKS,
-            answers.CHECKS,
-            motion.CHECKS,
-            points.CHECKS,
-            stop.CHECKS,
-            limits.CHECKS,
-            velocities.CHECKS,
-            status.CHECKS,
-            link.CHECKS,
-            motoman.CHECKS,
-            motoman_fields.CHECKS,
-        ),
-        key=lambda check: (_ORDER.index(check.info.section), check.info.number),
-    )
-)
+CHECKS = REGISTER.in_order(Section)
 """In the order of the report: section by section, then by number."""
 
-CLIENT_CHECKS: tuple[CheckInfo, ...] = tuple(check.info for check in CHECKS)
 
-
-def judge_scenario(entries: Sequence[Entry], setup: Setup) -> dict[str, Finding]:
+def judge_scenario(
+    entries: Sequence[Entry], setup: Setup, checks: Iterable[ClientCheck] = CHECKS
+) -> dict[str, CheckFinding]:
     """Judge one scenario.
 
     Args:
         entries: its packets and events, in order of time.
         setup: what is known of the controller.
+        checks: those to run.
 
     Returns:
-        The finding of every check by its number.
+        The finding of each of them by its number.
     """
     trace = ClientTrace(entries, setup)
-    seen = Observed(trace, motions_of(trace), Reports(trace))
-    return {check.info.number: check.judge(seen) for check in CHECKS}
+    seen = Observed(trace, motions_of(trace), ReportHistory(trace))
+    return {check.number: check.judge(seen) for check in checks}
 
 
 def scenarios_of(entries: Iterable[Entry]) -> dict[str, list[Entry]]:
@@ -92,7 +66,7 @@ def scenarios_of(entries: Iterable[Entry]) -> dict[str, list[Entry]]:
     return found
 
 
-def results_of(findings: Mapping[str, Mapping[str, Finding]]) -> tuple[Result, ...]:
+def results_of(findings: Mapping[str, Mapping[str, CheckFinding]]) -> tuple[Result, ...]:
     """Return one result for each check from its findings in each scenario.
 
     The worst finding counts: one failure fails, one habit makes it deviate, and it passed only
@@ -103,15 +77,15 @@ def results_of(findings: Mapping[str, Mapping[str, Finding]]) -> tuple[Result, .
     """
     return tuple(
         Result(
-            check.info,
-            _together({name: found[check.info.number] for name, found in findings.items()}),
+            check,
+            _together({name: found[check.number] for name, found in findings.items()}),
         )
         for check in CHECKS
     )
 
 
-def _together(findings: Mapping[str, Finding]) -> Finding:
-    def details(verdict: Verdict) -> str:
+def _together(findings: Mapping[str, CheckFinding]) -> CheckFinding:
+    def details(verdict: CheckVerdict) -> str:
         return "; ".join(
             f"[{name}] {finding.detail}" if name else finding.detail
             for name, finding in findings.items()
@@ -119,12 +93,12 @@ def _together(findings: Mapping[str, Finding]) -> Finding:
         )
 
     verdicts = {finding.verdict for finding in findings.values()}
-    if Verdict.FAILED in verdicts:
-        return failed(details(Verdict.FAILED))
-    if Verdict.DEVIATES in verdicts:
+    if CheckVerdict.FAILED in verdicts:
+        return failed(details(CheckVerdict.FAILED))
+    if CheckVerdict.DEVIATES in verdicts:
         habits = dict.fromkeys(f.habit for f in findings.values() if f.habit)
-        return deviates("; ".join(habits), details(Verdict.DEVIATES))
-    if Verdict.PASSED in verdicts:
+        return deviates("; ".join(habits), details(CheckVerdict.DEVIATES))
+    if CheckVerdict.PASSED in verdicts:
         return PASSED
     reasons = dict.fromkeys(finding.detail for finding in findings.values())
     return not_applicable("; ".join(reasons) or "nothing was observed")

@@ -1,6 +1,6 @@
-"""Checks of the numbers of a trajectory: finite, within the limits, and without jumps.
+"""Checks of the numbers of a trajectory: finite, within the limits, without jumps.
 
-Whether its velocities make sense is judged in `velocities`.
+The velocities of full points, too: at rest at both ends, leading along the way between.
 """
 
 from __future__ import annotations
@@ -8,12 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 
-from openpendant.motion.limits import JointLimits
-from openpendant.simplemsg import MOTOMAN, JointTraj, ValidField
+from openpendant.motion.description.limits import JointLimits
+from openpendant.simplemsg import MOTOMAN, JointTraj, MsgType, TriState, ValidField
 
-from ..findings import Finding, not_applicable
-from .check import ClientCheck, Habit, Observed, Problem, Tally, client_check, each
-from .trajectories import Part, Step
+from ..findings import CheckFinding, not_applicable
+from .check import Habit, Observed, Problem, Tally, client_check, each
+from .trajectories import GroupPoint, PointAnswer, SentPoint, SentTrajectory
 
 NO_LIMITS = "the robot was not told"
 NO_TRAJECTORY = "the client sent no trajectory"
@@ -34,15 +34,11 @@ MOTOMAN_START_TOLERANCE = 1e-3
 """The same for Motoman controllers, which take 30 pulses [rad or m]."""
 
 
-@client_check(
-    "LC01",
-    "every number is finite",
-    "observed: no vendor's server looks for NaN; a joint would be sent anywhere",
-)
-def finite(seen: Observed) -> Finding:
+@client_check("LC01")
+def finite(seen: Observed) -> CheckFinding:
     """Look at each real of each point."""
 
-    def rule(step: Step) -> Problem | None:
+    def rule(step: SentPoint) -> Problem | None:
         for part in step.parts:
             for value in _numbers(part):
                 if not math.isfinite(value):
@@ -52,7 +48,7 @@ def finite(seen: Observed) -> Finding:
     return each(seen.motions.steps, rule, NO_TRAJECTORY)
 
 
-def _numbers(part: Part) -> Iterator[float]:
+def _numbers(part: GroupPoint) -> Iterator[float]:
     yield from part.positions
     yield from part.velocities
     yield from part.accelerations
@@ -61,15 +57,11 @@ def _numbers(part: Part) -> Iterator[float]:
             yield value
 
 
-@client_check(
-    "LC02",
-    "positions keep to the joint limits",
-    "observed: staubli_val3_driver drops such a point, motoman_driver does not look",
-)
-def positions(seen: Observed) -> Finding:
+@client_check("LC02")
+def positions(seen: Observed) -> CheckFinding:
     """Compare each position with the limits of its joint."""
 
-    def outside(limits: JointLimits, part: Part) -> str | None:
+    def outside(limits: JointLimits, part: GroupPoint) -> str | None:
         for joint, value in enumerate(part.positions[: limits.dof]):
             lower, upper = limits.lower[joint], limits.upper[joint]
             if not lower - ROUNDING <= value <= upper + ROUNDING:
@@ -79,15 +71,11 @@ def positions(seen: Observed) -> Finding:
     return _against_limits(seen, outside)
 
 
-@client_check(
-    "LC03",
-    "velocities keep to the joint limits",
-    "industrial_core joint_trajectory_interface.cpp, is_valid; motoman_driver: INVALID/3013",
-)
-def velocities(seen: Observed) -> Finding:
+@client_check("LC03")
+def velocities(seen: Observed) -> CheckFinding:
     """Compare each velocity with the limit of its joint."""
 
-    def outside(limits: JointLimits, part: Part) -> str | None:
+    def outside(limits: JointLimits, part: GroupPoint) -> str | None:
         if not part.valid & ValidField.VELOCITY:
             return None
         return _beyond(part.velocities, limits.velocity, "moves with")
@@ -95,15 +83,11 @@ def velocities(seen: Observed) -> Finding:
     return _against_limits(seen, outside)
 
 
-@client_check(
-    "LC04",
-    "accelerations keep to the joint limits",
-    "industrial_core joint_traj_pt_full.h: what is sent as valid is meant",
-)
-def accelerations(seen: Observed) -> Finding:
+@client_check("LC04")
+def accelerations(seen: Observed) -> CheckFinding:
     """Compare each acceleration with the limit of its joint."""
 
-    def outside(limits: JointLimits, part: Part) -> str | None:
+    def outside(limits: JointLimits, part: GroupPoint) -> str | None:
         if not part.valid & ValidField.ACCELERATION:
             return None
         return _beyond(part.accelerations, limits.acceleration, "accelerates with")
@@ -118,24 +102,22 @@ def _beyond(values: Sequence[float], most: Sequence[float], verb: str) -> str | 
     return None
 
 
-def _against_limits(seen: Observed, outside: Callable[[JointLimits, Part], str | None]) -> Finding:
+def _against_limits(
+    seen: Observed, outside: Callable[[JointLimits, GroupPoint], str | None]
+) -> CheckFinding:
     limits = seen.trace.setup.limits
     if limits is None:
         return not_applicable(NO_LIMITS)
 
-    def rule(step: Step) -> Problem | None:
+    def rule(step: SentPoint) -> Problem | None:
         found = (outside(limits, part) for part in step.parts)
         return next((text for text in found if text is not None), None)
 
     return each(seen.motions.steps, rule, NO_TRAJECTORY)
 
 
-@client_check(
-    "LC05",
-    "no joint has to move faster than it can from one point to the next",
-    "observed: no vendor's server checks it; a controller that follows would jump",
-)
-def speed_between_points(seen: Observed) -> Finding:
+@client_check("LC05")
+def speed_between_points(seen: Observed) -> CheckFinding:
     """Compare the way between two points with the time between them."""
     limits = seen.trace.setup.limits
     tally = Tally()
@@ -149,7 +131,7 @@ def speed_between_points(seen: Observed) -> Finding:
     return tally.finding("no two points with a time between them")
 
 
-def _between(one: Part, other: Part) -> float | None:
+def _between(one: GroupPoint, other: GroupPoint) -> float | None:
     if other.duration is not None:
         return other.duration
     return None if one.time is None or other.time is None else other.time - one.time
@@ -167,13 +149,8 @@ def _too_fast(
     return None
 
 
-@client_check(
-    "LC06",
-    "the first point is where the robot stands",
-    "motoman_driver joint_trajectory_streamer.cpp and its controller (INVALID/3011);"
-    " industrial_core does not look (industrial_core#187)",
-)
-def starts_where_it_stands(seen: Observed) -> Finding:
+@client_check("LC06")
+def starts_where_it_stands(seen: Observed) -> CheckFinding:
     """Compare each first point with the robot's last report."""
     tolerance = START_TOLERANCE
     if seen.trace.setup.dialect is MOTOMAN:
@@ -189,8 +166,8 @@ def starts_where_it_stands(seen: Observed) -> Finding:
 
 
 def _start(
-    step: Step,
-    part: Part,
+    step: SentPoint,
+    part: GroupPoint,
     places: list[tuple[float, ...]],
     tolerance: float,
     seen: Observed,
@@ -212,12 +189,8 @@ def _start(
     return Habit(name, f"{text}, with {part.duration:g} s to get there")
 
 
-@client_check(
-    "LC08",
-    "no whole trajectory is sent in one message",
-    "REP-I0006: JOINT_TRAJ is deprecated; no vendor's server takes it",
-)
-def no_joint_traj(seen: Observed) -> Finding:
+@client_check("LC08")
+def no_joint_traj(seen: Observed) -> CheckFinding:
     """Look for JOINT_TRAJ."""
 
     def is_motion(message: object) -> bool:
@@ -233,12 +206,110 @@ def no_joint_traj(seen: Observed) -> Finding:
     )
 
 
-CHECKS: tuple[ClientCheck, ...] = (
-    finite,
-    positions,
-    velocities,
-    accelerations,
-    speed_between_points,
-    starts_where_it_stands,
-    no_joint_traj,
-)
+LEAST_WAY = 0.01
+"""A joint that goes less far, over all, is not judged by its velocities [rad or m]."""
+
+LEAST_SHARE, LARGEST_SHARE = -0.25, 2.0
+"""What velocities add up to, over the way: 0 where each point is a stop, 1.5 in the steepest cubic
+without overshoot."""
+
+ENDED_FOR_NS = 1_000_000_000
+"""A trajectory without another point for so long is over."""
+
+
+@client_check("LC07")
+def starts_at_rest(seen: Observed) -> CheckFinding:
+    """Look at the velocities of each first point."""
+    is_motoman = seen.trace.setup.dialect is MOTOMAN
+
+    def rule(trajectory: SentTrajectory) -> Problem | None:
+        for part in trajectory.steps[0].parts:
+            fastest = max(map(abs, part.velocities), default=0.0)
+            if part.valid & ValidField.VELOCITY and not fastest <= ROUNDING:
+                text = f"it begins with a velocity of {fastest:g}"
+                name = "motoman_driver: the velocity of the first point is passed on as it is"
+                return Habit(name, text) if is_motoman else text
+        return None
+
+    full = [
+        item
+        for item in seen.motions.trajectories
+        if item.steps[0].frame.msg_type != MsgType.JOINT_TRAJ_PT
+    ]
+    return each(full, rule, "the client sent no point of type 14 or 2016")
+
+
+@client_check("LC09")
+def velocities_lead_there(seen: Observed) -> CheckFinding:
+    """Compare what the velocities of a trajectory add up to with its way, joint by joint."""
+    tally = Tally()
+    for trajectory in seen.motions.trajectories:
+        problem = _misled(trajectory)
+        if problem is not None:
+            tally.look(trajectory, problem or None)
+    return tally.finding("no full trajectory with velocities has a way to go")
+
+
+def _misled(trajectory: SentTrajectory) -> str | None:
+    """Return what is wrong with the velocities; empty for nothing, None where none are given."""
+    ways: dict[tuple[int, int], list[tuple[float, float]]] = {}
+    for before, after in trajectory.pairs:
+        for one, other in zip(before.parts, after.parts, strict=False):
+            for joint, led, went in _led_and_went(one, other):
+                ways.setdefault((one.group, joint), []).append((led, went))
+    judged = False
+    for (_, joint), pairs in ways.items():
+        scale = sum(went * went for _, went in pairs)
+        if not scale > LEAST_WAY * LEAST_WAY:
+            continue
+        judged = True
+        share = sum(led * went for led, went in pairs) / scale
+        if not LEAST_SHARE <= share <= LARGEST_SHARE:
+            return f"the velocities of joint {joint + 1} lead {share:.3g} times as far as it goes"
+    return "" if judged else None
+
+
+def _led_and_went(one: GroupPoint, other: GroupPoint) -> Iterator[tuple[int, float, float]]:
+    """Yield joint, way by the mean velocity and way by the positions, from point to point."""
+    meant = ValidField.TIME | ValidField.POSITION | ValidField.VELOCITY
+    if one.valid & meant != meant or other.valid & meant != meant:
+        return
+    if one.time is None or other.time is None or not other.time > one.time:
+        return
+    for joint, (start, goal) in enumerate(zip(one.positions, other.positions, strict=True)):
+        mean = (one.velocities[joint] + other.velocities[joint]) / 2
+        led, went = mean * (other.time - one.time), goal - start
+        if math.isfinite(led) and math.isfinite(went):
+            yield joint, led, went
+
+
+@client_check("LC10")
+def ends_at_rest(seen: Observed) -> CheckFinding:
+    """Look at the velocities of the last point of what nothing cut short."""
+    is_motoman = seen.trace.setup.dialect is MOTOMAN
+
+    def rule(trajectory: SentTrajectory) -> Problem | None:
+        for part in trajectory.steps[-1].parts:
+            fastest = max(map(abs, part.velocities), default=0.0)
+            if part.valid & ValidField.VELOCITY and not fastest <= ROUNDING:
+                text = f"it ends with a velocity of {fastest:g}"
+                name = "motoman_driver: the velocity of the last point is passed on as it is"
+                return Habit(name, text) if is_motoman else text
+        return None
+
+    whole = [item for item in seen.motions.trajectories if _is_whole(item, seen)]
+    return each(whole, rule, "no full trajectory was seen to its end")
+
+
+def _is_whole(trajectory: SentTrajectory, seen: Observed) -> bool:
+    """Return True if a full trajectory ended with its last point, as far as can be seen."""
+    last = trajectory.steps[-1]
+    if last.frame.msg_type == MsgType.JOINT_TRAJ_PT or trajectory.stop is not None:
+        return False
+    later = [item.begins for item in seen.motions.trajectories if item.begins > last.frame.time]
+    closed = [link.closed for link in seen.trace.links.values() if link.closed is not None]
+    until = min([seen.trace.ended, *later, *(time for time in closed if time > last.frame.time)])
+    status = seen.reports.status_at(last.frame.time + ENDED_FOR_NS)
+    is_sound = status is None or status.e_stopped != TriState.TRUE
+    is_quiet = until - last.frame.time >= ENDED_FOR_NS
+    return last.answer is PointAnswer.TAKEN and is_sound and is_quiet

@@ -6,11 +6,11 @@ from itertools import pairwise
 
 from openpendant.simplemsg import CommType
 
-from ..findings import Finding, not_applicable
-from .check import ClientCheck, Habit, Moment, Observed, Problem, Tally, client_check, each
+from ..findings import CheckFinding, not_applicable
+from .check import Habit, Moment, Observed, Problem, Tally, client_check, each
 from .setup import CONNECTED, RESTARTED, Purpose
-from .trace import Frame, Link
-from .trajectories import BEGINNINGS, Answer, Step, Trajectory
+from .trace import TracedFrame, TracedLink
+from .trajectories import BEGINNINGS, PointAnswer, SentPoint, SentTrajectory
 
 MOST_CONNECTS = 10
 """Connects to one port within a second."""
@@ -18,12 +18,8 @@ MOST_CONNECTS = 10
 SECOND_NS = 1_000_000_000
 
 
-@client_check(
-    "KC01",
-    "a client does not connect more than ten times a second",
-    "observed: industrial_core connects after 10 to 20 ms, then pauses 250 ms; five attempts",
-)
-def connects_calmly(seen: Observed) -> Finding:
+@client_check("KC01")
+def connects_calmly(seen: Observed) -> CheckFinding:
     """Count the connects to each port within any second."""
     tally = Tally()
     for port in sorted({link.port for link in seen.trace.links.values()}):
@@ -39,19 +35,15 @@ def connects_calmly(seen: Observed) -> Finding:
     return tally.finding("the trace shows no connecting")
 
 
-@client_check(
-    "KC02",
-    "after a lost connection no point is skipped",
-    "observed: the stock client sends the unanswered point again, with the same sequence",
-)
-def skips_nothing(seen: Observed) -> Finding:
+@client_check("KC02")
+def skips_nothing(seen: Observed) -> CheckFinding:
     """Look at the first point of a trajectory on a new connection."""
     tally = Tally()
     for trajectory in seen.motions.trajectories:
         for before, after in pairwise(trajectory.steps):
             if before.frame.link is after.frame.link:
                 continue
-            skipped = after.repeats is None and before.answer is Answer.NONE
+            skipped = after.repeats is None and before.answer is PointAnswer.NONE
             skipped = skipped and before.frame.comm_type == CommType.REQUEST
             text = f"sequence {after.sequence} follows, {before.sequence} was never answered"
             tally.look(after, text if skipped else None)
@@ -60,12 +52,8 @@ def skips_nothing(seen: Observed) -> Finding:
     return tally.finding("no connection was lost during a trajectory")
 
 
-@client_check(
-    "KC03",
-    "a lost connection does not shift the trajectory",
-    "REP-I0006, sequence: the index in the trajectory, whatever connection carries it",
-)
-def goes_on_in_order(seen: Observed) -> Finding:
+@client_check("KC03")
+def goes_on_in_order(seen: Observed) -> CheckFinding:
     """Compare sequence numbers across connections."""
     tally = Tally()
     for trajectory in seen.motions.trajectories:
@@ -78,15 +66,11 @@ def goes_on_in_order(seen: Observed) -> Finding:
     return tally.finding("no trajectory went on over another connection")
 
 
-@client_check(
-    "KC04",
-    "points travel on one connection at a time",
-    "observed: vendors' servers take one motion client; a second one may carry STOP only",
-)
-def one_motion_link(seen: Observed) -> Finding:
+@client_check("KC04")
+def one_motion_link(seen: Observed) -> CheckFinding:
     """Look for points on two connections that were open together."""
     tally = Tally()
-    carriers: list[Link] = []
+    carriers: list[TracedLink] = []
     for step in seen.motions.steps:
         link = step.frame.link
         others = [other for other in carriers if other is not link]
@@ -99,19 +83,15 @@ def one_motion_link(seen: Observed) -> Finding:
     return tally.finding("the client sent no points")
 
 
-def _is_open(link: Link, frame: Frame) -> bool:
-    """Tell whether another connection was open and still used for points after this frame."""
+def _is_open(link: TracedLink, frame: TracedFrame) -> bool:
+    """Return True if another connection was open and still used for points after this frame."""
     if link.closed is not None and link.closed <= frame.time:
         return False
     return any(other.from_client and other.time > frame.time for other in reversed(link.frames))
 
 
-@client_check(
-    "KC05",
-    "no trajectory goes on at a controller that was restarted",
-    "observed: a restarted controller has lost its buffer; industrial_robot_client resumes blindly",
-)
-def restart_ends(seen: Observed) -> Finding:
+@client_check("KC05")
+def restart_ends(seen: Observed) -> CheckFinding:
     """Look at the points that follow a restart of the controller."""
     tally = Tally()
     for event in seen.trace.events:
@@ -131,15 +111,11 @@ def restart_ends(seen: Observed) -> Finding:
     return tally.finding("the controller was not restarted during a trajectory")
 
 
-@client_check(
-    "KC06",
-    "after a lost connection a trajectory is resumed where it was or begun anew",
-    "REP-I0006, sequence; observed: five attempts, then the trajectory is dropped",
-)
-def resumes_or_restarts(seen: Observed) -> Finding:
+@client_check("KC06")
+def resumes_or_restarts(seen: Observed) -> CheckFinding:
     """Look at the first point on each connection that follows a lost one."""
 
-    def rule(step: Step) -> Problem | None:
+    def rule(step: SentPoint) -> Problem | None:
         if step.sequence in BEGINNINGS or any(
             step in t.steps[1:] for t in seen.motions.trajectories
         ):
@@ -152,7 +128,7 @@ def resumes_or_restarts(seen: Observed) -> Finding:
     )
     if not lost:
         return not_applicable("no motion connection was lost")
-    firsts: dict[int, Step] = {}
+    firsts: dict[int, SentPoint] = {}
     for step in seen.motions.steps:
         firsts.setdefault(id(step.frame.link), step)
     return each(
@@ -160,22 +136,12 @@ def resumes_or_restarts(seen: Observed) -> Finding:
     )
 
 
-def _abandoned(seen: Observed) -> list[Trajectory]:
+def _abandoned(seen: Observed) -> list[SentTrajectory]:
     """Return the trajectories that ended with an unanswered point on a link that was lost."""
     return [
         trajectory
         for trajectory in seen.motions.trajectories
-        if trajectory.steps[-1].answer is Answer.NONE
+        if trajectory.steps[-1].answer is PointAnswer.NONE
         and trajectory.steps[-1].frame.link.closed is not None
         and not trajectory.steps[-1].frame.link.closed_by_client
     ]
-
-
-CHECKS: tuple[ClientCheck, ...] = (
-    connects_calmly,
-    skips_nothing,
-    goes_on_in_order,
-    one_motion_link,
-    restart_ends,
-    resumes_or_restarts,
-)

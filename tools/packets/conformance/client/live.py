@@ -16,9 +16,9 @@ from functools import partial
 from ...console import PacketToolError
 from ...live.endpoints import in_short
 from ...trace import Entry
-from .actions import Act, Action, Do, LinkId, Write
+from .actions import Act, Action, ClientLinkId, Do, Write
 from .controller import ScriptedController
-from .scenarios import Scenario, Twist
+from .scenarios import Mutation, Scenario
 from .setup import TRIGGERED, Purpose
 
 LEAD_IN = 0.6
@@ -34,7 +34,7 @@ SHORTEST_NS = 10_000
 """The timer is never set to less."""
 
 STEP = 0.05
-"""How often it is looked at whether a scenario is over [s]."""
+"""Period of the test whether a scenario is over [s]."""
 
 MAX_LINKS = 64
 """More connections than this at a time are turned away."""
@@ -49,7 +49,7 @@ class ClientLink(asyncio.Protocol):
         """Make a link that is not connected yet."""
         self._controller = controller
         self._purpose = purpose
-        self._id: LinkId | None = None
+        self._id: ClientLinkId | None = None
         self.transport: asyncio.Transport | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
@@ -66,7 +66,7 @@ class ClientLink(asyncio.Protocol):
     def data_received(self, data: bytes) -> None:
         """Hand on what came; called by the loop."""
         if self._id is not None:
-            self._controller.heard(self._id, data)
+            self._controller.received(self._id, data)
 
     def connection_lost(self, error: Exception | None) -> None:
         """Tell the controller; called by the loop."""
@@ -75,7 +75,7 @@ class ClientLink(asyncio.Protocol):
 
 
 class LiveController:
-    """Listens, ticks, and carries bytes between the client and the core.
+    """Shell of the scripted controller: sockets, timer, and the bytes between client and core.
 
     Attributes:
         ports: the ports in use, once it listens.
@@ -92,7 +92,7 @@ class LiveController:
         self.ports = dict(ports)
         self._core = core
         self._host = host
-        self._links: dict[LinkId, ClientLink] = {}
+        self._links: dict[ClientLinkId, ClientLink] = {}
         self._numbers: Counter[Purpose] = Counter()
         self._servers: list[asyncio.Server] = []
         self._timer: asyncio.TimerHandle | None = None
@@ -105,7 +105,7 @@ class LiveController:
 
     @property
     def was_connected(self) -> bool:
-        """Whether anybody was ever connected."""
+        """True once a client was connected."""
         return bool(self._numbers)
 
     @asynccontextmanager
@@ -151,22 +151,22 @@ class LiveController:
                 link.transport.close()
         self._links.clear()
 
-    def admit(self, link: ClientLink, purpose: Purpose) -> LinkId | None:
+    def admit(self, link: ClientLink, purpose: Purpose) -> ClientLinkId | None:
         """Number a new connection and tell the core; turn it away where there are too many."""
         if len(self._links) >= MAX_LINKS:
             return None
         self._numbers[purpose] += 1
-        number = LinkId(purpose, self.ports[purpose], self._numbers[purpose])
+        number = ClientLinkId(purpose, self.ports[purpose], self._numbers[purpose])
         self._links[number] = link
         self._core.connected(number, self.now())
         return number
 
-    def heard(self, link: LinkId, data: bytes) -> None:
+    def received(self, link: ClientLinkId, data: bytes) -> None:
         """Hand bytes to the core."""
         self._perform(self._core.received(link, data, self.now()))
         self._schedule()
 
-    def dismiss(self, link: LinkId) -> None:
+    def dismiss(self, link: ClientLinkId) -> None:
         """Tell the core that a connection is gone."""
         self._links.pop(link, None)
         self._core.disconnected(link, self.now())
@@ -175,7 +175,7 @@ class LiveController:
         loop = asyncio.get_running_loop()
         if self._timer is not None:
             self._timer.cancel()
-        # Never at once: a loop that fires a rounding error too early would be asked again for ever.
+        # Never at once: a timer that fires a rounding error too early would be set again for ever.
         due = max(self._core.next_due(), self.now() + SHORTEST_NS)
         self._timer = loop.call_at(due / 1e9, self._tick)
 
@@ -197,7 +197,7 @@ class LiveController:
                 case Do(act=act, link=gone) if gone is not None:
                     self._end(gone, act)
 
-    def _end(self, number: LinkId, act: Act) -> None:
+    def _end(self, number: ClientLinkId, act: Act) -> None:
         link = self._links.pop(number, None)
         if link is None or link.transport is None:
             return
@@ -214,7 +214,7 @@ class LiveController:
 
         Args:
             scenario: what to change.
-            trigger: makes the client begin a trajectory, or asks a person to.
+            trigger: makes the client start a trajectory, or asks a person to.
             wait: how long to wait for its first point [s].
 
         Returns:
@@ -237,21 +237,21 @@ class LiveController:
     async def _watch(self, scenario: Scenario, wait: float) -> None:
         """Return once the scenario has shown what it can."""
         core = self._core
-        if scenario.twist in (Twist.NOT_POSSIBLE, Twist.NOT_READY):
+        if scenario.mutation in (Mutation.NOT_POSSIBLE, Mutation.NOT_READY):
             wait = min(wait, scenario.lasts)
         if await _until(lambda: core.began is not None, wait):
             await _until(lambda: self._is_over(scenario), LONGEST)
 
     def _is_over(self, scenario: Scenario) -> bool:
         core, now = self._core, self.now()
-        quiet = now - core.last_heard >= QUIET * 1e9 and not core.moves(now)
-        if core.twisted is None:
+        quiet = now - core.last_received >= QUIET * 1e9 and not core.moves(now)
+        if core.mutated_at is None:
             return quiet
-        return quiet and now - core.twisted >= scenario.lasts * 1e9
+        return quiet and now - core.mutated_at >= scenario.lasts * 1e9
 
 
 async def _until(holds: Callable[[], bool], longest: float) -> bool:
-    """Wait for a condition; tell whether it came true in time [s]."""
+    """Wait for a condition; return True if it holds in time [s]."""
     for _ in range(round(longest / STEP)):
         if holds():
             return True

@@ -1,4 +1,4 @@
-"""What the scripted controller says: replies, reports, and what a scenario makes of them.
+"""Messages of the scripted controller: replies, reports, and their mutations.
 
 Owns the contents of its messages, in both dialects. When they are sent is `controller`'s.
 """
@@ -31,7 +31,7 @@ from openpendant.simplemsg import (
 )
 from openpendant.simplemsg.motoman import MotomanMotionCtrl, MotomanMotionReply
 
-from .scenarios import Twist
+from .scenarios import Mutation
 from .setup import Setup
 
 UNKNOWN_TYPE = 999
@@ -90,39 +90,39 @@ class ControllerMessages:
         )
         return self._encode(reply)
 
-    def changed(self, twist: Twist, request: Message) -> list[bytes]:
+    def changed(self, mutation: Mutation, request: Message) -> list[bytes]:
         """Return what a scenario answers to a point instead; nothing where the reply is lost."""
-        match twist:
-            case Twist.REPLY_LOST:
+        match mutation:
+            case Mutation.REPLY_LOST:
                 return []
-            case Twist.REFUSED if self._is_motoman:
+            case Mutation.REFUSED if self._is_motoman:
                 return [self._verdict(request, INVALID, START_POSITION)]
-            case Twist.REFUSED:
+            case Mutation.REFUSED:
                 return [self._encode(refused(request))]
-            case Twist.BUSY if self._is_motoman:
+            case Mutation.BUSY if self._is_motoman:
                 return [self._verdict(request, BUSY)]
-            case Twist.HEADER_FAILURE if self._is_motoman:
+            case Mutation.HEADER_FAILURE if self._is_motoman:
                 return [self._verdict(request, SUCCESS, reply_code=ReplyCode.FAILURE)]
-            case Twist.WRONG_TYPE:
+            case Mutation.WRONG_TYPE:
                 return [self._encode(HeaderOnly(MsgType.PING))]
-            case Twist.UNREADABLE:
+            case Mutation.UNREADABLE:
                 # No codec writes a reply without a verdict.
                 header = (12, message_type(request), CommType.REPLY, ReplyCode.UNUSED)
                 return [struct.pack(f"{self._order.value}4i", *header)]
-            case Twist.MERGED:
+            case Mutation.MERGED:
                 return [self.usual(request), self._encode(Ping())]
         return [self.usual(request)]
 
-    def besides(self, twist: Twist, status: Status) -> bytes | None:
+    def besides(self, mutation: Mutation, status: Status) -> bytes | None:
         """Return what a scenario sends besides; None where it sends nothing."""
-        match twist:
-            case Twist.UNKNOWN_TOPIC_MOTION | Twist.UNKNOWN_TOPIC_STATE:
+        match mutation:
+            case Mutation.UNKNOWN_TOPIC_MOTION | Mutation.UNKNOWN_TOPIC_STATE:
                 return self._encode(Opaque(UNKNOWN_TYPE, b"", comm_type=CommType.TOPIC))
-            case Twist.UNKNOWN_REQUEST_MOTION | Twist.UNKNOWN_REQUEST_STATE:
+            case Mutation.UNKNOWN_REQUEST_MOTION | Mutation.UNKNOWN_REQUEST_STATE:
                 return self._encode(Opaque(UNKNOWN_TYPE, b"", comm_type=CommType.REQUEST))
-            case Twist.PING_MOTION | Twist.PING_STATE:
+            case Mutation.PING_MOTION | Mutation.PING_STATE:
                 return self._encode(Ping())
-            case Twist.STATUS_REQUEST:
+            case Mutation.STATUS_REQUEST:
                 status.comm_type = CommType.REQUEST
                 return self._encode(status)
         return None

@@ -1,4 +1,4 @@
-"""What the controller told the client of itself, and when: the state that a client had to know.
+"""History of the controller's reports: the state that the client had to know at each time.
 
 Owns the look back in time over a trace's state messages. Judges nothing.
 """
@@ -20,7 +20,7 @@ LOOK_BACK_NS = 300_000_000
 
 @dataclass(frozen=True, slots=True)
 class JointReport:
-    """Where one group stood.
+    """Reported position of one group.
 
     Attributes:
         time: when the server sent it [ns].
@@ -33,7 +33,7 @@ class JointReport:
     positions: tuple[float, ...]
 
 
-class Reports:
+class ReportHistory:
     """The state messages of a trace, oldest first.
 
     Attributes:
@@ -46,7 +46,7 @@ class Reports:
         self.joints: list[JointReport] = []
         self.status: list[tuple[int, Status]] = []
         self._ended = trace.ended + 1
-        for frame in trace.heard():
+        for frame in trace.from_controller():
             match frame.message:
                 case JointPosition(joints=joints):
                     self.joints.append(JointReport(frame.time, 0, joints))
@@ -90,7 +90,7 @@ class Reports:
     def places(self, time: int, group: int) -> list[tuple[float, ...]]:
         """Return where a client may believe that a group stands at a time.
 
-        The last report, and those shortly before: the client may have begun on one of them.
+        The last report, and those shortly before: the client may have started from any of them.
         """
         index = bisect_right(self.joints, time, key=lambda report: report.time)
         own = [report for report in self.joints[:index] if report.group == group]

@@ -12,14 +12,14 @@ from enum import Enum
 
 from openpendant.simplemsg import JOINT_SLOTS, joint_array
 
-from .trajectories import BEGINNINGS, Part
+from .trajectories import BEGINNINGS, GroupPoint
 
 SAME_PLACE = 1e-3
 """A robot this close to a point is there [rad or m]."""
 
 
 class Drive(Enum):
-    """Whether the robot follows its points."""
+    """State of the robot's drive."""
 
     ON = "it follows"
     STOPPED = "an emergency stop holds it"
@@ -31,8 +31,8 @@ class _Target:
     positions: tuple[float, ...]
 
 
-def _is_finite(part: Part) -> bool:
-    """Tell whether a point can be followed at all; the judge says what is wrong with it."""
+def _is_finite(part: GroupPoint) -> bool:
+    """Return True if a point can be followed at all; the judge says what is wrong with it."""
     return all(map(math.isfinite, (*part.positions, part.time or 0.0, part.duration or 0.0)))
 
 
@@ -50,7 +50,7 @@ class FollowingRobot:
         self._targets: list[_Target] = []
         self._began = 0
 
-    def follow(self, sequence: int, part: Part, now: int) -> None:
+    def follow(self, sequence: int, part: GroupPoint, now: int) -> None:
         """Take a point as the next target."""
         if self.drive is Drive.STOPPED or not _is_finite(part):
             return
@@ -84,5 +84,5 @@ class FollowingRobot:
         return before.positions
 
     def moves(self, now: int) -> bool:
-        """Tell whether a target lies ahead."""
+        """Return True if a target lies ahead."""
         return bool(self._targets) and now < self._targets[-1].time

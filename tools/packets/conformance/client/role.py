@@ -1,4 +1,4 @@
-"""Judging a client: from a recording, or by letting it connect to a scripted controller.
+"""Client role of the tester: judges a recording, or a client that connects to it.
 
 Owns the arguments of the client role. The verdicts are `judge`'s.
 """
@@ -13,29 +13,28 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 
-from openpendant.motion.limits import JointLimits
+from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import MOTOMAN, ByteOrder
 
+from ....console import complain
 from ...console import (
     ORDERS,
     PacketToolError,
     PeerError,
     add_wire_form,
     codec_of,
-    complain,
     seconds,
 )
 from ...live.endpoints import is_loopback
 from ...reading.trace_files import read_trace
 from ...trace import Entry
-from ..findings import Finding, Judgement, Result
+from ..check import Judgement, Result
+from ..findings import CheckFinding
 from .controller import ScriptedController
-from .judge import CLIENT_CHECKS, judge_scenario, results_of, scenarios_of
+from .judge import judge_scenario, results_of, scenarios_of
 from .live import LiveController, Trigger
 from .scenarios import SCENARIOS, Scenario
 from .setup import Purpose, Setup
-
-__all__ = ["CLIENT_CHECKS", "add_arguments", "judge_client", "judge_live", "judge_recording"]
 
 MAX_ENTRIES = 1_000_000
 """Most entries of a recording; each is held in memory."""
@@ -166,14 +165,14 @@ async def judge_live(
     scenarios: list[Scenario],
     trigger: Trigger,
     wait: float,
-) -> Mapping[str, Mapping[str, Finding]]:
+) -> Mapping[str, Mapping[str, CheckFinding]]:
     """Play scenarios with a client and judge each.
 
     Args:
         live: a controller that listens.
         setup: what the controller is.
         scenarios: what to play, in order.
-        trigger: makes the client begin a trajectory.
+        trigger: makes the client start a trajectory.
         wait: how long to wait for it [s].
 
     Returns:
@@ -184,7 +183,7 @@ async def judge_live(
     """
     ports = {port: purpose for purpose, port in live.ports.items()}
     known = Setup(setup.dialect, setup.order, setup.real_size, setup.dof, setup.limits, ports)
-    findings: dict[str, Mapping[str, Finding]] = {}
+    findings: dict[str, Mapping[str, CheckFinding]] = {}
     for scenario in scenarios:
         trace = await live.play(scenario, trigger, wait)
         findings[scenario.name] = judge_scenario(trace, known)
@@ -195,7 +194,7 @@ async def judge_live(
 
 async def _ask(scenario: Scenario) -> None:
     """Ask the person at the terminal to make the client move."""
-    complain(f"{scenario.name} ({scenario.twist.value}): make the client begin a trajectory now")
+    complain(f"{scenario.name} ({scenario.mutation.value}): make the client begin a trajectory now")
 
 
 async def _run(command: list[str], scenario: Scenario) -> None:
@@ -247,8 +246,8 @@ def _robot(options: argparse.Namespace) -> tuple[JointLimits, tuple[float, ...]]
     if options.robot is None:
         return None
     # Robot files need pydantic and yaml, which take longer to import than most runs take.
+    from openpendant.motion.description.robot import serial_robot
     from openpendant.motion.errors import MotionError
-    from openpendant.motion.robot import serial_robot
 
     try:
         robot = serial_robot(options.robot)

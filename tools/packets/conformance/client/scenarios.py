@@ -1,6 +1,6 @@
-"""What the scripted controller does to a client: one change from right behaviour a scenario.
+"""Scenarios of the scripted controller, each with one mutation of correct behaviour.
 
-Owns the list of scenarios. How a change is carried out is `controller`'s business.
+Owns the list of scenarios. How a mutation is carried out is `controller`'s business.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 
-class Twist(Enum):
-    """The one thing that a scenario changes."""
+class Mutation(Enum):
+    """The one change that a scenario makes to correct behaviour."""
 
     NONE = "nothing"
     BYTEWISE = "replies come byte by byte"
@@ -41,30 +41,30 @@ class Twist(Enum):
 
     @property
     def of_replies(self) -> bool:
-        """Whether the answer to a point is what changes."""
+        """True if it changes the answer to a point."""
         return self in _OF_REPLIES
 
     @property
     def on_state(self) -> bool:
-        """Whether something is sent besides on the state connection."""
+        """True if it sends an additional message on the state connection."""
         return self in _ON_STATE
 
 
 _OF_REPLIES = {
-    Twist.MERGED,
-    Twist.LATE,
-    Twist.REFUSED,
-    Twist.WRONG_TYPE,
-    Twist.UNREADABLE,
-    Twist.REPLY_LOST,
-    Twist.BUSY,
-    Twist.HEADER_FAILURE,
+    Mutation.MERGED,
+    Mutation.LATE,
+    Mutation.REFUSED,
+    Mutation.WRONG_TYPE,
+    Mutation.UNREADABLE,
+    Mutation.REPLY_LOST,
+    Mutation.BUSY,
+    Mutation.HEADER_FAILURE,
 }
 _ON_STATE = {
-    Twist.UNKNOWN_TOPIC_STATE,
-    Twist.UNKNOWN_REQUEST_STATE,
-    Twist.PING_STATE,
-    Twist.STATUS_REQUEST,
+    Mutation.UNKNOWN_TOPIC_STATE,
+    Mutation.UNKNOWN_REQUEST_STATE,
+    Mutation.PING_STATE,
+    Mutation.STATUS_REQUEST,
 }
 
 
@@ -73,13 +73,13 @@ class Scenario:
     """One scenario.
 
     Attributes:
-        twist: what is changed.
+        mutation: the change.
         lasts: how long it is watched after the change, at least [s].
         is_motoman: it makes sense for the Motoman dialect only.
         needs_state: it makes sense with a state connection only.
     """
 
-    twist: Twist
+    mutation: Mutation
     lasts: float = 2.0
     is_motoman: bool = False
     needs_state: bool = False
@@ -87,34 +87,34 @@ class Scenario:
     @property
     def name(self) -> str:
         """Its name on the command line and in reports."""
-        return self.twist.name.lower().replace("_", "-")
+        return self.mutation.name.lower().replace("_", "-")
 
 
 SCENARIOS: tuple[Scenario, ...] = (
-    Scenario(Twist.NONE),
-    Scenario(Twist.BYTEWISE),
-    Scenario(Twist.MERGED),
-    Scenario(Twist.LATE, lasts=4.0),
-    Scenario(Twist.REFUSED),
-    Scenario(Twist.WRONG_TYPE),
-    Scenario(Twist.UNREADABLE),
-    Scenario(Twist.REPLY_LOST, lasts=6.0),
-    Scenario(Twist.UNKNOWN_TOPIC_MOTION),
-    Scenario(Twist.UNKNOWN_REQUEST_MOTION),
-    Scenario(Twist.UNKNOWN_TOPIC_STATE, needs_state=True),
-    Scenario(Twist.UNKNOWN_REQUEST_STATE, needs_state=True),
-    Scenario(Twist.PING_MOTION),
-    Scenario(Twist.PING_STATE, needs_state=True),
-    Scenario(Twist.STATUS_REQUEST, needs_state=True),
-    Scenario(Twist.CLOSED, lasts=3.0),
-    Scenario(Twist.RESET, lasts=3.0),
-    Scenario(Twist.HALF_OPEN, lasts=6.0),
-    Scenario(Twist.STATE_CLOSED, lasts=3.0, needs_state=True),
-    Scenario(Twist.RESTART, lasts=4.0),
-    Scenario(Twist.EMERGENCY_STOP, needs_state=True),
-    Scenario(Twist.NOT_POSSIBLE, lasts=3.0, needs_state=True),
-    Scenario(Twist.SILENCE, lasts=4.0, needs_state=True),
-    Scenario(Twist.BUSY, is_motoman=True),
-    Scenario(Twist.NOT_READY, is_motoman=True),
-    Scenario(Twist.HEADER_FAILURE, is_motoman=True),
+    Scenario(Mutation.NONE),
+    Scenario(Mutation.BYTEWISE),
+    Scenario(Mutation.MERGED),
+    Scenario(Mutation.LATE, lasts=4.0),
+    Scenario(Mutation.REFUSED),
+    Scenario(Mutation.WRONG_TYPE),
+    Scenario(Mutation.UNREADABLE),
+    Scenario(Mutation.REPLY_LOST, lasts=6.0),
+    Scenario(Mutation.UNKNOWN_TOPIC_MOTION),
+    Scenario(Mutation.UNKNOWN_REQUEST_MOTION),
+    Scenario(Mutation.UNKNOWN_TOPIC_STATE, needs_state=True),
+    Scenario(Mutation.UNKNOWN_REQUEST_STATE, needs_state=True),
+    Scenario(Mutation.PING_MOTION),
+    Scenario(Mutation.PING_STATE, needs_state=True),
+    Scenario(Mutation.STATUS_REQUEST, needs_state=True),
+    Scenario(Mutation.CLOSED, lasts=3.0),
+    Scenario(Mutation.RESET, lasts=3.0),
+    Scenario(Mutation.HALF_OPEN, lasts=6.0),
+    Scenario(Mutation.STATE_CLOSED, lasts=3.0, needs_state=True),
+    Scenario(Mutation.RESTART, lasts=4.0),
+    Scenario(Mutation.EMERGENCY_STOP, needs_state=True),
+    Scenario(Mutation.NOT_POSSIBLE, lasts=3.0, needs_state=True),
+    Scenario(Mutation.SILENCE, lasts=4.0, needs_state=True),
+    Scenario(Mutation.BUSY, is_motoman=True),
+    Scenario(Mutation.NOT_READY, is_motoman=True),
+    Scenario(Mutation.HEADER_FAILURE, is_motoman=True),
 )

@@ -1,4 +1,4 @@
-"""What is known of a client's controller beforehand, and the words in which a trace tells events.
+"""Setup of a client's judgement: known values of its controller, and the names of trace events.
 
 Owns what a port is for, and the names of events. Knows no packets.
 """
@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
-from openpendant.motion.limits import JointLimits
+from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import STANDARD, ByteOrder, Dialect
 
 CONNECTED = "client-connected"
@@ -30,11 +30,11 @@ CLOSERS = {
     SERVER_RESET: "server",
     "reset server": "server",
 }
-"""What tells that a connection ended, in all kinds of traces: who ended it."""
+"""Events that end a connection, in all kinds of traces, with the side that ended it."""
 
 
 class Purpose(Enum):
-    """What a port is for."""
+    """Purpose of a port."""
 
     MOTION = "motion"
     STATE = "state"
@@ -58,7 +58,7 @@ WELL_KNOWN: Mapping[int, Purpose] = {
 
 @dataclass(frozen=True)
 class Setup:
-    """What is known of the controller that the client talks to.
+    """Known values of the controller to which the client is connected.
 
     Attributes:
         dialect: the messages spoken.

@@ -7,10 +7,10 @@ from itertools import pairwise
 
 from openpendant.simplemsg import MsgType, Status, TriState
 
-from ..findings import Finding
-from .check import ClientCheck, Habit, Moment, Observed, Tally, client_check
+from ..findings import CheckFinding
+from .check import Habit, Moment, Observed, Tally, client_check
 from .setup import TRIGGERED, Purpose
-from .trajectories import Step, Trajectory
+from .trajectories import SentPoint, SentTrajectory
 
 REACTION_NS = 250_000_000
 """A client has this long to read a report and act on it."""
@@ -24,12 +24,8 @@ STATE_IGNORED = "industrial_robot_client: the streamer does not know whether the
 Condition = Callable[[Status], bool]
 
 
-@client_check(
-    "QC01",
-    "no point follows once an emergency stop was reported",
-    "REP-I0006, STATUS e_stopped; industrial_core#271",
-)
-def heeds_emergency_stop(seen: Observed) -> Finding:
+@client_check("QC01")
+def heeds_emergency_stop(seen: Observed) -> CheckFinding:
     """Look at trajectories during which an emergency stop was reported."""
     tally = Tally()
     for began, ended in seen.reports.spells(lambda status: status.e_stopped == TriState.TRUE):
@@ -39,12 +35,8 @@ def heeds_emergency_stop(seen: Observed) -> Finding:
     return tally.finding("no emergency stop was reported during a trajectory")
 
 
-@client_check(
-    "QC02",
-    "no trajectory begins while motion is not possible",
-    "REP-I0006, STATUS motion_possible: whether a trajectory would start now",
-)
-def heeds_motion_possible(seen: Observed) -> Finding:
+@client_check("QC02")
+def heeds_motion_possible(seen: Observed) -> CheckFinding:
     """Look at the beginnings of trajectories while motion_possible was false."""
     return _begins_while(
         seen,
@@ -53,12 +45,8 @@ def heeds_motion_possible(seen: Observed) -> Finding:
     )
 
 
-@client_check(
-    "QC03",
-    "no trajectory begins while the drives have no power",
-    "REP-I0006, STATUS drives_powered",
-)
-def heeds_power(seen: Observed) -> Finding:
+@client_check("QC03")
+def heeds_power(seen: Observed) -> CheckFinding:
     """Look at the beginnings of trajectories while drives_powered was false."""
     return _begins_while(
         seen,
@@ -67,12 +55,8 @@ def heeds_power(seen: Observed) -> Finding:
     )
 
 
-@client_check(
-    "QC04",
-    "points stop when the reports do",
-    "industrial_core joint_trajectory_action.cpp: without feedback for 1 s it stops the robot",
-)
-def heeds_silence(seen: Observed) -> Finding:
+@client_check("QC04")
+def heeds_silence(seen: Observed) -> CheckFinding:
     """Look at trajectories during which the joint reports ceased for longer than a second."""
     tally = Tally()
     times = [report.time for report in seen.reports.joints]
@@ -85,12 +69,8 @@ def heeds_silence(seen: Observed) -> Finding:
     return tally.finding("the reports did not cease during a trajectory")
 
 
-@client_check(
-    "QC05",
-    "a trajectory ends when the state connection is lost",
-    "industrial_core joint_trajectory_action.cpp; observed: staubli_val3_driver stops then, too",
-)
-def heeds_lost_state(seen: Observed) -> Finding:
+@client_check("QC05")
+def heeds_lost_state(seen: Observed) -> CheckFinding:
     """Look at trajectories during which the controller closed the state connection."""
     tally = Tally()
     for link in seen.trace.links_for(Purpose.STATE):
@@ -103,12 +83,8 @@ def heeds_lost_state(seen: Observed) -> Finding:
     return tally.finding("no state connection was lost during a trajectory")
 
 
-@client_check(
-    "QC06",
-    "no trajectory begins before the first report",
-    "industrial_core joint_trajectory_action.cpp rejects goals until a feedback arrived",
-)
-def waits_for_report(seen: Observed) -> Finding:
+@client_check("QC06")
+def waits_for_report(seen: Observed) -> CheckFinding:
     """Look whether there was a report before each trajectory."""
     tally = Tally()
     for trajectory in seen.motions.trajectories if seen.reports.joints else ():
@@ -123,7 +99,7 @@ def _next_state_link(seen: Observed, time: int) -> int | None:
     return min((moment for moment in opened if moment > time), default=None)
 
 
-def _in_progress(seen: Observed, time: int) -> list[Trajectory]:
+def _in_progress(seen: Observed, time: int) -> list[SentTrajectory]:
     """Return the trajectories that were being sent at a time, as far as one can tell."""
     return [
         trajectory
@@ -134,7 +110,7 @@ def _in_progress(seen: Observed, time: int) -> list[Trajectory]:
     ]
 
 
-def _sent_between(trajectory: Trajectory, after: int, before: int | None) -> list[Step]:
+def _sent_between(trajectory: SentTrajectory, after: int, before: int | None) -> list[SentPoint]:
     return [
         step
         for step in trajectory.steps
@@ -142,7 +118,7 @@ def _sent_between(trajectory: Trajectory, after: int, before: int | None) -> lis
     ]
 
 
-def _begins_while(seen: Observed, holds: Condition, words: str) -> Finding:
+def _begins_while(seen: Observed, holds: Condition, words: str) -> CheckFinding:
     """Judge the beginnings of trajectories in the spells of a condition.
 
     Where none begins in a spell, that is what should be; but only a spell that a trajectory, or an
@@ -165,7 +141,9 @@ def _begins_while(seen: Observed, holds: Condition, words: str) -> Finding:
     return tally.finding(f"no trajectory was wanted while {words}")
 
 
-def _note(tally: Tally, trajectory: Trajectory, late: list[Step], habit: str, words: str) -> None:
+def _note(
+    tally: Tally, trajectory: SentTrajectory, late: list[SentPoint], habit: str, words: str
+) -> None:
     """Note whether points came too late; excuse the one client that is known for it."""
     if not late:
         tally.look(trajectory, None)
@@ -174,13 +152,3 @@ def _note(tally: Tally, trajectory: Trajectory, late: list[Step], habit: str, wo
     detail = f"sequence {step.sequence} {words}"
     excused = step.frame.msg_type == MsgType.JOINT_TRAJ_PT
     tally.look(step, Habit(habit, detail) if excused else detail)
-
-
-CHECKS: tuple[ClientCheck, ...] = (
-    heeds_emergency_stop,
-    heeds_motion_possible,
-    heeds_power,
-    heeds_silence,
-    heeds_lost_state,
-    waits_for_report,
-)

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 from openpendant.simplemsg import CommType, JointTrajPt, JointTrajPtFull, TriState
 
-from ..findings import Finding
-from .check import ClientCheck, Observed, Problem, Tally, client_check, each
+from ..findings import CheckFinding
+from .check import Observed, Problem, Tally, client_check, each
 from .setup import Purpose
-from .trace import Frame
-from .trajectories import BEGINNINGS, Step, Trajectory
+from .trace import TracedFrame
+from .trajectories import BEGINNINGS, SentPoint, SentTrajectory
 
 NO_STOP = "the client sent no STOP"
 LEAST_SEQUENCE = -4
 
 
-@client_check(
-    "SC01",
-    "STOP is a request",
-    "industrial_core joint_trajectory_streamer.cpp, trajectoryStop; it waits for the reply",
-)
-def stop_is_request(seen: Observed) -> Finding:
+@client_check("SC01")
+def stop_is_request(seen: Observed) -> CheckFinding:
     """Look at the communication type of each stop."""
     return each(
         seen.motions.stops,
@@ -28,15 +24,11 @@ def stop_is_request(seen: Observed) -> Finding:
     )
 
 
-@client_check(
-    "SC02",
-    "STOP carries zeros",
-    "industrial_core joint_trajectory_interface.cpp: an empty point with sequence -4",
-)
-def stop_is_empty(seen: Observed) -> Finding:
+@client_check("SC02")
+def stop_is_empty(seen: Observed) -> CheckFinding:
     """Look at the values of each stop."""
 
-    def rule(frame: Frame) -> Problem | None:
+    def rule(frame: TracedFrame) -> Problem | None:
         match frame.message:
             case JointTrajPt(joints=joints, velocity=velocity, duration=duration):
                 clean = not any((*joints, velocity, duration))
@@ -49,15 +41,11 @@ def stop_is_empty(seen: Observed) -> Finding:
     return each(seen.motions.stops, rule, NO_STOP)
 
 
-@client_check(
-    "SC03",
-    "after STOP nothing of the stopped trajectory follows",
-    "REP-I0006, sequence -4; industrial_core: the next point has sequence 0",
-)
-def stop_ends(seen: Observed) -> Finding:
+@client_check("SC03")
+def stop_ends(seen: Observed) -> CheckFinding:
     """Look at the first point after each stop."""
 
-    def rule(trajectory: Trajectory) -> Problem | None:
+    def rule(trajectory: SentTrajectory) -> Problem | None:
         first = trajectory.steps[0].sequence
         if first in BEGINNINGS:
             return None
@@ -71,26 +59,18 @@ def stop_ends(seen: Observed) -> Finding:
     return tally.finding(NO_STOP)
 
 
-@client_check(
-    "SC04",
-    "no sequence number lies below -4",
-    "industrial_core joint_traj_pt.h names -1 to -4",
-)
-def sequence_known(seen: Observed) -> Finding:
+@client_check("SC04")
+def sequence_known(seen: Observed) -> CheckFinding:
     """Look for sequence numbers that mean nothing."""
 
-    def rule(step: Step) -> Problem | None:
+    def rule(step: SentPoint) -> Problem | None:
         return f"sequence {step.sequence}" if step.sequence < LEAST_SEQUENCE else None
 
     return each(seen.motions.steps, rule, "the client sent no trajectory")
 
 
-@client_check(
-    "SC05",
-    "a client does not leave a moving robot behind without STOP",
-    "industrial_core joint_trajectory_streamer destructor: STOP before the link closes",
-)
-def stops_before_leaving(seen: Observed) -> Finding:
+@client_check("SC05")
+def stops_before_leaving(seen: Observed) -> CheckFinding:
     """Look at motion links that the client closed while motion was reported."""
     tally = Tally()
     stopped = [frame.time for frame in seen.motions.stops]
@@ -105,12 +85,3 @@ def stops_before_leaving(seen: Observed) -> Finding:
         did = any(last.frame.time <= time <= link.closed for time in stopped)
         tally.look(last, None if did else "the link was closed in motion, without STOP")
     return tally.finding("the client closed no motion link while the robot moved")
-
-
-CHECKS: tuple[ClientCheck, ...] = (
-    stop_is_request,
-    stop_is_empty,
-    stop_ends,
-    sequence_known,
-    stops_before_leaving,
-)

@@ -7,7 +7,6 @@ checks decide what that is worth.
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -19,14 +18,10 @@ from openpendant.simplemsg import (
     ProtocolError,
     codec_for,
 )
+from openpendant.simplemsg.framing import MAX_DETECTABLE_LENGTH, PREFIX_SIZE, Frame
 
-from ...trace import Direction, Entry, Event, Packet
+from ...trace import Entry, Event, Packet, TraceDirection
 from .setup import CLOSERS, CONNECTED, WELL_KNOWN, Purpose, Setup
-
-PREFIX = 4
-HEADER = 16
-LONGEST_PLAUSIBLE = 65_535
-"""Largest length field that reads differently in both byte orders, bytes."""
 
 _STATE_TYPES = {
     MsgType.JOINT_POSITION,
@@ -37,44 +32,45 @@ _STATE_TYPES = {
 _IO_TYPES = {2003, 2005, 2007, 2009, 2012, 2013}
 
 
-@dataclass(slots=True, eq=False)
-class Frame:
+class TracedFrame(Frame):
     """One packet of the trace, read as far as it can be read.
 
     Attributes:
         number: its place in the trace.
         time: since the start of the trace [ns].
         from_client: who sent it.
-        data: the bytes.
         link: the connection that carried it.
         is_frame: False for bytes in which no frame was found.
         order: the byte order in which its length makes sense; None where it does in neither.
-        length: the declared length, 0 where there are not even four bytes.
-        msg_type: from the header, 0 where it is cut short.
-        comm_type: from the header.
-        reply_code: from the header.
         message: what it means; None where it cannot be decoded.
         fault: why it cannot be decoded.
     """
 
-    number: int
-    time: int
-    from_client: bool
-    data: bytes
-    link: Link
-    is_frame: bool
-    order: ByteOrder | None
-    length: int = 0
-    msg_type: int = 0
-    comm_type: int = 0
-    reply_code: int = 0
-    message: Message | None = None
-    fault: str = ""
+    __slots__ = ("fault", "from_client", "is_frame", "link", "message", "number", "order", "time")
+
+    def __init__(self, number: int, packet: Packet, link: TracedLink, setup: Setup) -> None:
+        self.order = _order_of(packet.data, setup.order)
+        super().__init__(packet.data, self.order or ByteOrder.LITTLE)
+        self.number = number
+        self.time = packet.time
+        self.from_client = packet.direction is TraceDirection.TO_SERVER
+        self.link = link
+        self.is_frame = packet.is_frame
+        self.message: Message | None = None
+        self.fault = ""
+        if not self.is_whole_header:
+            self.fault = "no whole header"
+            return
+        try:
+            codec = codec_for(setup.dialect, self.byte_order, setup.real_size)
+            self.message = codec.decode(self.data)
+        except ProtocolError as error:
+            self.fault = str(error)
 
     @property
     def is_whole_header(self) -> bool:
-        """Whether there are enough bytes for a header."""
-        return self.is_frame and len(self.data) >= HEADER
+        """True if there are enough bytes for a header."""
+        return self.is_frame and self.has_header
 
     @property
     def where(self) -> str:
@@ -83,7 +79,7 @@ class Frame:
 
 
 @dataclass(slots=True, eq=False)
-class Link:
+class TracedLink:
     """One TCP connection.
 
     Attributes:
@@ -102,7 +98,7 @@ class Link:
     opened: int | None = None
     closed: int | None = None
     closed_by_client: bool = False
-    frames: list[Frame] = field(default_factory=list)
+    frames: list[TracedFrame] = field(default_factory=list)
 
     @property
     def name(self) -> str:
@@ -111,7 +107,7 @@ class Link:
 
 
 class ClientTrace:
-    """What a client and its server said to each other in one scenario.
+    """Messages of a client and its server in one scenario.
 
     Attributes:
         setup: what is known of the controller.
@@ -127,11 +123,11 @@ class ClientTrace:
     def __init__(self, entries: Sequence[Entry], setup: Setup) -> None:
         """Read the entries of one scenario."""
         self.setup = setup
-        self.frames: list[Frame] = []
-        self.links: dict[tuple[int, int], Link] = {}
+        self.frames: list[TracedFrame] = []
+        self.links: dict[tuple[int, int], TracedLink] = {}
         self.events: list[Event] = []
-        self.replies: dict[int, Frame] = {}
-        self.unasked: list[Frame] = []
+        self.replies: dict[int, TracedFrame] = {}
+        self.unasked: list[TracedFrame] = []
         self.ended = max((entry.time for entry in entries), default=0)
         for number, entry in enumerate(entries):
             if isinstance(entry, Event):
@@ -143,8 +139,8 @@ class ClientTrace:
         for link in self.links.values():
             self._pair(link)
 
-    def _link(self, port: int, number: int) -> Link:
-        return self.links.setdefault((port, number), Link(port, number))
+    def _link(self, port: int, number: int) -> TracedLink:
+        return self.links.setdefault((port, number), TracedLink(port, number))
 
     def _note(self, event: Event) -> None:
         self.events.append(event)
@@ -161,21 +157,12 @@ class ClientTrace:
 
     def _take(self, number: int, packet: Packet) -> None:
         link = self._link(packet.port, packet.connection)
-        frame = Frame(
-            number,
-            packet.time,
-            packet.direction is Direction.TO_SERVER,
-            packet.data,
-            link,
-            packet.is_frame,
-            _order_of(packet.data, self.setup.order),
-        )
-        _read(frame, self.setup)
+        frame = TracedFrame(number, packet, link, self.setup)
         link.frames.append(frame)
         self.frames.append(frame)
 
     def _name_purposes(self) -> None:
-        """Tell what each port is for: as told, as usual, or by what it carried."""
+        """Name the purpose of each port: as given, as usual, or by what it carried."""
         by_port: dict[int, Purpose] = {}
         for link in self.links.values():
             known = self.setup.ports.get(link.port) or WELL_KNOWN.get(link.port)
@@ -185,13 +172,13 @@ class ClientTrace:
         for link in self.links.values():
             link.purpose = by_port.get(link.port, Purpose.MOTION)
 
-    def _pair(self, link: Link) -> None:
+    def _pair(self, link: TracedLink) -> None:
         """Give each reply of a link to the request that it answers.
 
         The oldest request of the same type comes first, because one that is never answered must not
         take the answers of all that follow; then simply the oldest.
         """
-        waiting: dict[bool, list[Frame]] = {True: [], False: []}
+        waiting: dict[bool, list[TracedFrame]] = {True: [], False: []}
         for frame in link.frames:
             if not frame.is_whole_header:
                 continue
@@ -208,53 +195,34 @@ class ClientTrace:
                 asked.remove(request)
                 self.replies[request.number] = frame
 
-    def on(self, *purposes: Purpose) -> list[Frame]:
+    def on(self, *purposes: Purpose) -> list[TracedFrame]:
         """Return the client's frames on ports for these purposes."""
         return [frame for frame in self.sent if frame.link.purpose in purposes]
 
-    def links_for(self, purpose: Purpose) -> list[Link]:
+    def links_for(self, purpose: Purpose) -> list[TracedLink]:
         """Return the connections to ports for a purpose, in order of their opening."""
         return [link for link in self.links.values() if link.purpose is purpose]
 
-    def heard(self) -> Iterable[Frame]:
+    def from_controller(self) -> Iterable[TracedFrame]:
         """Return the server's frames that can be read."""
         return (frame for frame in self.frames if not frame.from_client and frame.message)
 
 
 def _order_of(data: bytes, usual: ByteOrder | None) -> ByteOrder | None:
     """Return the byte order in which the length of a frame makes sense."""
-    if len(data) < PREFIX:
+    if len(data) < PREFIX_SIZE:
         return None
-    lengths = {
-        ByteOrder.LITTLE: int.from_bytes(data[:PREFIX], "little", signed=True),
-        ByteOrder.BIG: int.from_bytes(data[:PREFIX], "big", signed=True),
-    }
-    exact = [order for order, length in lengths.items() if length == len(data) - PREFIX]
-    plausible = [order for order, length in lengths.items() if 0 <= length <= LONGEST_PLAUSIBLE]
+    lengths = {order: Frame(data, order).length for order in ByteOrder}
+    exact = [order for order, length in lengths.items() if length == len(data) - PREFIX_SIZE]
+    plausible = [order for order, length in lengths.items() if 0 <= length <= MAX_DETECTABLE_LENGTH]
     for fitting in (exact, plausible):
         if usual in fitting or len(fitting) == 1:
             return usual if usual in fitting else fitting[0]
     return usual
 
 
-def _read(frame: Frame, setup: Setup) -> None:
-    """Read header and body of a frame, as far as they go."""
-    data = frame.data
-    order = frame.order or ByteOrder.LITTLE
-    words = len(data[:HEADER]) // 4
-    header = struct.unpack_from(f"{order.value}{words}i", data) + (0,) * (4 - words)
-    frame.length, frame.msg_type, frame.comm_type, frame.reply_code = header
-    if not frame.is_whole_header:
-        frame.fault = "no whole header"
-        return
-    try:
-        frame.message = codec_for(setup.dialect, order, setup.real_size).decode(data)
-    except ProtocolError as error:
-        frame.fault = str(error)
-
-
-def _purpose_of(frames: Iterable[Frame]) -> Purpose | None:
-    """Tell what a port is for by what it carried; None where it carried nothing that tells."""
+def _purpose_of(frames: Iterable[TracedFrame]) -> Purpose | None:
+    """Return the purpose of a port by what it carried; None where that does not show it."""
     for frame in frames:
         if frame.from_client and frame.msg_type in _IO_TYPES:
             return Purpose.IO

@@ -1,4 +1,4 @@
-"""What a client wants the robot to do: points, trajectories and stops, read from a trace.
+"""Motions that a client commands: points, trajectories and stops, read from a trace.
 
 Owns where one trajectory ends and the next begins, which point is a repetition, and what an answer
 of the controller means. Knows the three point messages (11, 14, 2016); judges nothing.
@@ -29,7 +29,7 @@ from openpendant.simplemsg.motoman import (
 )
 
 from .setup import Purpose
-from .trace import ClientTrace, Frame, Link
+from .trace import ClientTrace, TracedFrame, TracedLink
 
 STOP_MOTION = 200111
 """MOTION_CTRL command that stops (motoman_driver, `motion_ctrl.h`)."""
@@ -40,8 +40,8 @@ SAME_POINT_NS = 100_000_000
 BEGINNINGS = (0, SpecialSequence.START_DOWNLOAD, SpecialSequence.START_STREAMING)
 
 
-class Answer(Enum):
-    """What the controller said to a point."""
+class PointAnswer(Enum):
+    """Answer of the controller to a point."""
 
     TAKEN = "taken"
     BUSY = "busy"
@@ -52,7 +52,7 @@ class Answer(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class GroupPoint:
     """One group's share of a point.
 
     Attributes:
@@ -77,7 +77,7 @@ class Part:
 
 
 @dataclass(slots=True, eq=False)
-class Step:
+class SentPoint:
     """A point as it was sent once.
 
     Attributes:
@@ -89,12 +89,12 @@ class Step:
         repeats: the step before it, where that had the same sequence number.
     """
 
-    frame: Frame
+    frame: TracedFrame
     sequence: int
-    parts: tuple[Part, ...]
-    answer: Answer
-    reply: Frame | None
-    repeats: Step | None = None
+    parts: tuple[GroupPoint, ...]
+    answer: PointAnswer
+    reply: TracedFrame | None
+    repeats: SentPoint | None = None
 
     @property
     def where(self) -> str:
@@ -108,7 +108,7 @@ class Step:
 
 
 @dataclass(slots=True, eq=False)
-class Trajectory:
+class SentTrajectory:
     """Points that belong together, in the order in which they were sent.
 
     Attributes:
@@ -117,9 +117,9 @@ class Trajectory:
         stop: the stop that ended it; None where none did.
     """
 
-    steps: list[Step] = field(default_factory=list)
-    after_stop: Frame | None = None
-    stop: Frame | None = None
+    steps: list[SentPoint] = field(default_factory=list)
+    after_stop: TracedFrame | None = None
+    stop: TracedFrame | None = None
 
     @property
     def where(self) -> str:
@@ -128,25 +128,25 @@ class Trajectory:
 
     @property
     def begins(self) -> int:
-        """When its first point was sent [ns]."""
+        """Time at which its first point was sent [ns]."""
         return self.steps[0].frame.time
 
     @property
     def is_download(self) -> bool:
-        """Whether it is sent whole, with marks at both ends."""
+        """True if it is sent whole, with marks at both ends."""
         return self.steps[0].sequence == SpecialSequence.START_DOWNLOAD
 
     @property
-    def advancing(self) -> list[Step]:
+    def advancing(self) -> list[SentPoint]:
         """The points without repetitions."""
         return [step for step in self.steps if step.repeats is None]
 
     @property
-    def pairs(self) -> list[tuple[Step, Step]]:
+    def pairs(self) -> list[tuple[SentPoint, SentPoint]]:
         """Each point with the one after it, without repetitions."""
         return list(pairwise(self.advancing))
 
-    def links(self) -> list[Link]:
+    def links(self) -> list[TracedLink]:
         """The connections that carried it, in order."""
         return list({id(step.frame.link): step.frame.link for step in self.steps}.values())
 
@@ -160,17 +160,17 @@ class Motions:
         stops: in order.
     """
 
-    trajectories: list[Trajectory] = field(default_factory=list)
-    stops: list[Frame] = field(default_factory=list)
+    trajectories: list[SentTrajectory] = field(default_factory=list)
+    stops: list[TracedFrame] = field(default_factory=list)
 
     @property
-    def steps(self) -> list[Step]:
+    def steps(self) -> list[SentPoint]:
         """All points of all trajectories."""
         return [step for trajectory in self.trajectories for step in trajectory.steps]
 
 
 def is_stop(message: Message | None) -> bool:
-    """Tell whether a message stops the robot."""
+    """Return True if a message stops the robot."""
     match message:
         case JointTrajPt() | JointTrajPtFull():
             return message.sequence == SpecialSequence.STOP
@@ -182,8 +182,8 @@ def is_stop(message: Message | None) -> bool:
 def motions_of(trace: ClientTrace) -> Motions:
     """Read the trajectories and stops of a trace, over all motion connections."""
     found = Motions()
-    current: Trajectory | None = None
-    stop: Frame | None = None
+    current: SentTrajectory | None = None
+    stop: TracedFrame | None = None
     for frame in trace.on(Purpose.MOTION):
         if frame.comm_type == CommType.REPLY:
             continue
@@ -198,7 +198,7 @@ def motions_of(trace: ClientTrace) -> Motions:
             continue
         previous = current.steps[-1] if current else None
         if current is None or _begins(step, previous):
-            current = Trajectory(after_stop=stop)
+            current = SentTrajectory(after_stop=stop)
             found.trajectories.append(current)
             stop = None
         elif previous is not None and step.sequence == previous.sequence:
@@ -209,34 +209,36 @@ def motions_of(trace: ClientTrace) -> Motions:
     return found
 
 
-def _begins(step: Step, previous: Step | None) -> bool:
-    """Tell whether a point begins a trajectory; sequence 0 again may be the same point again."""
+def _begins(step: SentPoint, previous: SentPoint | None) -> bool:
+    """Return True if a point starts a trajectory; sequence 0 again may be the same point again."""
     if step.sequence not in BEGINNINGS:
         return False
     if previous is None or step.sequence != 0 or previous.sequence != 0:
         return True
-    if previous.answer in (Answer.BUSY, Answer.UNREADABLE, Answer.NONE):
+    if previous.answer in (PointAnswer.BUSY, PointAnswer.UNREADABLE, PointAnswer.NONE):
         return False
     soon = step.frame.time - previous.frame.time < SAME_POINT_NS
     return not (soon and step.frame.data == previous.frame.data)
 
 
-def _step(trace: ClientTrace, frame: Frame) -> Step | None:
+def _step(trace: ClientTrace, frame: TracedFrame) -> SentPoint | None:
     parts = parts_of(frame.message)
     if not parts:
         return None
     sequence = getattr(frame.message, "sequence", 0)
     reply = trace.replies.get(frame.number)
-    return Step(frame, sequence, parts, _answer(trace, frame, reply), reply)
+    return SentPoint(frame, sequence, parts, _answer(trace, frame, reply), reply)
 
 
-def parts_of(message: Message | None) -> tuple[Part, ...]:
+def parts_of(message: Message | None) -> tuple[GroupPoint, ...]:
     """Return what a point says of each group; nothing for any other message."""
     match message:
         case JointTrajPt():
             point = message
             return (
-                Part(0, ValidField.POSITION, None, point.duration, point.velocity, point.joints),
+                GroupPoint(
+                    0, ValidField.POSITION, None, point.duration, point.velocity, point.joints
+                ),
             )
         case JointTrajPtFull():
             return (_full_part(message),)
@@ -245,8 +247,8 @@ def parts_of(message: Message | None) -> tuple[Part, ...]:
     return ()
 
 
-def _full_part(point: JointTrajPtFull | MotomanGroup) -> Part:
-    return Part(
+def _full_part(point: JointTrajPtFull | MotomanGroup) -> GroupPoint:
+    return GroupPoint(
         point.robot_id,
         point.valid_fields,
         point.time,
@@ -258,20 +260,22 @@ def _full_part(point: JointTrajPtFull | MotomanGroup) -> Part:
     )
 
 
-def _answer(trace: ClientTrace, request: Frame, reply: Frame | None) -> Answer:
+def _answer(trace: ClientTrace, request: TracedFrame, reply: TracedFrame | None) -> PointAnswer:
     """Read the controller's answer to a point."""
     if reply is None:
-        return Answer.NONE
+        return PointAnswer.NONE
     if reply.reply_code == ReplyCode.UNUSED:
-        return Answer.UNREADABLE
+        return PointAnswer.UNREADABLE
     if trace.setup.dialect is MOTOMAN:
         if reply.msg_type != MotomanMotionReply.PLACE.msg_type:
-            return Answer.WRONG_TYPE
+            return PointAnswer.WRONG_TYPE
         if isinstance(reply.message, MotomanMotionReply):
-            return {0: Answer.TAKEN, 1: Answer.BUSY}.get(reply.message.result, Answer.REFUSED)
+            return {0: PointAnswer.TAKEN, 1: PointAnswer.BUSY}.get(
+                reply.message.result, PointAnswer.REFUSED
+            )
     elif reply.msg_type not in _reply_types(request.msg_type):
-        return Answer.WRONG_TYPE
-    return Answer.TAKEN if reply.reply_code == ReplyCode.SUCCESS else Answer.REFUSED
+        return PointAnswer.WRONG_TYPE
+    return PointAnswer.TAKEN if reply.reply_code == ReplyCode.SUCCESS else PointAnswer.REFUSED
 
 
 def _reply_types(asked: int) -> set[int]:

@@ -1,7 +1,7 @@
-"""What a correct answer is: to a PING, to a point, and to the question whether anybody is there.
+"""Rules of correct answers: to a PING, to a point, and to the liveness probe.
 
-Vendors answer points with bodies of their own, and some know no PING; this is the one place that
-tells their habits from faults.
+Vendors answer points with bodies of their own, and some know no PING; this module alone
+distinguishes their habits from faults.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from openpendant.simplemsg import (
 )
 from openpendant.simplemsg.motoman import MotomanMotionReply
 
-from ..findings import PASSED, Finding, deviates
-from .wire import REPLY_WITHIN, Frame, RuleBroken, Wire
+from ..findings import PASSED, CheckFinding, deviates
+from .wire import REPLY_WITHIN, ReceivedFrame, RuleBroken, Wire
 
 STOP = JointTrajPt(SpecialSequence.STOP, joint_array(()), 0.0, 0.0)
 
@@ -28,7 +28,7 @@ MOTION_REPLY: int = MotomanMotionReply.PLACE.msg_type
 _POINT_BODY = 52
 
 
-def must_be_ping(reply: Frame, what: str) -> None:
+def must_be_ping(reply: ReceivedFrame, what: str) -> None:
     """Make sure that a frame is a whole answer to a PING: its type, a reply, success.
 
     Raises:
@@ -42,7 +42,7 @@ def must_be_ping(reply: Frame, what: str) -> None:
         raise RuleBroken(f"{what} was answered by {reply}")
 
 
-async def ping(wire: Wire, what: str = "a PING", within: float = REPLY_WITHIN) -> Frame:
+async def ping(wire: Wire, what: str = "a PING", within: float = REPLY_WITHIN) -> ReceivedFrame:
     """Send a PING that must be answered; return the answer.
 
     Raises:
@@ -53,7 +53,7 @@ async def ping(wire: Wire, what: str = "a PING", within: float = REPLY_WITHIN) -
     return reply
 
 
-def judge_point_reply(reply: Frame) -> Finding:
+def judge_point_reply(reply: ReceivedFrame) -> CheckFinding:
     """Judge the form of a reply that takes a point; vendors answer with bodies of their own.
 
     Raises:
@@ -74,15 +74,15 @@ def judge_point_reply(reply: Frame) -> Finding:
     raise RuleBroken(f"the point was answered by {reply}")
 
 
-def is_taken(reply: Frame) -> bool:
-    """Tell whether a reply says that a point was taken; Motoman says it in the body."""
+def is_taken(reply: ReceivedFrame) -> bool:
+    """Return True if a reply says that a point was taken; Motoman says it in the body."""
     if reply.msg_type == MOTION_REPLY:
         return reply.integers(5)[3] == 0
     return reply.comm_type == CommType.REPLY and reply.reply_code == ReplyCode.SUCCESS
 
 
-class Knock:
-    """The question whether anybody is there: a PING, or STOP where PING is not known.
+class LivenessProbe:
+    """Liveness probe: a PING, or STOP where the target does not know PING.
 
     Attributes:
         message: the question.
@@ -94,7 +94,7 @@ class Knock:
         self.message = Ping() if knows_ping else STOP
         self.name = "PING" if knows_ping else "STOP"
 
-    def judge(self, reply: Frame, what: str) -> None:
+    def judge(self, reply: ReceivedFrame, what: str) -> None:
         """Make sure that a frame answers it.
 
         Raises:

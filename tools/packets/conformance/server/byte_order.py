@@ -6,15 +6,13 @@ import math
 
 from openpendant.simplemsg import JOINT_SLOTS, MsgType, Ping
 
-from ..findings import PASSED, Finding, Section
+from ..findings import PASSED, CheckFinding
 from .answers import STOP, ping
 from .checks import ANY, FULL, check
 from .recordings import Sample, sample
 from .target import Target
 from .wire import CannotJudge, RuleBroken, Wire
 
-_ADAPTS = "industrial_core: three builds; the controller's order wins and the client adapts"
-_DETECTED = "a length below 65,536 reads as more in the wrong order; so does the dissector decide"
 _PLAUSIBLE = 1e3
 
 
@@ -44,26 +42,17 @@ async def _in_other_order(target: Target) -> Wire | None:
     raise RuleBroken("a client of the other order was neither answered nor cut off in 5 s")
 
 
-@check(
-    "BS01", "a reply has the byte order of its request", _ADAPTS, Section.BYTE_ORDER, is_plain=True
-)
-async def _reply_order(target: Target) -> Finding:
+@check("BS01", is_plain=True)
+async def _reply_order(target: Target) -> CheckFinding:
     wire = await target.motion()
-    await target.knock.ask(wire)
+    await target.probe.ask(wire)
     await wire.ask(STOP, "STOP")
-    await target.knock.ask(wire, "after STOP")
+    await target.probe.ask(wire, "after STOP")
     return PASSED
 
 
-@check(
-    "BS02",
-    "the state port keeps to one byte order",
-    _ADAPTS,
-    Section.BYTE_ORDER,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _state_order(target: Target) -> Finding:
+@check("BS02", profiles=ANY, is_plain=True)
+async def _state_order(target: Target) -> CheckFinding:
     taken: Sample = await target.once("the state at rest", sample)
     if taken.stray:
         raise RuleBroken(f"after {len(taken.frames)} frames came {taken.stray.hex()}")
@@ -75,16 +64,10 @@ async def _state_order(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "BS03",
-    "motion port and state port speak the same byte order",
-    "industrial_robot_client: one build serves all ports of a controller",
-    Section.BYTE_ORDER,
-    is_plain=True,
-)
-async def _both_ports(target: Target) -> Finding:
+@check("BS03", is_plain=True)
+async def _both_ports(target: Target) -> CheckFinding:
     wire = await target.motion()
-    await target.knock.ask(wire, f"in the state port's order ({target.order.name.lower()})")
+    await target.probe.ask(wire, f"in the state port's order ({target.order.name.lower()})")
     watch = await target.state()
     if not await watch.until(lambda: bool(watch.frames) or bool(watch.wire.stray), 2.5):
         raise CannotJudge("the state port says nothing")
@@ -93,15 +76,8 @@ async def _both_ports(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "BS04",
-    "reals have the byte order and the width of the rest",
-    "industrial_core shared_types.h: reals of 4 bytes, of 8 in the FLOAT64 build",
-    Section.BYTE_ORDER,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _reals(target: Target) -> Finding:
+@check("BS04", profiles=ANY, is_plain=True)
+async def _reals(target: Target) -> CheckFinding:
     taken: Sample = await target.once("the state at rest", sample)
     if not taken.joints:
         raise CannotJudge("the state port reports no joint values that could be read")
@@ -113,14 +89,8 @@ async def _reals(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "BS05",
-    "a client of the other byte order is answered in it or cut off",
-    _DETECTED,
-    Section.BYTE_ORDER,
-    profiles=FULL,
-)
-async def _other_client(target: Target) -> Finding:
+@check("BS05", profiles=FULL)
+async def _other_client(target: Target) -> CheckFinding:
     try:
         await _in_other_order(target)
     finally:
@@ -128,14 +98,8 @@ async def _other_client(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "BS06",
-    "two clients of different byte order are each answered in their own",
-    _DETECTED,
-    Section.BYTE_ORDER,
-    profiles=FULL,
-)
-async def _side_by_side(target: Target) -> Finding:
+@check("BS06", profiles=FULL)
+async def _side_by_side(target: Target) -> CheckFinding:
     first = await target.motion()
     await ping(first)
     try:
@@ -150,14 +114,8 @@ async def _side_by_side(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "BS07",
-    "a frame in another order than the first is not misread",
-    "REP-I0006: once the place in the stream is lost, the link is to be closed",
-    Section.BYTE_ORDER,
-    profiles=FULL,
-)
-async def _changing_order(target: Target) -> Finding:
+@check("BS07", profiles=FULL)
+async def _changing_order(target: Target) -> CheckFinding:
     wire = await target.motion()
     await ping(wire)
     wire.send(target.codec(target.other_order).encode(STOP))

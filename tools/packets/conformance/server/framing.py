@@ -10,118 +10,97 @@ import asyncio
 import struct
 
 from openpendant.simplemsg import CommType, JointTrajPt, MsgType, Ping, ReplyCode
+from openpendant.simplemsg.framing import HEADER_SIZE, PREFIX_SIZE
 
-from ..findings import PASSED, Finding, Section, deviates
+from ..findings import PASSED, CheckFinding, deviates
 from .answers import STOP, must_be_ping
 from .checks import ANY, FULL, check
 from .target import Target
-from .wire import HEADER, PREFIX, RuleBroken, raw_frame
+from .wire import RuleBroken, raw_frame
 
-_TCP = "RFC 9293 3.8: TCP is a stream without message boundaries"
-_PREFIX = "REP-I0006, prefix: the length says where a frame ends"
-_LOST = "industrial_core simple_socket.cpp: a length of 0 or less ends the connection"
 _CLOSE_WITHIN = 5.0
 _LARGE = (1024, 2048, 3000, 4096)
 
 
 async def _served_anew(target: Target, after: str) -> None:
-    await target.knock.ask(await target.motion(), f"on a new connection after {after}")
+    await target.probe.ask(await target.motion(), f"on a new connection after {after}")
 
 
-@check(
-    "FS01",
-    "a frame in one piece is understood",
-    _PREFIX,
-    Section.FRAMING,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _whole(target: Target) -> Finding:
-    await target.knock.ask(await target.motion(), "in one piece")
+@check("FS01", profiles=ANY, is_plain=True)
+async def _whole(target: Target) -> CheckFinding:
+    await target.probe.ask(await target.motion(), "in one piece")
     return PASSED
 
 
-@check("FS02", "a frame cut in two at any byte is understood", _TCP, Section.FRAMING, is_plain=True)
-async def _cut_anywhere(target: Target) -> Finding:
-    wire, knock = await target.motion(), target.knock
-    data = wire.encode(knock.message)
+@check("FS02", is_plain=True)
+async def _cut_anywhere(target: Target) -> CheckFinding:
+    wire, probe = await target.motion(), target.probe
+    data = wire.encode(probe.message)
     for cut in range(1, len(data)):
         await wire.send_in_pieces(data[:cut], cut, 0.005)
         wire.send(data[cut:])
-        await knock.answered(wire, f"a {knock.name} cut after {cut} bytes")
+        await probe.answered(wire, f"a {probe.name} cut after {cut} bytes")
     return PASSED
 
 
-@check(
-    "FS03", "a frame that comes byte by byte is understood", _TCP, Section.FRAMING, is_plain=True
-)
-async def _byte_by_byte(target: Target) -> Finding:
+@check("FS03", is_plain=True)
+async def _byte_by_byte(target: Target) -> CheckFinding:
     wire = await target.motion()
     await wire.send_in_pieces(wire.encode(STOP))
     await wire.expect("an answer to a STOP that came byte by byte")
-    await target.knock.ask(wire, "after a STOP that came byte by byte")
+    await target.probe.ask(wire, "after a STOP that came byte by byte")
     return PASSED
 
 
-@check("FS04", "two frames in one piece are both answered", _TCP, Section.FRAMING, is_plain=True)
-async def _two_at_once(target: Target) -> Finding:
-    wire, knock = await target.motion(), target.knock
-    wire.send(knock.message, knock.message)
+@check("FS04", is_plain=True)
+async def _two_at_once(target: Target) -> CheckFinding:
+    wire, probe = await target.motion(), target.probe
+    wire.send(probe.message, probe.message)
     for which in ("first", "second"):
-        await knock.answered(wire, f"the {which} of two {knock.name}s in one piece")
+        await probe.answered(wire, f"the {which} of two {probe.name}s in one piece")
     return PASSED
 
 
-@check("FS05", "twenty frames in one piece are all answered", _TCP, Section.FRAMING, is_plain=True)
-async def _twenty_at_once(target: Target) -> Finding:
-    wire, knock = await target.motion(), target.knock
-    wire.send(*[knock.message] * 20)
+@check("FS05", is_plain=True)
+async def _twenty_at_once(target: Target) -> CheckFinding:
+    wire, probe = await target.motion(), target.probe
+    wire.send(*[probe.message] * 20)
     for number in range(1, 21):
-        await knock.answered(wire, f"{knock.name} {number} of twenty in one piece")
-    await wire.expect_silence(0.2, f"twenty answers to twenty {knock.name}s")
+        await probe.answered(wire, f"{probe.name} {number} of twenty in one piece")
+    await wire.expect_silence(0.2, f"twenty answers to twenty {probe.name}s")
     return PASSED
 
 
-@check(
-    "FS06",
-    "a frame is answered although half of the next one came with it",
-    _TCP,
-    Section.FRAMING,
-    is_plain=True,
-)
-async def _one_and_a_half(target: Target) -> Finding:
-    wire, knock = await target.motion(), target.knock
-    data = wire.encode(knock.message)
+@check("FS06", is_plain=True)
+async def _one_and_a_half(target: Target) -> CheckFinding:
+    wire, probe = await target.motion(), target.probe
+    data = wire.encode(probe.message)
     wire.send(data, data[:7])
-    what = f"a {knock.name} with half of the next behind it"
-    await knock.answered(wire, what)
+    what = f"a {probe.name} with half of the next behind it"
+    await probe.answered(wire, what)
     await wire.expect_silence(0.1, f"the answer to {what}")
     wire.send(data[7:])
-    await knock.answered(wire, f"the second {knock.name}, completed later")
+    await probe.answered(wire, f"the second {probe.name}, completed later")
     return PASSED
 
 
-@check(
-    "FS07",
-    "a body may come in another segment than its header",
-    _TCP,
-    Section.FRAMING,
-    is_plain=True,
-)
-async def _body_later(target: Target) -> Finding:
+@check("FS07", is_plain=True)
+async def _body_later(target: Target) -> CheckFinding:
     wire = await target.motion()
     stop = wire.encode(STOP)
-    await wire.send_in_pieces(stop[:HEADER], HEADER, 0.02)
+    await wire.send_in_pieces(stop[:HEADER_SIZE], HEADER_SIZE, 0.02)
     await wire.expect_silence(0.05, "a header without its body")
-    wire.send(stop[HEADER:])
+    wire.send(stop[HEADER_SIZE:])
     await wire.expect("the answer to a STOP whose body came later")
     return PASSED
 
 
-async def _broken_length(target: Target, length: int, rest: bytes = b"") -> Finding:
+async def _broken_length(target: Target, length: int, rest: bytes = b"") -> CheckFinding:
     """Send a length that is none; the link may be closed, or the frame skipped, not waited for."""
     wire = await target.motion()
-    wire.send(raw_frame(wire.codec, MsgType.PING, CommType.REQUEST, length=length)[:PREFIX], rest)
+    wire.send(
+        raw_frame(wire.codec, MsgType.PING, CommType.REQUEST, length=length)[:PREFIX_SIZE], rest
+    )
     if not await wire.is_closed_within(0.5):
         wire.send(Ping())
         reply = await wire.poll(1.0)
@@ -133,34 +112,23 @@ async def _broken_length(target: Target, length: int, rest: bytes = b"") -> Find
     return PASSED
 
 
-@check("FS08", "a length of 0 blocks nothing", _LOST, Section.FRAMING)
-async def _length_zero(target: Target) -> Finding:
+@check("FS08")
+async def _length_zero(target: Target) -> CheckFinding:
     return await _broken_length(target, 0)
 
 
-@check("FS09", "a negative length blocks nothing", _LOST, Section.FRAMING)
-async def _length_negative(target: Target) -> Finding:
+@check("FS09")
+async def _length_negative(target: Target) -> CheckFinding:
     return await _broken_length(target, -1)
 
 
-@check(
-    "FS10",
-    "a length of less than a header blocks nothing",
-    "industrial_core simple_message.cpp: such a frame is consumed and rejected",
-    Section.FRAMING,
-    profiles=FULL,
-)
-async def _length_short(target: Target) -> Finding:
+@check("FS10", profiles=FULL)
+async def _length_short(target: Target) -> CheckFinding:
     return await _broken_length(target, 8, bytes(8))
 
 
-@check(
-    "FS11",
-    "a length of two thousand million ends the link instead of waiting for them",
-    "industrial_core simple_socket.cpp reads any length into 1,025 bytes; a receiver must bound it",
-    Section.FRAMING,
-)
-async def _length_huge(target: Target) -> Finding:
+@check("FS11")
+async def _length_huge(target: Target) -> CheckFinding:
     wire = await target.motion()
     wire.send(raw_frame(wire.codec, MsgType.PING, CommType.REQUEST, length=0x7FFF_FFFF))
     if not await wire.is_closed_within(_CLOSE_WITHIN):
@@ -169,18 +137,13 @@ async def _length_huge(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "FS12",
-    "a point of 1,024 bytes or more is refused, or ends the link",
-    "industrial_core simple_socket.h: no frame has 1,024 bytes or more; a request is answered",
-    Section.FRAMING,
-)
-async def _oversized(target: Target) -> Finding:
+@check("FS12")
+async def _oversized(target: Target) -> CheckFinding:
     for size in _LARGE:
         wire = await target.motion()
         # Wherever a reader of another layout begins, it finds sequence -4: STOP.
         body = struct.pack(f"{wire.codec.byte_order.value}i", STOP.sequence) * (
-            (size - HEADER) // 4
+            (size - HEADER_SIZE) // 4
         )
         wire.send(raw_frame(wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=body))
         reply = await wire.poll(1.0)
@@ -192,13 +155,8 @@ async def _oversized(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "FS13",
-    "what is no simple message at all harms nobody",
-    "REP-I0006: there is no mark to resynchronise by, so the link is to be closed",
-    Section.FRAMING,
-)
-async def _web_browser(target: Target) -> Finding:
+@check("FS13")
+async def _web_browser(target: Target) -> CheckFinding:
     wire = await target.motion()
     wire.send(b"GET / HTTP/1.1\r\nHost: robot\r\n\r\n")
     frame = await wire.poll(1.0)
@@ -208,14 +166,8 @@ async def _web_browser(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "FS14",
-    "a frame that is never completed does not hold the link for ever",
-    "docs/ros-i.md: each started frame must complete within 1 s; here 5 s are granted",
-    Section.FRAMING,
-    profiles=FULL,
-)
-async def _never_completed(target: Target) -> Finding:
+@check("FS14", profiles=FULL)
+async def _never_completed(target: Target) -> CheckFinding:
     wire = await target.motion()
     ping = wire.encode(Ping())
     wire.send(ping[:10])
@@ -230,14 +182,8 @@ async def _never_completed(target: Target) -> Finding:
     )
 
 
-@check(
-    "FS15",
-    "a client that says no more is answered or left, not kept",
-    "RFC 9293 3.6: the end of the stream says that nothing more will come",
-    Section.FRAMING,
-    profiles=FULL,
-)
-async def _half_closed(target: Target) -> Finding:
+@check("FS15", profiles=FULL)
+async def _half_closed(target: Target) -> CheckFinding:
     wire = await target.motion()
     wire.send(Ping())
     wire.half_close()
@@ -247,13 +193,8 @@ async def _half_closed(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "FS16",
-    "a client that disappears amid a frame harms nobody",
-    "RFC 9293 3.5.2: a reset may come at any time",
-    Section.FRAMING,
-)
-async def _reset_amid_frame(target: Target) -> Finding:
+@check("FS16")
+async def _reset_amid_frame(target: Target) -> CheckFinding:
     wire = await target.motion()
     wire.send(wire.encode(STOP)[:20])
     await asyncio.sleep(0.02)
@@ -263,23 +204,17 @@ async def _reset_amid_frame(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "FS17",
-    "a frame that takes half a second to come is understood",
-    _TCP,
-    Section.FRAMING,
-    is_plain=True,
-)
-async def _slow_frame(target: Target) -> Finding:
-    wire, knock = await target.motion(), target.knock
-    data = wire.encode(knock.message)
+@check("FS17", is_plain=True)
+async def _slow_frame(target: Target) -> CheckFinding:
+    wire, probe = await target.motion(), target.probe
+    data = wire.encode(probe.message)
     await wire.send_in_pieces(data, 1, 0.5 / len(data))
-    await knock.answered(wire, f"a {knock.name} that took half a second")
+    await probe.answered(wire, f"a {probe.name} that took half a second")
     return PASSED
 
 
-@check("FS18", "frames of different sizes in one piece are told apart", _PREFIX, Section.FRAMING)
-async def _mixed_sizes(target: Target) -> Finding:
+@check("FS18")
+async def _mixed_sizes(target: Target) -> CheckFinding:
     wire = await target.motion()
     topic = JointTrajPt(-4, (0.0,) * 10, 0.0, 0.0, comm_type=CommType.TOPIC)
     wire.send(Ping(), STOP, topic, Ping())

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 from openpendant.simplemsg import CommType, MsgType, Ping, ReplyCode
+from openpendant.simplemsg.framing import HEADER_SIZE
 
-from ..findings import PASSED, Finding, Section, deviates
+from ..findings import PASSED, CheckFinding, deviates
 from .answers import MOTION_REPLY, STOP, ping
 from .checks import ANY, FULL, check
 from .recordings import Sample, sample
 from .target import Target
-from .wire import HEADER, Frame, RuleBroken, Wire, raw_frame
+from .wire import ReceivedFrame, RuleBroken, Wire, raw_frame
 
-_HEADER = "REP-I0006, header"
-_VALID = "industrial_core simple_message.cpp, validateMessage: such a frame is dropped"
 _QUESTIONS = (MsgType.PING, MsgType.STATUS)
-"""What a controller may ask its client on the state port."""
+"""Requests that a controller may send to its client on the state port."""
 
 UNKNOWN = 9999
 """A message type that nobody has assigned."""
 
 
-async def _answers(target: Target) -> list[tuple[str, int, Frame]]:
+async def _answers(target: Target) -> list[tuple[str, int, ReceivedFrame]]:
     """Return one answer to a PING, to an unknown request and to STOP, with the type asked."""
     wire = await target.motion()
     unknown = raw_frame(wire.codec, UNKNOWN, CommType.REQUEST)
@@ -31,16 +30,16 @@ async def _answers(target: Target) -> list[tuple[str, int, Frame]]:
     ]
 
 
-@check("HS01", "an answer is marked as a reply", _HEADER, Section.HEADER)
-async def _comm_type(target: Target) -> Finding:
+@check("HS01")
+async def _comm_type(target: Target) -> CheckFinding:
     for what, _, reply in await _answers(target):
         if reply.comm_type != CommType.REPLY:
             raise RuleBroken(f"the answer to {what} has communication type {reply.comm_type}")
     return PASSED
 
 
-@check("HS02", "a reply says success or failure", _HEADER, Section.HEADER)
-async def _reply_code(target: Target) -> Finding:
+@check("HS02")
+async def _reply_code(target: Target) -> CheckFinding:
     for what, _, reply in await _answers(target):
         if reply.reply_code not in (ReplyCode.SUCCESS, ReplyCode.FAILURE):
             raise RuleBroken(
@@ -50,8 +49,8 @@ async def _reply_code(target: Target) -> Finding:
     return PASSED
 
 
-@check("HS03", "a reply has the type of its request", _HEADER, Section.HEADER)
-async def _type(target: Target) -> Finding:
+@check("HS03")
+async def _type(target: Target) -> CheckFinding:
     habits = {(MsgType.JOINT_TRAJ_PT, 10): "Fanuc: points are answered by type 10"}
     for what, asked, reply in await _answers(target):
         if reply.msg_type == asked:
@@ -65,14 +64,8 @@ async def _type(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "HS04",
-    "the length of a reply counts the bytes behind it",
-    "REP-I0006, prefix: it does not count itself",
-    Section.HEADER,
-    profiles=ANY,
-)
-async def _length(target: Target) -> Finding:
+@check("HS04", profiles=ANY)
+async def _length(target: Target) -> CheckFinding:
     wire = await target.motion()
     for _ in range(3):
         await ping(wire, "a PING, one of three")
@@ -82,15 +75,8 @@ async def _length(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "HS05",
-    "what the state port says is marked as topics",
-    _HEADER,
-    Section.HEADER,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _topics(target: Target) -> Finding:
+@check("HS05", profiles=ANY, is_plain=True)
+async def _topics(target: Target) -> CheckFinding:
     taken: Sample = await target.once("the state at rest", sample)
     if taken.stray:
         raise RuleBroken(f"the state port sends bytes that are no frame: {taken.stray.hex()}")
@@ -103,7 +89,7 @@ async def _topics(target: Target) -> Finding:
     return PASSED
 
 
-async def _not_obeyed(wire: Wire, frame: bytes, what: str, habit: str = "") -> Finding:
+async def _not_obeyed(wire: Wire, frame: bytes, what: str, habit: str = "") -> CheckFinding:
     """Send a frame that must not be taken: silence, a failure reply or the end are in order."""
     wire.send(frame)
     reply = await wire.poll(0.2)
@@ -116,33 +102,28 @@ async def _not_obeyed(wire: Wire, frame: bytes, what: str, habit: str = "") -> F
     return PASSED
 
 
-@check("HS06", "a frame of communication type 0 is not taken", _VALID, Section.HEADER)
-async def _comm_invalid(target: Target) -> Finding:
+@check("HS06")
+async def _comm_invalid(target: Target) -> CheckFinding:
     wire = await target.motion()
     frame = raw_frame(wire.codec, MsgType.PING, CommType.INVALID)
     return await _not_obeyed(wire, frame, "a PING of communication type 0")
 
 
-@check("HS07", "a frame of message type 0 is not taken", _VALID, Section.HEADER, profiles=FULL)
-async def _type_invalid(target: Target) -> Finding:
+@check("HS07", profiles=FULL)
+async def _type_invalid(target: Target) -> CheckFinding:
     wire = await target.motion()
     return await _not_obeyed(wire, raw_frame(wire.codec, 0, CommType.REQUEST), "type 0")
 
 
-@check("HS08", "a request with a reply code is not taken", _VALID, Section.HEADER, profiles=FULL)
-async def _request_with_code(target: Target) -> Finding:
+@check("HS08", profiles=FULL)
+async def _request_with_code(target: Target) -> CheckFinding:
     wire = await target.motion()
     frame = raw_frame(wire.codec, MsgType.PING, CommType.REQUEST, ReplyCode.SUCCESS)
     return await _not_obeyed(wire, frame, "a PING request with reply code 1")
 
 
-@check(
-    "HS09",
-    "a reply that nobody asked for is ignored",
-    "REP-I0006: ignore a reply nobody asked for",
-    Section.HEADER,
-)
-async def _unasked_reply(target: Target) -> Finding:
+@check("HS09")
+async def _unasked_reply(target: Target) -> CheckFinding:
     wire = await target.motion()
     for msg_type in (MsgType.JOINT_TRAJ_PT, UNKNOWN):
         wire.send(raw_frame(wire.codec, msg_type, CommType.REPLY, ReplyCode.SUCCESS))
@@ -155,31 +136,19 @@ async def _unasked_reply(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "HS10",
-    "an unknown communication type is ignored",
-    "REP-I0006: warn and ignore",
-    Section.HEADER,
-    profiles=FULL,
-)
-async def _comm_unknown(target: Target) -> Finding:
+@check("HS10", profiles=FULL)
+async def _comm_unknown(target: Target) -> CheckFinding:
     wire = await target.motion()
     habit = "industrial_core: answers a PING of any communication type"
     frame = raw_frame(wire.codec, MsgType.PING, 4)
     return await _not_obeyed(wire, frame, "a PING of communication type 4", habit)
 
 
-@check(
-    "HS11",
-    "a reply that carries no data is sixteen bytes",
-    "industrial_core ping_message.cpp: an empty body; REP-I0006 has forty zeros",
-    Section.HEADER,
-    profiles=ANY,
-)
-async def _ping_size(target: Target) -> Finding:
+@check("HS11", profiles=ANY)
+async def _ping_size(target: Target) -> CheckFinding:
     wire = await target.motion()
     reply = await wire.ask(Ping(), "a PING")
-    if len(reply.data) == HEADER:
+    if len(reply.data) == HEADER_SIZE:
         return PASSED
     if reply.body == bytes(40):
         return deviates("REP-I0006: a PING has forty bytes of zeros", str(reply))

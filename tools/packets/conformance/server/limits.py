@@ -11,21 +11,18 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 
-from openpendant.motion.limits import JointLimits
+from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import JointTrajPtFull, ValidField, joint_array
 
-from ..findings import PASSED, Finding, Section, Verdict, deviates
+from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
 from .answers import STOP, is_taken
 from .checks import FULL, check
+from .monitor import distance, rate
 from .moving import LEAD_IN, SPEED, VERY_SLOW, Mover, ready
 from .recordings import must_be_slow
 from .target import Target
-from .watch import distance, rate
-from .wire import CannotJudge, Frame, RuleBroken
+from .wire import CannotJudge, ReceivedFrame, RuleBroken
 
-_FINITE = "docs/simplemsg.md: every real must be finite; no vendor's server checks it"
-_RANGE = "a controller's own soft limits; observed: Stäubli and Fanuc refuse, ABB does not check"
-_ORDER = "docs/emulator.md and docs/ros-i.md: times advance, durations are 0 or more"
 _UNCHECKED = "no vendor's server checks for numbers that are none"
 _BEYOND = 0.1
 _GENTLE = 0.2
@@ -40,7 +37,9 @@ async def _limits(target: Target) -> JointLimits:
     return target.options.limits
 
 
-async def _refused_or_still(mover: Mover, reply: Frame | None, what: str, habit: str) -> Finding:
+async def _refused_or_still(
+    mover: Mover, reply: ReceivedFrame | None, what: str, habit: str
+) -> CheckFinding:
     """Judge the answer to a point that must not be moved; watch, and stop the robot if it is."""
     taken = reply is not None and is_taken(reply)
     try:
@@ -65,11 +64,13 @@ async def _refused_or_still(mover: Mover, reply: Frame | None, what: str, habit:
 
 async def _point(
     mover: Mover, joints: Sequence[float], what: str, habit: str = "", **how: float
-) -> Finding:
+) -> CheckFinding:
     """Send a first point that must not be moved."""
     duration, velocity = how.get("duration", VERY_SLOW), how.get("velocity", SPEED)
     try:
-        reply: Frame | None = await mover.point(0, joints, duration, velocity=velocity, within=1.0)
+        reply: ReceivedFrame | None = await mover.point(
+            0, joints, duration, velocity=velocity, within=1.0
+        )
     except RuleBroken:
         reply = None
     return await _refused_or_still(mover, reply, what, habit)
@@ -79,96 +80,49 @@ def _with(mover: Mover, value: float) -> tuple[float, ...]:
     return tuple(value if slot == mover.joint else at for slot, at in enumerate(mover.start))
 
 
-@check(
-    "LS01",
-    "a position that is no number is not moved to",
-    _FINITE,
-    Section.LIMITS,
-    moves=True,
-    is_plain=True,
-)
-async def _nan(target: Target) -> Finding:
+@check("LS01", moves=True, is_plain=True)
+async def _nan(target: Target) -> CheckFinding:
     await must_be_slow(target)
     mover = await ready(target)
     return await _point(mover, _with(mover, _NAN), "a position that is no number", _UNCHECKED)
 
 
-@check(
-    "LS02",
-    "an infinite position is not moved to",
-    _FINITE,
-    Section.LIMITS,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _infinite(target: Target) -> Finding:
+@check("LS02", moves=True, profiles=FULL, is_plain=True)
+async def _infinite(target: Target) -> CheckFinding:
     await must_be_slow(target)
     mover = await ready(target)
     return await _point(mover, _with(mover, _INF), "an infinite position", _UNCHECKED)
 
 
-@check(
-    "LS03",
-    "a velocity that is no number is refused",
-    _FINITE,
-    Section.LIMITS,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _nan_velocity(target: Target) -> Finding:
+@check("LS03", moves=True, profiles=FULL, is_plain=True)
+async def _nan_velocity(target: Target) -> CheckFinding:
     mover = await ready(target)
     what = "a velocity that is no number"
     return await _point(mover, mover.start, what, _UNCHECKED, velocity=_NAN)
 
 
-@check(
-    "LS04",
-    "a duration that is no number is refused",
-    _FINITE,
-    Section.LIMITS,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _nan_duration(target: Target) -> Finding:
+@check("LS04", moves=True, profiles=FULL, is_plain=True)
+async def _nan_duration(target: Target) -> CheckFinding:
     mover = await ready(target)
     what = "a duration that is no number"
     return await _point(mover, mover.start, what, _UNCHECKED, duration=_NAN)
 
 
-@check(
-    "LS05",
-    "a negative duration is refused",
-    _ORDER,
-    Section.LIMITS,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _negative_duration(target: Target) -> Finding:
+@check("LS05", moves=True, profiles=FULL, is_plain=True)
+async def _negative_duration(target: Target) -> CheckFinding:
     mover = await ready(target)
     habit = "Fanuc, Stäubli: the duration is not used"
     return await _point(mover, mover.start, "a duration of -1 s", habit, duration=-1.0)
 
 
-@check(
-    "LS06",
-    "a velocity above 1 is refused",
-    "industrial_core: a fraction, 0 to 1",
-    Section.LIMITS,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _velocity_above_one(target: Target) -> Finding:
+@check("LS06", moves=True, profiles=FULL, is_plain=True)
+async def _velocity_above_one(target: Target) -> CheckFinding:
     mover = await ready(target)
     habit = "Stäubli: the velocity is clipped; Fanuc: it is not used"
     return await _point(mover, mover.start, "a velocity of 1.5", habit, velocity=1.5)
 
 
-async def _out_of_range(target: Target, *, upper: bool) -> Finding:
+async def _out_of_range(target: Target, *, upper: bool) -> CheckFinding:
     limits = await _limits(target)
     await must_be_slow(target)
     mover = await ready(target)
@@ -185,40 +139,18 @@ async def _out_of_range(target: Target, *, upper: bool) -> Finding:
         return deviates(habit, str(error))
 
 
-@check(
-    "LS07",
-    "a position above the range is refused",
-    _RANGE,
-    Section.LIMITS,
-    moves=True,
-    is_plain=True,
-)
-async def _above(target: Target) -> Finding:
+@check("LS07", moves=True, is_plain=True)
+async def _above(target: Target) -> CheckFinding:
     return await _out_of_range(target, upper=True)
 
 
-@check(
-    "LS08",
-    "a position below the range is refused",
-    _RANGE,
-    Section.LIMITS,
-    moves=True,
-    is_plain=True,
-)
-async def _below(target: Target) -> Finding:
+@check("LS08", moves=True, is_plain=True)
+async def _below(target: Target) -> CheckFinding:
     return await _out_of_range(target, upper=False)
 
 
-@check(
-    "LS09",
-    "a segment that is too fast is refused or moved within the limits",
-    "MotoROS refuses it (3013); docs/ros-i.md: never faster than the limits allow",
-    Section.LIMITS,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _too_fast(target: Target) -> Finding:
+@check("LS09", moves=True, profiles=FULL, is_plain=True)
+async def _too_fast(target: Target) -> CheckFinding:
     limits = await _limits(target)
     mover = await ready(target)
     joint, most = mover.joint, limits.velocity[mover.joint]
@@ -226,7 +158,7 @@ async def _too_fast(target: Target) -> Finding:
     reply = await mover.point(1, mover.goal, mover.amplitude / (3 * most))
     if not is_taken(reply):
         await mover.stays(0.5, "a refused point", mover.start)
-        return Finding(Verdict.PASSED, "refused")
+        return CheckFinding(CheckVerdict.PASSED, "refused")
     await mover.watch.until(lambda: mover.has_left, 3.0)
     await mover.rests_within(5.0)
     reports = [(at.time, at.values[joint]) for at in mover.watch.joints]
@@ -237,19 +169,13 @@ async def _too_fast(target: Target) -> Finding:
     )
     if fastest > 1.2 * most:
         raise RuleBroken(f"it was moved at {fastest:.3g} of at most {most:.3g} rad/s")
-    return Finding(Verdict.PASSED, f"taken, and moved at {fastest:.3g} of {most:.3g} rad/s")
+    return CheckFinding(
+        CheckVerdict.PASSED, f"taken, and moved at {fastest:.3g} of {most:.3g} rad/s"
+    )
 
 
-@check(
-    "LS10",
-    "behind a refused point the rest is not moved",
-    "docs/ros-i.md: the trajectory is discarded and the rest of its points refused",
-    Section.LIMITS,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _rest_refused(target: Target) -> Finding:
+@check("LS10", moves=True, profiles=FULL, is_plain=True)
+async def _rest_refused(target: Target) -> CheckFinding:
     await must_be_slow(target)
     mover = await ready(target)
     await mover.accepted(0, mover.start, LEAD_IN)
@@ -261,7 +187,7 @@ async def _rest_refused(target: Target) -> Finding:
     return await _refused_or_still(mover, reply, "a point behind a refused one", "")
 
 
-async def _full(target: Target, what: str, habit: str, **changed: object) -> Finding:
+async def _full(target: Target, what: str, habit: str, **changed: object) -> CheckFinding:
     """Send a full point that must be refused."""
     mover = await ready(target)
     zeros = joint_array(())
@@ -273,28 +199,14 @@ async def _full(target: Target, what: str, habit: str, **changed: object) -> Fin
     return await _refused_or_still(mover, reply, what, habit)
 
 
-@check(
-    "LS11",
-    "a full point without a position is refused",
-    "industrial_core joint_traj_pt_full.h, valid_fields; MotoROS: 3015",
-    Section.LIMITS,
-    moves=True,
-    profiles=FULL,
-)
-async def _no_position(target: Target) -> Finding:
+@check("LS11", moves=True, profiles=FULL)
+async def _no_position(target: Target) -> CheckFinding:
     valid = int(ValidField.TIME)
     return await _full(target, "a full point without a position", "", valid_fields=valid)
 
 
-@check(
-    "LS12",
-    "a full point with any value that is no number is refused",
-    _FINITE,
-    Section.LIMITS,
-    moves=True,
-    profiles=FULL,
-)
-async def _full_nan(target: Target) -> Finding:
+@check("LS12", moves=True, profiles=FULL)
+async def _full_nan(target: Target) -> CheckFinding:
     await must_be_slow(target)
     bad = (_NAN, *joint_array(())[1:])
     findings = []
@@ -305,33 +217,19 @@ async def _full_nan(target: Target) -> Finding:
             await _full(target, what, _UNCHECKED, valid_fields=int(ValidField.ALL), **values)
         )
         await target.close()
-    worst = [finding for finding in findings if finding.verdict is not Verdict.PASSED]
+    worst = [finding for finding in findings if finding.verdict is not CheckVerdict.PASSED]
     if worst and len(worst) < len(findings):
         raise RuleBroken(f"some fields are checked, not all: {worst[0].detail}")
     return worst[0] if worst else PASSED
 
 
-@check(
-    "LS13",
-    "a full point for another robot is refused",
-    "industrial_core joint_traj_pt_full.h, robot_id; MotoROS: 3004",
-    Section.LIMITS,
-    moves=True,
-    profiles=FULL,
-)
-async def _other_robot(target: Target) -> Finding:
+@check("LS13", moves=True, profiles=FULL)
+async def _other_robot(target: Target) -> CheckFinding:
     return await _full(target, "a full point for robot 7", "", robot_id=7)
 
 
-@check(
-    "LS14",
-    "a full point whose time does not advance is refused",
-    _ORDER,
-    Section.LIMITS,
-    moves=True,
-    profiles=FULL,
-)
-async def _time_stands(target: Target) -> Finding:
+@check("LS14", moves=True, profiles=FULL)
+async def _time_stands(target: Target) -> CheckFinding:
     mover = await ready(target)
     zeros = joint_array(())
     valid = int(ValidField.TIME | ValidField.POSITION | ValidField.VELOCITY)
@@ -344,16 +242,8 @@ async def _time_stands(target: Target) -> Finding:
     return await _refused_or_still(mover, reply, "a second full point at time 0", habit)
 
 
-@check(
-    "LS15",
-    "a point where the robot is not, at once, is no jump",
-    "docs/emulator.md: does not start where the robot stands; docs/ros-i.md: approached slowly",
-    Section.LIMITS,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _no_jump(target: Target) -> Finding:
+@check("LS15", moves=True, profiles=FULL, is_plain=True)
+async def _no_jump(target: Target) -> CheckFinding:
     mover = await ready(target)
     near = mover.between(_GENTLE)
     way = _GENTLE * mover.amplitude
@@ -370,10 +260,10 @@ async def _no_jump(target: Target) -> Finding:
     moved = distance(mover.watch.position, before) > 0.1 * way
     if not is_taken(reply) and moved:
         raise RuleBroken("the point was refused and moved to all the same")
-    return Finding(Verdict.PASSED, "moved to" if moved else "not moved to")
+    return CheckFinding(CheckVerdict.PASSED, "moved to" if moved else "not moved to")
 
 
-async def _all_refused(target: Target, value_of: Callable[[int], float], what: str) -> Finding:
+async def _all_refused(target: Target, value_of: Callable[[int], float], what: str) -> CheckFinding:
     """Try a value for every joint, as a first point and as a second one; all must be refused.
 
     Raises:
@@ -399,30 +289,16 @@ async def _all_refused(target: Target, value_of: Callable[[int], float], what: s
             if not await mover.watch.standstill(2.0):
                 raise RuleBroken(f"{what} for joint {joint + 1} was refused, and the robot moves")
     await mover.stays(0.2, what, mover.start)
-    return Finding(Verdict.PASSED, f"{len(joints)} joints, first and second points")
+    return CheckFinding(CheckVerdict.PASSED, f"{len(joints)} joints, first and second points")
 
 
-@check(
-    "LS16",
-    "no joint of no point may be no number",
-    _FINITE,
-    Section.LIMITS,
-    moves=True,
-    is_plain=True,
-)
-async def _nan_anywhere(target: Target) -> Finding:
+@check("LS16", moves=True, is_plain=True)
+async def _nan_anywhere(target: Target) -> CheckFinding:
     return await _all_refused(target, lambda _: _NAN, "a position that is no number")
 
 
-@check(
-    "LS17",
-    "the range is checked for every joint of every point",
-    _RANGE,
-    Section.LIMITS,
-    moves=True,
-    is_plain=True,
-)
-async def _range_anywhere(target: Target) -> Finding:
+@check("LS17", moves=True, is_plain=True)
+async def _range_anywhere(target: Target) -> CheckFinding:
     limits = await _limits(target)
     what = "a position a turn above the range"
     # A controller's own range may be wider than the robot's file says, but not by a turn.

@@ -1,133 +1,183 @@
-"""Section K: links come and go; the robot must not go on without its client, nor by itself."""
+"""Section K: links come and go; the robot must not go on without its client, nor by itself.
+
+Owns, too, two links that stay open for most of a run, an idle one and one to the state port: what
+ends or falls silent only after some time shows on no link that lives as long as a check.
+"""
 
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Sequence
 
 from openpendant.simplemsg import Ping
 
-from ..findings import PASSED, Finding, Section, Verdict, deviates
+from ..findings import PASSED, CheckFinding, CheckVerdict, Section, deviates
 from .answers import is_taken, must_be_ping, ping
-from .checks import ANY, FULL, check
+from .checks import ANY, FULL, ServerCheck, check
+from .monitor import STEADY, Watch, distance
 from .moving import LEAD_IN, SPEED, STOP_WITHIN, ready
-from .recordings import LOSS_SEEN, SLOW, Motion, lost, lost_by_reset
+from .recordings import LOSS_SEEN, SLOW, RecordedMotion, lost, lost_by_reset
 from .target import Target
-from .vigil import old_enough
-from .watch import STEADY, distance
-from .wire import CannotJudge, RuleBroken, Unreachable, Wire
+from .wire import CannotJudge, RuleBroken, TargetUnreachable, Wire
 
-_SILENCE = "docs/ros-i.md: silence is legal; the real client says nothing between trajectories"
-_AGAIN = "observed, industrial_robot_client: it connects again after 10 ms, or 5 s"
-_ONE_CLIENT = "industrial_core tcp_server.cpp: one client a port"
-_LOSS = "a robot nobody commands must stand: ISO 10218-1 5.4; ABB does not stop"
+IDLE = "KS17"
+"""The check that judges the idle link."""
+
+LISTENING = "KS18"
+"""The check that judges the state link."""
+
+LEAST = 8.0
+"""The links are at least so old when they are judged [s]."""
+
+_SERVED_WITHIN = 1.0
+_BEFOREHAND = (Section.FRAMING, Section.HEADER, Section.BYTE_ORDER)
 
 
-@check("KS01", "an idle link stays open", _SILENCE, Section.LINK, profiles=ANY, is_plain=True)
-async def _idle(target: Target) -> Finding:
+class LongLivedLinks:
+    """The links, where the target serves others beside them.
+
+    A controller of one client a port would be blocked by them, and gets none.
+    """
+
+    def __init__(self, chosen: Sequence[ServerCheck]) -> None:
+        """Take the checks of a run; only checks that are chosen get a link."""
+        self._wires: list[Wire] = []
+        self._wanted = {entry.number for entry in chosen} & {IDLE, LISTENING}
+        self._has_begun = not self._wanted
+
+    async def before(self, entry: ServerCheck, target: Target) -> None:
+        """Open the links before a check: after those that confuse the byte order on purpose.
+
+        A server that goes by the order of an address may end its other links because of those.
+        """
+        if self._has_begun or entry.section in _BEFOREHAND:
+            return
+        self._has_begun = True
+        try:
+            if IDLE in self._wanted:
+                await self._keep_idle(target)
+            if LISTENING in self._wanted and target.options.state_port is not None:
+                await self._keep_listening(target)
+        except TargetUnreachable:
+            return  # the next check will report it
+        finally:
+            await target.close()
+
+    async def _keep_idle(self, target: Target) -> None:
+        wire = await target.motion()
+        try:
+            await target.probe.ask(wire)
+            await target.probe.ask(await target.motion())
+            await target.probe.ask(wire)
+        except (RuleBroken, TargetUnreachable):
+            return
+        self._wires.append(target.keep(wire))
+        target.idle_link = wire
+
+    async def _keep_listening(self, target: Target) -> None:
+        watch = await target.state()
+        await watch.begin()
+        try:
+            other = await target.state()
+        except TargetUnreachable:
+            return
+        count = len(watch.frames)
+        is_told = await other.until(lambda: bool(other.frames), _SERVED_WITHIN)
+        if not is_told or not await watch.until(lambda: len(watch.frames) > count, _SERVED_WITHIN):
+            return
+        self._wires.append(target.keep(watch.wire))
+        target.long_watch = watch
+
+    async def end(self) -> None:
+        """Close the links."""
+        for wire in self._wires:
+            wire.close()
+
+
+async def old_enough(watch: Watch | Wire) -> None:
+    """Wait until a link is old enough to be judged."""
+    wire = watch.wire if isinstance(watch, Watch) else watch
+    await asyncio.sleep(max(0.0, LEAST - wire.age))
+
+
+@check("KS01", profiles=ANY, is_plain=True)
+async def _idle(target: Target) -> CheckFinding:
     wire = await target.motion()
-    await target.knock.ask(wire)
+    await target.probe.ask(wire)
     await wire.expect_silence(1.2, "a second of silence")
-    await target.knock.ask(wire, "after a second of silence")
+    await target.probe.ask(wire, "after a second of silence")
     return PASSED
 
 
-@check(
-    "KS02", "a client may leave and come again", _AGAIN, Section.LINK, profiles=ANY, is_plain=True
-)
-async def _come_again(target: Target) -> Finding:
+@check("KS02", profiles=ANY, is_plain=True)
+async def _come_again(target: Target) -> CheckFinding:
     for attempt in range(1, 9):
         wire = await target.motion()
-        await target.knock.ask(wire, f"on connection {attempt}")
+        await target.probe.ask(wire, f"on connection {attempt}")
         await target.close()
     return PASSED
 
 
-@check("KS03", "a client may leave by a reset", _AGAIN, Section.LINK, profiles=ANY, is_plain=True)
-async def _leave_by_reset(target: Target) -> Finding:
+@check("KS03", profiles=ANY, is_plain=True)
+async def _leave_by_reset(target: Target) -> CheckFinding:
     for attempt in range(1, 4):
         wire = await target.motion()
-        await target.knock.ask(wire, f"on connection {attempt}")
+        await target.probe.ask(wire, f"on connection {attempt}")
         wire.reset()
         await asyncio.sleep(0.03)
-    await target.knock.ask(await target.motion(), "after three resets")
+    await target.probe.ask(await target.motion(), "after three resets")
     return PASSED
 
 
-@check(
-    "KS04",
-    "many silent clients do not lock out the next for ever",
-    _ONE_CLIENT,
-    Section.LINK,
-    profiles=FULL,
-)
-async def _many(target: Target) -> Finding:
+@check("KS04", profiles=FULL)
+async def _many(target: Target) -> CheckFinding:
     for _ in range(20):
         try:
             await target.motion()
-        except Unreachable:
+        except TargetUnreachable:
             break
     await target.close()
     await asyncio.sleep(0.2)
-    await target.knock.ask(await target.motion(), "after twenty clients came and went")
+    await target.probe.ask(await target.motion(), "after twenty clients came and went")
     return PASSED
 
 
-@check(
-    "KS05",
-    "a second client does not disturb the first",
-    _ONE_CLIENT + "; a second waits, is refused or served",
-    Section.LINK,
-    is_plain=True,
-)
-async def _second_client(target: Target) -> Finding:
+@check("KS05", is_plain=True)
+async def _second_client(target: Target) -> CheckFinding:
     first = await target.motion()
-    await target.knock.ask(first, "of the first of two clients")
+    await target.probe.ask(first, "of the first of two clients")
     try:
         second: Wire | None = await target.motion()
-    except Unreachable:
+    except TargetUnreachable:
         second = None
     if second is not None:
-        second.send(target.knock.message)
+        second.send(target.probe.message)
         await second.poll(0.3)
     if first.is_lost:
         return deviates("Motoman: a new client replaces the old one", "the first was closed")
-    await target.knock.ask(first, "of the first of two clients")
+    await target.probe.ask(first, "of the first of two clients")
     if second is not None:
         second.close()
         await asyncio.sleep(0.03)
-    await target.knock.ask(first, "of the first of two clients")
+    await target.probe.ask(first, "of the first of two clients")
     return PASSED
 
 
-@check(
-    "KS06",
-    "the motion port works before anybody listens to the state port",
-    "industrial_robot_client: three processes connect independently, in no fixed order",
-    Section.LINK,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _no_listener(target: Target) -> Finding:
+@check("KS06", profiles=ANY, is_plain=True)
+async def _no_listener(target: Target) -> CheckFinding:
     wire = await target.motion()
-    await target.knock.ask(wire, "without a state connection")
+    await target.probe.ask(wire, "without a state connection")
     await target.state()
-    await target.knock.ask(wire, "with a state connection")
+    await target.probe.ask(wire, "with a state connection")
     return PASSED
 
 
-@check(
-    "KS07",
-    "a lost motion link leaves the state link alone",
-    _AGAIN,
-    Section.LINK,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _state_goes_on(target: Target) -> Finding:
+@check("KS07", profiles=ANY, is_plain=True)
+async def _state_goes_on(target: Target) -> CheckFinding:
     watch = await target.state()
     await watch.begin()
     wire = await target.motion()
-    await target.knock.ask(wire)
+    await target.probe.ask(wire)
     wire.close()
     count = len(watch.frames)
     await asyncio.sleep(0.7)
@@ -136,14 +186,8 @@ async def _state_goes_on(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "KS08",
-    "five hundred PINGs in one piece are all answered",
-    "TCP: what was acknowledged was received",
-    Section.LINK,
-    profiles=FULL,
-)
-async def _flood(target: Target) -> Finding:
+@check("KS08", profiles=FULL)
+async def _flood(target: Target) -> CheckFinding:
     wire = await target.motion()
     wire.send(*[Ping()] * 500)
     for number in range(1, 501):
@@ -152,14 +196,8 @@ async def _flood(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "KS09",
-    "a client that reads no answers holds nobody up",
-    "TCP: a full window must not stop the others",
-    Section.LINK,
-    profiles=FULL,
-)
-async def _deaf_client(target: Target) -> Finding:
+@check("KS09", profiles=FULL)
+async def _deaf_client(target: Target) -> CheckFinding:
     deaf = await target.motion()
     deaf.hold()
     for _ in range(20):
@@ -175,7 +213,7 @@ async def _deaf_client(target: Target) -> Finding:
     return deviates("industrial_core: one client a port", "the second was served after the first")
 
 
-async def _judge_loss(target: Target, motion: Motion, how: str) -> Finding:
+async def _judge_loss(target: Target, motion: RecordedMotion, how: str) -> CheckFinding:
     final = motion.at(motion.event + LOSS_SEEN)
     late = [
         report.time - motion.event
@@ -190,40 +228,24 @@ async def _judge_loss(target: Target, motion: Motion, how: str) -> Finding:
         if target.knows_ping:
             raise RuleBroken(seen)
         return deviates("ABB: a motion goes on without its client", seen)
-    return Finding(Verdict.PASSED, f"stood {max(end, 0.0):.3f} s after {how}")
+    return CheckFinding(CheckVerdict.PASSED, f"stood {max(end, 0.0):.3f} s after {how}")
 
 
-@check(
-    "KS10", "the robot stops when its client leaves", _LOSS, Section.LINK, moves=True, is_plain=True
-)
-async def _stops_on_close(target: Target) -> Finding:
-    motion: Motion = await target.once("a lost link", lost)
+@check("KS10", moves=True, is_plain=True)
+async def _stops_on_close(target: Target) -> CheckFinding:
+    motion: RecordedMotion = await target.once("a lost link", lost)
     return await _judge_loss(target, motion, "the end of the link")
 
 
-@check(
-    "KS11",
-    "the robot stops when its client disappears",
-    _LOSS,
-    Section.LINK,
-    moves=True,
-    is_plain=True,
-)
-async def _stops_on_reset(target: Target) -> Finding:
-    motion: Motion = await target.once("a reset link", lost_by_reset)
+@check("KS11", moves=True, is_plain=True)
+async def _stops_on_reset(target: Target) -> CheckFinding:
+    motion: RecordedMotion = await target.once("a reset link", lost_by_reset)
     return await _judge_loss(target, motion, "the reset of the link")
 
 
-@check(
-    "KS12",
-    "a new link does not set an old motion going again",
-    "docs/architecture.md: reconnecting restores neither control nor motion",
-    Section.LINK,
-    moves=True,
-    is_plain=True,
-)
-async def _does_not_resume(target: Target) -> Finding:
-    motion: Motion = await target.once("a lost link", lost)
+@check("KS12", moves=True, is_plain=True)
+async def _does_not_resume(target: Target) -> CheckFinding:
+    motion: RecordedMotion = await target.once("a lost link", lost)
     if motion.event_reply is None:
         raise RuleBroken("the connection made after the loss was not served")
     before = motion.at(motion.event + LOSS_SEEN)
@@ -233,15 +255,8 @@ async def _does_not_resume(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "KS13",
-    "after a lost link a new trajectory is moved",
-    _AGAIN,
-    Section.LINK,
-    moves=True,
-    is_plain=True,
-)
-async def _works_again(target: Target) -> Finding:
+@check("KS13", moves=True, is_plain=True)
+async def _works_again(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.set_off(SLOW)
     mover.wire.close()
@@ -261,16 +276,8 @@ async def _works_again(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "KS14",
-    "a point repeated on a new link is answered once and moves once at most",
-    "observed, industrial_robot_client: the unanswered point comes again, with its sequence",
-    Section.LINK,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _repeated(target: Target) -> Finding:
+@check("KS14", moves=True, profiles=FULL, is_plain=True)
+async def _repeated(target: Target) -> CheckFinding:
     mover = await ready(target)
     asked = mover.seconds(1.0)
     await mover.go(asked)
@@ -285,19 +292,13 @@ async def _repeated(target: Target) -> Finding:
     part = mover.progress(at)
     if not -0.1 <= part <= 1.1:
         raise RuleBroken(f"it stands at {100 * part:.0f} % of the way")
-    return Finding(Verdict.PASSED, f"{'taken' if is_taken(reply) else 'refused'}, at {part:.0%}")
+    return CheckFinding(
+        CheckVerdict.PASSED, f"{'taken' if is_taken(reply) else 'refused'}, at {part:.0%}"
+    )
 
 
-@check(
-    "KS15",
-    "points of a second client do not mix with those of the first",
-    "docs/emulator.md: only the connection that began a motion may send its points",
-    Section.LINK,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _two_commanders(target: Target) -> Finding:
+@check("KS15", moves=True, profiles=FULL, is_plain=True)
+async def _two_commanders(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.set_off(mover.seconds(SLOW / 2))
     first, mover.wire = mover.wire, await target.motion()
@@ -319,15 +320,8 @@ async def _two_commanders(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "KS16",
-    "a link that is lost before the motion began prevents it",
-    _LOSS,
-    Section.LINK,
-    moves=True,
-    is_plain=True,
-)
-async def _lost_before_motion(target: Target) -> Finding:
+@check("KS16", moves=True, is_plain=True)
+async def _lost_before_motion(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.go(SLOW)
     mover.wire.close()
@@ -341,34 +335,20 @@ async def _lost_before_motion(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "KS17",
-    "a link that is idle all the run stays open and is answered at its end",
-    _SILENCE,
-    Section.LINK,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _idle_all_the_run(target: Target) -> Finding:
+@check("KS17", profiles=ANY, is_plain=True)
+async def _idle_all_the_run(target: Target) -> CheckFinding:
     wire = target.idle_link
     if wire is None:
         raise CannotJudge("the target serves one client, which an idle one would keep out")
     await old_enough(wire)
     if wire.is_lost:
         raise RuleBroken("an idle link was closed during the run")
-    await target.knock.ask(wire, f"after {wire.age:.0f} s of silence")
-    return Finding(Verdict.PASSED, f"after {wire.age:.0f} s")
+    await target.probe.ask(wire, f"after {wire.age:.0f} s of silence")
+    return CheckFinding(CheckVerdict.PASSED, f"after {wire.age:.0f} s")
 
 
-@check(
-    "KS18",
-    "a listener is told joint values all the run long",
-    _SILENCE,
-    Section.LINK,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _told_all_the_run(target: Target) -> Finding:
+@check("KS18", profiles=ANY, is_plain=True)
+async def _told_all_the_run(target: Target) -> CheckFinding:
     watch = target.long_watch
     if watch is None:
         raise CannotJudge("the target serves one listener, or has no state port")
@@ -378,4 +358,4 @@ async def _told_all_the_run(target: Target) -> Finding:
     asked = asyncio.get_running_loop().time()
     if not await watch.until(lambda: bool(watch.joints) and watch.joints[-1].time > asked, 1.0):
         raise RuleBroken(f"a state link has fallen silent within {watch.wire.age:.0f} s")
-    return Finding(Verdict.PASSED, f"for {watch.wire.age:.0f} s")
+    return CheckFinding(CheckVerdict.PASSED, f"for {watch.wire.age:.0f} s")

@@ -18,21 +18,16 @@ from openpendant.simplemsg import (
     joint_array,
 )
 
-from ..findings import PASSED, Finding, Section, Verdict, deviates
+from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
 from .answers import is_taken, judge_point_reply
 from .checks import FULL, check
+from .monitor import distance
 from .moving import ARRIVED, ARRIVED_EXACTLY, LEAD_IN, SPEED, START_WITHIN, Mover, ready
-from .recordings import Motion, reference
+from .recordings import RecordedMotion, reference
 from .target import Target
-from .watch import distance
 from .wire import CannotJudge, RuleBroken
 
-_POINTS = "REP-I0006, JOINT_TRAJ_PT; industrial_robot_client joint_trajectory_streamer.cpp"
-_ARRIVAL = "industrial_robot_client: a goal is reached within 0.005 rad of its last point"
-_SEQUENCE = "REP-I0006: abort on a sequence that is neither the next nor 0"
 _NO_SEQUENCE = "ABB, Fanuc, Stäubli, Motoman: the order of sequences is not checked"
-_DURATION = "industrial_core joint_traj_pt.h: duration, the time allotted to the segment"
-_DOWNLOAD = "observed, industrial_robot_client download: -1, 1, 2, …, -3 as topics"
 _LONG = 1.0
 
 _BEHIND = 0.5
@@ -42,8 +37,8 @@ _ROUND = 1.6
 """A cosine's largest speed is so many times its mean speed."""
 
 
-async def _undisturbed(target: Target) -> Motion:
-    motion: Motion = await target.once("a motion", reference)
+async def _undisturbed(target: Target) -> RecordedMotion:
+    motion: RecordedMotion = await target.once("a motion", reference)
     return motion
 
 
@@ -60,80 +55,54 @@ async def _arrives(mover: Mover, goal: tuple[float, ...], what: str, within: flo
         raise RuleBroken(f"{what}: the robot stands {distance(at, goal):.4g} rad or m off the goal")
 
 
-@check(
-    "MS01",
-    "a point where the robot stands is taken and moves nothing",
-    _POINTS,
-    Section.MOTION,
-    moves=True,
-    is_plain=True,
-)
-async def _stays(target: Target) -> Finding:
+@check("MS01", moves=True, is_plain=True)
+async def _stays(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.accepted(0, mover.start, LEAD_IN)
     await mover.stays(0.4, "a point where the robot stands", mover.start)
     return PASSED
 
 
-@check(
-    "MS02", "the robot ends at the last point", _ARRIVAL, Section.MOTION, moves=True, is_plain=True
-)
-async def _ends_at_goal(target: Target) -> Finding:
-    motion: Motion = await target.once("a motion", reference, is_subject=True)
+@check("MS02", moves=True, is_plain=True)
+async def _ends_at_goal(target: Target) -> CheckFinding:
+    motion: RecordedMotion = await target.once("a motion", reference, is_subject=True)
     off = distance(motion.end, motion.goal)
     if off > (ARRIVED_EXACTLY if target.is_minimum else ARRIVED):
         raise RuleBroken(f"two points: the robot stands {off:.4g} rad or m off the last one")
-    return Finding(Verdict.PASSED, f"{off:.1g} rad or m off")
+    return CheckFinding(CheckVerdict.PASSED, f"{off:.1g} rad or m off")
 
 
-@check(
-    "MS03", "every point is answered as a point", _POINTS, Section.MOTION, moves=True, is_plain=True
-)
-async def _replies(target: Target) -> Finding:
+@check("MS03", moves=True, is_plain=True)
+async def _replies(target: Target) -> CheckFinding:
     motion = await _undisturbed(target)
     worst = PASSED
     for reply in motion.replies:
         finding = judge_point_reply(reply)
-        if finding.verdict is not Verdict.PASSED:
+        if finding.verdict is not CheckVerdict.PASSED:
             worst = finding
     return worst
 
 
-@check(
-    "MS04",
-    "points are answered in time: at once, or when the buffer has room",
-    "observed, industrial_robot_client: it sends the next point when this one is answered",
-    Section.MOTION,
-    moves=True,
-    is_plain=True,
-)
-async def _answered_in_time(target: Target) -> Finding:
+@check("MS04", moves=True, is_plain=True)
+async def _answered_in_time(target: Target) -> CheckFinding:
     motion = await _undisturbed(target)
     late = motion.replies[-1].time - motion.sent
     if late > motion.duration + 1.0:
         raise RuleBroken(f"the second of two points was answered after {late:.2f} s")
-    return Finding(Verdict.PASSED, f"after {late:.3f} s")
+    return CheckFinding(CheckVerdict.PASSED, f"after {late:.3f} s")
 
 
-@check("MS05", "the motion begins within 3 s", _ARRIVAL, Section.MOTION, moves=True, is_plain=True)
-async def _begins(target: Target) -> Finding:
+@check("MS05", moves=True, is_plain=True)
+async def _begins(target: Target) -> CheckFinding:
     motion = await _undisturbed(target)
     delay = motion.must_have_moved()[0].time - motion.sent
     if delay > START_WITHIN:
         raise RuleBroken(f"it began {delay:.2f} s after the last point was sent")
-    return Finding(Verdict.PASSED, f"after {delay:.3f} s")
+    return CheckFinding(CheckVerdict.PASSED, f"after {delay:.3f} s")
 
 
-@check(
-    "MS06",
-    "the motion is not much faster than asked",
-    _DURATION,
-    Section.MOTION,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _not_faster(target: Target) -> Finding:
+@check("MS06", moves=True, profiles=FULL, is_plain=True)
+async def _not_faster(target: Target) -> CheckFinding:
     motion = await _undisturbed(target)
     moving = motion.must_have_moved()
     took = moving[-1].time - moving[0].time
@@ -142,35 +111,25 @@ async def _not_faster(target: Target) -> Finding:
             "Fanuc, Stäubli: the duration is not used",
             f"asked {motion.duration:.2f} s, took {took:.2f} s",
         )
-    return Finding(Verdict.PASSED, f"asked {motion.duration:.2f} s, seen {took:.2f} s of it")
+    return CheckFinding(
+        CheckVerdict.PASSED, f"asked {motion.duration:.2f} s, seen {took:.2f} s of it"
+    )
 
 
-@check(
-    "MS07",
-    "the motion is not much slower than asked",
-    _DURATION,
-    Section.MOTION,
-    moves=True,
-    is_plain=True,
-)
-async def _not_slower(target: Target) -> Finding:
+@check("MS07", moves=True, is_plain=True)
+async def _not_slower(target: Target) -> CheckFinding:
     motion = await _undisturbed(target)
     moving = motion.visibly_moving()
     took = moving[-1].time - moving[0].time
     if took > motion.duration + _BEHIND:
         raise RuleBroken(f"asked {motion.duration:.2f} s, took {took:.2f} s")
-    return Finding(Verdict.PASSED, f"asked {motion.duration:.2f} s, seen {took:.2f} s of it")
+    return CheckFinding(
+        CheckVerdict.PASSED, f"asked {motion.duration:.2f} s, seen {took:.2f} s of it"
+    )
 
 
-@check(
-    "MS08",
-    "the joint goes towards its goal and not away",
-    _POINTS,
-    Section.MOTION,
-    moves=True,
-    is_plain=True,
-)
-async def _right_way(target: Target) -> Finding:
+@check("MS08", moves=True, is_plain=True)
+async def _right_way(target: Target) -> CheckFinding:
     motion = await _undisturbed(target)
     motion.must_have_moved()
     way = motion.goal[motion.joint] - motion.start[motion.joint]
@@ -181,30 +140,16 @@ async def _right_way(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "MS09",
-    "a single point is moved to",
-    "observed, industrial_robot_client: a one-point trajectory is one packet, sequence 0",
-    Section.MOTION,
-    moves=True,
-    is_plain=True,
-)
-async def _single_point(target: Target) -> Finding:
+@check("MS09", moves=True, is_plain=True)
+async def _single_point(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.accepted(0, mover.goal, mover.amplitude / SPEED)
     await _arrives(mover, mover.goal, "a single point", 6.0)
     return PASSED
 
 
-@check(
-    "MS10",
-    "ten points in a row are moved through",
-    _POINTS,
-    Section.MOTION,
-    moves=True,
-    is_plain=True,
-)
-async def _ten_points(target: Target) -> Finding:
+@check("MS10", moves=True, is_plain=True)
+async def _ten_points(target: Target) -> CheckFinding:
     mover = await ready(target)
     for sequence in range(10):
         part = (1 - math.cos(math.pi * sequence / 9)) / 2
@@ -213,15 +158,8 @@ async def _ten_points(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "MS11",
-    "a second trajectory counts from 0 again",
-    _SEQUENCE,
-    Section.MOTION,
-    moves=True,
-    is_plain=True,
-)
-async def _second_trajectory(target: Target) -> Finding:
+@check("MS11", moves=True, is_plain=True)
+async def _second_trajectory(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.go(mover.amplitude / SPEED)
     await _arrives(mover, mover.goal, "the first trajectory", 5.0)
@@ -235,16 +173,8 @@ async def _second_trajectory(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "MS12",
-    "a point that comes twice is moved once",
-    "observed, industrial_robot_client: after a reconnection the same point comes again",
-    Section.MOTION,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _duplicate(target: Target) -> Finding:
+@check("MS12", moves=True, profiles=FULL, is_plain=True)
+async def _duplicate(target: Target) -> CheckFinding:
     mover = await ready(target)
     watch = mover.watch
     asked = mover.seconds(_LONG)
@@ -262,16 +192,8 @@ async def _duplicate(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "MS13",
-    "a gap in the sequence is refused",
-    _SEQUENCE,
-    Section.MOTION,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _gap(target: Target) -> Finding:
+@check("MS13", moves=True, profiles=FULL, is_plain=True)
+async def _gap(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.accepted(0, mover.start, LEAD_IN)
     reply = await mover.point(5, mover.goal, mover.seconds(_LONG))
@@ -281,16 +203,8 @@ async def _gap(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "MS14",
-    "a trajectory does not begin at 3",
-    _SEQUENCE,
-    Section.MOTION,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _no_beginning(target: Target) -> Finding:
+@check("MS14", moves=True, profiles=FULL, is_plain=True)
+async def _no_beginning(target: Target) -> CheckFinding:
     mover = await ready(target)
     reply = await mover.point(3, mover.goal, mover.seconds(_LONG))
     if is_taken(reply):
@@ -299,16 +213,8 @@ async def _no_beginning(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "MS15",
-    "a trajectory sent during another ends where the new one ends, or is refused",
-    "vendors stop, blend or queue: drivers' behaviour differs, but the last point is the goal",
-    Section.MOTION,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _replaced(target: Target) -> Finding:
+@check("MS15", moves=True, profiles=FULL, is_plain=True)
+async def _replaced(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.set_off(mover.seconds(_LONG))
     reply = await mover.point(0, mover.start, mover.seconds(_LONG))
@@ -319,19 +225,11 @@ async def _replaced(target: Target) -> Finding:
         raise RuleBroken(
             f"the new trajectory was taken, and the robot stands {off:.4g} off its end"
         )
-    return Finding(Verdict.PASSED, "taken" if taken else "refused")
+    return CheckFinding(CheckVerdict.PASSED, "taken" if taken else "refused")
 
 
-@check(
-    "MS16",
-    "a downloaded trajectory is moved, and its topics are not answered",
-    _DOWNLOAD,
-    Section.MOTION,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _download(target: Target) -> Finding:
+@check("MS16", moves=True, profiles=FULL, is_plain=True)
+async def _download(target: Target) -> CheckFinding:
     mover = await ready(target)
     middle, time = mover.between(0.5), mover.amplitude / SPEED / 2
     for sequence, joints, seconds in (
@@ -349,15 +247,8 @@ async def _download(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "MS17",
-    "a trajectory of full points (type 14) is moved",
-    "industrial_core joint_traj_pt_full.h",
-    Section.MOTION,
-    moves=True,
-    profiles=FULL,
-)
-async def _full_points(target: Target) -> Finding:
+@check("MS17", moves=True, profiles=FULL)
+async def _full_points(target: Target) -> CheckFinding:
     mover = await ready(target)
     zeros = joint_array(())
     valid = int(ValidField.TIME | ValidField.POSITION | ValidField.VELOCITY)
@@ -373,15 +264,8 @@ async def _full_points(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "MS18",
-    "a whole trajectory (type 12) is moved or refused",
-    "industrial_core joint_traj.h; deprecated, no vendor's server is known to take it",
-    Section.MOTION,
-    moves=True,
-    profiles=FULL,
-)
-async def _whole_trajectory(target: Target) -> Finding:
+@check("MS18", moves=True, profiles=FULL)
+async def _whole_trajectory(target: Target) -> CheckFinding:
     mover = await ready(target)
     points = (
         TrajPoint(0, mover.start, SPEED, LEAD_IN),
@@ -396,16 +280,8 @@ async def _whole_trajectory(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "MS19",
-    "a point without a velocity is moved by its duration",
-    "observed, abb_driver: the velocity field is always 0",
-    Section.MOTION,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _no_velocity(target: Target) -> Finding:
+@check("MS19", moves=True, profiles=FULL, is_plain=True)
+async def _no_velocity(target: Target) -> CheckFinding:
     mover = await ready(target)
     replies = [
         await mover.point(0, mover.start, LEAD_IN, velocity=0.0),
@@ -417,15 +293,8 @@ async def _no_velocity(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "MS20",
-    "a dwell, the same position twice, is taken and takes its time",
-    _DURATION + "; planners send dwells",
-    Section.MOTION,
-    moves=True,
-    is_plain=True,
-)
-async def _dwell(target: Target) -> Finding:
+@check("MS20", moves=True, is_plain=True)
+async def _dwell(target: Target) -> CheckFinding:
     mover = await ready(target)
     half = mover.amplitude / SPEED
     middle = mover.between(0.5)

@@ -26,14 +26,13 @@ from openpendant.simplemsg.motoman import (
 )
 from openpendant.simplemsg.motoman_codes import MotionCommand, MotionResult, Subcode
 
-from ..findings import PASSED, Finding, Section, Verdict, deviates
+from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
 from .checks import DIALECT, check
+from .monitor import rate
 from .recordings import Sample, sample
 from .target import Target
-from .watch import rate
 from .wire import CannotJudge, RuleBroken, raw_frame
 
-_SOURCE = "ros-industrial/motoman MotoPlus, "
 _NO_COMMAND = 200_199
 _DH_BYTES = 512
 _EMPTY = joint_array(())
@@ -60,15 +59,15 @@ def _point(**changed: object) -> JointTrajPtFull:
     return point
 
 
-def _expect(found: MotomanMotionReply, what: str, *accepted: tuple[int, int]) -> Finding:
+def _expect(found: MotomanMotionReply, what: str, *accepted: tuple[int, int]) -> CheckFinding:
     """Judge result and subcode; -1 as a subcode accepts any."""
     for result, subcode in accepted:
         if found.result == result and subcode in (-1, found.subcode):
-            return Finding(Verdict.PASSED, f"result {result}, subcode {found.subcode}")
+            return CheckFinding(CheckVerdict.PASSED, f"result {result}, subcode {found.subcode}")
     raise RuleBroken(f"{what}: result {found.result}, subcode {found.subcode}")
 
 
-async def _refused(target: Target, point: JointTrajPtFull, subcode: int, what: str) -> Finding:
+async def _refused(target: Target, point: JointTrajPtFull, subcode: int, what: str) -> CheckFinding:
     """Send a point that must not be taken; a controller that is not ready says that first."""
     found = await _ask(target, point, what)
     if found.result == MotionResult.NOT_READY:
@@ -76,14 +75,8 @@ async def _refused(target: Target, point: JointTrajPtFull, subcode: int, what: s
     return _expect(found, what, (MotionResult.INVALID, subcode))
 
 
-@check(
-    "YS01",
-    "whether motion is ready is answered with 0, or with 2 and the reason",
-    _SOURCE + "MotionServer.c: CHECK_MOTION_READY",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _ready(target: Target) -> Finding:
+@check("YS01", profiles=DIALECT)
+async def _ready(target: Target) -> CheckFinding:
     found = await _ask(target, _control(MotionCommand.CHECK_MOTION_READY), "CHECK_MOTION_READY")
     if found.result == MotionResult.FAILURE and not 5000 <= found.subcode <= 5012:
         raise RuleBroken(f"not ready for reason {found.subcode}; known: 5000 to 5012")
@@ -92,14 +85,8 @@ async def _ready(target: Target) -> Finding:
     )
 
 
-@check(
-    "YS02",
-    "a reply quotes group, sequence and command",
-    _SOURCE + "SimpleMessage.c: Ros_SimpleMsg_MotionReply",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _quotes(target: Target) -> Finding:
+@check("YS02", profiles=DIALECT)
+async def _quotes(target: Target) -> CheckFinding:
     for sequence in (1, 4711):
         found = await _ask(
             target, _control(MotionCommand.CHECK_MOTION_READY, sequence=sequence), "a question"
@@ -116,14 +103,8 @@ async def _quotes(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "YS03",
-    "the header of type 2002 always says success",
-    _SOURCE + "SimpleMessage.c: the verdict is in the body",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _header(target: Target) -> Finding:
+@check("YS03", profiles=DIALECT)
+async def _header(target: Target) -> CheckFinding:
     for message in (
         _control(MotionCommand.CHECK_MOTION_READY),
         _control(_NO_COMMAND),
@@ -135,14 +116,8 @@ async def _header(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "YS04",
-    "an unknown type is answered with 3/3003 and keeps the link",
-    _SOURCE + "MotionServer.c: SimpleMsgProcess",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _unknown_type(target: Target) -> Finding:
+@check("YS04", profiles=DIALECT)
+async def _unknown_type(target: Target) -> CheckFinding:
     wire = await target.motion()
     frame = await wire.ask(raw_frame(wire.codec, 9999, CommType.REQUEST), "an unknown type")
     found = frame.message()
@@ -154,14 +129,8 @@ async def _unknown_type(target: Target) -> Finding:
     return _expect(found, "an unknown type", (MotionResult.INVALID, Subcode.INVALID_MESSAGE_TYPE))
 
 
-@check(
-    "YS05",
-    "an unknown command is refused",
-    _SOURCE + "MotionServer.c: subcode 3006",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _unknown_command(target: Target) -> Finding:
+@check("YS05", profiles=DIALECT)
+async def _unknown_command(target: Target) -> CheckFinding:
     wire = await target.motion()
     before = (await wire.ask(_control(MotionCommand.CHECK_MOTION_READY), "a question")).message()
     frame = await wire.ask(_control(_NO_COMMAND), "an unknown command")
@@ -173,14 +142,8 @@ async def _unknown_command(target: Target) -> Finding:
     return _expect(found, "an unknown command", (MotionResult.INVALID, Subcode.INVALID_COMMAND))
 
 
-@check(
-    "YS06",
-    "the length of the queue is told, and refused for a group that is none",
-    _SOURCE + "MotionServer.c: CHECK_QUEUE_CNT",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _queue(target: Target) -> Finding:
+@check("YS06", profiles=DIALECT)
+async def _queue(target: Target) -> CheckFinding:
     found = await _ask(target, _control(MotionCommand.CHECK_QUEUE_CNT), "CHECK_QUEUE_CNT")
     if found.result != MotionResult.SUCCESS or found.subcode < 0:
         raise RuleBroken(f"CHECK_QUEUE_CNT: result {found.result}, subcode {found.subcode}")
@@ -192,14 +155,8 @@ async def _queue(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "YS07",
-    "STOP_MOTION at rest succeeds",
-    _SOURCE + "MotionServer.c: STOP_MOTION",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _stop(target: Target) -> Finding:
+@check("YS07", profiles=DIALECT)
+async def _stop(target: Target) -> CheckFinding:
     return _expect(
         await _ask(target, _control(MotionCommand.STOP_MOTION), "STOP_MOTION"),
         "STOP_MOTION",
@@ -207,14 +164,8 @@ async def _stop(target: Target) -> Finding:
     )
 
 
-@check(
-    "YS08",
-    "a point without velocity is refused with 3015",
-    _SOURCE + "MotionServer.c: time, position and velocity are required",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _no_velocity(target: Target) -> Finding:
+@check("YS08", profiles=DIALECT)
+async def _no_velocity(target: Target) -> CheckFinding:
     valid = int(ValidField.TIME | ValidField.POSITION)
     return await _refused(
         target,
@@ -224,51 +175,27 @@ async def _no_velocity(target: Target) -> Finding:
     )
 
 
-@check(
-    "YS09",
-    "a point for a group that is none is refused with 3004",
-    _SOURCE + "MotionServer.c: invalid group",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _bad_group(target: Target) -> Finding:
+@check("YS09", profiles=DIALECT)
+async def _bad_group(target: Target) -> CheckFinding:
     return await _refused(target, _point(robot_id=9), Subcode.INVALID_GROUP, "a point for group 9")
 
 
-@check(
-    "YS10",
-    "a negative sequence is refused with 3005",
-    _SOURCE + "MotionServer.c: STOP (-4) is not understood, 200111 is",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _negative_sequence(target: Target) -> Finding:
+@check("YS10", profiles=DIALECT)
+async def _negative_sequence(target: Target) -> CheckFinding:
     return await _refused(
         target, _point(sequence=-4), Subcode.INVALID_SEQUENCE, "a point of sequence -4"
     )
 
 
-@check(
-    "YS11",
-    "a point four hours ahead is refused with 3016",
-    _SOURCE + "MotionServer.c: time",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _far_time(target: Target) -> Finding:
+@check("YS11", profiles=DIALECT)
+async def _far_time(target: Target) -> CheckFinding:
     return await _refused(
         target, _point(time=14_401.0), Subcode.INVALID_TIME, "a point after four hours"
     )
 
 
-@check(
-    "YS12",
-    "Denavit-Hartenberg parameters come as 512 bytes",
-    _SOURCE + "SimpleMessage.h: four groups of eight links",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _dh(target: Target) -> Finding:
+@check("YS12", profiles=DIALECT)
+async def _dh(target: Target) -> CheckFinding:
     reply = await (await target.motion()).ask(MotomanGetDhParameters(), "GET_DH_PARAMETERS")
     if reply.msg_type == MotomanMotionReply.PLACE.msg_type:
         return deviates("MotoROS before 1.9: no DH parameters", str(reply))
@@ -277,14 +204,8 @@ async def _dh(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "YS13",
-    "a bit is read with its value and a code",
-    _SOURCE + "IoServer.c: 1001 on failure",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _read_bit(target: Target) -> Finding:
+@check("YS13", profiles=DIALECT)
+async def _read_bit(target: Target) -> CheckFinding:
     wire = await target.motion()
     for address, codes in ((80_025, (0,)), (18, (1001,)), (999_999, (1001,))):
         reply = await wire.ask(MotomanReadSingleIo(address), f"bit {address}")
@@ -298,14 +219,8 @@ async def _read_bit(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "YS14",
-    "a register is no business of the motion port",
-    _SOURCE + "MotionServer.c: 2012 and 2013 are unknown there",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _register(target: Target) -> Finding:
+@check("YS14", profiles=DIALECT)
+async def _register(target: Target) -> CheckFinding:
     wire = await target.motion()
     body = wire.encode(MotomanReadSingleIo(5))[16:]
     frame = raw_frame(wire.codec, 2012, CommType.REQUEST, body=body)
@@ -316,38 +231,20 @@ async def _register(target: Target) -> Finding:
     )
 
 
-@check(
-    "YS15",
-    "a tool file beyond 63 is refused with 3017",
-    _SOURCE + "MotionServer.c: tool",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _bad_tool(target: Target) -> Finding:
+@check("YS15", profiles=DIALECT)
+async def _bad_tool(target: Target) -> CheckFinding:
     found = await _ask(target, MotomanSelectTool(0, 64, 3), "tool 64")
     return _expect(found, "tool 64", (MotionResult.INVALID, Subcode.INVALID_TOOL))
 
 
-@check(
-    "YS16",
-    "GET_VERSION is listed and not known",
-    _SOURCE + "SimpleMessage.h",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _version(target: Target) -> Finding:
+@check("YS16", profiles=DIALECT)
+async def _version(target: Target) -> CheckFinding:
     found = await _ask(target, GetVersion(), "GET_VERSION")
     return _expect(found, "GET_VERSION", (MotionResult.INVALID, Subcode.INVALID_MESSAGE_TYPE))
 
 
-@check(
-    "YS17",
-    "the state port sends type 15 and STATUS every 25 ms",
-    _SOURCE + "StateServer.c",
-    Section.MOTOMAN,
-    profiles=DIALECT,
-)
-async def _state(target: Target) -> Finding:
+@check("YS17", profiles=DIALECT)
+async def _state(target: Target) -> CheckFinding:
     taken: Sample = await target.once("the state at rest", sample)
     kinds = {frame.msg_type for frame in taken.frames}
     if not {MsgType.JOINT_FEEDBACK, MsgType.STATUS} <= kinds:
@@ -355,4 +252,4 @@ async def _state(target: Target) -> Finding:
     found = rate([told.time for told in taken.statuses])
     if not 25 <= found <= 45:
         raise RuleBroken(f"STATUS at {found:.3g} Hz; expected 40")
-    return Finding(Verdict.PASSED, f"{found:.3g} Hz")
+    return CheckFinding(CheckVerdict.PASSED, f"{found:.3g} Hz")

@@ -1,4 +1,4 @@
-"""Tiny motions of one joint, from where the robot stands and back.
+"""Small motions of one joint, from the present position and back.
 
 Owns how far, how slowly and when the tester moves a robot: by the amplitude and no farther, after
 making sure that the robot stands where it stood at first and says that it can move. Verdicts are
@@ -14,9 +14,9 @@ from typing import NamedTuple
 from openpendant.simplemsg import JointTrajPt, TriState
 
 from .answers import STOP, is_taken
+from .monitor import Watch, distance
 from .target import FENCE_TOLERANCE, Target
-from .watch import Watch, distance
-from .wire import CannotJudge, Frame, RuleBroken, Wire
+from .wire import CannotJudge, ReceivedFrame, RuleBroken, Wire
 
 ARRIVED = 0.005
 """So close to a goal the ROS-I action server counts a joint as arrived [rad or m]."""
@@ -37,14 +37,14 @@ VERY_SLOW = 60.0
 """Duration asked for where a robot is not to obey: one that does is seen and stopped first [s]."""
 
 START_WITHIN = 3.0
-"""A motion begins so long after its last point at the latest [s]."""
+"""Longest time from the last point of a trajectory to the start of its motion [s]."""
 
 _READY_WITHIN = 12.0
 _POINT_WITHIN = 4.0
 
 
 class Restored(NamedTuple):
-    """How a robot was brought back to its start.
+    """Result of bringing a robot back to its start.
 
     Attributes:
         reason: why it was not; empty where it was.
@@ -87,7 +87,7 @@ class Mover:
 
     @property
     def amplitude(self) -> float:
-        """How far the goal is [rad or m]."""
+        """Distance of the goal [rad or m]."""
         return abs(self._way)
 
     def seconds(self, at_least: float) -> float:
@@ -104,7 +104,7 @@ class Mover:
 
     @property
     def has_left(self) -> bool:
-        """The robot has visibly left its start."""
+        """True once the robot has visibly left its start."""
         return distance(self.watch.position, self.start) > 0.04 * self.amplitude
 
     async def point(
@@ -115,7 +115,7 @@ class Mover:
         *,
         velocity: float = SPEED,
         within: float = _POINT_WITHIN,
-    ) -> Frame:
+    ) -> ReceivedFrame:
         """Send a point as a request and return the frame that answers it."""
         message = JointTrajPt(sequence, tuple(joints), velocity, duration)
         return await self.wire.ask(message, f"a point of sequence {sequence}", within)
@@ -156,7 +156,7 @@ class Mover:
         """Wait until the robot stands and return where.
 
         Raises:
-            RuleBroken: it does not come to rest.
+            RuleBroken: it is not at rest in time.
         """
         if not await self.watch.standstill(within):
             raise RuleBroken(f"the robot did not come to rest within {within:g} s")
@@ -189,8 +189,8 @@ async def ready(target: Target) -> Mover:
     """
     if target.home is None:
         raise CannotJudge("without joint positions on a state port nobody can see a motion")
-    if target.grounded:
-        raise CannotJudge(f"the robot is not where it was: {target.grounded}")
+    if target.blocked:
+        raise CannotJudge(f"the robot is not where it was: {target.blocked}")
     watch, wire = await target.state(), await target.motion()
     if not await watch.begin():
         raise CannotJudge("the state port does not report joint positions and STATUS")

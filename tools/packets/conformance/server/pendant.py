@@ -1,6 +1,7 @@
 """Section P, first part: the conversation on the pendant port; hello, requests, state.
 
-Only with a pendant port. The protocol is our own: docs/architecture.md, "The public protocol".
+Only with a pendant port. The protocol is our own: docs/architecture.md, "The public protocol". Owns
+the tester's end as well: requests with ids, and the sorting of messages into replies and topics.
 """
 
 from __future__ import annotations
@@ -9,13 +10,22 @@ import asyncio
 import itertools
 import json
 import math
+from collections import deque
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+from typing import TypeVar
 
-from openpendant.simplemsg import ByteOrder, CommType, MsgType, Ping, ReplyCode
+from openpendant.simplemsg import ByteOrder, CommType, Message, MsgType, Ping, ReplyCode
+from openpendant.simplemsg.framing import HEADER_SIZE
 from openpendant.simplemsg.pendant import (
     MAX_PENDANT_FRAME,
     PROTOCOL_VERSION,
     Activity,
+    Authority,
+    AuthorityAction,
+    AuthorityBeat,
     Hello,
+    HelloReply,
     JointMove,
     Management,
     State,
@@ -25,39 +35,239 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..findings import PASSED, Finding, Section
-from ..findings import Verdict as Judged
-from .checks import Profile, check
-from .pendant_talk import Talker, stranger, welcomed
+from ..check import Profile
+from ..findings import PASSED, CheckFinding
+from ..findings import CheckVerdict as Judged
+from .checks import check
+from .monitor import distance, rate
 from .target import Target
-from .watch import distance, rate
-from .wire import HEADER, CannotJudge, RuleBroken, raw_frame
+from .wire import Arrivals, CannotJudge, ReceivedFrame, RuleBroken, Wire, raw_frame
+
+ANSWER_WITHIN = 2.0
+"""A verdict that takes longer is missing; a motion is planned before it comes [s]."""
+
+_TOPICS_KEPT = 2_048
+_MOST_BYTES = 4 * 1024 * 1024
+"""Bytes of topics, and of replies, that are kept; a server that floods is not waited for."""
+
+_BEAT_PERIOD = 0.5
+
+_News = TypeVar("_News", bound=Message)
+
+
+class PendantConversation:
+    """One pendant connection.
+
+    Attributes:
+        wire: the connection.
+        hello: the server's welcome; None before it.
+        topics: topics that came, newest last, with their times.
+        fault: what is wrong with the stream itself, empty while nothing is.
+    """
+
+    def __init__(self, wire: Wire) -> None:
+        """Take a connection on which nothing was said yet."""
+        self.wire = wire
+        self.hello: HelloReply | None = None
+        self.topics: deque[tuple[float, Message]] = deque(maxlen=_TOPICS_KEPT)
+        self.fault = ""
+        self._topic_sizes: deque[int] = deque()
+        self._topic_bytes = 0
+        self._answers: deque[ReceivedFrame] = deque()
+        self._answer_bytes = 0
+        self._news = Arrivals()
+        self._last_request = 100
+        wire.listener = self._take
+
+    def _take(self, frame: ReceivedFrame) -> None:
+        if self.fault:
+            return
+        if frame.comm_type == CommType.REPLY:
+            self._answers.append(frame)
+            self._answer_bytes += len(frame.data)
+            if self._answer_bytes > _MOST_BYTES:
+                self._end(f"more than {_MOST_BYTES} bytes of answers to nothing")
+        else:
+            try:
+                self._keep(frame.time, frame.message(), len(frame.data))
+            except RuleBroken as broken:
+                self._end(str(broken))
+        self._news.came()
+
+    def _keep(self, time: float, message: Message, size: int) -> None:
+        self.topics.append((time, message))
+        self._topic_sizes.append(size)
+        self._topic_bytes += size
+        while len(self._topic_sizes) > len(self.topics) or self._topic_bytes > _MOST_BYTES:
+            if len(self._topic_sizes) == len(self.topics):
+                self.topics.popleft()
+            self._topic_bytes -= self._topic_sizes.popleft()
+
+    def _end(self, fault: str) -> None:
+        """Reset the connection because of a fault in what it sent."""
+        self.fault = fault
+        self.wire.reset()
+
+    @property
+    def has_answer(self) -> bool:
+        """True while a reply waits to be taken."""
+        return bool(self._answers)
+
+    def next_id(self) -> int:
+        """Return a request id that was not used on this connection."""
+        self._last_request += 1
+        return self._last_request
+
+    async def until(self, condition: Callable[[], bool], within: float) -> bool:
+        """Wait for a condition on the messages; return True if it holds in time.
+
+        Raises:
+            RuleBroken: the stream itself is faulty.
+        """
+
+        def holds() -> bool:
+            if condition():
+                return True
+            if self.fault:
+                raise RuleBroken(self.fault)
+            return False
+
+        return await self._news.until(holds, within)
+
+    async def answer(self, what: str, within: float = ANSWER_WITHIN) -> ReceivedFrame:
+        """Return the next reply.
+
+        Raises:
+            RuleBroken: none came.
+        """
+        await self.until(lambda: bool(self._answers), within)
+        if not self._answers:
+            end = "the link was closed" if self.wire.is_lost else f"none came within {within:g} s"
+            raise RuleBroken(f"an answer to {what}: {end}")
+        frame = self._answers.popleft()
+        self._answer_bytes -= len(frame.data)
+        return frame
+
+    async def ask(
+        self, message: Message | bytes, what: str, within: float = ANSWER_WITHIN
+    ) -> ReceivedFrame:
+        """Send a request and return the frame that answers it."""
+        self.wire.send(message)
+        return await self.answer(what, within)
+
+    async def verdict(self, message: Message, what: str) -> Verdict:
+        """Send a request and return the verdict on it, which must quote its id.
+
+        Raises:
+            RuleBroken: none came, or it quotes another request.
+        """
+        reply = (await self.ask(message, what)).message()
+        if not isinstance(reply, Verdict):
+            raise RuleBroken(f"{what} was answered by {type(reply).__name__}, not by a verdict")
+        asked = getattr(message, "request_id", 0)
+        if reply.request_id != asked:
+            raise RuleBroken(f"the verdict on request {asked} quotes {reply.request_id}")
+        if (reply.reply_code == 1) != (reply.code == 0):
+            raise RuleBroken(f"{what}: reply code {reply.reply_code} with verdict {reply.code}")
+        return reply
+
+    async def refused(self, message: Message, code: int, what: str) -> None:
+        """Send a request that must be refused for a certain reason.
+
+        Raises:
+            RuleBroken: it is accepted, or refused for another one.
+        """
+        found = await self.verdict(message, what)
+        if found.code != code:
+            raise RuleBroken(f"{what}: verdict {found.code} ({found.text!r}), expected {code}")
+
+    async def accepted(self, message: Message, what: str) -> None:
+        """Send a request that must be accepted.
+
+        Raises:
+            RuleBroken: it is refused.
+        """
+        found = await self.verdict(message, what)
+        if found.code:
+            raise RuleBroken(f"{what} was refused: {found.code} {found.text!r}")
+
+    async def take_authority(self) -> None:
+        """Take the motion authority.
+
+        Raises:
+            CannotJudge: somebody else has it.
+        """
+        request = Authority(self.next_id(), AuthorityAction.REQUEST)
+        found = await self.verdict(request, "the request for the authority")
+        if found.code:
+            raise CannotJudge(f"the motion authority is not to be had: {found.text}")
+
+    @asynccontextmanager
+    async def beating(self) -> AsyncIterator[None]:
+        """Keep the motion authority, by a beat every half second, while the context lasts."""
+
+        async def beat() -> None:
+            while not self.wire.is_lost:
+                self.wire.send(AuthorityBeat())
+                await asyncio.sleep(_BEAT_PERIOD)
+
+        beats = asyncio.create_task(beat())
+        try:
+            yield
+        finally:
+            beats.cancel()
+            await asyncio.gather(beats, return_exceptions=True)
+
+    def all(self, kind: type[_News]) -> list[_News]:
+        """Return the topics of one kind, oldest first."""
+        return [message for _, message in self.topics if isinstance(message, kind)]
+
+    async def state(self, within: float = 1.5) -> State:
+        """Return the newest state, waiting for one where none came yet.
+
+        Raises:
+            CannotJudge: none comes.
+        """
+        if not await self.until(lambda: bool(self.all(State)), within):
+            raise CannotJudge("no state came")
+        return self.all(State)[-1]
+
+
+async def stranger(target: Target, order: ByteOrder = ByteOrder.LITTLE) -> PendantConversation:
+    """Connect to the pendant port and say nothing."""
+    return PendantConversation(await target.pendant(order))
+
+
+async def welcomed(
+    target: Target, *, rate: float = 0.0, order: ByteOrder = ByteOrder.LITTLE, name: str = "tester"
+) -> PendantConversation:
+    """Connect to the pendant port and say hello.
+
+    Raises:
+        RuleBroken: the hello was refused.
+    """
+    pendant = await stranger(target, order)
+    reply = (await pendant.ask(Hello(PROTOCOL_VERSION, rate, "", name), "hello")).message()
+    if not isinstance(reply, HelloReply):
+        raise RuleBroken(f"hello was answered by {reply}")
+    pendant.hello = reply
+    return pendant
+
 
 OURS = frozenset({Profile.GENERIC, Profile.PENDANT})
 
-_PROTOCOL = "docs/simplemsg.md, dialect pendant"
-_HELLO = _PROTOCOL + ": hello first, with version, capabilities and limits"
-_OUTCOMES = "docs/architecture.md: every request is accepted or refused, once, with its id"
-_STATE = "docs/architecture.md: listeners choose their rate; state carries sequence, time and age"
-_SKIP = "docs/architecture.md: unknown messages are skipped by length, unknown requests refused"
 _UNKNOWN = 65_099
 _RATE = 20.0
 _SAME = 1e-3
 _RESTING = 0.01
 
 
-def _move(talker: Talker, count: int = 6) -> JointMove:
-    return JointMove(talker.next_id(), 0.1, count, (0.0,) * 10)
+def _move(pendant: PendantConversation, count: int = 6) -> JointMove:
+    return JointMove(pendant.next_id(), 0.1, count, (0.0,) * 10)
 
 
-@check(
-    "PS01",
-    "hello is answered with version, limits and names",
-    _HELLO,
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _hello(target: Target) -> Finding:
+@check("PS01", profiles=OURS)
+async def _hello(target: Target) -> CheckFinding:
     hello = (await welcomed(target)).hello
     assert hello is not None
     if hello.protocol_version != PROTOCOL_VERSION or hello.session == 0:
@@ -66,11 +276,11 @@ async def _hello(target: Target) -> Finding:
         raise RuleBroken(f"dof {hello.dof}, max_frame {hello.max_frame}")
     if not (hello.max_state_rate >= 1 and hello.authority_timeout > 0 and hello.robot):
         raise RuleBroken(f"rate {hello.max_state_rate}, timeout {hello.authority_timeout}")
-    return Finding(Judged.PASSED, f"{hello.server}, cell {hello.cell}, robot {hello.robot}")
+    return CheckFinding(Judged.PASSED, f"{hello.server}, cell {hello.cell}, robot {hello.robot}")
 
 
-@check("PS02", "sessions have numbers of their own", _HELLO, Section.PENDANT, profiles=OURS)
-async def _sessions(target: Target) -> Finding:
+@check("PS02", profiles=OURS)
+async def _sessions(target: Target) -> CheckFinding:
     numbers = []
     for _ in range(3):
         hello = (await welcomed(target)).hello
@@ -81,205 +291,149 @@ async def _sessions(target: Target) -> Finding:
     return PASSED
 
 
-@check("PS03", "a request before hello is refused", _HELLO, Section.PENDANT, profiles=OURS)
-async def _before_hello(target: Target) -> Finding:
-    talker = await stranger(target)
-    await talker.refused(_move(talker), VerdictCode.HELLO_FIRST, "a motion before hello")
+@check("PS03", profiles=OURS)
+async def _before_hello(target: Target) -> CheckFinding:
+    pendant = await stranger(target)
+    await pendant.refused(_move(pendant), VerdictCode.HELLO_FIRST, "a motion before hello")
     return PASSED
 
 
-async def _unwelcome(target: Target, hello: Hello, code: VerdictCode, what: str) -> Finding:
-    talker = await stranger(target)
-    await talker.refused(hello, code, what)
-    if not await talker.wire.is_closed_within(2.0):
+async def _unwelcome(target: Target, hello: Hello, code: VerdictCode, what: str) -> CheckFinding:
+    pendant = await stranger(target)
+    await pendant.refused(hello, code, what)
+    if not await pendant.wire.is_closed_within(2.0):
         raise RuleBroken(f"after {what} the link is still open")
     return PASSED
 
 
-@check(
-    "PS04", "another version is refused and the link closed", _HELLO, Section.PENDANT, profiles=OURS
-)
-async def _version(target: Target) -> Finding:
+@check("PS04", profiles=OURS)
+async def _version(target: Target) -> CheckFinding:
     hello = Hello(PROTOCOL_VERSION + 1, 0.0, "", "tester")
     return await _unwelcome(target, hello, VerdictCode.VERSION, "a hello of another version")
 
 
-@check(
-    "PS05", "an unknown cell is refused and the link closed", _HELLO, Section.PENDANT, profiles=OURS
-)
-async def _cell(target: Target) -> Finding:
+@check("PS05", profiles=OURS)
+async def _cell(target: Target) -> CheckFinding:
     hello = Hello(PROTOCOL_VERSION, 0.0, "no such cell", "tester")
     return await _unwelcome(target, hello, VerdictCode.UNKNOWN_CELL, "a hello to another cell")
 
 
-@check(
-    "PS06", "a second hello is refused and the link kept", _HELLO, Section.PENDANT, profiles=OURS
-)
-async def _second_hello(target: Target) -> Finding:
-    talker = await welcomed(target)
+@check("PS06", profiles=OURS)
+async def _second_hello(target: Target) -> CheckFinding:
+    pendant = await welcomed(target)
     hello = Hello(PROTOCOL_VERSION, 0.0, "", "tester")
-    await talker.refused(hello, VerdictCode.BAD_ARGUMENT, "a second hello")
-    await talker.ask(Ping(), "a PING after a second hello")
+    await pendant.refused(hello, VerdictCode.BAD_ARGUMENT, "a second hello")
+    await pendant.ask(Ping(), "a PING after a second hello")
     return PASSED
 
 
-@check(
-    "PS07",
-    "who says no hello is left",
-    "docs/configuration.md: hello_deadline",
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _no_hello(target: Target) -> Finding:
-    talker = await stranger(target)
-    if not await talker.wire.is_closed_within(8.0):
+@check("PS07", profiles=OURS)
+async def _no_hello(target: Target) -> CheckFinding:
+    pendant = await stranger(target)
+    if not await pendant.wire.is_closed_within(8.0):
         raise RuleBroken("8 s without hello, and the link is still open")
     return PASSED
 
 
-@check(
-    "PS08", "an unknown request is refused with its own type", _SKIP, Section.PENDANT, profiles=OURS
-)
-async def _unknown_request(target: Target) -> Finding:
-    talker = await welcomed(target)
-    frame = raw_frame(talker.wire.codec, _UNKNOWN, CommType.REQUEST, body=bytes(300))
-    reply = await talker.ask(frame, "an unknown request")
+@check("PS08", profiles=OURS)
+async def _unknown_request(target: Target) -> CheckFinding:
+    pendant = await welcomed(target)
+    frame = raw_frame(pendant.wire.codec, _UNKNOWN, CommType.REQUEST, body=bytes(300))
+    reply = await pendant.ask(frame, "an unknown request")
     if (reply.msg_type, reply.reply_code) != (_UNKNOWN, ReplyCode.FAILURE):
         raise RuleBroken(f"an unknown request was answered by {reply}")
-    await talker.ask(Ping(), "a PING after an unknown request")
+    await pendant.ask(Ping(), "a PING after an unknown request")
     return PASSED
 
 
-@check("PS09", "an unknown topic is skipped by its length", _SKIP, Section.PENDANT, profiles=OURS)
-async def _unknown_topic(target: Target) -> Finding:
-    talker = await welcomed(target)
-    topic = raw_frame(talker.wire.codec, _UNKNOWN, CommType.TOPIC, body=bytes(5000))
-    talker.wire.send(topic, Ping())
-    reply = await talker.answer("a PING behind an unknown topic")
+@check("PS09", profiles=OURS)
+async def _unknown_topic(target: Target) -> CheckFinding:
+    pendant = await welcomed(target)
+    topic = raw_frame(pendant.wire.codec, _UNKNOWN, CommType.TOPIC, body=bytes(5000))
+    pendant.wire.send(topic, Ping())
+    reply = await pendant.answer("a PING behind an unknown topic")
     if reply.msg_type != MsgType.PING:
         raise RuleBroken(f"an unknown topic was answered by {reply}")
     return PASSED
 
 
-@check(
-    "PS10",
-    "a PING is answered before hello and after it",
-    _PROTOCOL,
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _ping(target: Target) -> Finding:
-    for talker in (await stranger(target), await welcomed(target)):
-        reply = await talker.ask(Ping(), "a PING")
+@check("PS10", profiles=OURS)
+async def _ping(target: Target) -> CheckFinding:
+    for pendant in (await stranger(target), await welcomed(target)):
+        reply = await pendant.ask(Ping(), "a PING")
         if (reply.msg_type, reply.reply_code) != (MsgType.PING, ReplyCode.SUCCESS):
             raise RuleBroken(f"a PING was answered by {reply}")
     return PASSED
 
 
-@check(
-    "PS11",
-    "a malformed request is refused and the link kept",
-    _OUTCOMES,
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _malformed(target: Target) -> Finding:
-    talker = await welcomed(target)
-    frame = raw_frame(talker.wire.codec, Subscribe.PLACE.msg_type, CommType.REQUEST, body=bytes(6))
-    reply = (await talker.ask(frame, "a request that is too short")).message()
+@check("PS11", profiles=OURS)
+async def _malformed(target: Target) -> CheckFinding:
+    pendant = await welcomed(target)
+    frame = raw_frame(pendant.wire.codec, Subscribe.PLACE.msg_type, CommType.REQUEST, body=bytes(6))
+    reply = (await pendant.ask(frame, "a request that is too short")).message()
     if not isinstance(reply, Verdict) or reply.code != VerdictCode.MALFORMED:
         raise RuleBroken(f"a request that is too short was answered by {reply}")
-    await talker.ask(Ping(), "a PING after a malformed request")
+    await pendant.ask(Ping(), "a PING after a malformed request")
     return PASSED
 
 
-@check(
-    "PS12",
-    "requests that come byte by byte are understood",
-    "RFC 9293 3.8: TCP is a stream",
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _split(target: Target) -> Finding:
-    talker = await stranger(target)
-    hello = talker.wire.encode(Hello(PROTOCOL_VERSION, 0.0, "", "tester"))
-    await talker.wire.send_in_pieces(hello)
-    await talker.answer("a hello that came byte by byte")
+@check("PS12", profiles=OURS)
+async def _split(target: Target) -> CheckFinding:
+    pendant = await stranger(target)
+    hello = pendant.wire.encode(Hello(PROTOCOL_VERSION, 0.0, "", "tester"))
+    await pendant.wire.send_in_pieces(hello)
+    await pendant.answer("a hello that came byte by byte")
     return PASSED
 
 
-@check(
-    "PS13",
-    "a big-endian pendant is understood",
-    "docs/simplemsg.md, byte order",
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _big_endian(target: Target) -> Finding:
+@check("PS13", profiles=OURS)
+async def _big_endian(target: Target) -> CheckFinding:
     await welcomed(target, order=ByteOrder.BIG)
     return PASSED
 
 
-@check(
-    "PS14",
-    "a frame beyond the announced size ends the link",
-    _HELLO,
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _too_large(target: Target) -> Finding:
-    talker = await welcomed(target)
-    wire = talker.wire
+@check("PS14", profiles=OURS)
+async def _too_large(target: Target) -> CheckFinding:
+    pendant = await welcomed(target)
+    wire = pendant.wire
     wire.send(raw_frame(wire.codec, _UNKNOWN, CommType.TOPIC, length=MAX_PENDANT_FRAME + 1))
     if not await wire.is_closed_within(3.0):
         raise RuleBroken("a length beyond max_frame left the link open for 3 s")
     return PASSED
 
 
-@check(
-    "PS15",
-    "a client that only sends nonsense is cut off",
-    "docs/ros-i.md: ten within ten seconds close the link",
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _nonsense(target: Target) -> Finding:
-    talker = await welcomed(target)
-    frame = raw_frame(talker.wire.codec, _UNKNOWN, CommType.REQUEST)
+@check("PS15", profiles=OURS)
+async def _nonsense(target: Target) -> CheckFinding:
+    pendant = await welcomed(target)
+    frame = raw_frame(pendant.wire.codec, _UNKNOWN, CommType.REQUEST)
     for _ in range(30):
-        talker.wire.send(frame)
+        pendant.wire.send(frame)
         await asyncio.sleep(0.01)
-    if not await talker.wire.is_closed_within(2.0):
+    if not await pendant.wire.is_closed_within(2.0):
         raise RuleBroken("thirty unknown requests in a row, and the link is still open")
     return PASSED
 
 
-@check("PS16", "state comes at the rate that was asked for", _STATE, Section.PENDANT, profiles=OURS)
-async def _state_rate(target: Target) -> Finding:
+@check("PS16", profiles=OURS)
+async def _state_rate(target: Target) -> CheckFinding:
     hello = (await welcomed(target)).hello
     assert hello is not None
     found = []
     for asked in (min(_RATE, hello.max_state_rate), hello.max_state_rate):
-        talker = await welcomed(target, rate=asked)
+        pendant = await welcomed(target, rate=asked)
         await asyncio.sleep(2.0)
-        got = rate([time for time, message in talker.news if isinstance(message, State)])
+        got = rate([time for time, message in pendant.topics if isinstance(message, State)])
         if not 0.8 * asked <= got <= 1.2 * asked:
             raise RuleBroken(f"asked for {asked:g} Hz, got {got:.3g}")
         found.append(f"{got:.3g} Hz")
-    return Finding(Judged.PASSED, ", ".join(found))
+    return CheckFinding(Judged.PASSED, ", ".join(found))
 
 
-@check(
-    "PS17",
-    "state carries rising sequence and time, and its age",
-    _STATE,
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _state_order(target: Target) -> Finding:
-    talker = await welcomed(target, rate=50.0)
-    await talker.until(lambda: len(talker.all(State)) >= 10, 2.0)
-    states = talker.all(State)
+@check("PS17", profiles=OURS)
+async def _state_order(target: Target) -> CheckFinding:
+    pendant = await welcomed(target, rate=50.0)
+    await pendant.until(lambda: len(pendant.all(State)) >= 10, 2.0)
+    states = pendant.all(State)
     if len(states) < 10:
         raise RuleBroken(f"{len(states)} states in 2 s at 50 Hz")
     for earlier, later in itertools.pairwise(states):
@@ -294,35 +448,23 @@ async def _state_order(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "PS22",
-    "state shows the joints as the ROS-Industrial port does",
-    "docs/architecture.md: one cell behind both faces",
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _same_joints(target: Target) -> Finding:
+@check("PS22", profiles=OURS)
+async def _same_joints(target: Target) -> CheckFinding:
     watch = await target.state()
     await watch.begin()
-    talker = await welcomed(target, rate=50.0)
-    state = await talker.state()
+    pendant = await welcomed(target, rate=50.0)
+    state = await pendant.state()
     gap = distance(state.positions, watch.position)
     if gap > _SAME:
         raise RuleBroken(f"the pendant port and the state port differ by {gap:.4g} rad or m")
     return PASSED
 
 
-@check(
-    "PS23",
-    "the state of a robot at rest shows rest",
-    _STATE,
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _at_rest(target: Target) -> Finding:
-    talker = await welcomed(target, rate=50.0)
-    await talker.until(lambda: len(talker.all(State)) >= 10, 2.0)
-    first, *_, last = [await talker.state(), *talker.all(State)]
+@check("PS23", profiles=OURS)
+async def _at_rest(target: Target) -> CheckFinding:
+    pendant = await welcomed(target, rate=50.0)
+    await pendant.until(lambda: len(pendant.all(State)) >= 10, 2.0)
+    first, *_, last = [await pendant.state(), *pendant.all(State)]
     if last.activity != Activity.IDLE or distance(first.positions, last.positions) > _SAME:
         raise CannotJudge("the robot moves")
     if last.request_id or last.holder:
@@ -335,77 +477,65 @@ async def _at_rest(target: Target) -> Finding:
     return PASSED
 
 
-@check("PS18", "state ends when it is no longer asked for", _STATE, Section.PENDANT, profiles=OURS)
-async def _unsubscribe(target: Target) -> Finding:
-    talker = await welcomed(target, rate=_RATE)
-    await talker.state()
-    await talker.accepted(Subscribe(talker.next_id(), 0.0), "a subscription of 0 Hz")
-    count = len(talker.all(State))
+@check("PS18", profiles=OURS)
+async def _unsubscribe(target: Target) -> CheckFinding:
+    pendant = await welcomed(target, rate=_RATE)
+    await pendant.state()
+    await pendant.accepted(Subscribe(pendant.next_id(), 0.0), "a subscription of 0 Hz")
+    count = len(pendant.all(State))
     await asyncio.sleep(0.6)
-    if len(talker.all(State)) > count:
-        raise RuleBroken(f"{len(talker.all(State)) - count} states after a subscription of 0 Hz")
+    if len(pendant.all(State)) > count:
+        raise RuleBroken(f"{len(pendant.all(State)) - count} states after a subscription of 0 Hz")
     return PASSED
 
 
-@check("PS19", "a rate that cannot be is refused", _STATE, Section.PENDANT, profiles=OURS)
-async def _bad_rate(target: Target) -> Finding:
-    talker = await welcomed(target)
+@check("PS19", profiles=OURS)
+async def _bad_rate(target: Target) -> CheckFinding:
+    pendant = await welcomed(target)
     for asked in (-5.0, 0.1, 1e6, math.nan, math.inf):
-        found = await talker.verdict(Subscribe(talker.next_id(), asked), f"{asked} Hz")
+        found = await pendant.verdict(Subscribe(pendant.next_id(), asked), f"{asked} Hz")
         if found.code not in (VerdictCode.BAD_ARGUMENT, VerdictCode.NOT_FINITE):
             raise RuleBroken(f"a state rate of {asked} Hz: verdict {found.code}")
     return PASSED
 
 
-@check("PS20", "a request is answered once", _OUTCOMES, Section.PENDANT, profiles=OURS)
-async def _once(target: Target) -> Finding:
-    talker = await welcomed(target)
-    await talker.accepted(Subscribe(talker.next_id(), 0.0), "a subscription")
-    if await talker.until(lambda: talker.has_answer, 0.4):
+@check("PS20", profiles=OURS)
+async def _once(target: Target) -> CheckFinding:
+    pendant = await welcomed(target)
+    await pendant.accepted(Subscribe(pendant.next_id(), 0.0), "a subscription")
+    if await pendant.until(lambda: pendant.has_answer, 0.4):
         raise RuleBroken("a subscription was answered twice")
     return PASSED
 
 
-@check(
-    "PS21",
-    "management answers JSON with JSON, and nonsense with failure",
-    _PROTOCOL,
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _management(target: Target) -> Finding:
-    talker = await welcomed(target)
+@check("PS21", profiles=OURS)
+async def _management(target: Target) -> CheckFinding:
+    pendant = await welcomed(target)
     for body in (b"{", b"[]", b'{"no such": "question"}', b"\xff\xfe", b""):
-        request = Management(talker.next_id(), body)
-        frame = await talker.ask(request, f"management {body!r}")
+        request = Management(pendant.next_id(), body)
+        frame = await pendant.ask(request, f"management {body!r}")
         reply = frame.message()
         if not isinstance(reply, Management) or reply.request_id != request.request_id:
             raise RuleBroken(f"management {body!r} was answered by {reply}")
         if frame.reply_code != ReplyCode.FAILURE:
             raise RuleBroken(f"management {body!r} was answered with success")
-        _parsed(frame.data[HEADER + 4 :])
+        _parsed(frame.data[HEADER_SIZE + 4 :])
     return PASSED
 
 
-@check(
-    "PS24",
-    "a snapshot is given, and is the cell that hello named",
-    "server/pendant/management.py: snapshot, everything a pendant needs to know once",
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _snapshot(target: Target) -> Finding:
-    talker = await welcomed(target)
-    hello = talker.hello
+@check("PS24", profiles=OURS)
+async def _snapshot(target: Target) -> CheckFinding:
+    pendant = await welcomed(target)
+    hello = pendant.hello
     assert hello is not None
-    request = Management(talker.next_id(), b'{"op": "snapshot"}')
-    frame = await talker.ask(request, "a snapshot")
+    request = Management(pendant.next_id(), b'{"op": "snapshot"}')
+    frame = await pendant.ask(request, "a snapshot")
     reply = frame.message()
     if not isinstance(reply, Management) or reply.request_id != request.request_id:
         raise RuleBroken(f"a snapshot was answered by {reply}")
     if frame.reply_code != ReplyCode.SUCCESS:
         raise RuleBroken(f"a snapshot was answered with reply code {frame.reply_code}")
-    shown = _parsed(frame.data[HEADER + 4 :])
+    shown = _parsed(frame.data[HEADER_SIZE + 4 :])
     joints = shown.get("joints")
     count = len(joints) if isinstance(joints, list) else 0
     if (shown.get("cell"), count) != (hello.cell, hello.dof):

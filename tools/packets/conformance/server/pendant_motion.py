@@ -1,13 +1,19 @@
-"""Section P, second part: who may move the robot by the pendant port, and how motions end."""
+"""Section P, second part: who may move the robot by the pendant port, and how motions end.
+
+Owns how a motion is asked for, awaited and undone, small ones there and back, and what its states
+must have in common with it.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 
-from openpendant.simplemsg import CommType, Message
+from openpendant.simplemsg import CommType, Message, joint_array
 from openpendant.simplemsg.pendant import (
+    Activity,
     Authority,
     AuthorityAction,
     AuthorityBeat,
@@ -17,6 +23,7 @@ from openpendant.simplemsg.pendant import (
     JointPath,
     JointWaypoint,
     Motion,
+    Outcome,
     OutcomeKind,
     PoseMove,
     PosePath,
@@ -24,46 +31,253 @@ from openpendant.simplemsg.pendant import (
     ResetStop,
     SoftwareStop,
     State,
+    StateField,
     StopChanged,
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..findings import PASSED, Finding, Section
-from ..findings import Verdict as Judged
+from ..findings import PASSED, CheckFinding
+from ..findings import CheckVerdict as Judged
 from .checks import check
-from .pendant import OURS
-from .pendant_moves import (
-    ARRIVED,
-    SLOW,
-    SPEED,
-    STOPPED_WITHIN,
-    aside,
-    dof,
-    finished,
-    holder,
-    joint_move,
-    judge_pace,
-    judge_states,
-    moved,
-    position,
-    refused_or_stopped,
-    release,
-    reset_and_return,
-    shown,
-    speed_for,
-    standing,
-    under_way,
-)
-from .pendant_talk import Talker, welcomed
+from .monitor import distance
+from .pendant import OURS, PendantConversation, welcomed
 from .target import Target
-from .watch import distance
 from .wire import CannotJudge, RuleBroken, Wire
 
-_AUTHORITY = "docs/architecture.md: one motion authority, a lease that expires without beats"
-_STOP = "docs/architecture.md: anyone may stop; only the authority may reset"
-_OUTCOME = "docs/architecture.md: accepted, then completed or aborted, once"
-_NOTHING_CLIPPED = "docs/architecture.md: nothing is clipped silently, nothing succeeds silently"
-_LINK_LOSS = "docs/architecture.md: on FIN or RST the stop leaves within a tick"
+SPEED = 0.05
+"""Fraction of the joints' largest speed for motions that have to arrive."""
+
+SLOW = 0.01
+"""The same for motions that are broken off."""
+
+ARRIVED = 2e-3
+"""A joint this close to its goal has arrived [rad or m]."""
+
+STOPPED_WITHIN = 0.6
+"""A robot that is stopped stands by then [s]."""
+
+_GUESSED_VELOCITY = math.pi
+_WINDOW = 0.1
+_AGAIN_WITHIN = 0.8
+
+
+def release(pendant: PendantConversation) -> Authority:
+    """Return a request that gives the authority back."""
+    return Authority(pendant.next_id(), AuthorityAction.RELEASE)
+
+
+async def holder(target: Target) -> PendantConversation:
+    """Connect, have state at 50 Hz, and take the authority.
+
+    Raises:
+        CannotJudge: somebody else has it, or no state comes.
+    """
+    pendant = await welcomed(target, rate=50.0)
+    await pendant.state()
+    await pendant.take_authority()
+    return pendant
+
+
+def dof(pendant: PendantConversation) -> int:
+    """Return how many joints the server says the robot has."""
+    assert pendant.hello is not None
+    return pendant.hello.dof
+
+
+def position(state: State, pendant: PendantConversation) -> tuple[float, ...]:
+    """Return the driven joints of a state, (n,) [rad or m]."""
+    return tuple(state.positions[: dof(pendant)])
+
+
+def shown(pendant: PendantConversation) -> tuple[float, ...]:
+    """Return where the newest state shows the joints, (n,) [rad or m]."""
+    return position(pendant.all(State)[-1], pendant)
+
+
+async def standing(pendant: PendantConversation, target: Target) -> tuple[float, ...]:
+    """Return where the robot stands, before it is moved from there, (n,) [rad or m].
+
+    Raises:
+        CannotJudge: the ROS-Industrial port shows it elsewhere; a goal near the wrong place is far.
+    """
+    here = position(await pendant.state(), pendant)
+    home = target.home
+    if home is not None and distance(here, home[: len(here)]) > target.reach:
+        raise CannotJudge("the pendant port shows the robot elsewhere than the state port")
+    return here
+
+
+def joint_move(
+    pendant: PendantConversation, joints: Sequence[float], speed: float = SPEED
+) -> JointMove:
+    """Return a request to move the joints, (n,) [rad or m]."""
+    return JointMove(pendant.next_id(), speed, dof(pendant), joint_array(joints))
+
+
+def aside(target: Target, here: Sequence[float]) -> tuple[float, ...]:
+    """Return a goal that differs in the last joint by the amplitude, towards its middle."""
+    joint = len(here) - 1
+    limits = target.options.limits
+    middle = 0.0 if limits is None else (limits.lower[joint] + limits.upper[joint]) / 2
+    way = math.copysign(target.options.amplitude, middle - here[joint])
+    return (*here[:-1], here[-1] + way)
+
+
+def speed_for(target: Target, seconds: float) -> float:
+    """Return the speed at which a motion by the amplitude takes about so long, or a little more."""
+    limits = target.options.limits
+    fastest = _GUESSED_VELOCITY if limits is None else limits.velocity[-1]
+    return min(SLOW, target.options.amplitude / (fastest * seconds))
+
+
+async def finished(pendant: PendantConversation, request_id: int, within: float) -> Outcome:
+    """Wait for the one outcome of a request, with beats.
+
+    Raises:
+        RuleBroken: there is none, or more than one.
+    """
+
+    def ended() -> list[Outcome]:
+        return [found for found in pendant.all(Outcome) if found.request_id == request_id]
+
+    async with pendant.beating():
+        if not await pendant.until(lambda: bool(ended()), within):
+            raise RuleBroken(f"request {request_id} was accepted, no outcome in {within:g} s")
+        await pendant.until(lambda: len(ended()) > 1, _AGAIN_WITHIN)
+    if len(ended()) != 1:
+        raise RuleBroken(f"request {request_id} had {len(ended())} outcomes")
+    return ended()[0]
+
+
+async def moved(
+    pendant: PendantConversation, target: Target, goal: Sequence[float], speed: float = SPEED
+) -> Outcome:
+    """Move to a goal and return the outcome."""
+    target.may_have_moved = True
+    move = joint_move(pendant, goal, speed)
+    await pendant.accepted(move, "a joint move")
+    return await finished(pendant, move.request_id, 20.0)
+
+
+async def under_way(
+    pendant: PendantConversation, target: Target, speed: float = SLOW
+) -> tuple[tuple[float, ...], JointMove]:
+    """Start a slow motion; return the start position and the request.
+
+    Raises:
+        CannotJudge: the robot does not move.
+    """
+    here = await standing(pendant, target)
+    move = joint_move(pendant, aside(target, here), speed)
+    target.may_have_moved = True
+    await pendant.accepted(move, "a slow joint move")
+    if not await pendant.until(lambda: distance(shown(pendant), here) > ARRIVED, 5.0):
+        raise CannotJudge("the robot did not move")
+    return here, move
+
+
+async def reset_and_return(target: Target, here: Sequence[float]) -> None:
+    """Reset a latched stop and go back to where the robot was."""
+    pendant = await holder(target)
+    await pendant.until(lambda: pendant.all(State)[-1].activity == Activity.IDLE, 3.0)
+    await pendant.accepted(ResetStop(pendant.next_id()), "the reset of a stop")
+    if distance(shown(pendant), here) > ARRIVED:
+        await moved(pendant, target, here)
+
+
+async def refused_or_stopped(
+    pendant: PendantConversation, target: Target, move: JointMove, code: VerdictCode, what: str
+) -> None:
+    """Send a move that must be refused; a robot that sets out for it is stopped and brought back.
+
+    Raises:
+        RuleBroken: it is accepted, or refused for another reason.
+    """
+    here = shown(pendant)
+    found = await pendant.verdict(move, what)
+    if not found.code:
+        target.may_have_moved = True
+        await pendant.accepted(SoftwareStop(pendant.next_id(), "conformance"), "a stop")
+        await target.close()
+        await reset_and_return(target, here)
+    if found.code != code:
+        raise RuleBroken(f"{what}: verdict {found.code} ({found.text!r}), expected {code}")
+
+
+def judge_states(pendant: PendantConversation, request_id: int) -> None:
+    """Make sure that the states shown during one motion belong to it and to each other.
+
+    Raises:
+        RuleBroken: a wrong request or activity, or velocities that do not lead where it went.
+    """
+    states = pendant.all(State)
+    activities = {state.activity for state in states}
+    if Activity.MOVING not in activities or states[-1].activity != Activity.IDLE:
+        raise RuleBroken(f"activities shown: {sorted(activities)}, at last {states[-1].activity}")
+    for state in states:
+        due = 0 if state.activity == Activity.IDLE else request_id
+        if state.activity in (Activity.IDLE, Activity.MOVING) and state.request_id != due:
+            raise RuleBroken(
+                f"request {state.request_id} shown in activity {state.activity}, not {due}"
+            )
+    last = dof(pendant) - 1
+    led = sum(
+        (before.velocities[last] + after.velocities[last]) / 2 * step
+        for before, after, step in _steps(states)
+    )
+    went = states[-1].positions[last] - states[0].positions[last]
+    if states[-1].valid_fields & StateField.VELOCITY and not abs(led - went) <= 0.25 * abs(went):
+        raise RuleBroken(f"the joint went {went:.4f} rad, its velocities add up to {led:.4f}")
+
+
+def _steps(states: Sequence[State]) -> Iterator[tuple[State, State, float]]:
+    for before, after in itertools.pairwise(states):
+        yield before, after, seconds(after) - seconds(before)
+
+
+def seconds(state: State) -> float:
+    """Return the server's time of a state [s]."""
+    return state.time_s + state.time_ns * 1e-9
+
+
+def judge_pace(target: Target, pendant: PendantConversation, outcome: Outcome, way: float) -> None:
+    """Make sure that a motion of the last joint took the time that its speed and limit demand.
+
+    Raises:
+        RuleBroken: it was faster, or its duration is none.
+    """
+    taken = outcome.motion_time
+    if not taken > 0.0:
+        raise RuleBroken(f"a motion of {way:.3f} rad is said to have taken {taken:g} s")
+    limits = target.options.limits
+    if limits is None:
+        return
+    most = SPEED * limits.velocity[-1]
+    if taken < 0.95 * way / most:
+        raise RuleBroken(
+            f"{way:.3f} rad at {SPEED:g} of the speed took {taken:.3f} s, less than"
+            f" {way / most:.3f} s"
+        )
+    fastest = _fastest(pendant.all(State), dof(pendant) - 1)
+    if fastest > 1.2 * most:
+        raise RuleBroken(
+            f"the joint moved at {fastest:.3f} rad/s, {SPEED:g} of its speed is {most:.3f}"
+        )
+
+
+def _fastest(states: Sequence[State], joint: int) -> float:
+    """Return the largest mean speed of a joint over a tenth of a second [rad/s or m/s]."""
+    fastest, first = 0.0, 0
+    for index, state in enumerate(states):
+        while seconds(state) - seconds(states[first]) > _WINDOW and first < index - 1:
+            first += 1
+        step = seconds(state) - seconds(states[first])
+        if step >= 0.5 * _WINDOW:
+            way = abs(state.positions[joint] - states[first].positions[joint])
+            fastest = max(fastest, way / step)
+    return fastest
+
+
 _EXPIRES_WITHIN = 0.5
 _LONGEST_LEASE = 10.0
 _BEYOND = 0.1
@@ -74,51 +288,51 @@ _ENDS: tuple[tuple[str, Callable[[Wire], None]], ...] = (
 )
 
 
-def _moving_requests(talker: Talker, state: State) -> list[Message]:
+def _moving_requests(pendant: PendantConversation, state: State) -> list[Message]:
     """Return a request of each kind that moves the robot, to where it stands."""
-    here = position(state, talker)
+    here = position(state, pendant)
     place, turn = state.tool_position, state.tool_orientation
     waypoints = (JointWaypoint(state.positions),)
     poses = (PoseWaypoint(place, turn),)
     return [
-        joint_move(talker, here),
-        JointPath(talker.next_id(), SPEED, dof(talker), waypoints),
-        PoseMove(talker.next_id(), Motion.PTP, SPEED, "base", place, turn),
-        PosePath(talker.next_id(), Motion.PTP, SPEED, "base", poses),
+        joint_move(pendant, here),
+        JointPath(pendant.next_id(), SPEED, dof(pendant), waypoints),
+        PoseMove(pendant.next_id(), Motion.PTP, SPEED, "base", place, turn),
+        PosePath(pendant.next_id(), Motion.PTP, SPEED, "base", poses),
     ]
 
 
-@check("PS30", "motion without authority is refused", _AUTHORITY, Section.PENDANT, profiles=OURS)
-async def _no_authority(target: Target) -> Finding:
-    talker = await welcomed(target, rate=50.0)
-    for request in _moving_requests(talker, await talker.state()):
+@check("PS30", profiles=OURS)
+async def _no_authority(target: Target) -> CheckFinding:
+    pendant = await welcomed(target, rate=50.0)
+    for request in _moving_requests(pendant, await pendant.state()):
         name = type(request).__name__
-        await talker.refused(request, VerdictCode.NOT_IN_CONTROL, f"{name} without authority")
-    await talker.refused(release(talker), VerdictCode.NOT_IN_CONTROL, "a release")
+        await pendant.refused(request, VerdictCode.NOT_IN_CONTROL, f"{name} without authority")
+    await pendant.refused(release(pendant), VerdictCode.NOT_IN_CONTROL, "a release")
     return PASSED
 
 
-@check("PS31", "the authority is granted and announced", _AUTHORITY, Section.PENDANT, profiles=OURS)
-async def _granted(target: Target) -> Finding:
+@check("PS31", profiles=OURS)
+async def _granted(target: Target) -> CheckFinding:
     witness = await welcomed(target)
-    talker = await holder(target)
-    assert talker.hello is not None
-    session = talker.hello.session
+    pendant = await holder(target)
+    assert pendant.hello is not None
+    session = pendant.hello.session
     if not await witness.until(lambda: bool(witness.all(AuthorityChanged)), 1.0):
         raise RuleBroken("the grant was not announced to another pendant")
     change = witness.all(AuthorityChanged)[-1]
     if (change.holder, change.reason) != (session, AuthorityReason.GRANTED):
         raise RuleBroken(f"announced: {change}")
-    if not await talker.until(lambda: talker.all(State)[-1].holder == session, 1.0):
-        raise RuleBroken(f"state names holder {talker.all(State)[-1].holder}, not {session}")
-    await talker.accepted(release(talker), "a release")
+    if not await pendant.until(lambda: pendant.all(State)[-1].holder == session, 1.0):
+        raise RuleBroken(f"state names holder {pendant.all(State)[-1].holder}, not {session}")
+    await pendant.accepted(release(pendant), "a release")
     await _announced(witness, AuthorityReason.RELEASED, 1.0)
-    if not await talker.until(lambda: talker.all(State)[-1].holder == 0, 1.0):
-        raise RuleBroken(f"after a release state names holder {talker.all(State)[-1].holder}")
+    if not await pendant.until(lambda: pendant.all(State)[-1].holder == 0, 1.0):
+        raise RuleBroken(f"after a release state names holder {pendant.all(State)[-1].holder}")
     return PASSED
 
 
-async def _announced(witness: Talker, reason: AuthorityReason, within: float) -> None:
+async def _announced(witness: PendantConversation, reason: AuthorityReason, within: float) -> None:
     """Wait until a pendant is told that nobody holds the authority, and why.
 
     Raises:
@@ -135,8 +349,8 @@ async def _announced(witness: Talker, reason: AuthorityReason, within: float) ->
         raise RuleBroken(f"the authority ended for reason {ends()[0].reason}, expected {reason}")
 
 
-@check("PS32", "the authority has one holder", _AUTHORITY, Section.PENDANT, profiles=OURS)
-async def _one_holder(target: Target) -> Finding:
+@check("PS32", profiles=OURS)
+async def _one_holder(target: Target) -> CheckFinding:
     await holder(target)
     other = await welcomed(target)
     request = Authority(other.next_id(), AuthorityAction.REQUEST)
@@ -144,47 +358,40 @@ async def _one_holder(target: Target) -> Finding:
     return PASSED
 
 
-def _lease(talker: Talker) -> float:
-    """Return how long the authority lasts without beats [s].
+def _lease(pendant: PendantConversation) -> float:
+    """Return the lease of the authority, its time without beats [s].
 
     Raises:
         CannotJudge: too long to wait for.
     """
-    assert talker.hello is not None
-    lease = talker.hello.authority_timeout
+    assert pendant.hello is not None
+    lease = pendant.hello.authority_timeout
     if lease > _LONGEST_LEASE:
         raise CannotJudge(f"the lease lasts {lease:g} s")
     return lease
 
 
-@check(
-    "PS33",
-    "the authority expires without beats and not with them",
-    _AUTHORITY,
-    Section.PENDANT,
-    profiles=OURS,
-    deadline=40.0,
-)
-async def _expires(target: Target) -> Finding:
-    talker = await holder(target)
-    lease = _lease(talker)
+@check("PS33", profiles=OURS, deadline=40.0)
+async def _expires(target: Target) -> CheckFinding:
+    pendant = await holder(target)
+    lease = _lease(pendant)
     for _ in range(4):
         await asyncio.sleep(lease / 2)
-        talker.wire.send(AuthorityBeat())
+        pendant.wire.send(AuthorityBeat())
     await asyncio.sleep(0.8 * lease)
-    lost = [change.reason for change in talker.all(AuthorityChanged) if change.holder == 0]
+    lost = [change.reason for change in pendant.all(AuthorityChanged) if change.holder == 0]
     if lost:
         raise RuleBroken(f"the authority was lost although beats came within {lease:g} s")
-    await _announced(talker, AuthorityReason.EXPIRED, 0.2 * lease + _EXPIRES_WITHIN)
+    await _announced(pendant, AuthorityReason.EXPIRED, 0.2 * lease + _EXPIRES_WITHIN)
     return PASSED
 
 
-@check("PS34", "the authority ends with its connection", _AUTHORITY, Section.PENDANT, profiles=OURS)
-async def _ends_with_link(target: Target) -> Finding:
+@check("PS34", profiles=OURS)
+async def _ends_with_link(target: Target) -> CheckFinding:
     for name, end in _ENDS:
-        talker = await holder(target)
+        pendant = await holder(target)
         other = await welcomed(target)
-        end(talker.wire)
+        end(pendant.wire)
         try:
             await _announced(other, AuthorityReason.CONNECTION_LOST, 1.0)
         except RuleBroken as broken:
@@ -194,42 +401,35 @@ async def _ends_with_link(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "PS35",
-    "targets that are none are refused with their reason",
-    _NOTHING_CLIPPED,
-    Section.PENDANT,
-    moves=True,
-    profiles=OURS,
-)
-async def _bad_targets(target: Target) -> Finding:
-    talker = await holder(target)
-    here = await standing(talker, target)
+@check("PS35", moves=True, profiles=OURS)
+async def _bad_targets(target: Target) -> CheckFinding:
+    pendant = await holder(target)
+    here = await standing(pendant, target)
     cases: list[tuple[JointMove, VerdictCode, str]] = [
         (
-            joint_move(talker, (*here[:-1], math.nan)),
+            joint_move(pendant, (*here[:-1], math.nan)),
             VerdictCode.NOT_FINITE,
             "a target that is no number",
         ),
         (
-            joint_move(talker, (*here[:-1], 500.0), SLOW),
+            joint_move(pendant, (*here[:-1], 500.0), SLOW),
             VerdictCode.OUT_OF_RANGE,
             "a target of 500 rad",
         ),
     ]
     for speed in (0.0, -1.0, 1.5):
         what = f"a speed of {speed:g}"
-        cases.append((joint_move(talker, here, speed), VerdictCode.BAD_ARGUMENT, what))
-    short = joint_move(talker, here)
+        cases.append((joint_move(pendant, here, speed), VerdictCode.BAD_ARGUMENT, what))
+    short = joint_move(pendant, here)
     short.joint_count -= 1
     cases.append((short, VerdictCode.WRONG_JOINT_COUNT, "one joint value too few"))
     for joint, value in _just_outside(target):
         goal = (*here[:joint], value, *here[joint + 1 :])
         what = f"a target of {value:.4g} for joint {joint + 1}"
-        cases.append((joint_move(talker, goal, SLOW), VerdictCode.OUT_OF_RANGE, what))
+        cases.append((joint_move(pendant, goal, SLOW), VerdictCode.OUT_OF_RANGE, what))
     for move, code, what in cases:
-        await refused_or_stopped(talker, target, move, code, what)
-        talker.wire.send(AuthorityBeat())
+        await refused_or_stopped(pendant, target, move, code, what)
+        pendant.wire.send(AuthorityBeat())
     return PASSED
 
 
@@ -246,58 +446,39 @@ def _just_outside(target: Target) -> list[tuple[int, float]]:
     ]
 
 
-@check(
-    "PS36",
-    "an accepted motion is moved, shown and completed",
-    _OUTCOME,
-    Section.PENDANT,
-    moves=True,
-    profiles=OURS,
-)
-async def _completed(target: Target) -> Finding:
-    talker = await holder(target)
-    here = await standing(talker, target)
+@check("PS36", moves=True, profiles=OURS)
+async def _completed(target: Target) -> CheckFinding:
+    pendant = await holder(target)
+    here = await standing(pendant, target)
     goal = aside(target, here)
-    outcome = await moved(talker, target, goal)
+    outcome = await moved(pendant, target, goal)
     if outcome.outcome != OutcomeKind.COMPLETED:
         raise RuleBroken(f"it was aborted: {outcome.code} {outcome.text!r}")
-    if distance(shown(talker), goal) > ARRIVED:
+    if distance(shown(pendant), goal) > ARRIVED:
         raise RuleBroken("it was completed although the robot is not there")
-    judge_states(talker, outcome.request_id)
-    judge_pace(target, talker, outcome, distance(goal, here))
-    back = await moved(talker, target, here)
-    return Finding(Judged.PASSED, f"{outcome.motion_time:.2f} s there, {back.motion_time:.2f} back")
+    judge_states(pendant, outcome.request_id)
+    judge_pace(target, pendant, outcome, distance(goal, here))
+    back = await moved(pendant, target, here)
+    return CheckFinding(
+        Judged.PASSED, f"{outcome.motion_time:.2f} s there, {back.motion_time:.2f} back"
+    )
 
 
-@check(
-    "PS37",
-    "a stop by another pendant aborts the motion and latches",
-    _STOP,
-    Section.PENDANT,
-    moves=True,
-    profiles=OURS,
-)
-async def _stopped(target: Target) -> Finding:
+@check("PS37", moves=True, profiles=OURS)
+async def _stopped(target: Target) -> CheckFinding:
     return await _stop_of(target, SoftwareStop(0, "conformance"))
 
 
-@check(
-    "PS40",
-    "a stop that comes as a topic is obeyed",
-    "docs/architecture.md: better a stop without an answer than none",
-    Section.PENDANT,
-    moves=True,
-    profiles=OURS,
-)
-async def _stopped_by_topic(target: Target) -> Finding:
+@check("PS40", moves=True, profiles=OURS)
+async def _stopped_by_topic(target: Target) -> CheckFinding:
     return await _stop_of(target, SoftwareStop(0, "conformance", comm_type=CommType.TOPIC))
 
 
-async def _stop_of(target: Target, stop: SoftwareStop) -> Finding:
-    """Have an observer stop a motion; see that all are told, and that it stays stopped."""
-    talker = await holder(target)
-    here, move = await under_way(talker, target)
-    known_error = talker.all(State)[-1].error_code
+async def _stop_of(target: Target, stop: SoftwareStop) -> CheckFinding:
+    """Have an observer stop a motion; make sure that all are told, and that it stays stopped."""
+    pendant = await holder(target)
+    here, move = await under_way(pendant, target)
+    known_error = pendant.all(State)[-1].error_code
     other, witness = await welcomed(target), await welcomed(target)
     try:
         if stop.comm_type == CommType.REQUEST:
@@ -305,15 +486,15 @@ async def _stop_of(target: Target, stop: SoftwareStop) -> Finding:
             await other.accepted(stop, "a stop by an observer")
         else:
             other.wire.send(stop)
-        outcome = await finished(talker, move.request_id, 2.0)
+        outcome = await finished(pendant, move.request_id, 2.0)
         if (outcome.outcome, outcome.code) != (OutcomeKind.ABORTED, VerdictCode.STOPPED):
             raise RuleBroken(f"the motion ended with outcome {outcome.outcome}, {outcome.code}")
-        stood = shown(talker)
-        for told, who in ((talker, "holder"), (other, "sender"), (witness, "third pendant")):
+        stood = shown(pendant)
+        for told, who in ((pendant, "holder"), (other, "sender"), (witness, "third pendant")):
             changes = [change.stop for change in told.all(StopChanged)]
             if changes != [1]:
                 raise RuleBroken(f"the stop was told to the {who} as {changes}")
-        state = talker.all(State)[-1]
+        state = pendant.all(State)[-1]
         if state.stop != 1:
             raise RuleBroken(f"after the stop state shows {state.stop}")
         if state.error_code not in (0, known_error):
@@ -321,47 +502,40 @@ async def _stop_of(target: Target, stop: SoftwareStop) -> Finding:
                 f"after the stop the controller is in error {state.error_code}, as one that runs"
                 " out of points without a STOP"
             )
-        again = joint_move(talker, here)
-        await talker.refused(again, VerdictCode.STOP_LATCHED, "a motion under a latched stop")
+        again = joint_move(pendant, here)
+        await pendant.refused(again, VerdictCode.STOP_LATCHED, "a motion under a latched stop")
         reset = ResetStop(other.next_id())
         await other.refused(reset, VerdictCode.HELD_BY_OTHER, "a reset by an observer")
         await asyncio.sleep(0.5)
-        if distance(shown(talker), stood) > ARRIVED:
-            raise RuleBroken(f"after the stop the robot moved by {distance(shown(talker), stood)}")
+        if distance(shown(pendant), stood) > ARRIVED:
+            raise RuleBroken(f"after the stop the robot moved by {distance(shown(pendant), stood)}")
     finally:
         await target.close()
         await reset_and_return(target, here)
     return PASSED
 
 
-@check(
-    "PS41",
-    "a stop is not reset while nobody holds the authority",
-    _STOP,
-    Section.PENDANT,
-    moves=True,
-    profiles=OURS,
-)
-async def _reset_by_nobody(target: Target) -> Finding:
-    talker = await welcomed(target, rate=50.0)
-    here = position(await talker.state(), talker)
-    await talker.accepted(SoftwareStop(talker.next_id(), "conformance"), "a stop")
+@check("PS41", moves=True, profiles=OURS)
+async def _reset_by_nobody(target: Target) -> CheckFinding:
+    pendant = await welcomed(target, rate=50.0)
+    here = position(await pendant.state(), pendant)
+    await pendant.accepted(SoftwareStop(pendant.next_id(), "conformance"), "a stop")
     try:
-        reset = ResetStop(talker.next_id())
-        await talker.refused(reset, VerdictCode.NOT_IN_CONTROL, "a reset without authority")
+        reset = ResetStop(pendant.next_id())
+        await pendant.refused(reset, VerdictCode.NOT_IN_CONTROL, "a reset without authority")
     finally:
         await target.close()
         await reset_and_return(target, here)
     return PASSED
 
 
-async def _left_alone(target: Target, end: Callable[[Wire], None]) -> Finding:
-    """End the connection that commands the robot; see that it stops on the way."""
-    talker = await holder(target)
-    here, _ = await under_way(talker, target)
+async def _left_alone(target: Target, end: Callable[[Wire], None]) -> CheckFinding:
+    """End the connection that commands the robot; make sure that it stops on the way."""
+    pendant = await holder(target)
+    here, _ = await under_way(pendant, target)
     goal = aside(target, here)
     witness = await welcomed(target, rate=50.0)
-    end(talker.wire)
+    end(pendant.wire)
     try:
         await asyncio.sleep(STOPPED_WITHIN)
         await witness.state()
@@ -375,74 +549,45 @@ async def _left_alone(target: Target, end: Callable[[Wire], None]) -> Finding:
     return PASSED
 
 
-@check(
-    "PS38",
-    "a motion ends when its pendant disappears",
-    _LINK_LOSS,
-    Section.PENDANT,
-    moves=True,
-    profiles=OURS,
-)
-async def _lost(target: Target) -> Finding:
+@check("PS38", moves=True, profiles=OURS)
+async def _lost(target: Target) -> CheckFinding:
     return await _left_alone(target, Wire.reset)
 
 
-@check(
-    "PS42",
-    "a motion ends with the end of its pendant's stream",
-    _LINK_LOSS,
-    Section.PENDANT,
-    moves=True,
-    profiles=OURS,
-)
-async def _hung_up(target: Target) -> Finding:
+@check("PS42", moves=True, profiles=OURS)
+async def _hung_up(target: Target) -> CheckFinding:
     return await _left_alone(target, Wire.half_close)
 
 
-@check(
-    "PS39",
-    "a second motion during the first is refused",
-    _OUTCOME,
-    Section.PENDANT,
-    moves=True,
-    profiles=OURS,
-)
-async def _busy(target: Target) -> Finding:
-    talker = await holder(target)
-    here, move = await under_way(talker, target)
-    found = await talker.verdict(joint_move(talker, here), "a second motion")
+@check("PS39", moves=True, profiles=OURS)
+async def _busy(target: Target) -> CheckFinding:
+    pendant = await holder(target)
+    here, move = await under_way(pendant, target)
+    found = await pendant.verdict(joint_move(pendant, here), "a second motion")
     if found.code not in (VerdictCode.MOVING, VerdictCode.PLANNING):
         raise RuleBroken(f"a second motion during the first: verdict {found.code}")
-    outcome = await finished(talker, move.request_id, 30.0)
+    outcome = await finished(pendant, move.request_id, 30.0)
     if outcome.outcome != OutcomeKind.COMPLETED:
         raise RuleBroken(f"the first motion was disturbed: {outcome.code} {outcome.text!r}")
-    await moved(talker, target, here)
+    await moved(pendant, target, here)
     return PASSED
 
 
-@check(
-    "PS43",
-    "a motion ends when its lease expires",
-    _AUTHORITY,
-    Section.PENDANT,
-    moves=True,
-    profiles=OURS,
-    deadline=60.0,
-)
-async def _expires_in_motion(target: Target) -> Finding:
-    talker = await holder(target)
-    lease = _lease(talker)
-    here, move = await under_way(talker, target, speed_for(target, lease + 3.0))
+@check("PS43", moves=True, profiles=OURS, deadline=60.0)
+async def _expires_in_motion(target: Target) -> CheckFinding:
+    pendant = await holder(target)
+    lease = _lease(pendant)
+    here, move = await under_way(pendant, target, speed_for(target, lease + 3.0))
     try:
-        await _announced(talker, AuthorityReason.EXPIRED, lease + _EXPIRES_WITHIN)
-        outcome = await finished(talker, move.request_id, 1.0)
+        await _announced(pendant, AuthorityReason.EXPIRED, lease + _EXPIRES_WITHIN)
+        outcome = await finished(pendant, move.request_id, 1.0)
         if outcome.outcome == OutcomeKind.COMPLETED:
             raise CannotJudge("the motion was over before its lease")
         if outcome.code != VerdictCode.AUTHORITY_LOST:
             raise RuleBroken(f"the motion ended for {outcome.code} {outcome.text!r}")
-        stood = shown(talker)
+        stood = shown(pendant)
         await asyncio.sleep(STOPPED_WITHIN)
-        if distance(shown(talker), stood) > 1e-3:
+        if distance(shown(pendant), stood) > 1e-3:
             raise RuleBroken("the robot moves although the lease has expired")
     finally:
         await target.close()
@@ -450,16 +595,10 @@ async def _expires_in_motion(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "PS44",
-    "only the holder's beats prolong the authority",
-    _AUTHORITY,
-    Section.PENDANT,
-    profiles=OURS,
-)
-async def _beats_of_others(target: Target) -> Finding:
-    talker, other = await holder(target), await welcomed(target)
-    lease = _lease(talker)
+@check("PS44", profiles=OURS)
+async def _beats_of_others(target: Target) -> CheckFinding:
+    pendant, other = await holder(target), await welcomed(target)
+    lease = _lease(pendant)
     async with other.beating():
-        await _announced(talker, AuthorityReason.EXPIRED, lease + _EXPIRES_WITHIN)
+        await _announced(pendant, AuthorityReason.EXPIRED, lease + _EXPIRES_WITHIN)
     return PASSED

@@ -1,4 +1,4 @@
-"""Motions that are made once and judged by many checks, from what was recorded of them.
+"""Recorded motions: each is made once and judged by many checks.
 
 A robot should not be moved for every question. Owns what is done to the robot in each recording and
 what is kept of it; the checks only look.
@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from openpendant.simplemsg import CommType, JointFeedback, MsgType, Ping
 
 from .answers import STOP
+from .monitor import STEADY, FrameSummary, ReportedJoints, ReportedStatus, distance
 from .moving import LEAD_IN, SPEED, START_WITHIN, Mover, ready
 from .target import Target
-from .watch import STEADY, Heard, Joints, Told, distance
-from .wire import CannotJudge, Frame, raw_frame
+from .wire import CannotJudge, ReceivedFrame, raw_frame
 
 SAMPLE = 2.2
-"""How long the state port is listened to at rest [s]."""
+"""Time for which the state port is observed at rest [s]."""
 
 SLOW = 2.0
 """Duration of a motion that is to be interrupted [s]."""
@@ -36,7 +36,7 @@ _SPEED_OVER = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """What a resting robot's state port said for `SAMPLE` seconds.
+    """Reports of a resting robot's state port within `SAMPLE` seconds.
 
     Attributes:
         opened: when the connection was made [s].
@@ -48,15 +48,15 @@ class Sample:
     """
 
     opened: float
-    frames: tuple[Heard, ...]
-    joints: tuple[Joints, ...]
+    frames: tuple[FrameSummary, ...]
+    joints: tuple[ReportedJoints, ...]
     feedback: tuple[tuple[float, JointFeedback], ...]
-    statuses: tuple[Told, ...]
+    statuses: tuple[ReportedStatus, ...]
     stray: bytes
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class RecordedMotion:
     """One recorded motion.
 
     Attributes:
@@ -79,23 +79,23 @@ class Motion:
     duration: float
     sent: float
     event: float
-    replies: tuple[Frame, ...]
-    event_reply: Frame | None
-    joints: tuple[Joints, ...]
+    replies: tuple[ReceivedFrame, ...]
+    event_reply: ReceivedFrame | None
+    joints: tuple[ReportedJoints, ...]
     feedback: tuple[tuple[float, JointFeedback], ...]
-    statuses: tuple[Told, ...]
+    statuses: tuple[ReportedStatus, ...]
 
     @property
     def tolerance(self) -> float:
-        """What counts as having moved [rad or m]."""
+        """Least distance that counts as motion [rad or m]."""
         return 0.04 * abs(self.goal[self.joint] - self.start[self.joint])
 
     @property
     def end(self) -> tuple[float, ...]:
-        """Where the robot was last."""
+        """Last reported position of the robot."""
         return self.joints[-1].values
 
-    def moving(self, by: float | None = None) -> tuple[Joints, ...]:
+    def moving(self, by: float | None = None) -> tuple[ReportedJoints, ...]:
         """Return the reports between leaving the start and being where the robot ended.
 
         Args:
@@ -108,7 +108,7 @@ class Motion:
             return ()
         return self.joints[away[0] : left[-1] + 1]
 
-    def visibly_moving(self) -> tuple[Joints, ...]:
+    def visibly_moving(self) -> tuple[ReportedJoints, ...]:
         """Return the reports from the first visible motion to the last.
 
         Raises:
@@ -118,14 +118,14 @@ class Motion:
         return self.moving(2 * STEADY)
 
     def speed_before(self, time: float) -> float:
-        """Return how fast the joint was in the quarter of a second before a time [rad/s or m/s]."""
+        """Return the joint's speed in the quarter of a second before a time [rad/s or m/s]."""
         before = [at for at in self.joints if time - 0.25 <= at.time <= time]
         if len(before) < 2:
             raise CannotJudge("the state port is too slow to see the speed before")
         way = abs(before[-1].values[self.joint] - before[0].values[self.joint])
         return way / (before[-1].time - before[0].time)
 
-    def must_have_moved(self) -> tuple[Joints, ...]:
+    def must_have_moved(self) -> tuple[ReportedJoints, ...]:
         """Return `moving`.
 
         Raises:
@@ -167,7 +167,7 @@ async def sample(target: Target) -> Sample:
     )
 
 
-async def reference(target: Target) -> Motion:
+async def reference(target: Target) -> RecordedMotion:
     """Move to the goal by two points, undisturbed."""
     mover = await ready(target)
     watch, duration = mover.watch, max(UNDISTURBED, mover.amplitude / SPEED)
@@ -187,7 +187,7 @@ async def must_be_slow(target: Target) -> None:
     Raises:
         CannotJudge: it does not, or did not move when it was asked to.
     """
-    motion: Motion = await target.once("a motion", reference)
+    motion: RecordedMotion = await target.once("a motion", reference)
     moving = motion.must_have_moved()
     if moving[-1].time - moving[0].time < 0.4 * motion.duration:
         raise CannotJudge(
@@ -195,11 +195,11 @@ async def must_be_slow(target: Target) -> None:
         )
 
 
-async def stopped(target: Target) -> Motion:
+async def stopped(target: Target) -> RecordedMotion:
     """Send STOP in the middle of a slow motion."""
     mover = await ready(target)
     await mover.set_off(SLOW)
-    # On its way, so that both going on and going back would show.
+    # In the middle of the way, so that motion onward and motion back would both show.
     await mover.watch.until(lambda: mover.progress(mover.watch.position) > 0.2, SLOW)
     sent = _now()
     mover.wire.send(STOP)
@@ -210,7 +210,7 @@ async def stopped(target: Target) -> Motion:
 
 @dataclass(frozen=True, slots=True)
 class Questions:
-    """What a moving robot's controller answered.
+    """Replies of a moving robot's controller.
 
     Attributes:
         ping: the answer to a PING; None where there was none within half a second.
@@ -218,8 +218,8 @@ class Questions:
         was_moving: the robot moved before and after both.
     """
 
-    ping: Frame | None
-    status: Frame | None
+    ping: ReceivedFrame | None
+    status: ReceivedFrame | None
     was_moving: bool
 
 
@@ -239,7 +239,7 @@ async def questioned(target: Target) -> Questions:
     return Questions(ping, status, was_moving)
 
 
-async def lost(target: Target) -> Motion:
+async def lost(target: Target) -> RecordedMotion:
     """Close the motion connection in the middle of a slow motion, and connect again later."""
     mover = await ready(target)
     await mover.set_off(SLOW)
@@ -247,13 +247,13 @@ async def lost(target: Target) -> Motion:
     mover.wire.close()
     await _wait_until(event + LOSS_SEEN)
     wire = await target.motion()
-    wire.send(target.knock.message)
+    wire.send(target.probe.message)
     reply = await wire.poll(1.0)
     await _wait_until(event + LOSS_SEEN + 0.6)
     return _motion(mover, SLOW, event, event, [], reply)
 
 
-async def lost_by_reset(target: Target) -> Motion:
+async def lost_by_reset(target: Target) -> RecordedMotion:
     """End the motion connection by a TCP reset in the middle of a slow motion."""
     mover = await ready(target)
     await mover.set_off(SLOW)
@@ -272,11 +272,11 @@ def _motion(
     duration: float,
     sent: float,
     event: float,
-    replies: Sequence[Frame],
-    event_reply: Frame | None,
-) -> Motion:
+    replies: Sequence[ReceivedFrame],
+    event_reply: ReceivedFrame | None,
+) -> RecordedMotion:
     watch = mover.watch
-    return Motion(
+    return RecordedMotion(
         mover.joint,
         mover.start,
         mover.goal,

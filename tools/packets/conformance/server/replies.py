@@ -18,8 +18,9 @@ from openpendant.simplemsg import (
     TriState,
     joint_array,
 )
+from openpendant.simplemsg.framing import HEADER_SIZE
 
-from ..findings import PASSED, Finding, Section, Verdict, deviates
+from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
 from .answers import (
     MOTION_REPLY,
     STOP,
@@ -31,12 +32,8 @@ from .checks import ANY, FULL, check
 from .headers import UNKNOWN
 from .recordings import Questions, questioned
 from .target import Target
-from .wire import HEADER, REPLY_WITHIN, CannotJudge, RuleBroken, Wire, raw_frame
+from .wire import REPLY_WITHIN, CannotJudge, RuleBroken, Wire, raw_frame
 
-_PING = "REP-I0006, PING; industrial_core ping_handler.cpp"
-_UNSUPPORTED = "REP-I0006: same type, communication type 3, reply code 2, no useful body"
-_NO_TOPIC = "REP-I0006: topics are never answered; the real client's STOP would take the answer"
-_ONE_REPLY = "observed, industrial_robot_client: any frame is taken for the reply it waits for"
 _PROMPT = 0.25
 _UNKNOWN_TYPES = (20, 21, 1399, 64_999, 0x7FFF_FFFF)
 
@@ -45,10 +42,8 @@ def _topic(msg_type: int, wire: Wire) -> bytes:
     return raw_frame(wire.codec, msg_type, CommType.TOPIC)
 
 
-@check(
-    "RS01", "a PING is answered with success", _PING, Section.REPLIES, profiles=ANY, is_plain=True
-)
-async def _ping(target: Target) -> Finding:
+@check("RS01", profiles=ANY, is_plain=True)
+async def _ping(target: Target) -> CheckFinding:
     wire = await target.motion()
     wire.send(Ping())
     reply = await wire.poll(REPLY_WITHIN)
@@ -60,13 +55,8 @@ async def _ping(target: Target) -> Finding:
     return deviates("ABB, Fanuc, Stäubli: PING is not known", "a PING was not answered")
 
 
-@check(
-    "RS02",
-    "a PING with forty bytes of body is answered once",
-    "REP-I0006: a PING has a body of forty bytes; industrial_core: none. Accept both",
-    Section.REPLIES,
-)
-async def _ping_with_body(target: Target) -> Finding:
+@check("RS02")
+async def _ping_with_body(target: Target) -> CheckFinding:
     wire = await target.motion()
     wire.send(raw_frame(wire.codec, MsgType.PING, CommType.REQUEST, body=bytes(40)))
     reply = await wire.expect("an answer to a PING with a body")
@@ -79,22 +69,16 @@ async def _ping_with_body(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "RS03",
-    "a PING is answered within 0.25 s",
-    "industrial_core tcp_socket: both ends send without delay (TCP_NODELAY)",
-    Section.REPLIES,
-    profiles=ANY,
-)
-async def _prompt(target: Target) -> Finding:
+@check("RS03", profiles=ANY)
+async def _prompt(target: Target) -> CheckFinding:
     wire = await target.motion()
     for number in range(1, 6):
         await ping(wire, f"PING {number} of five", _PROMPT)
     return PASSED
 
 
-@check("RS04", "a PING as a topic is not answered", _NO_TOPIC, Section.REPLIES, profiles=FULL)
-async def _ping_topic(target: Target) -> Finding:
+@check("RS04", profiles=FULL)
+async def _ping_topic(target: Target) -> CheckFinding:
     wire = await target.motion()
     wire.send(_topic(MsgType.PING, wire))
     reply = await wire.poll(0.2)
@@ -106,7 +90,7 @@ async def _ping_topic(target: Target) -> Finding:
     raise RuleBroken(f"a PING as a topic was answered by {reply}")
 
 
-async def _refusal_of(wire: Wire, msg_type: int) -> Finding:
+async def _refusal_of(wire: Wire, msg_type: int) -> CheckFinding:
     what = f"an unknown request of type {msg_type}"
     reply = await wire.ask(raw_frame(wire.codec, msg_type, CommType.REQUEST), what)
     if reply.msg_type == MOTION_REPLY and msg_type != MOTION_REPLY:
@@ -118,39 +102,23 @@ async def _refusal_of(wire: Wire, msg_type: int) -> Finding:
     return PASSED
 
 
-@check(
-    "RS05",
-    "an unknown request is answered with failure and its own type",
-    _UNSUPPORTED,
-    Section.REPLIES,
-)
-async def _unknown_request(target: Target) -> Finding:
+@check("RS05")
+async def _unknown_request(target: Target) -> CheckFinding:
     return await _refusal_of(await target.motion(), UNKNOWN)
 
 
-@check(
-    "RS06",
-    "requests all over the number range are refused alike",
-    _UNSUPPORTED + "; REP-I0004, ranges",
-    Section.REPLIES,
-    profiles=FULL,
-)
-async def _unknown_requests(target: Target) -> Finding:
+@check("RS06", profiles=FULL)
+async def _unknown_requests(target: Target) -> CheckFinding:
     wire = await target.motion()
     for msg_type in _UNKNOWN_TYPES:
         finding = await _refusal_of(wire, msg_type)
-        if finding.verdict is not Verdict.PASSED:
+        if finding.verdict is not CheckVerdict.PASSED:
             return finding
     return PASSED
 
 
-@check(
-    "RS07",
-    "an unknown request does not cost the link",
-    "industrial_core message_manager.cpp: refuses it and goes on",
-    Section.REPLIES,
-)
-async def _link_survives(target: Target) -> Finding:
+@check("RS07")
+async def _link_survives(target: Target) -> CheckFinding:
     wire = await target.motion()
     body = struct.pack("<3i", 1, 2, 3)
     wire.send(raw_frame(wire.codec, UNKNOWN, CommType.REQUEST, body=body))
@@ -159,13 +127,8 @@ async def _link_survives(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "RS08",
-    "an unknown topic is ignored",
-    "REP-I0006: ignore unsupported topics",
-    Section.REPLIES,
-)
-async def _unknown_topic(target: Target) -> Finding:
+@check("RS08")
+async def _unknown_topic(target: Target) -> CheckFinding:
     wire = await target.motion()
     wire.send(raw_frame(wire.codec, UNKNOWN, CommType.TOPIC, body=bytes(24)))
     await wire.expect_silence(0.2, "an unknown topic")
@@ -173,33 +136,21 @@ async def _unknown_topic(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "RS09",
-    "a request for the version is answered or refused",
-    "REP-I0006, GET_VERSION: three integers",
-    Section.REPLIES,
-    profiles=FULL,
-)
-async def _version(target: Target) -> Finding:
+@check("RS09", profiles=FULL)
+async def _version(target: Target) -> CheckFinding:
     wire = await target.motion()
     reply = await wire.ask(GetVersion(), "a request for the version")
     if reply.reply_code == ReplyCode.FAILURE:
         return deviates("no vendor's server answers GET_VERSION", str(reply))
     if reply.msg_type != MsgType.GET_VERSION or len(reply.body) != 12:
         raise RuleBroken(f"the version is to be three integers of type 2, not {reply}")
-    return Finding(Verdict.PASSED, "version " + ".".join(map(str, reply.integers(3))))
+    return CheckFinding(CheckVerdict.PASSED, "version " + ".".join(map(str, reply.integers(3))))
 
 
-@check(
-    "RS10",
-    "a request for STATUS is answered with STATUS",
-    "REP-I0006, STATUS: may be sent as a request; industrial_core status relay",
-    Section.REPLIES,
-    profiles=FULL,
-)
-async def _status_request(target: Target) -> Finding:
+@check("RS10", profiles=FULL)
+async def _status_request(target: Target) -> CheckFinding:
     wire = await target.motion()
-    # Nobody says which body a question has that usually is an answer: none, or that of the answer.
+    # No document says which body such a request has: none, or that of the reply.
     for body in (b"", bytes(28)):
         question = raw_frame(wire.codec, MsgType.STATUS, CommType.REQUEST, body=body)
         reply = await wire.ask(question, "a request for STATUS")
@@ -215,14 +166,8 @@ async def _status_request(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "RS11",
-    "the state port answers a PING and goes on reporting",
-    "industrial_core: the PING handler serves every port",
-    Section.REPLIES,
-    profiles=FULL,
-)
-async def _state_ping(target: Target) -> Finding:
+@check("RS11", profiles=FULL)
+async def _state_ping(target: Target) -> CheckFinding:
     watch = await target.state()
     await watch.begin()
     watch.wire.send(Ping())
@@ -239,26 +184,20 @@ async def _state_ping(target: Target) -> Finding:
     return deviates("vendors: the state server never reads", "a PING there was not answered")
 
 
-@check(
-    "RS12",
-    "STOP at rest is answered with success",
-    "observed, industrial_robot_client: STOP is sent at every end, and its reply waited for",
-    Section.REPLIES,
-    is_plain=True,
-)
-async def _stop_at_rest(target: Target) -> Finding:
+@check("RS12", is_plain=True)
+async def _stop_at_rest(target: Target) -> CheckFinding:
     reply = await (await target.motion()).ask(STOP, "STOP")
     return judge_point_reply(reply)
 
 
-@check("RS13", "STOP as a topic is not answered", _NO_TOPIC, Section.REPLIES, is_plain=True)
-async def _stop_topic(target: Target) -> Finding:
+@check("RS13", is_plain=True)
+async def _stop_topic(target: Target) -> CheckFinding:
     wire = await target.motion()
     zeros = joint_array(())
     wire.send(JointTrajPt(SpecialSequence.STOP, zeros, 0.0, 0.0, comm_type=CommType.TOPIC))
     reply = await wire.poll(0.2)
     if reply is None:
-        await target.knock.ask(wire, "after STOP as a topic")
+        await target.probe.ask(wire, "after STOP as a topic")
         return PASSED
     habits = {
         int(MsgType.JOINT_POSITION): "Fanuc: topics are answered too",
@@ -269,8 +208,8 @@ async def _stop_topic(target: Target) -> Finding:
     raise RuleBroken(f"STOP as a topic was answered by {reply}")
 
 
-@check("RS14", "a request is answered once, not twice", _ONE_REPLY, Section.REPLIES)
-async def _once(target: Target) -> Finding:
+@check("RS14")
+async def _once(target: Target) -> CheckFinding:
     for what, message in (("a PING", Ping()), ("STOP", STOP), ("an unknown request", None)):
         wire = await target.motion()
         unknown = raw_frame(wire.codec, UNKNOWN, CommType.REQUEST)
@@ -279,8 +218,8 @@ async def _once(target: Target) -> Finding:
     return PASSED
 
 
-@check("RS15", "answers come in the order of the requests", _ONE_REPLY, Section.REPLIES)
-async def _order(target: Target) -> Finding:
+@check("RS15")
+async def _order(target: Target) -> CheckFinding:
     wire = await target.motion()
     wire.send(Ping(), raw_frame(wire.codec, UNKNOWN, CommType.REQUEST), STOP, Ping())
     replies = [await wire.expect(f"answer {n} of four") for n in range(1, 5)]
@@ -297,7 +236,7 @@ def _all_stop(wire: Wire, words: int) -> bytes:
     return struct.pack(f"{wire.codec.byte_order.value}i", SpecialSequence.STOP) * words
 
 
-async def _not_taken(wire: Wire, frame: bytes | Message, what: str) -> Finding:
+async def _not_taken(wire: Wire, frame: bytes | Message, what: str) -> CheckFinding:
     """Send a request that must not be taken; it may be refused, ignored or cost the link."""
     wire.send(frame)
     reply = await wire.poll(0.5)
@@ -314,30 +253,19 @@ async def _not_taken(wire: Wire, frame: bytes | Message, what: str) -> Finding:
     raise RuleBroken(f"{what} was not answered; the real client waits for ever")
 
 
-@check(
-    "RS16",
-    "a point whose body is too short is not taken",
-    "industrial_core simple_message.cpp: a short body fails",
-    Section.REPLIES,
-)
-async def _short_body(target: Target) -> Finding:
+@check("RS16")
+async def _short_body(target: Target) -> CheckFinding:
     wire = await target.motion()
     body = _all_stop(wire, 12)
     frame = raw_frame(wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=body)
     return await _not_taken(wire, frame, "a point of 48 bytes")
 
 
-@check(
-    "RS17",
-    "a point whose body is too long is not taken",
-    "docs/simplemsg.md: a longer body gives every joint its neighbour's value",
-    Section.REPLIES,
-    profiles=FULL,
-)
-async def _long_body(target: Target) -> Finding:
+@check("RS17", profiles=FULL)
+async def _long_body(target: Target) -> CheckFinding:
     wire = await target.motion()
     # Read from either end this is a STOP, so that a lenient server does no harm.
-    stop = wire.encode(STOP)[HEADER:]
+    stop = wire.encode(STOP)[HEADER_SIZE:]
     frame = raw_frame(wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=stop[:4] + stop)
     wire.send(frame)
     reply = await wire.poll(0.5)
@@ -348,14 +276,8 @@ async def _long_body(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "RS18",
-    "a full point (type 14) is answered, whatever it says",
-    "REP-I0006: a request is answered; STOP travels in type 14 too",
-    Section.REPLIES,
-    profiles=FULL,
-)
-async def _full_point(target: Target) -> Finding:
+@check("RS18", profiles=FULL)
+async def _full_point(target: Target) -> CheckFinding:
     zeros = joint_array(())
     stop = JointTrajPtFull(0, SpecialSequence.STOP, 0, 0.0, zeros, zeros, zeros)
     reply = await (await target.motion()).ask(stop, "STOP in a full point")
@@ -366,34 +288,21 @@ async def _full_point(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "RS19",
-    "a trajectory message (type 12) whose count is wrong is not taken",
-    "industrial_core joint_traj.cpp: the points, then their number",
-    Section.REPLIES,
-    profiles=FULL,
-)
-async def _wrong_count(target: Target) -> Finding:
+@check("RS19", profiles=FULL)
+async def _wrong_count(target: Target) -> CheckFinding:
     wire = await target.motion()
     count = (7).to_bytes(4, "little" if wire.codec.byte_order.value == "<" else "big")
-    body = wire.encode(STOP)[HEADER:] + count
+    body = wire.encode(STOP)[HEADER_SIZE:] + count
     frame = raw_frame(wire.codec, MsgType.JOINT_TRAJ, CommType.REQUEST, body=body)
     return await _not_taken(wire, frame, "a trajectory of one point that says seven")
 
 
-@check(
-    "RS20",
-    "the motion port says nothing that nobody asked for",
-    _ONE_REPLY,
-    Section.REPLIES,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _unasked(target: Target) -> Finding:
+@check("RS20", profiles=ANY, is_plain=True)
+async def _unasked(target: Target) -> CheckFinding:
     wire = await target.motion()
     await wire.expect_silence(0.2, "connecting to the motion port")
-    await target.knock.ask(wire)
-    await wire.expect_silence(0.2, f"the answer to a {target.knock.name}")
+    await target.probe.ask(wire)
+    await wire.expect_silence(0.2, f"the answer to a {target.probe.name}")
     return PASSED
 
 
@@ -404,14 +313,8 @@ async def _questions(target: Target) -> Questions:
     return asked
 
 
-@check(
-    "RS21",
-    "a PING is answered while the robot moves",
-    _PING + "; docs/minimum-controller.md: each request is answered",
-    Section.REPLIES,
-    moves=True,
-)
-async def _ping_in_motion(target: Target) -> Finding:
+@check("RS21", moves=True)
+async def _ping_in_motion(target: Target) -> CheckFinding:
     reply = (await _questions(target)).ping
     if reply is None:
         raise RuleBroken("a PING in motion was not answered within 0.5 s")
@@ -419,15 +322,8 @@ async def _ping_in_motion(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "RS22",
-    "STATUS that is asked for in motion says that the robot moves",
-    "REP-I0006, STATUS: may be sent as a request, and is true then too",
-    Section.REPLIES,
-    moves=True,
-    profiles=FULL,
-)
-async def _status_in_motion(target: Target) -> Finding:
+@check("RS22", moves=True, profiles=FULL)
+async def _status_in_motion(target: Target) -> CheckFinding:
     reply = (await _questions(target)).status
     if reply is None:
         raise RuleBroken("a request for STATUS in motion was not answered within 0.5 s")

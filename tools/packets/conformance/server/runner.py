@@ -1,4 +1,4 @@
-"""Runs checks on a server one after the other; whatever happens, each ends in a finding.
+"""Runner of the checks on a server, one after the other; each ends in a finding.
 
 Owns which checks apply, what an exception means, the deadline of a check, that a target which died
 is told from one that is gone, and how a run ends early. Knows no bytes.
@@ -9,13 +9,14 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Iterable, Sequence
 
-from ..findings import Finding, Judgement, Result, Section, Verdict, failed, not_applicable
-from .checks import Profile, ServerCheck, server_checks
-from .guard import INTERRUPTED, BrokenOff
+from ..check import Judgement, Profile, Result
+from ..findings import CheckFinding, CheckVerdict, Section, failed, not_applicable
+from .checks import ServerCheck, server_checks
+from .link import LongLivedLinks
+from .monitor import INTERRUPTED, MotionInterrupted
 from .moving import Restored, restore
 from .target import Options, Target
-from .vigil import Vigil
-from .wire import CannotJudge, RuleBroken, Unreachable
+from .wire import CannotJudge, RuleBroken, TargetUnreachable
 
 REVIVALS = 3
 """So often a target that takes no connections is tried again before it is given up."""
@@ -45,13 +46,12 @@ def applicable(options: Options, only: Sequence[str] = ()) -> tuple[ServerCheck,
     return tuple(
         entry
         for entry in server_checks()
-        if _applies(entry, options)
-        and (not wanted or wanted & {entry.info.number, entry.info.section.name})
+        if _applies(entry, options) and (not wanted or wanted & {entry.number, entry.section.name})
     )
 
 
 def _applies(entry: ServerCheck, options: Options) -> bool:
-    match entry.info.section:
+    match entry.section:
         case Section.PENDANT:
             with_port = options.pendant_port is not None
             return with_port and options.profile in (Profile.GENERIC, Profile.PENDANT)
@@ -108,12 +108,12 @@ class _Run:
 
     def __init__(self, target: Target, chosen: Sequence[ServerCheck]) -> None:
         self._target = target
-        self._vigil = Vigil(chosen)
+        self._links = LongLivedLinks(chosen)
         self._revivals = REVIVALS
         self._is_alive = True
 
     async def begin(self) -> None:
-        """Have the first look.
+        """Survey the target.
 
         Raises:
             Unreachable: nobody is there.
@@ -121,14 +121,14 @@ class _Run:
         target = self._target
         try:
             await target.guard.over(target.survey())
-        except BrokenOff:
+        except MotionInterrupted:
             await target.close()
 
     async def end(self) -> None:
         """Leave nothing open, and no robot in motion."""
         if self._target.may_have_moved:
             await self._halt()
-        await self._vigil.end()
+        await self._links.end()
         await self._target.close()
 
     async def one(self, entry: ServerCheck) -> Result:
@@ -136,19 +136,19 @@ class _Run:
         began = asyncio.get_running_loop().time()
         finding = await self._finding(entry)
         seconds = asyncio.get_running_loop().time() - began
-        return Result(entry.info, finding, seconds)
+        return Result(entry, finding, seconds)
 
-    async def _finding(self, entry: ServerCheck) -> Finding:
+    async def _finding(self, entry: ServerCheck) -> CheckFinding:
         reason = self._why_not(entry)
         if reason:
             return not_applicable(reason)
         if not self._is_alive and not await self._is_reachable():
             return not_applicable(_UNREACHABLE)
-        finding = await _outcome(entry, self._target, self._vigil)
+        finding = await _outcome(entry, self._target, self._links)
         log = await self._target.close()
-        if finding.verdict is Verdict.FAILED and log:
+        if finding.verdict is CheckVerdict.FAILED and log:
             last = "; ".join(log[-_LOG_LINES:])
-            finding = Finding(finding.verdict, f"{finding.detail} [{last}]", finding.habit)
+            finding = CheckFinding(finding.verdict, f"{finding.detail} [{last}]", finding.habit)
         if self._target.guard.is_interrupted:
             await self._halt()
             return finding
@@ -165,25 +165,25 @@ class _Run:
         target = self._target
         if target.guard.is_interrupted:
             return INTERRUPTED
-        if entry.info.moves and not target.options.may_move:
+        if entry.moves and not target.options.may_move:
             return _NOT_ALLOWED
-        is_safe = entry.is_plain or entry.info.section is Section.PENDANT
+        is_safe = entry.is_plain or entry.section is Section.PENDANT
         return "" if is_safe or target.knows_ping else _FIXED_LAYOUT
 
-    async def _put_back(self, finding: Finding) -> Finding:
+    async def _put_back(self, finding: CheckFinding) -> CheckFinding:
         """Bring the robot back to its start; a check that left it far from there has failed."""
         target = self._target
         try:
             async with asyncio.timeout(_RESTORE_WITHIN):
                 restored = await target.guard.over(restore(target))
-        except (TimeoutError, Unreachable, BrokenOff) as error:
+        except (TimeoutError, TargetUnreachable, MotionInterrupted) as error:
             reason = str(error) or f"it did not come back within {_RESTORE_WITHIN:g} s"
             restored = Restored(reason, target.reach)
-        target.grounded = restored.reason
+        target.blocked = restored.reason
         if target.guard.is_interrupted:
             await self._halt()
-        if target.guard.breaches >= _MOST_BREACHES and not target.grounded:
-            target.grounded = f"it went too far {target.guard.breaches} times"
+        if target.guard.breaches >= _MOST_BREACHES and not target.blocked:
+            target.blocked = f"it went too far {target.guard.breaches} times"
         if restored.away > target.reach:
             detail = f"{finding.detail}; " if finding.detail else ""
             return failed(f"{detail}it left the robot {restored.away:.4g} rad or m from its start")
@@ -201,13 +201,13 @@ class _Run:
                 watch = await target.state()
                 if await watch.standstill(_HALT_WITHIN):
                     target.may_have_moved = False
-        except (TimeoutError, Unreachable):
+        except (TimeoutError, TargetUnreachable):
             return  # nothing more can be done from here
         finally:
             await target.close()
 
     async def _is_reachable(self) -> bool:
-        """Tell whether the target takes connections, with a few more attempts in the whole run."""
+        """Return True if the target takes connections, within the attempts left for the run."""
         while not await self._target.is_alive():
             if not self._revivals:
                 return False
@@ -216,20 +216,20 @@ class _Run:
         return True
 
 
-async def _outcome(entry: ServerCheck, target: Target, vigil: Vigil) -> Finding:
+async def _outcome(entry: ServerCheck, target: Target, links: LongLivedLinks) -> CheckFinding:
     if target.options.may_move and target.home is not None:
         target.guard.put_up(target.home, target.reach)
     try:
-        await target.guard.over(vigil.before(entry, target))
+        await target.guard.over(links.before(entry, target))
         async with asyncio.timeout(entry.deadline):
-            return await target.guard.over(entry.body(target))
-    except BrokenOff as error:
+            return await target.guard.over(entry.judge(target))
+    except MotionInterrupted as error:
         return not_applicable(INTERRUPTED) if target.guard.is_interrupted else failed(str(error))
     except RuleBroken as error:
         return failed(str(error))
     except CannotJudge as error:
         return not_applicable(str(error))
-    except Unreachable as error:
+    except TargetUnreachable as error:
         return failed(str(error))
     except TimeoutError:
         return failed(f"the check was not done after {entry.deadline:g} s")

@@ -8,19 +8,15 @@ import math
 from collections.abc import Sequence
 
 from openpendant.simplemsg import JointFeedback, MsgType, ValidField
+from openpendant.simplemsg.framing import HEADER_SIZE
 
-from ..findings import PASSED, Finding, Section, Verdict, deviates
+from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
 from .checks import ANY, FULL, check
+from .monitor import ReportedJoints, distance, longest_gap, rate
 from .moving import SPEED
-from .recordings import Motion, Sample, reference, sample
+from .recordings import RecordedMotion, Sample, reference, sample
 from .target import Target
-from .watch import Joints, distance, longest_gap, rate
-from .wire import HEADER, CannotJudge, RuleBroken
-
-_CONTRACT = "industrial_robot_client: /joint_states and /robot_status come from types 10 and 13"
-_WATCHDOG = "industrial_robot_client: a goal is aborted after 1 s without joint values"
-_ORDER = "observed, ABB, Fanuc, Stäubli, Motoman: joint values first, STATUS after them"
-_TRUE = "joint_states is what planners start from: REP-I0006, JOINT_POSITION"
+from .wire import CannotJudge, RuleBroken
 
 LEAST_RATE = 10.0
 """Joint values a second; a tenth less is granted, as a pause of 0.1 s plus the work gives."""
@@ -28,10 +24,10 @@ LEAST_RATE = 10.0
 _GRANTED = 0.9
 _LONGEST_GAP = 0.4
 _LONGEST_GAP_EXACTLY = 0.25
-"""What docs/minimum-controller.md allows [s]."""
+"""Longest gap that docs/minimum-controller.md allows [s]."""
 
 _FIRST_FRAME = 1.5
-"""Stäubli begins a second after it notices a listener [s]."""
+"""Stäubli starts to report a second after it notices a listener [s]."""
 
 _FIRST_FRAME_EXACTLY = 0.5
 _NOISE = 1e-3
@@ -61,70 +57,49 @@ async def _with_joints(target: Target) -> Sample:
     return taken
 
 
-async def _undisturbed(target: Target) -> Motion:
-    motion: Motion = await target.once("a motion", reference)
+async def _undisturbed(target: Target) -> RecordedMotion:
+    motion: RecordedMotion = await target.once("a motion", reference)
     return motion
 
 
-@check(
-    "TS01",
-    "the state port speaks without being asked",
-    _CONTRACT,
-    Section.TOPICS,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _speaks(target: Target) -> Finding:
+@check("TS01", profiles=ANY, is_plain=True)
+async def _speaks(target: Target) -> CheckFinding:
     taken = await _sample(target)
     if not taken.frames:
         raise RuleBroken("the state port said nothing for 2.2 s")
     late = taken.frames[0].time - taken.opened
     if late > (_FIRST_FRAME_EXACTLY if target.is_minimum else _FIRST_FRAME):
         raise RuleBroken(f"the first frame came {late:.2f} s after connecting")
-    return Finding(Verdict.PASSED, f"first frame after {late:.3f} s")
+    return CheckFinding(CheckVerdict.PASSED, f"first frame after {late:.3f} s")
 
 
-@check(
-    "TS02",
-    "joint values come ten times a second",
-    _WATCHDOG,
-    Section.TOPICS,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _joint_rate(target: Target) -> Finding:
+@check("TS02", profiles=ANY, is_plain=True)
+async def _joint_rate(target: Target) -> CheckFinding:
     found = rate([report.time for report in (await _with_joints(target)).joints])
     if found < LEAST_RATE * _GRANTED:
         raise RuleBroken(f"joint values come at {found:.3g} Hz")
-    return Finding(Verdict.PASSED, f"{found:.3g} Hz")
+    return CheckFinding(CheckVerdict.PASSED, f"{found:.3g} Hz")
 
 
-@check(
-    "TS03",
-    "joint values come without long pauses",
-    _WATCHDOG,
-    Section.TOPICS,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _gaps(target: Target) -> Finding:
+@check("TS03", profiles=ANY, is_plain=True)
+async def _gaps(target: Target) -> CheckFinding:
     taken = await _with_joints(target)
     gap = longest_gap([report.time for report in taken.joints])
     if gap > _longest_gap(target):
         raise RuleBroken(f"for {gap:.3g} s no joint values came")
-    return Finding(Verdict.PASSED, f"longest pause {gap:.3g} s")
+    return CheckFinding(CheckVerdict.PASSED, f"longest pause {gap:.3g} s")
 
 
-@check("TS04", "STATUS comes once a second", _CONTRACT, Section.TOPICS, profiles=ANY, is_plain=True)
-async def _status_rate(target: Target) -> Finding:
+@check("TS04", profiles=ANY, is_plain=True)
+async def _status_rate(target: Target) -> CheckFinding:
     times = [told.time for told in (await _sample(target)).statuses]
     if len(times) < 2 or longest_gap(times) > 1.1:
         raise RuleBroken(f"STATUS came {len(times)} times in 2.2 s, longest pause over 1.1 s")
-    return Finding(Verdict.PASSED, f"{rate(times):.3g} Hz")
+    return CheckFinding(CheckVerdict.PASSED, f"{rate(times):.3g} Hz")
 
 
-@check("TS05", "joint values come before STATUS", _ORDER, Section.TOPICS, is_plain=True)
-async def _order(target: Target) -> Finding:
+@check("TS05", is_plain=True)
+async def _order(target: Target) -> CheckFinding:
     taken = await _with_joints(target)
     kinds = [frame.msg_type for frame in taken.frames]
     joint_types = (MsgType.JOINT_POSITION, MsgType.JOINT_FEEDBACK)
@@ -142,15 +117,8 @@ async def _order(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "TS06",
-    "slots without a joint are zero",
-    "industrial_core joint_data.h: unused slots are 0",
-    Section.TOPICS,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _unused_slots(target: Target) -> Finding:
+@check("TS06", profiles=ANY, is_plain=True)
+async def _unused_slots(target: Target) -> CheckFinding:
     if target.options.limits is None:
         raise CannotJudge("how many joints the robot has is not known without --robot")
     dof = target.options.limits.dof
@@ -161,14 +129,8 @@ async def _unused_slots(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "TS07",
-    "the sequence of reported joint values is 0",
-    "REP-I0006, JOINT_POSITION: 0 when reporting state",
-    Section.TOPICS,
-    is_plain=True,
-)
-async def _sequence(target: Target) -> Finding:
+@check("TS07", is_plain=True)
+async def _sequence(target: Target) -> CheckFinding:
     taken = await _sample(target)
     if not any(frame.msg_type == MsgType.JOINT_POSITION for frame in taken.frames):
         raise CannotJudge("no joint values of type 10 are reported")
@@ -176,71 +138,46 @@ async def _sequence(target: Target) -> Finding:
     return PASSED
 
 
-def _must_be_zero(reports: Sequence[Joints]) -> None:
+def _must_be_zero(reports: Sequence[ReportedJoints]) -> None:
     for report in reports:
         if report.sequence != 0:
             raise RuleBroken(f"joint values are reported with sequence {report.sequence}")
 
 
-@check(
-    "TS08",
-    "topics have their declared sizes",
-    _CONTRACT,
-    Section.TOPICS,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _sizes(target: Target) -> Finding:
+@check("TS08", profiles=ANY, is_plain=True)
+async def _sizes(target: Target) -> CheckFinding:
     taken = await _sample(target)
     for frame in taken.frames:
         sizes = _SIZES.get(MsgType(frame.msg_type)) if frame.msg_type in _SIZES else None
-        if sizes is not None and frame.size - HEADER not in sizes:
-            raise RuleBroken(f"{frame}: a body of {frame.size - HEADER} bytes; expected {sizes[0]}")
+        if sizes is not None and frame.size - HEADER_SIZE not in sizes:
+            raise RuleBroken(
+                f"{frame}: a body of {frame.size - HEADER_SIZE} bytes; expected {sizes[0]}"
+            )
     if not taken.frames:
         raise CannotJudge("the state port says nothing")
     return PASSED
 
 
-@check(
-    "TS09",
-    "a generic client finds its joint values (type 10)",
-    "industrial_robot_client: it has no handler for type 15",
-    Section.TOPICS,
-    is_plain=True,
-)
-async def _generic_joints(target: Target) -> Finding:
+@check("TS09", is_plain=True)
+async def _generic_joints(target: Target) -> CheckFinding:
     kinds = {frame.msg_type for frame in (await _with_joints(target)).frames}
     if MsgType.JOINT_POSITION in kinds:
         return PASSED
     return deviates("Motoman: joint values come as type 15 only", f"types {sorted(kinds)}")
 
 
-@check(
-    "TS10",
-    "a resting robot's joint values stand still",
-    _TRUE,
-    Section.TOPICS,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _still(target: Target) -> Finding:
+@check("TS10", profiles=ANY, is_plain=True)
+async def _still(target: Target) -> CheckFinding:
     taken = await _with_joints(target)
     first = taken.joints[0].values
     worst = max(distance(report.values, first) for report in taken.joints)
     if worst > _NOISE:
         raise RuleBroken(f"joint values of a resting robot differ by {worst:.3g} rad or m")
-    return Finding(Verdict.PASSED, f"within {worst:.1g} rad or m")
+    return CheckFinding(CheckVerdict.PASSED, f"within {worst:.1g} rad or m")
 
 
-@check(
-    "TS11",
-    "reported joint values are inside the range",
-    _TRUE,
-    Section.TOPICS,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _in_range(target: Target) -> Finding:
+@check("TS11", profiles=ANY, is_plain=True)
+async def _in_range(target: Target) -> CheckFinding:
     limits = target.options.limits
     if limits is None:
         raise CannotJudge("the robot's range is not known without --robot")
@@ -255,15 +192,8 @@ async def _in_range(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "TS12",
-    "type 15 agrees with type 10 and says what is valid",
-    "industrial_core joint_feedback.h: bits 1, 2, 4, 8; fields that are not valid are zero",
-    Section.TOPICS,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _feedback(target: Target) -> Finding:
+@check("TS12", profiles=ANY, is_plain=True)
+async def _feedback(target: Target) -> CheckFinding:
     taken = await _sample(target)
     if not taken.feedback:
         raise CannotJudge("no feedback of type 15 is reported")
@@ -291,15 +221,8 @@ def _fields_of(told: JointFeedback) -> dict[ValidField, tuple[float, ...]]:
     }
 
 
-@check(
-    "TS13",
-    "two listeners are told the same",
-    "docs/ros-i.md; industrial_core tcp_server.cpp takes one client a port",
-    Section.TOPICS,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _two_listeners(target: Target) -> Finding:
+@check("TS13", profiles=FULL, is_plain=True)
+async def _two_listeners(target: Target) -> CheckFinding:
     first, second = await target.state(), await target.state()
     await asyncio.sleep(1.2)
     rates = [rate([report.time for report in watch.joints]) for watch in (first, second)]
@@ -314,15 +237,8 @@ async def _two_listeners(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "TS14",
-    "a listener that comes again is told at once",
-    _WATCHDOG,
-    Section.TOPICS,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _again(target: Target) -> Finding:
+@check("TS14", profiles=ANY, is_plain=True)
+async def _again(target: Target) -> CheckFinding:
     for attempt in range(1, 4):
         watch = await target.state()
         await watch.begin()
@@ -332,15 +248,8 @@ async def _again(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "TS15",
-    "a listener that does not read holds nobody up",
-    "TCP: a full window must not stop the others",
-    Section.TOPICS,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _hanging_listener(target: Target) -> Finding:
+@check("TS15", profiles=FULL, is_plain=True)
+async def _hanging_listener(target: Target) -> CheckFinding:
     hanging = await target.state_wire()
     hanging.hold()
     watch = await target.state()
@@ -353,32 +262,23 @@ async def _hanging_listener(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "TS16",
-    "joint values keep their pace in motion",
-    _WATCHDOG,
-    Section.TOPICS,
-    moves=True,
-    is_plain=True,
-)
-async def _pace_in_motion(target: Target) -> Finding:
+@check("TS16", moves=True, is_plain=True)
+async def _pace_in_motion(target: Target) -> CheckFinding:
     motion = await _undisturbed(target)
     times = [report.time for report in motion.joints]
     if rate(times) < LEAST_RATE * _GRANTED or longest_gap(times) > _longest_gap(target):
         raise RuleBroken(f"{rate(times):.3g} Hz, longest pause {longest_gap(times):.3g} s")
-    return Finding(Verdict.PASSED, f"{rate(times):.3g} Hz")
+    return CheckFinding(CheckVerdict.PASSED, f"{rate(times):.3g} Hz")
 
 
-@check(
-    "TS17", "reported joint values do not jump", _TRUE, Section.TOPICS, moves=True, is_plain=True
-)
-async def _no_jumps(target: Target) -> Finding:
+@check("TS17", moves=True, is_plain=True)
+async def _no_jumps(target: Target) -> CheckFinding:
     motion = await _undisturbed(target)
     motion.must_have_moved()
     way = abs(motion.goal[motion.joint] - motion.start[motion.joint])
     for earlier, later in zip(motion.joints, motion.joints[1:], strict=False):
         step = distance(earlier.values, later.values)
-        # Six times the asked mean speed is no tiny slow motion any more, whatever shapes it.
+        # Six times the commanded mean speed is more than any velocity profile explains.
         allowed = 0.1 * way + 6 * SPEED * max(later.time - earlier.time, 0.02)
         if not math.isfinite(step) or step > allowed:
             raise RuleBroken(
@@ -387,8 +287,8 @@ async def _no_jumps(target: Target) -> Finding:
     return PASSED
 
 
-@check("TS18", "joints that were not moved stay", _TRUE, Section.TOPICS, moves=True, is_plain=True)
-async def _others_stay(target: Target) -> Finding:
+@check("TS18", moves=True, is_plain=True)
+async def _others_stay(target: Target) -> CheckFinding:
     motion = await _undisturbed(target)
     motion.must_have_moved()
     for slot in range(len(motion.start)):
@@ -398,16 +298,8 @@ async def _others_stay(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "TS19",
-    "reported velocities are those of the positions",
-    "industrial_core joint_feedback.h; MotoROS sends velocities where it has them",
-    Section.TOPICS,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _velocities(target: Target) -> Finding:
+@check("TS19", moves=True, profiles=FULL, is_plain=True)
+async def _velocities(target: Target) -> CheckFinding:
     motion = await _undisturbed(target)
     moving = motion.must_have_moved()
     middle = [
@@ -423,18 +315,11 @@ async def _velocities(target: Target) -> Finding:
     true = way / (moving[-1].time - moving[0].time)
     if not 0.8 < mean / true < 1.25:
         raise RuleBroken(f"reported {mean:.3g} rad/s on average, the positions say {true:.3g}")
-    return Finding(Verdict.PASSED, f"{mean:.3g} against {true:.3g} rad/s")
+    return CheckFinding(CheckVerdict.PASSED, f"{mean:.3g} against {true:.3g} rad/s")
 
 
-@check(
-    "TS20",
-    "the sequence of reported joint values is 0 in motion too",
-    "REP-I0006, JOINT_POSITION: 0 when reporting state",
-    Section.TOPICS,
-    moves=True,
-    is_plain=True,
-)
-async def _sequence_in_motion(target: Target) -> Finding:
+@check("TS20", moves=True, is_plain=True)
+async def _sequence_in_motion(target: Target) -> CheckFinding:
     motion = await _undisturbed(target)
     motion.must_have_moved()
     _must_be_zero(motion.joints)

@@ -14,23 +14,19 @@ from openpendant.simplemsg import (
     Status,
     TriState,
 )
+from openpendant.simplemsg.framing import HEADER_SIZE
 from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
 
-from ..findings import PASSED, Finding, Section, Verdict, deviates
+from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
 from .answers import STOP, is_taken
 from .checks import ANY, FULL, check
 from .moving import LEAD_IN, STOP_WITHIN, VERY_SLOW, ready
-from .recordings import SLOW, Motion, Sample, must_be_slow, reference, sample, stopped
+from .recordings import SLOW, RecordedMotion, Sample, must_be_slow, reference, sample, stopped
 from .target import Target
-from .wire import HEADER, CannotJudge, RuleBroken, raw_frame
+from .wire import CannotJudge, RuleBroken, raw_frame
 
 _TRI_STATES = ("drives_powered", "e_stopped", "in_error", "in_motion", "motion_possible")
-_LAYOUT = "REP-I0006, STATUS: each is -1 unknown, 0 or 1"
-_ACTION = "industrial_robot_client: a goal has succeeded when in_motion is 0 at the goal"
-_ERROR = "observed, ABB: error_code is the number of the error while in_error, else 0"
-_POSSIBLE = "REP-I0006, STATUS: motion_possible, a new trajectory would start now"
 _DELAY = 0.5
-_TRAINING = "docs/emulator.md: OPERATOR_EVENT (type 65100) plays the operator of an emulator"
 
 
 async def _statuses(target: Target) -> list[Status]:
@@ -40,15 +36,15 @@ async def _statuses(target: Target) -> list[Status]:
     return [told.status for told in taken.statuses]
 
 
-async def _told_in_motion(target: Target) -> Motion:
-    motion: Motion = await target.once("a motion", reference)
+async def _told_in_motion(target: Target) -> RecordedMotion:
+    motion: RecordedMotion = await target.once("a motion", reference)
     if not motion.statuses:
         raise CannotJudge("no STATUS was reported")
     return motion
 
 
-@check("QS01", "tri-states are -1, 0 or 1", _LAYOUT, Section.STATUS, profiles=ANY, is_plain=True)
-async def _tri_states(target: Target) -> Finding:
+@check("QS01", profiles=ANY, is_plain=True)
+async def _tri_states(target: Target) -> CheckFinding:
     for status in await _statuses(target):
         for name in _TRI_STATES:
             if getattr(status, name) not in (-1, 0, 1):
@@ -56,30 +52,16 @@ async def _tri_states(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "QS02",
-    "the mode is -1, 1 or 2",
-    "industrial_msgs RobotMode; REP-I0006, STATUS",
-    Section.STATUS,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _modes(target: Target) -> Finding:
+@check("QS02", profiles=ANY, is_plain=True)
+async def _modes(target: Target) -> CheckFinding:
     for status in await _statuses(target):
         if status.mode not in (-1, 1, 2):
             raise RuleBroken(f"mode is {status.mode}")
     return PASSED
 
 
-@check(
-    "QS03",
-    "an error has a number, and a number an error",
-    _ERROR,
-    Section.STATUS,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _error_code(target: Target) -> Finding:
+@check("QS03", profiles=ANY, is_plain=True)
+async def _error_code(target: Target) -> CheckFinding:
     for status in await _statuses(target):
         if status.in_error == TriState.TRUE and status.error_code == 0:
             raise RuleBroken("in_error is 1, error_code 0")
@@ -89,10 +71,8 @@ async def _error_code(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "QS04", "a resting robot is not in motion", _ACTION, Section.STATUS, profiles=ANY, is_plain=True
-)
-async def _at_rest_not_in_motion(target: Target) -> Finding:
+@check("QS04", profiles=ANY, is_plain=True)
+async def _at_rest_not_in_motion(target: Target) -> CheckFinding:
     last = (await _statuses(target))[-1]
     if last.in_motion == TriState.TRUE:
         raise RuleBroken("in_motion is 1 although the joint values stand still")
@@ -101,15 +81,8 @@ async def _at_rest_not_in_motion(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "QS05",
-    "no motion is possible in emergency stop or without power",
-    _POSSIBLE,
-    Section.STATUS,
-    profiles=ANY,
-    is_plain=True,
-)
-async def _possible(target: Target) -> Finding:
+@check("QS05", profiles=ANY, is_plain=True)
+async def _possible(target: Target) -> CheckFinding:
     for status in await _statuses(target):
         is_dead = status.e_stopped == TriState.TRUE or status.drives_powered == TriState.FALSE
         if is_dead and status.motion_possible == TriState.TRUE:
@@ -120,8 +93,8 @@ async def _possible(target: Target) -> Finding:
     return PASSED
 
 
-@check("QS06", "STATUS knows what it reports", _LAYOUT, Section.STATUS, profiles=ANY, is_plain=True)
-async def _known(target: Target) -> Finding:
+@check("QS06", profiles=ANY, is_plain=True)
+async def _known(target: Target) -> CheckFinding:
     last = (await _statuses(target))[-1]
     unknown = [name for name in (*_TRI_STATES, "mode") if getattr(last, name) == -1]
     if unknown:
@@ -131,10 +104,8 @@ async def _known(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "QS07", "STATUS at rest does not flicker", _LAYOUT, Section.STATUS, profiles=ANY, is_plain=True
-)
-async def _steady(target: Target) -> Finding:
+@check("QS07", profiles=ANY, is_plain=True)
+async def _steady(target: Target) -> CheckFinding:
     states = await _statuses(target)
     for name in (*_TRI_STATES, "mode", "error_code"):
         values = [getattr(status, name) for status in states]
@@ -144,8 +115,8 @@ async def _steady(target: Target) -> Finding:
     return PASSED
 
 
-@check("QS08", "a moving robot is in motion", _ACTION, Section.STATUS, moves=True, is_plain=True)
-async def _says_motion(target: Target) -> Finding:
+@check("QS08", moves=True, is_plain=True)
+async def _says_motion(target: Target) -> CheckFinding:
     motion = await _told_in_motion(target)
     left = motion.must_have_moved()[0].time
     said = [told.time for told in motion.statuses if told.status.in_motion == TriState.TRUE]
@@ -155,18 +126,13 @@ async def _says_motion(target: Target) -> Finding:
         raise RuleBroken("in_motion was never 1 although the robot moved")
     if said[0] > left + _DELAY:
         raise RuleBroken(f"in_motion became 1 only {said[0] - left:.2f} s after the robot moved")
-    return Finding(Verdict.PASSED, f"{said[0] - left:+.3f} s after the first visible motion")
+    return CheckFinding(
+        CheckVerdict.PASSED, f"{said[0] - left:+.3f} s after the first visible motion"
+    )
 
 
-@check(
-    "QS09",
-    "it is in motion until it stands",
-    "industrial_robot_simulator says 0 in the last segment, which ends goals too early",
-    Section.STATUS,
-    moves=True,
-    is_plain=True,
-)
-async def _until_it_stands(target: Target) -> Finding:
+@check("QS09", moves=True, is_plain=True)
+async def _until_it_stands(target: Target) -> CheckFinding:
     motion = await _told_in_motion(target)
     moving = motion.visibly_moving()
     began, ended = moving[0].time, moving[-1].time - 0.02
@@ -181,15 +147,8 @@ async def _until_it_stands(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "QS10",
-    "in_motion is 0 soon after the robot stands",
-    _ACTION,
-    Section.STATUS,
-    moves=True,
-    is_plain=True,
-)
-async def _says_rest(target: Target) -> Finding:
+@check("QS10", moves=True, is_plain=True)
+async def _says_rest(target: Target) -> CheckFinding:
     motion = await _told_in_motion(target)
     stood = motion.must_have_moved()[-1].time
     rest = [
@@ -199,18 +158,11 @@ async def _says_rest(target: Target) -> Finding:
     ]
     if not rest or rest[0] > stood + 1.0:
         raise RuleBroken("in_motion was still 1 a second after the robot stood")
-    return Finding(Verdict.PASSED, f"{rest[0] - stood:+.3f} s")
+    return CheckFinding(CheckVerdict.PASSED, f"{rest[0] - stood:+.3f} s")
 
 
-@check(
-    "QS11",
-    "a robot that moves had said that it can",
-    _POSSIBLE,
-    Section.STATUS,
-    moves=True,
-    is_plain=True,
-)
-async def _had_said_possible(target: Target) -> Finding:
+@check("QS11", moves=True, is_plain=True)
+async def _had_said_possible(target: Target) -> CheckFinding:
     motion = await _told_in_motion(target)
     motion.must_have_moved()
     before = [told.status for told in motion.statuses if told.time <= motion.sent]
@@ -227,16 +179,9 @@ async def _had_said_possible(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "QS12",
-    "STOP is no error",
-    "docs/ros-i.md: a stop that was asked for",
-    Section.STATUS,
-    moves=True,
-    is_plain=True,
-)
-async def _stop_is_no_error(target: Target) -> Finding:
-    motion: Motion = await target.once("a stopped motion", stopped)
+@check("QS12", moves=True, is_plain=True)
+async def _stop_is_no_error(target: Target) -> CheckFinding:
+    motion: RecordedMotion = await target.once("a stopped motion", stopped)
     last = motion.statuses[-1].status
     if last.in_motion == TriState.TRUE:
         raise RuleBroken("in_motion was still 1 1.2 s after STOP")
@@ -245,19 +190,12 @@ async def _stop_is_no_error(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "QS13",
-    "an error that a point caused is over with the next good trajectory",
-    "docs/emulator.md: STATUS shows the error until the next trajectory that is accepted",
-    Section.STATUS,
-    moves=True,
-    profiles=FULL,
-)
-async def _error_is_over(target: Target) -> Finding:
+@check("QS13", moves=True, profiles=FULL)
+async def _error_is_over(target: Target) -> CheckFinding:
     await must_be_slow(target)
     mover = await ready(target)
     nan = tuple(float("nan") if slot == mover.joint else v for slot, v in enumerate(mover.start))
-    short = mover.wire.encode(STOP)[HEADER : HEADER + 4] * 2
+    short = mover.wire.encode(STOP)[HEADER_SIZE : HEADER_SIZE + 4] * 2
     mover.wire.send(
         raw_frame(mover.wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=short)
     )
@@ -287,22 +225,15 @@ def _no_error(status: Status | None) -> bool:
 
 
 async def _operate(target: Target, action: OperatorAction) -> bool:
-    """Play the operator of an emulator; tell whether it obeyed."""
+    """Play the operator of an emulator; return True if it obeyed."""
     wire = await target.motion()
     event = target.codec(dialect=PENDANT).encode(OperatorEvent(action))
     reply = await wire.ask(event, "OPERATOR_EVENT")
     return reply.reply_code == ReplyCode.SUCCESS
 
 
-@check(
-    "QS14",
-    "an emergency stop shows, forbids motion, and its reset moves nothing",
-    _TRAINING + "; REP-I0006, STATUS",
-    Section.STATUS,
-    moves=True,
-    profiles=FULL,
-)
-async def _emergency_stop(target: Target) -> Finding:
+@check("QS14", moves=True, profiles=FULL)
+async def _emergency_stop(target: Target) -> CheckFinding:
     mover = await ready(target)
     watch = mover.watch
     if not await _operate(target, OperatorAction.EMERGENCY_STOP):
@@ -330,15 +261,8 @@ async def _emergency_stop(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "QS15",
-    "an emergency stop ends a motion, and its reset does not resume it",
-    _TRAINING + "; docs/minimum-controller.md: nothing ever resumes",
-    Section.STATUS,
-    moves=True,
-    profiles=FULL,
-)
-async def _emergency_stop_in_motion(target: Target) -> Finding:
+@check("QS15", moves=True, profiles=FULL)
+async def _emergency_stop_in_motion(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.set_off(SLOW)
     if not await _operate(target, OperatorAction.EMERGENCY_STOP):
@@ -353,15 +277,8 @@ async def _emergency_stop_in_motion(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "QS16",
-    "a motion without incident shows power, automatic mode, no error and no emergency stop",
-    _LAYOUT + "; docs/minimum-controller.md: each of them aborts a motion",
-    Section.STATUS,
-    moves=True,
-    is_plain=True,
-)
-async def _healthy(target: Target) -> Finding:
+@check("QS16", moves=True, is_plain=True)
+async def _healthy(target: Target) -> CheckFinding:
     motion = await _told_in_motion(target)
     moving = motion.visibly_moving()
     for told in motion.statuses:

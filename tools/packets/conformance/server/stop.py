@@ -16,22 +16,18 @@ from openpendant.simplemsg import (
     joint_array,
 )
 
-from ..findings import PASSED, Finding, Section, Verdict, deviates
+from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
 from .answers import STOP, is_taken, judge_point_reply
 from .checks import FULL, check
+from .monitor import STEADY, distance, longest_gap
 from .moving import LEAD_IN, SPEED, STOP_WITHIN, Mover, ready
-from .recordings import SLOW, Motion, stopped
+from .recordings import SLOW, RecordedMotion, stopped
 from .target import Target
-from .watch import STEADY, distance, longest_gap
 from .wire import CannotJudge, RuleBroken, Wire
 
-_STOP = "industrial_core joint_traj_pt.h, STOP_TRAJECTORY; industrial_robot_client sends it"
-_EVERY = "REP-I0006: -4 stops whatever is going on, in every phase"
-_AFTERWARDS = "observed, industrial_robot_client: STOP, then a new trajectory from 0"
 
-
-async def _stopped(target: Target) -> Motion:
-    motion: Motion = await target.once("a stopped motion", stopped)
+async def _stopped(target: Target) -> RecordedMotion:
+    motion: RecordedMotion = await target.once("a stopped motion", stopped)
     return motion
 
 
@@ -48,15 +44,8 @@ async def _stands(mover: Mover, what: str, seconds: float = 0.4) -> None:
         raise RuleBroken(f"after {what} the robot went on to its goal")
 
 
-@check(
-    "SS01",
-    "STOP in motion is answered with success",
-    _STOP,
-    Section.STOP,
-    moves=True,
-    is_plain=True,
-)
-async def _answered(target: Target) -> Finding:
+@check("SS01", moves=True, is_plain=True)
+async def _answered(target: Target) -> CheckFinding:
     motion = await _stopped(target)
     reply = motion.event_reply
     if reply is None:
@@ -66,26 +55,19 @@ async def _answered(target: Target) -> Finding:
     return judge_point_reply(reply)
 
 
-@check(
-    "SS02",
-    "after STOP the robot stands within 0.5 s",
-    _STOP,
-    Section.STOP,
-    moves=True,
-    is_plain=True,
-)
-async def _stands_in_time(target: Target) -> Finding:
+@check("SS02", moves=True, is_plain=True)
+async def _stands_in_time(target: Target) -> CheckFinding:
     motion = await _stopped(target)
     final = motion.end
     moving = [at.time for at in motion.joints if distance(at.values, final) > 2 * STEADY]
     late = (max(moving) if moving else motion.event) - motion.event
     if late > STOP_WITHIN:
         raise RuleBroken(f"the robot moved for {late:.2f} s after STOP")
-    return Finding(Verdict.PASSED, f"stood {max(late, 0.0):.3f} s after STOP")
+    return CheckFinding(CheckVerdict.PASSED, f"stood {max(late, 0.0):.3f} s after STOP")
 
 
-@check("SS03", "a stopped motion does not go on", _STOP, Section.STOP, moves=True, is_plain=True)
-async def _does_not_resume(target: Target) -> Finding:
+@check("SS03", moves=True, is_plain=True)
+async def _does_not_resume(target: Target) -> CheckFinding:
     motion = await _stopped(target)
     settled = motion.at(motion.event + STOP_WITHIN)
     for report in motion.joints:
@@ -98,14 +80,14 @@ async def _does_not_resume(target: Target) -> Finding:
     return PASSED
 
 
-@check("SS04", "STOP leaves the robot on its way", _STOP, Section.STOP, moves=True, is_plain=True)
-async def _on_its_way(target: Target) -> Finding:
+@check("SS04", moves=True, is_plain=True)
+async def _on_its_way(target: Target) -> CheckFinding:
     motion = await _stopped(target)
     way = motion.goal[motion.joint] - motion.start[motion.joint]
     at_event = (motion.at(motion.event)[motion.joint] - motion.start[motion.joint]) / way
     part = (motion.end[motion.joint] - motion.start[motion.joint]) / way
     speed = motion.speed_before(motion.event)
-    # It may go on as far as its speed leads in the time that a stop may take, seen at this rate.
+    # Longest way after STOP: speed times the time of a stop and of the longest gap in reports.
     seen_late = longest_gap([report.time for report in motion.joints])
     overshoot = (speed * (STOP_WITHIN + seen_late) + motion.tolerance) / abs(way)
     if not at_event - 0.1 <= part <= min(at_event + overshoot, 0.95):
@@ -113,18 +95,13 @@ async def _on_its_way(target: Target) -> Finding:
     fastest = motion.fastest(motion.event + seen_late)
     if fastest > 1.5 * speed + 4 * STEADY / max(seen_late, 0.02):
         raise RuleBroken(f"after STOP it moved at {fastest:.3g} rad/s, before at {speed:.3g}")
-    return Finding(Verdict.PASSED, f"from {100 * at_event:.0f} % to {100 * part:.0f} % of the way")
+    return CheckFinding(
+        CheckVerdict.PASSED, f"from {100 * at_event:.0f} % to {100 * part:.0f} % of the way"
+    )
 
 
-@check(
-    "SS05",
-    "after STOP a new trajectory is moved",
-    _AFTERWARDS,
-    Section.STOP,
-    moves=True,
-    is_plain=True,
-)
-async def _new_trajectory(target: Target) -> Finding:
+@check("SS05", moves=True, is_plain=True)
+async def _new_trajectory(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.set_off(SLOW)
     if not is_taken(await mover.wire.ask(STOP, "STOP")):
@@ -140,15 +117,8 @@ async def _new_trajectory(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "SS06",
-    "STOP behind the last point at once prevents the motion",
-    _EVERY,
-    Section.STOP,
-    moves=True,
-    is_plain=True,
-)
-async def _before_motion(target: Target) -> Finding:
+@check("SS06", moves=True, is_plain=True)
+async def _before_motion(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.go(SLOW)
     await mover.wire.ask(STOP, "STOP before the motion began")
@@ -156,15 +126,8 @@ async def _before_motion(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "SS07",
-    "STOP during a trajectory of many points ends it",
-    _EVERY,
-    Section.STOP,
-    moves=True,
-    is_plain=True,
-)
-async def _amid_points(target: Target) -> Finding:
+@check("SS07", moves=True, is_plain=True)
+async def _amid_points(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.accepted(0, mover.start, LEAD_IN)
     for sequence in range(1, 9):
@@ -176,16 +139,8 @@ async def _amid_points(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "SS08",
-    "STOP twice is answered twice",
-    _EVERY,
-    Section.STOP,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _twice(target: Target) -> Finding:
+@check("SS08", moves=True, profiles=FULL, is_plain=True)
+async def _twice(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.set_off(SLOW)
     for which in ("first", "second", "third"):
@@ -196,16 +151,8 @@ async def _twice(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "SS09",
-    "a point of a stopped trajectory moves nothing",
-    _AFTERWARDS,
-    Section.STOP,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _left_over(target: Target) -> Finding:
+@check("SS09", moves=True, profiles=FULL, is_plain=True)
+async def _left_over(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.set_off(SLOW)
     await mover.wire.ask(STOP, "STOP")
@@ -219,16 +166,8 @@ async def _left_over(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "SS10",
-    "STOP from another connection stops too",
-    "docs/ros-i.md: anyone may stop",
-    Section.STOP,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _by_another(target: Target) -> Finding:
+@check("SS10", moves=True, profiles=FULL, is_plain=True)
+async def _by_another(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.set_off(SLOW)
     other: Wire = await target.motion()
@@ -242,16 +181,8 @@ async def _by_another(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "SS11",
-    "STOP as a topic stops too",
-    _EVERY,
-    Section.STOP,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _as_topic(target: Target) -> Finding:
+@check("SS11", moves=True, profiles=FULL, is_plain=True)
+async def _as_topic(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.set_off(SLOW)
     zeros = joint_array(())
@@ -261,16 +192,8 @@ async def _as_topic(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "SS12",
-    "STOP in one piece with a point wins",
-    _EVERY,
-    Section.STOP,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _with_a_point(target: Target) -> Finding:
+@check("SS12", moves=True, profiles=FULL, is_plain=True)
+async def _with_a_point(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.accepted(0, mover.start, LEAD_IN)
     mover.wire.send(JointTrajPt(1, mover.goal, SPEED, SLOW), STOP)
@@ -280,16 +203,8 @@ async def _with_a_point(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "SS13",
-    "STOP that comes in two pieces stops",
-    _EVERY,
-    Section.STOP,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _in_pieces(target: Target) -> Finding:
+@check("SS13", moves=True, profiles=FULL, is_plain=True)
+async def _in_pieces(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.set_off(SLOW)
     await mover.wire.send_in_pieces(mover.wire.encode(STOP), 37, 0.02)
@@ -298,16 +213,8 @@ async def _in_pieces(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "SS14",
-    "STOP amid a download forgets its points",
-    _EVERY,
-    Section.STOP,
-    moves=True,
-    profiles=FULL,
-    is_plain=True,
-)
-async def _amid_download(target: Target) -> Finding:
+@check("SS14", moves=True, profiles=FULL, is_plain=True)
+async def _amid_download(target: Target) -> CheckFinding:
     mover = await ready(target)
     for sequence, part in ((SpecialSequence.START_DOWNLOAD, 0.0), (1, 0.5), (2, 1.0)):
         joints, seconds = mover.between(part), SLOW if part else LEAD_IN
@@ -318,10 +225,8 @@ async def _amid_download(target: Target) -> Finding:
     return PASSED
 
 
-@check(
-    "SS15", "STOP in a full point (type 14) stops", _EVERY, Section.STOP, moves=True, profiles=FULL
-)
-async def _full_stop(target: Target) -> Finding:
+@check("SS15", moves=True, profiles=FULL)
+async def _full_stop(target: Target) -> CheckFinding:
     mover = await ready(target)
     await mover.set_off(SLOW)
     zeros = joint_array(())

@@ -1,7 +1,8 @@
 """The server under test: its ports, what is known of it, and the connections of one check.
 
 Owns opening and closing, the byte order that was found, and where the robot stood at first. It
-decides nothing about verdicts; what cannot be had is raised as `CannotJudge` or `Unreachable`.
+decides nothing about verdicts; what cannot be had is raised as `CannotJudge` or
+`TargetUnreachable`.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
-from openpendant.motion.limits import JointLimits
+from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import (
     JOINT_SLOTS,
     MOTOMAN,
@@ -25,11 +26,10 @@ from openpendant.simplemsg import (
     codec_for,
 )
 
-from .answers import STOP, Knock
-from .checks import Profile
-from .guard import Guard
-from .watch import Watch
-from .wire import CannotJudge, RuleBroken, Unreachable, Wire, open_wire
+from ..check import Profile
+from .answers import STOP, LivenessProbe
+from .monitor import Guard, Watch
+from .wire import CannotJudge, RuleBroken, TargetUnreachable, Wire, open_wire
 
 _Kept = TypeVar("_Kept")
 
@@ -47,7 +47,7 @@ _MOTION = "motion"
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What the user said.
+    """Options of the user for one run.
 
     Attributes:
         host: address of the target.
@@ -86,7 +86,7 @@ class Target:
         order: its byte order, as found.
         home: all ten slots at the first look, [rad or m]; None before it and without state port.
         moved_joint: index of the joint that is moved; None before it was chosen.
-        grounded: why the robot could not be brought back to its start, empty where it was.
+        blocked: reason for which the robot could not be brought back to its start, else empty.
         may_have_moved: the robot may not be where it was at the first look.
         knows_ping: it answers a lone PING, so it tells frames apart by their header.
         guard: breaks off what is done when the robot goes too far.
@@ -95,13 +95,13 @@ class Target:
     """
 
     def __init__(self, options: Options) -> None:
-        """Take the options; `survey` has the first look."""
+        """Take the options; `survey` fills the rest."""
         self.options = options
         self.order = options.order or ByteOrder.LITTLE
         self.home: tuple[float, ...] | None = None
         self.moved_joint: int | None = None
         self.may_have_moved = False
-        self.grounded = ""
+        self.blocked = ""
         self.knows_ping = True
         self.guard = Guard(self.send_stop)
         self.idle_link: Wire | None = None
@@ -176,14 +176,14 @@ class Target:
         return logs
 
     async def is_alive(self) -> bool:
-        """Tell whether the target still takes connections on the port that is judged."""
+        """Return True if the target still takes connections on the port that is judged."""
         options = self.options
         port = options.motion_port
         if options.profile is Profile.PENDANT and options.pendant_port is not None:
             port = options.pendant_port
         try:
             wire = await open_wire(_MOTION, options.host, port, self.codec())
-        except Unreachable:
+        except TargetUnreachable:
             return False
         # One that closes at once has stopped listening in all but name, or has no room left.
         lost = await wire.is_closed_within(CLOSING_PAUSE / 4)
@@ -193,7 +193,7 @@ class Target:
     # What is known of it.
 
     async def survey(self) -> None:
-        """Have the first look: byte order, whether PING is known, and where the robot stands.
+        """Survey the target: byte order, knowledge of PING, and the robot's position.
 
         Raises:
             Unreachable: a port takes no connection.
@@ -250,9 +250,9 @@ class Target:
         return int(MsgType.PING) in types
 
     @property
-    def knock(self) -> Knock:
-        """The question whether anybody is there that this target knows."""
-        return Knock(knows_ping=self.knows_ping)
+    def probe(self) -> LivenessProbe:
+        """The liveness probe that this target knows."""
+        return LivenessProbe(knows_ping=self.knows_ping)
 
     @property
     def is_minimum(self) -> bool:
@@ -261,7 +261,7 @@ class Target:
 
     @property
     def reach(self) -> float:
-        """So far from its first position may the robot be at any time [rad or m]."""
+        """Largest permitted distance of the robot from its first position [rad or m]."""
         return self.options.amplitude + FENCE_TOLERANCE
 
     @property
@@ -293,7 +293,7 @@ class Target:
         if name not in self._kept:
             try:
                 self._kept[name] = await make(self)
-            except (CannotJudge, RuleBroken, Unreachable) as error:
+            except (CannotJudge, RuleBroken, TargetUnreachable) as error:
                 self._kept[name] = error
         kept = self._kept[name]
         if isinstance(kept, Exception):

@@ -1,9 +1,9 @@
 """The tester's end of one TCP connection: raw bytes as well as messages, and when each came.
 
 A tester must be able to send what no honest codec would, and to look at what no codec would accept.
-So frames are cut out of the stream here by their length field alone, kept as bytes, and decoded
-only when asked. Owns no opinion: what a frame should have been is the checks' business. All time is
-the running loop's.
+So frames are cut out of the stream by their length field alone, kept as bytes, and decoded only
+when asked. Owns no opinion: what a frame should have been is the checks' business. All time is the
+running loop's.
 """
 
 from __future__ import annotations
@@ -13,16 +13,33 @@ import socket
 import struct
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from openpendant.simplemsg import Codec, Message, MessageFault
+from openpendant.simplemsg.framing import HEADER_SIZE, LEAST_LENGTH, Frame, Mode, Splitter
 
-from .news import News
 
-PREFIX = 4
-HEADER = 16
-LARGEST_LENGTH = 65_535
-"""A length field beyond this is none: the position in the stream is lost."""
+class Arrivals:
+    """Notification of arrivals on one connection."""
+
+    def __init__(self) -> None:
+        """Start without an arrival."""
+        self._came = asyncio.Event()
+
+    def came(self) -> None:
+        """Wake the waiting check: something came, or the connection ended."""
+        self._came.set()
+
+    async def until(self, condition: Callable[[], bool], within: float) -> bool:
+        """Wait for a condition on the arrivals; return True if it holds within a time [s]."""
+        try:
+            async with asyncio.timeout(within):
+                while not condition():
+                    self._came.clear()
+                    await self._came.wait()
+        except TimeoutError:
+            return False
+        return True
+
 
 REPLY_WITHIN = 1.0
 """A reply that takes longer is missing, unless a check says otherwise [s]."""
@@ -36,54 +53,31 @@ _LOG_LENGTH = 12
 
 
 class RuleBroken(Exception):
-    """What a check looks for did not happen, or the opposite did; the text says what was seen."""
+    """The target broke the rule of a check; the text says what was seen."""
 
 
 class CannotJudge(Exception):
     """The check cannot look: something that it needs is missing; the text says what."""
 
 
-class Unreachable(Exception):
+class TargetUnreachable(Exception):
     """The target takes no connection on a port."""
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
-    """One frame as it came.
+class ReceivedFrame(Frame):
+    """One frame as it was received.
 
     Attributes:
         time: when its last byte came [s, the loop's].
-        data: all of it, prefix included.
         codec: how this connection reads.
     """
 
-    time: float
-    data: bytes
-    codec: Codec
+    __slots__ = ("codec", "time")
 
-    def _integer(self, offset: int) -> int:
-        (value,) = struct.unpack_from(f"{self.codec.byte_order.value}i", self.data, offset)
-        return int(value)
-
-    @property
-    def msg_type(self) -> int:
-        """Message type of the header."""
-        return self._integer(4)
-
-    @property
-    def comm_type(self) -> int:
-        """Communication type of the header."""
-        return self._integer(8)
-
-    @property
-    def reply_code(self) -> int:
-        """Reply code of the header."""
-        return self._integer(12)
-
-    @property
-    def body(self) -> bytes:
-        """What stands behind the header."""
-        return self.data[HEADER:]
+    def __init__(self, time: float, data: bytes, codec: Codec) -> None:
+        super().__init__(data, codec.byte_order)
+        self.time = time
+        self.codec = codec
 
     def integers(self, count: int) -> tuple[int, ...]:
         """Return the first integers of the body.
@@ -131,7 +125,7 @@ def raw_frame(
         body: what follows the header.
         length: the length field; the true one by default.
     """
-    true_length = HEADER - PREFIX + len(body)
+    true_length = LEAST_LENGTH + len(body)
     fields = (true_length if length is None else length, msg_type, comm_type, reply_code)
     return struct.pack(f"{codec.byte_order.value}4i", *fields) + body
 
@@ -153,14 +147,13 @@ class Wire(asyncio.Protocol):
         self.codec = codec
         self.log: deque[str] = deque(maxlen=_LOG_LENGTH)
         self.stray = b""
-        self.listener: Callable[[Frame], None] | None = None
+        self.listener: Callable[[ReceivedFrame], None] | None = None
         self._loop = asyncio.get_running_loop()
         self._opened = self._loop.time()
-        self._waiting: deque[Frame] = deque()
+        self._waiting: deque[ReceivedFrame] = deque()
         self._waiting_bytes = 0
-        self._pending = bytearray()
-        self._prefix = struct.Struct(f"{codec.byte_order.value}i")
-        self._news = News()
+        self._splitter = Splitter(Mode.STRICT, codec.byte_order)
+        self._news = Arrivals()
         self._transport: asyncio.Transport | None = None
         self._is_lost = False
         self._is_held = False
@@ -180,28 +173,21 @@ class Wire(asyncio.Protocol):
             # No frame can be found any more; a few bytes are enough to show.
             self.stray = (self.stray + data)[:64]
             return
-        self._pending += data
-        while len(self._pending) >= PREFIX:
-            (length,) = self._prefix.unpack_from(self._pending)
-            if not HEADER - PREFIX <= length <= LARGEST_LENGTH:
-                self.stray = bytes(self._pending[:64])
+        for cut in self._splitter.feed(data):
+            if cut.is_frame:
+                self._take(ReceivedFrame(self._loop.time(), cut.data, self.codec))
+            else:
+                self.stray = cut.data[:64]
                 self._note(f"← bytes that are no frame: {self.stray[:16].hex(' ')}")
-                self._pending.clear()
-                break
-            if len(self._pending) < PREFIX + length:
-                break
-            frame = Frame(self._loop.time(), bytes(self._pending[: PREFIX + length]), self.codec)
-            del self._pending[: PREFIX + length]
-            self._take(frame)
         self._news.came()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Take note of the end."""
+        """Note the end."""
         self._is_lost = True
         self._note("closed by the target" if exc is None else f"lost: {exc}")
         self._news.came()
 
-    def _take(self, frame: Frame) -> None:
+    def _take(self, frame: ReceivedFrame) -> None:
         if self.listener is not None:
             self.listener(frame)
             return
@@ -221,23 +207,23 @@ class Wire(asyncio.Protocol):
 
     @property
     def is_lost(self) -> bool:
-        """The connection is over, from either end."""
+        """True once the connection has ended, from either side."""
         return self._is_lost
 
     @property
     def age(self) -> float:
-        """How long it has been open [s]."""
+        """Time since it was opened [s]."""
         return self._loop.time() - self._opened
 
     @property
     def unread(self) -> bytes:
-        """What came and is no whole frame, the beginning of one or none at all."""
-        return self.stray or bytes(self._pending)
+        """Received bytes that are no whole frame: the beginning of one, or none at all."""
+        return self.stray or self._splitter.pending
 
     @property
     def is_amid_frame(self) -> bool:
-        """A frame of the target has begun and not ended."""
-        return bool(self._pending)
+        """True while a frame of the target is incomplete."""
+        return bool(self._splitter.pending)
 
     def encode(self, message: Message | bytes) -> bytes:
         """Return a message as bytes; bytes are left alone."""
@@ -246,7 +232,7 @@ class Wire(asyncio.Protocol):
     def send(self, *parts: Message | bytes) -> None:
         """Send messages and bytes in one piece."""
         data = b"".join(map(self.encode, parts))
-        self._note(f"→ {len(data)} bytes {data[:HEADER].hex(' ', 4)}")
+        self._note(f"→ {len(data)} bytes {data[:HEADER_SIZE].hex(' ', 4)}")
         if self._transport is not None and not self._transport.is_closing():
             self._transport.write(data)
 
@@ -256,7 +242,7 @@ class Wire(asyncio.Protocol):
             self.send(data[start : start + size])
             await asyncio.sleep(pause)
 
-    async def poll(self, within: float) -> Frame | None:
+    async def poll(self, within: float) -> ReceivedFrame | None:
         """Return the next frame; None where none comes in time, or none can come any more."""
         await self._news.until(
             lambda: bool(self._waiting) or self._is_lost or bool(self.stray), within
@@ -272,7 +258,7 @@ class Wire(asyncio.Protocol):
                 self._transport.resume_reading()
         return frame
 
-    async def expect(self, what: str, within: float = REPLY_WITHIN) -> Frame:
+    async def expect(self, what: str, within: float = REPLY_WITHIN) -> ReceivedFrame:
         """Return the next frame.
 
         Args:
@@ -291,7 +277,9 @@ class Wire(asyncio.Protocol):
             raise RuleBroken(f"the link was closed instead of {what}")
         raise RuleBroken(f"{what} did not come within {within:g} s")
 
-    async def ask(self, message: Message | bytes, what: str, within: float = REPLY_WITHIN) -> Frame:
+    async def ask(
+        self, message: Message | bytes, what: str, within: float = REPLY_WITHIN
+    ) -> ReceivedFrame:
         """Send a request and return the frame that answers it; see `expect`."""
         self.send(message)
         return await self.expect(f"an answer to {what}", within)
@@ -310,12 +298,12 @@ class Wire(asyncio.Protocol):
             raise RuleBroken(f"after {after} came {end}")
 
     async def is_closed_within(self, seconds: float) -> bool:
-        """Wait for the end of the connection; tell whether it came."""
+        """Wait for the end of the connection; return True if it came."""
         await self._news.until(lambda: self._is_lost, seconds)
         return self._is_lost
 
     def half_close(self) -> None:
-        """Say that no more will come, and go on listening."""
+        """Close our direction (FIN), and keep receiving."""
         if self._transport is not None and not self._transport.is_closing():
             self._note("→ end of stream")
             self._transport.write_eof()
@@ -330,7 +318,7 @@ class Wire(asyncio.Protocol):
         self._transport.abort()
 
     def hold(self) -> None:
-        """Read nothing more, as a client that hangs."""
+        """Stop reading, as a client that hangs does."""
         if self._transport is not None:
             self._transport.pause_reading()
 
@@ -352,5 +340,5 @@ async def open_wire(name: str, host: str, port: int, codec: Codec) -> Wire:
             _, wire = await loop.create_connection(lambda: Wire(name, codec), host, port)
     except (OSError, TimeoutError) as error:
         reason = (error.strerror if isinstance(error, OSError) else "") or "no answer"
-        raise Unreachable(f"{name} port {host}:{port} cannot be reached: {reason}") from None
+        raise TargetUnreachable(f"{name} port {host}:{port} cannot be reached: {reason}") from None
     return wire

@@ -1,0 +1,1 @@
+"""The emulated controller as a pure core."""

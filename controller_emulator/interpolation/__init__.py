@@ -1,0 +1,1 @@
+"""The motion between buffered points, and stopping."""

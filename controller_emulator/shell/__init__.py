@@ -1,0 +1,1 @@
+"""The emulator as a process: settings, links, files, command line."""

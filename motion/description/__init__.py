@@ -1,0 +1,1 @@
+"""Robot description: the robot file with its schema, rules, limits and names."""

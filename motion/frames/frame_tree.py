@@ -1,0 +1,403 @@
+"""Frame tree: the named frames of a robot, and points, vectors and twists between them.
+
+Owns the names of the four frames that every robot has, the accepted names, and the rules of
+changing the tree. A tree is a value: a change returns a new one. It holds no time: `frame_history`
+has the poses of moving frames. Knows no robot and no file. Poses are `pose.Pose` [m], each of a
+frame in its parent.
+
+    base                     the controller's own base frame
+    ├── root                 the chain's root link, which for many robots is the base
+    ├── flange               moves: the robot file's tool link, which tools are bolted to
+    │   ├── tool             the selected tool's centre point; the flange where none is selected
+    │   └── named tools      each TCP in the flange
+    ├── other moving links   named when the tree is made
+    └── user frames          each in any parent
+
+Owns also the three rules of transforming, which differ: a point shifts and rotates, a free vector
+only rotates, and a twist rotates and changes with the place of its linear part. Poses use
+`Pose.compose`. These rules know no tree: the transform is the source frame in the target frame, as
+of `FrameTree.transform`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import TypeAlias
+
+import numpy as np
+
+from ..errors import (
+    BadArgument,
+    FrameCycle,
+    FrameExists,
+    FrameInUse,
+    FramePredefined,
+    FrameUnknown,
+)
+from ..pose import Array, Pose, checked_vector
+
+__all__ = [
+    "BASE",
+    "FLANGE",
+    "MOST_FRAMES",
+    "ROOT",
+    "TOOL",
+    "Frame",
+    "FrameTree",
+    "Places",
+]
+
+BASE, ROOT, FLANGE, TOOL = "base", "root", "flange", "tool"
+
+LONGEST_NAME = 64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """Frame of the tree.
+
+    Attributes:
+        name: unique in the tree.
+        parent: the frame that it hangs from; None for the base alone.
+        pose: its pose in its parent; None if it moves.
+        predefined: True if it belongs to the robot, and so cannot be changed.
+    """
+
+    name: str
+    parent: str | None
+    pose: Pose | None
+    predefined: bool = False
+
+    @property
+    def moving(self) -> bool:
+        """True if the pose depends on time."""
+        return self.pose is None
+
+
+def predefined_frames() -> Mapping[str, Frame]:
+    """Return base, root, flange and tool: no root apart from the base, and no tool selected."""
+    return MappingProxyType(
+        {
+            BASE: Frame(BASE, None, Pose.identity(), True),
+            ROOT: Frame(ROOT, BASE, Pose.identity(), True),
+            FLANGE: Frame(FLANGE, BASE, None, True),
+            TOOL: Frame(TOOL, FLANGE, Pose.identity(), True),
+        }
+    )
+
+
+def check_name(name: str) -> None:
+    """Check that a frame may have a name.
+
+    Raises:
+        BadArgument: it is empty, longer than 64 characters, begins or ends with a space, or holds
+            a character that cannot be printed.
+    """
+    if not (0 < len(name) <= LONGEST_NAME and name.isprintable() and name == name.strip()):
+        accepted = f"1 to {LONGEST_NAME} printable characters, no space at the ends"
+        raise BadArgument("name", name, accepted)
+
+
+MOST_FRAMES = 1000
+
+Places: TypeAlias = Mapping[str, Pose]
+"""Pose of each moving frame in its parent."""
+
+
+_UNMOVED = Pose.identity()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FrameTree:
+    """Frames by name; `FrameTree()` has base, root, flange and tool.
+
+    Attributes:
+        frames: every frame, the predefined ones first.
+        selected_tool: the tool that the frame `tool` stands for; None for the bare flange.
+    """
+
+    frames: Mapping[str, Frame] = field(default_factory=predefined_frames)
+    selected_tool: str | None = None
+
+    @classmethod
+    def of_robot(cls, root: Pose | None = None, links: Iterable[str] = ()) -> FrameTree:
+        """Return the tree of a robot.
+
+        Args:
+            root: the root link in the base frame, as `to_base(Pose.identity(), "root")` of its
+                kinematics returns it; None where they coincide.
+            links: links, such as those behind each joint, that move and are placed in the base.
+
+        Raises:
+            FrameExists: a link has the name of another or of a predefined frame.
+            BadArgument: a link's name is no frame name.
+        """
+        tree = cls()
+        if root is not None:
+            tree = tree._with(Frame(ROOT, BASE, root, True))
+        for link in links:
+            tree = tree._with(Frame(tree._new_name(link), BASE, None, True))
+        return tree
+
+    def __reduce__(self) -> tuple[Callable[..., FrameTree], tuple[object, ...]]:
+        # A read-only view of a mapping cannot be pickled for the planning process.
+        return _restore, (dict(self.frames), self.selected_tool)
+
+    def __getitem__(self, name: str) -> Frame:
+        """Return a frame.
+
+        Raises:
+            FrameUnknown: there is none of that name.
+        """
+        try:
+            return self.frames[name]
+        except (KeyError, TypeError):
+            raise FrameUnknown(name, tuple(self.frames)) from None
+
+    @property
+    def user_frames(self) -> tuple[Frame, ...]:
+        """Frames of users that are no tools, parents before children."""
+        own = [frame for frame in self.frames.values() if not frame.predefined]
+        frames = [frame for frame in own if frame.parent != FLANGE]
+        return tuple(sorted(frames, key=lambda frame: len(self.ancestors(frame.name))))
+
+    @property
+    def tools(self) -> tuple[Frame, ...]:
+        """Named tools."""
+        own = (frame for frame in self.frames.values() if not frame.predefined)
+        return tuple(frame for frame in own if frame.parent == FLANGE)
+
+    def add(self, name: str, pose: Pose, parent: str = BASE) -> FrameTree:
+        """Return the tree with another user frame; under the flange it is a tool.
+
+        Args:
+            name: 1 to 64 printable characters, no space at either end.
+            pose: its pose in its parent.
+            parent: any frame but `tool`, which stands for another.
+
+        Raises:
+            FrameExists: the name is in use.
+            FrameUnknown: there is no such parent.
+            FramePredefined: the parent is `tool`.
+            BadArgument: the name is no name, or there are 1,000 frames already.
+        """
+        if len(self.frames) >= MOST_FRAMES:
+            raise BadArgument("frames", len(self.frames) + 1, f"at most {MOST_FRAMES}")
+        return self._with(Frame(self._new_name(name), self._parent(parent), pose))
+
+    def add_tool(self, name: str, tcp: Pose) -> FrameTree:
+        """Return the tree with another tool; `tcp` is its centre point in the flange.
+
+        Raises:
+            FrameExists: the name is in use.
+            BadArgument: the name is no name, or there are 1,000 frames already.
+        """
+        return self.add(name, tcp, FLANGE)
+
+    def select_tool(self, name: str | None) -> FrameTree:
+        """Return the tree in which the frame `tool` is a named tool, or with None the flange.
+
+        Raises:
+            FrameUnknown: there is no such tool.
+        """
+        if name is None:
+            tcp = Pose.identity()
+        else:
+            known = {tool.name: tool.pose for tool in self.tools}
+            found = known.get(name)
+            if found is None:
+                raise FrameUnknown(name, tuple(known))
+            tcp = found
+        return replace(self._with(Frame(TOOL, FLANGE, tcp, True)), selected_tool=name)
+
+    def move(self, name: str, pose: Pose, parent: str | None = None) -> FrameTree:
+        """Return the tree with a frame at another pose; the frames that hang from it move with it.
+
+        Args:
+            name: a user frame or a tool.
+            pose: its new pose in its parent.
+            parent: a new parent; None for the present one.
+
+        Raises:
+            FrameUnknown: there is no such frame or parent.
+            FramePredefined: the frame belongs to the robot, or the parent is `tool`.
+            FrameCycle: the parent hangs from the frame.
+            FrameInUse: the selected tool would leave the flange.
+        """
+        frame = self._own(name, "moved")
+        upper = self._parent(parent or frame.parent or BASE)
+        if name in self.ancestors(upper):
+            raise FrameCycle(name, upper)
+        if name == self.selected_tool and upper != FLANGE:
+            raise FrameInUse(name, (TOOL,))
+        tree = self._with(replace(frame, pose=pose, parent=upper))
+        return tree.select_tool(name) if name == self.selected_tool else tree
+
+    def rename(self, name: str, new_name: str) -> FrameTree:
+        """Return the tree with a frame under another name, in its place in the order.
+
+        Raises:
+            FrameUnknown: there is no such frame.
+            FrameExists: the new name is in use.
+            FramePredefined: the frame belongs to the robot.
+            BadArgument: the new name is no name.
+        """
+        self._own(name, "renamed")
+        if new_name == name:
+            return self
+        self._new_name(new_name)
+        names: dict[str | None, str] = {name: new_name}
+        frames = {}
+        for frame in self.frames.values():
+            called = names.get(frame.name, frame.name)
+            parent = names.get(frame.parent, frame.parent)
+            frames[called] = replace(frame, name=called, parent=parent)
+        selected = names.get(self.selected_tool, self.selected_tool)
+        return FrameTree(MappingProxyType(frames), selected)
+
+    def remove(self, name: str) -> FrameTree:
+        """Return the tree without a frame.
+
+        Raises:
+            FrameUnknown: there is no such frame.
+            FramePredefined: the frame belongs to the robot.
+            FrameInUse: other frames hang from it, or it is the selected tool.
+        """
+        self._own(name, "removed")
+        users = [frame.name for frame in self.frames.values() if frame.parent == name]
+        if name == self.selected_tool:
+            users.append(TOOL)
+        if users:
+            raise FrameInUse(name, tuple(users))
+        frames = {key: frame for key, frame in self.frames.items() if key != name}
+        return replace(self, frames=MappingProxyType(frames))
+
+    def ancestors(self, name: str) -> tuple[str, ...]:
+        """Return the frame, its parent, and so on up to the base.
+
+        Raises:
+            FrameUnknown: there is no such frame.
+        """
+        way, frame = [name], self[name]
+        while frame.parent is not None:
+            way.append(frame.parent)
+            frame = self[frame.parent]
+        return tuple(way)
+
+    def moving_between(self, source: str, target: str) -> tuple[str, ...]:
+        """Return the moving frames whose places `transform` needs.
+
+        Raises:
+            FrameUnknown: there is no such frame.
+        """
+        if source == target and self[source]:
+            return ()
+        ways = set(self.ancestors(source)) ^ set(self.ancestors(target))
+        return tuple(name for name in self.frames if name in ways and self[name].moving)
+
+    def transform(self, source: str, target: str, places: Places | None = None) -> Pose:
+        """Return the pose of the frame `source` in the frame `target`.
+
+        Its `compose` transforms poses from one to the other; `transform_point`, `transform_vector`
+        and `transform_twist` do the same for points, vectors and twists.
+
+        Args:
+            source: the frame that something is given in.
+            target: the frame that it is wanted in.
+            places: poses of the frames of `moving_between` in their parents.
+
+        Raises:
+            FrameUnknown: there is no such frame, or `places` lacks one that moves.
+        """
+        if source == target and self[source]:
+            return _UNMOVED  # as most goals are given in base
+        known = places or {}
+        up, down = self.ancestors(source), self.ancestors(target)
+        shared = set(up) & set(down)
+        return self._below(down, shared, known).inverse().compose(self._below(up, shared, known))
+
+    def _below(self, way: tuple[str, ...], shared: set[str], places: Places) -> Pose:
+        """Return the pose of the first frame of an upward path in the first shared frame on it."""
+        pose = Pose.identity()
+        for name in way:
+            if name in shared:
+                break
+            local = self[name].pose or places.get(name)
+            if local is None:
+                raise FrameUnknown(name, tuple(places))
+            pose = local.compose(pose)
+        return pose
+
+    def _with(self, frame: Frame) -> FrameTree:
+        return replace(self, frames=MappingProxyType({**self.frames, frame.name: frame}))
+
+    def _own(self, name: str, action: str) -> Frame:
+        frame = self[name]
+        if frame.predefined:
+            raise FramePredefined(name, action)
+        return frame
+
+    def _parent(self, name: str) -> str:
+        if name == TOOL:
+            raise FramePredefined(TOOL, "a parent, because it stands for the selected tool")
+        return self[name].name
+
+    def _new_name(self, name: str) -> str:
+        check_name(name)
+        if name in self.frames:
+            raise FrameExists(name)
+        return name
+
+
+def _restore(frames: dict[str, Frame], selected_tool: str | None) -> FrameTree:
+    return FrameTree(MappingProxyType(frames), selected_tool)
+
+
+def transform_point(transform: Pose, point: Sequence[float] | Array) -> Array:
+    """Return the (3,) place [m] in the target frame of a (3,) place in the source frame.
+
+    Args:
+        transform: the source frame in the target frame, as of `FrameTree.transform`.
+        point: (3,) [m].
+
+    Raises:
+        BadArgument: there are not three values.
+        NotFinite: a value is infinite or not a number.
+    """
+    moved: Array = transform.position + transform.rotation @ checked_vector(point, 3, "point")
+    return moved
+
+
+def transform_vector(transform: Pose, vector: Sequence[float] | Array) -> Array:
+    """Return a (3,) free vector, such as a velocity or a force, along the target frame's axes.
+
+    Raises:
+        BadArgument: there are not three values.
+        NotFinite: a value is infinite or not a number.
+    """
+    turned: Array = transform.rotation @ checked_vector(vector, 3, "vector")
+    return turned
+
+
+def transform_twist(transform: Pose, twist: Sequence[float] | Array) -> Array:
+    """Return a rigid body's twist as seen in the target frame.
+
+    The linear part of a twist is the velocity of the body's point at the *origin of the frame it
+    is expressed in*, so it changes with the frame: v' = R v + p × R ω, ω' = R ω, the adjoint of
+    Lynch and Park, Modern Robotics, section 3.3.2, in the order [v; ω]. The velocity of one and
+    the same point is two free vectors instead: `transform_vector` each.
+
+    Args:
+        transform: the source frame in the target frame; the two do not move against each other.
+        twist: (6,) [v; ω], m/s and rad/s.
+
+    Raises:
+        BadArgument: there are not six values.
+        NotFinite: a value is infinite or not a number.
+    """
+    values = checked_vector(twist, 6, "twist")
+    rotation = transform.rotation
+    angular = rotation @ values[3:]
+    return np.concatenate((rotation @ values[:3] + np.cross(transform.position, angular), angular))

@@ -1,0 +1,1 @@
+"""Forward kinematics, Jacobians and the models behind them."""

@@ -1,0 +1,1 @@
+"""Inverse kinematics: the problem, its branches, the search, singularities."""

@@ -1,0 +1,152 @@
+"""Inverse kinematics: a joint position that puts the tool at a pose.
+
+Owns the interface: the two functions, their defaults, and the answer. The effort of a search is
+counted in restarts, so that the same query gets the same answer on any machine; time is only an
+outer limit. Every answer is checked again by forward kinematics and against the limits.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from ...pose import Pose
+from ..serial import Array, Kinematics
+from .configuration import Configuration, configuration_of
+from .ik_problem import IkProblem
+from .levenberg_marquardt import Found
+from .search_budget import Budget
+
+POSITION_TOLERANCE = 1e-5  # m
+ROTATION_TOLERANCE = 1e-4  # rad
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """Joint position that reaches the asked pose.
+
+    Attributes:
+        joint_position: (n,) controller-side [rad or m], inside the limits.
+        restarts: random restarts used; 0 if the search from the seed or a closed form sufficed.
+        iterations: iterations of all numeric attempts together.
+        position_error: distance to the asked position [m], by forward kinematics.
+        rotation_error: angle to the asked orientation [rad], by forward kinematics.
+        kinematics: the robot that was asked; None for a platform, which has no flags.
+    """
+
+    joint_position: Array
+    restarts: int
+    iterations: int
+    position_error: float
+    rotation_error: float
+    kinematics: Kinematics | None = field(default=None, repr=False)
+
+    @property
+    def configuration(self) -> Configuration | None:
+        """Flags and revolutions, computed when read; None if the robot's family has none."""
+        if self.kinematics is None:
+            return None
+        return configuration_of(self.kinematics, self.joint_position)
+
+
+def solve(
+    kinematics: Kinematics,
+    target: Pose,
+    seed: Sequence[float] | Array,
+    *,
+    frame: str = "base",
+    restarts: int = 50,
+    iterations: int = 30,
+    time_cap: float | None = 5.0,
+    random_seed: int = 0,
+    position_tolerance: float = POSITION_TOLERANCE,
+    rotation_tolerance: float = ROTATION_TOLERANCE,
+    configuration: Configuration | None = None,
+) -> Solution:
+    """Return a joint position, the nearest to the seed where the arm has a closed form.
+
+    Args:
+        kinematics: the robot.
+        target: the wanted tool pose in `frame`.
+        seed: (n,) controller-side joint position to start from [rad or m]; it is moved to the
+            nearest bound where it lies outside the limits.
+        frame: `base` or `root`.
+        restarts: random restarts after the attempts from the seed.
+        iterations: iterations of each attempt.
+        time_cap: greatest duration [s] whatever the budget; None for no limit.
+        random_seed: the same number gives the same answer.
+        position_tolerance: greatest accepted distance [m].
+        rotation_tolerance: greatest accepted angle [rad].
+        configuration: the flags the answer must have, and the revolutions if it names them; None
+            for any.
+
+    Raises:
+        PoseUnreachable: no joint position reaches the pose; with the nearest residual.
+        OutOfRange: the pose is reached only with a joint outside its range.
+        WrongJointCount: the seed does not have one value per driven joint.
+        NotFinite: a value of the seed is infinite or not a number.
+        FrameUnknown: there is no such frame.
+        BadArgument: a budget or a tolerance is out of range, or a configuration is asked of a
+            robot without flags.
+    """
+    budget = Budget(restarts, iterations, random_seed, time_cap)
+    tolerances = (position_tolerance, rotation_tolerance)
+    question = IkProblem(
+        kinematics, target, frame, seed, configuration, tolerances, budget, _clock(time_cap)
+    )
+    return _solution(question, question.best())
+
+
+def solve_all(
+    kinematics: Kinematics,
+    target: Pose,
+    seed: Sequence[float] | Array,
+    *,
+    frame: str = "base",
+    restarts: int = 50,
+    iterations: int = 30,
+    time_cap: float | None = 5.0,
+    random_seed: int = 0,
+    position_tolerance: float = POSITION_TOLERANCE,
+    rotation_tolerance: float = ROTATION_TOLERANCE,
+    configuration: Configuration | None = None,
+) -> tuple[Solution, ...]:
+    """Return every joint position inside the limits that reaches a pose, the nearest to seed first.
+
+    With a closed form these are all branches in all revolutions. A joint that the pose leaves free,
+    at a singularity or because it is spare, keeps the seed's value where that works. Without a
+    closed form they are the answers that the restarts find.
+
+    Args: as of `solve`.
+
+    Raises:
+        MotionError: as of `solve`; otherwise there is at least one answer.
+    """
+    budget = Budget(restarts, iterations, random_seed, time_cap)
+    tolerances = (position_tolerance, rotation_tolerance)
+    question = IkProblem(
+        kinematics, target, frame, seed, configuration, tolerances, budget, _clock(time_cap)
+    )
+    return tuple(_solution(question, found) for found in question.every())
+
+
+def _clock(time_cap: float | None) -> Callable[[], bool]:
+    """Return a function that returns True once a time [s] from now is over."""
+    if time_cap is None:
+        return lambda: False
+    deadline = time.monotonic() + time_cap
+    return lambda: time.monotonic() > deadline
+
+
+def _solution(question: IkProblem, found: Found) -> Solution:
+    found.joint_position.flags.writeable = False
+    restarts, iterations = question.effort
+    return Solution(
+        found.joint_position,
+        restarts,
+        iterations,
+        found.position_error,
+        found.rotation_error,
+        question.kinematics,
+    )

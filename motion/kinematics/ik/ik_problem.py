@@ -1,0 +1,276 @@
+"""Problem of inverse kinematics: one query, the order of the methods, and the choice among answers.
+
+Owns that order: a numeric search from the seed when the target is near it; a closed form where the
+arm has one, with every branch and revolution; otherwise a numeric search from the seed, then from
+random positions. Every answer is checked again by forward kinematics and against the limits. Knows
+no clock: a function tells it that the time is over.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
+
+import numpy as np
+
+from ...errors import BadArgument, MotionError, PoseUnreachable, WrongJointCount
+from ...pose import Pose
+from ..serial import Array, Kinematics
+from .branches import BranchChoice, BranchPreference, Offer
+from .configuration import Configuration
+from .ik_context import arm_of
+from .levenberg_marquardt import DampedSearch, Found, rotation_angle
+from .search_budget import Budget
+
+_NEAR_DISTANCE = 0.02  # m: nearer targets are searched from the seed first
+_NEAR_ANGLE = 0.1  # rad
+_GREATEST_NEAR_STEP = 0.5  # rad or m: a joint that moves more is not near the seed
+_POLISHED = 1e-8  # m or rad: a closed-form answer with a greater error is improved numerically
+_MISSES_TRIED = 4
+_GREATEST_CHORD = math.sqrt(8.0)  # Frobenius distance of rotations that are π apart
+_SAME = 1e-6  # rad or m: answers nearer than this are one
+
+
+class IkProblem:
+    """Query for one pose of one robot, and the results so far.
+
+    Attributes:
+        target: (4, 4) wanted tool placement in the base frame.
+        position: its three coordinates [m].
+        seed: (n,) position that the answer should be near, inside the limits.
+    """
+
+    def __init__(
+        self,
+        kinematics: Kinematics,
+        target: Pose,
+        frame: str,
+        seed: Sequence[float] | Array,
+        configuration: Configuration | None,
+        tolerances: tuple[float, float],
+        budget: Budget,
+        expired: Callable[[], bool],
+    ) -> None:
+        """Check and start a query; arguments and refusals as of `ik.solve`.
+
+        `tolerances` are the distance [m] and the angle [rad]; `expired` returns True once the time
+        is over.
+        """
+        if not min(tolerances) > 0.0:
+            raise BadArgument("tolerance", tolerances, "more than 0")
+        budget.check()
+        limits = kinematics.limits
+        values = np.asarray(seed, dtype=np.float64).tolist()
+        limits.check_finite(values, "the seed")
+        self.kinematics, self.arm = kinematics, arm_of(kinematics)
+        self.asked, self.frame, self.configuration = target, frame, configuration
+        if configuration is not None:
+            self._check_configuration(configuration)
+        self.tolerances, self.budget = tolerances, budget
+        self.expired = expired
+        self.seed = self.arm.ranges.clamped(values)
+        pose = kinematics.to_base(target, frame)
+        self.target, self.position = pose.to_matrix(), pose.position.tolist()
+
+    @cached_property
+    def search(self) -> DampedSearch:
+        """Numeric search, built when it is first needed."""
+        return self._new_search(self.target[:3, :3])
+
+    @property
+    def effort(self) -> tuple[int, int]:
+        """Random restarts and iterations used so far."""
+        search = self.__dict__.get("search")
+        return (search.restarts, search.spent) if search else (0, 0)
+
+    def best(self) -> Found:
+        """Return the answer nearest to the seed, by the first method that has one."""
+        if found := self._near() or self._by_formula() or self._by_search():
+            return found
+        raise self._unreachable()
+
+    def every(self) -> list[Found]:
+        """Return all answers, at least one, the nearest to the seed first."""
+        distance = self.arm.ranges.distance
+        choice = self.arm.choice
+        answers = self._every_by_formula(choice) if choice else self._every_by_search()
+        different: dict[tuple[int, ...], tuple[float, Found]] = {}
+        for found in answers:
+            values = found.joint_position.tolist()
+            place = tuple(round(value / _SAME) for value in values)
+            different.setdefault(place, (distance(values, self.seed), found))
+        if not different:
+            return [self.best()]
+        nearest_first = sorted(different.values(), key=lambda pair: pair[0])
+        return [found for _, found in nearest_first]
+
+    def _near(self) -> Found | None:
+        """Search from the seed where the target is near it: continuous, even at singularities."""
+        rotation, position = self.kinematics.place(np.array(self.seed))
+        if math.dist(position.tolist(), self.position) > _NEAR_DISTANCE:
+            return None
+        if rotation_angle(self.search.rotation, rotation) > _NEAR_ANGLE:
+            return None
+        found = self.search.from_seed(near=True)
+        if found is None or not self._as_configured(found):
+            return None
+        step = float(np.abs(found.joint_position - self.seed).max())
+        return found if step <= _GREATEST_NEAR_STEP else None
+
+    def _by_formula(self) -> Found | None:
+        """Return the closed form's answer, None without one; raise if it proves that none is."""
+        form, choice = self.arm.form, self.arm.choice
+        if form is None or choice is None:
+            return None
+        if form.free_joint is not None:
+            self._refuse_far()
+        refused: list[Offer] = []
+        for offer in choice.offers(self.target, self._wish()):
+            for position in offer.fitting:
+                if found := self._verified(position):
+                    return found
+            if offer.fitting or offer.borderline:
+                return None
+            refused.append(offer)
+        if form.free_joint is None:
+            raise self._refusal(refused[0])
+        return self._between(refused)
+
+    def _refusal(self, offer: Offer) -> MotionError:
+        """Return the reason why the only offer of a closed form is none."""
+        if offer.outside is not None:
+            return offer.outside
+        miss = offer.miss and self._placed(np.array(offer.miss))
+        return self._unreachable(miss or None)
+
+    def _between(self, refused: list[Offer]) -> Found | None:
+        """Search from the nearest misses: the spare joint may fit between the values tried."""
+        for offer in sorted(refused, key=lambda offer: offer.gap)[:_MISSES_TRIED]:
+            if offer.miss is not None:
+                found = self.search.polished(offer.miss)
+                if found and self._as_configured(found):
+                    return found
+        return None
+
+    def _by_search(self) -> Found | None:
+        """Search numerically from the seed, then from random positions, within the budget."""
+        self._refuse_far()
+        self._refuse_tilt()
+        found = self.search.from_seed(near=False)
+        if found and self._as_configured(found):
+            return found
+        for found in self._restarted():
+            if self._as_configured(found):
+                return found
+        # At a singularity the search converges slowly: its nearest position is worth continuing.
+        nearest = self.search.best
+        found = nearest and self.search.polished(nearest.joint_position)
+        return found if found and self._as_configured(found) else None
+
+    def _restarted(self) -> Iterator[Found]:
+        random = np.random.default_rng(self.budget.random_seed)
+        while self.search.restarts < self.budget.restarts and not self.expired():
+            if found := self.search.from_random(random):
+                yield found
+
+    def _every_by_formula(self, choice: BranchChoice) -> Iterator[Found]:
+        for position in choice.every(self.target, self._wish()):
+            if found := self._verified(position):
+                yield found
+
+    def _every_by_search(self) -> Iterator[Found]:
+        self._refuse_far()
+        self._refuse_tilt()
+        first = self.search.from_seed(near=False)
+        for found in (*((first,) if first else ()), *self._restarted()):
+            for position in self.arm.ranges.every(found.joint_position.tolist()):
+                if turned := self.search.accepted(np.array(position)):
+                    yield turned
+
+    def _verified(self, position: Sequence[float]) -> Found | None:
+        """Check a closed-form answer by forward kinematics, and improve it if it is inexact."""
+        found = self._placed(np.array(position))
+        if found.position_error <= _POLISHED and found.rotation_error <= _POLISHED:
+            return found
+        found = self.search.measured(found.joint_position)
+        if polished := self.search.polished(position):
+            found = min(found, polished, key=self.search.score)
+        return found if self.search.suffices(found) else None
+
+    def _placed(self, joint_position: Array) -> Found:
+        """Return a closed-form answer with its errors by forward kinematics.
+
+        Rotations an angle θ apart differ by √8 |sin θ/2| in the Frobenius norm, which gives small
+        angles without a logarithm.
+        """
+        rotation, position = self.kinematics.place(joint_position)
+        (a, b, c), (u, v, w, _) = rotation.tolist(), self.target.tolist()
+        chord = math.dist((*a, *b, *c), (*u[:3], *v[:3], *w[:3]))
+        angle = 2.0 * math.asin(min(chord / _GREATEST_CHORD, 1.0))
+        return Found(joint_position, math.dist(position.tolist(), self.position), angle)
+
+    def _refuse_far(self) -> None:
+        """Refuse a pose beyond the arm's reach, after one computation of its distance."""
+        if self.arm.reach.beyond(self.position) > self.tolerances[0]:
+            self.search.from_seed(near=False)
+            if self.search.best is not None:
+                self.search.polished(self.search.best.joint_position)
+            raise self._unreachable()
+
+    def _refuse_tilt(self) -> None:
+        """Refuse a pose for which a SCARA or a palletiser would have to tilt its tool."""
+        kept, rotation = self.arm.kept, self.target[:3, :3]
+        if kept is None:
+            return
+        tilt = kept.tilt(rotation)
+        if tilt <= self.tolerances[1]:
+            return
+        level = self._new_search(kept.levelled(rotation))
+        found, random = level.from_seed(near=False), np.random.default_rng(self.budget.random_seed)
+        while found is None and level.restarts < self.budget.restarts:
+            if self.expired():
+                break
+            found = level.from_random(random)
+        nearest = found or level.best
+        if nearest is not None:
+            self.search.measured(nearest.joint_position)
+        self.search.restarts = level.restarts
+        raise self._unreachable()
+
+    def _wish(self) -> BranchPreference:
+        return BranchPreference(self.seed, self.configuration, self.tolerances[0])
+
+    def _new_search(self, rotation: Array) -> DampedSearch:
+        return DampedSearch(
+            self.kinematics,
+            self.arm.ranges,
+            (rotation, self.target[:3, 3]),
+            self.seed,
+            self.budget.iterations,
+            self.tolerances,
+        )
+
+    def _check_configuration(self, configuration: Configuration) -> None:
+        if self.arm.form is None:
+            accepted = f"none: {self.kinematics.robot.name} has no closed form, so no flags"
+            raise BadArgument("configuration", configuration, accepted)
+        if configuration.turns is not None and len(configuration.turns) != self.kinematics.dof:
+            raise WrongJointCount(len(configuration.turns), self.kinematics.dof)
+
+    def _as_configured(self, found: Found) -> bool:
+        wanted, form = self.configuration, self.arm.form
+        if wanted is None or form is None:
+            return True
+        values = found.joint_position.tolist()
+        turns = wanted.turns
+        if turns is not None and self.arm.ranges.with_revolutions(values, turns) != values:
+            return False
+        return wanted.agrees_with(form.measures(self.kinematics.robot.to_model(values)))
+
+    def _unreachable(self, nearest: Found | None = None) -> PoseUnreachable:
+        """Return the refusal with the errors of a position: the given one, or the best found."""
+        best = nearest or self.search.best
+        errors = (best.position_error, best.rotation_error) if best else (math.inf, math.inf)
+        x, y, z = (float(value) for value in self.asked.position)
+        return PoseUnreachable((x, y, z), self.frame, *errors, self.effort[0])

@@ -1,0 +1,1 @@
+"""Stewart platform: poses, legs, workspace."""

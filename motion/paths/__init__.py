@@ -1,0 +1,1 @@
+"""Paths of the tool: curves, circles, blending, segments, smoothing."""

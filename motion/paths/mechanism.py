@@ -1,0 +1,199 @@
+"""Mechanism protocol: kinematics and paths of a robot, be it a serial arm or a platform.
+
+Owns the protocol and the choice of its implementation: a serial arm through `serial`, `ik` and
+`paths`, a Stewart platform through `platform` and `stewart_path`. A joint vector has the limits'
+meaning: angles and shifts of a serial arm, lengths of legs. The paths returned are timed by
+`parameterization.time_path` and certified as any other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol
+
+from ..description.limits import JointLimits
+from ..description.robot import ParallelRobot, Robot, SerialRobot
+from ..pose import Array, Pose
+from ..trajectory.joint_curves import JointSpline, Path
+from .segments import Segment
+
+if TYPE_CHECKING:
+    from ..kinematics.ik.ik import Solution
+
+
+class Mechanism(Protocol):
+    """Kinematics and paths of a robot; poses are of the tool, `frame` is `base` or `root`."""
+
+    @property
+    def limits(self) -> JointLimits:
+        """Limits of the joint vector."""
+
+    @property
+    def home_position(self) -> tuple[float, ...]:
+        """(n,) the joint position at home [rad or m]."""
+
+    def forward(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Pose:
+        """Return the tool's pose.
+
+        Args:
+            joint_position: (n,) angles and shifts, or leg lengths [rad or m].
+            frame: `base` or `root`, the frame of the pose.
+
+        Raises:
+            MotionError: the joint position is malformed, or of no pose.
+        """
+
+    def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
+        """Return the (6, n) twist [v; ω] of the tool's origin per unit of joint velocity.
+
+        Linear velocity comes first [m/s], then angular [rad/s], both along the axes of `frame`.
+
+        Args:
+            joint_position: (n,) [rad or m].
+            frame: `base` or `root`.
+
+        Raises:
+            MotionError: the joint position is malformed, or of no pose.
+        """
+
+    def solve(
+        self, target: Pose, seed: Sequence[float] | Array, *, frame: str = "base"
+    ) -> Solution:
+        """Return a joint position inside the limits that puts the tool at a pose.
+
+        Args:
+            target: the tool's pose in `frame`.
+            seed: (n,) position that the answer should be near [rad or m].
+            frame: `base` or `root`.
+
+        Raises:
+            MotionError: there is none, with the numbers.
+        """
+
+    def line(self, start: Sequence[float] | Array, target: Pose, *, frame: str = "base") -> Path:
+        """Return the path of the tool along a straight line with an even rotation.
+
+        Args:
+            start: (n,) where the robot stands [rad or m].
+            target: the tool's pose at the end, in `frame`.
+            frame: `base` or `root`.
+
+        Raises:
+            MotionError: a place of the line is refused; with its fraction of the path.
+        """
+
+    def curve(self, waypoints: Sequence[Sequence[float] | Array]) -> Path:
+        """Return the smooth path through joint positions; through two, the straight one.
+
+        Args:
+            waypoints: two or more, each (n,) [rad or m]; the first is where the robot stands.
+
+        Raises:
+            MotionError: a waypoint, or the path between two, is refused.
+        """
+
+    def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
+        """Return the paths of PTP, LIN, CIRC and spline segments in sequence; see `plan_path`.
+
+        Args:
+            start: (n,) where the robot stands [rad or m].
+            segments: one or more.
+
+        Raises:
+            MotionError: a segment is refused, with its number and its fraction of the path.
+        """
+
+
+class SerialMechanism:
+    """Serial arm."""
+
+    def __init__(self, robot: SerialRobot) -> None:
+        from ..kinematics.serial import Kinematics
+
+        self.kinematics = Kinematics(robot)
+        self.limits = robot.limits
+        self.home_position = robot.home_position
+
+    def forward(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Pose:
+        """Return the tool's pose."""
+        return self.kinematics.forward(joint_position, frame)
+
+    def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
+        """Return the (6, n) Jacobian."""
+        return self.kinematics.jacobian(joint_position, frame)
+
+    def solve(
+        self, target: Pose, seed: Sequence[float] | Array, *, frame: str = "base"
+    ) -> Solution:
+        """Return a joint position that puts the tool at a pose, near the seed if possible."""
+        from ..kinematics.ik.ik import solve
+
+        return solve(self.kinematics, target, seed, frame=frame)
+
+    def line(self, start: Sequence[float] | Array, target: Pose, *, frame: str = "base") -> Path:
+        """Return the straight tool line."""
+        from .paths import linear_path
+
+        return linear_path(self.kinematics, start, target, frame=frame)
+
+    def curve(self, waypoints: Sequence[Sequence[float] | Array]) -> Path:
+        """Return the smooth path through joint positions."""
+        return JointSpline(waypoints, self.limits)
+
+    def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
+        """Return the paths of segments in sequence."""
+        from .segment_planning import plan_path
+
+        return plan_path(self.kinematics, start, segments)
+
+
+class PlatformMechanism:
+    """Stewart platform; its joint vector is six leg lengths [m]."""
+
+    def __init__(self, robot: ParallelRobot) -> None:
+        from ..kinematics.stewart.platform import StewartKinematics
+
+        self.kinematics = StewartKinematics(robot)
+        self.limits = self.kinematics.limits
+        self.home_position = self.kinematics.home_position
+
+    def forward(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Pose:
+        """Return the platform's pose."""
+        return self.kinematics.forward(joint_position, frame)
+
+    def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
+        """Return the (6, 6) Jacobian."""
+        return self.kinematics.jacobian(joint_position, frame)
+
+    def solve(
+        self, target: Pose, seed: Sequence[float] | Array, *, frame: str = "base"
+    ) -> Solution:
+        """Return the leg lengths of a pose; there is one answer, whatever the seed."""
+        return self.kinematics.solve(target, seed, frame=frame)
+
+    def line(self, start: Sequence[float] | Array, target: Pose, *, frame: str = "base") -> Path:
+        """Return the straight line of the platform."""
+        from .stewart_path import platform_line
+
+        return platform_line(self.kinematics, start, target, frame=frame)
+
+    def curve(self, waypoints: Sequence[Sequence[float] | Array]) -> Path:
+        """Return the smooth path through leg lengths."""
+        from .stewart_path import leg_curve
+
+        return leg_curve(self.kinematics, waypoints)
+
+    def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
+        """Return the paths of segments in sequence."""
+        from .segment_planning import plan_path
+
+        return plan_path(self.kinematics, start, segments)
+
+
+def mechanism(robot: Robot) -> Mechanism:
+    """Return the mechanism of a robot of any kind."""
+    match robot:
+        case SerialRobot():
+            return SerialMechanism(robot)
+        case ParallelRobot():
+            return PlatformMechanism(robot)

@@ -1,0 +1,1 @@
+"""Collision-free planning: planners, path and edge checks."""

@@ -1,0 +1,278 @@
+"""Collision-free planner: a joint path from one position to another without contact.
+
+Owns the order of the work: refuse a start or goal in contact, search, shorten, round the corners,
+and check the resulting path as it will be driven. Search and shortening check single positions and
+keep a margin. Only the last check decides, and where it finds a contact the work is repeated at a
+finer resolution. A path that has not passed it is never returned.
+
+The effort is counted in samples, so that the same seed gives the same path on any machine; time is
+only an outer limit. (OMPL, where it is installed, and the built-in search give different paths.)
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from ..errors import (
+    BadArgument,
+    GoalInCollision,
+    NoMotion,
+    NoPathFound,
+    PlannerUnavailable,
+    StartInCollision,
+)
+from ..kinematics.serial import Kinematics
+from ..paths.blending import LEAST_ZONE, JointPolyline
+from ..scene.collision import CollisionModel, Proximity
+from ..trajectory.joint_curves import COINCIDENT, settle_start
+from ..trajectory.trajectory import Array
+from .ompl_planner import OmplPlanner, ompl_is_installed, search_with_ompl
+from .path_check import EdgeChecker, first_contact
+from .rrt_connect import STEP, TreeSearch, rrt_connect, shorten
+
+DEFAULT_PLANNER = "RRTConnect"
+BUILT_IN = "BuiltInRRTConnect"
+"""Name of the built-in search, which needs no OMPL and keeps its name where OMPL is installed."""
+
+MARGIN = 0.005
+"""Distance that is kept from bodies where start and goal keep twice as much [m]."""
+EDGE_RESOLUTION = 0.03
+"""Distance of the positions checked on an edge, in the first attempt [rad or m]."""
+TIME_LIMIT = 5.0
+"""Longest time of a plan [s]."""
+
+_ATTEMPTS = 4  # attempts, each at half the step of the one before
+_GREATEST_ZONE = 0.5  # rad or m
+_SEARCHED = math.pi  # rad or m beyond start and goal: one revolution of a joint in all
+
+
+class PlanningStage(StrEnum):
+    """Stage of a plan."""
+
+    SEARCHING = "searching"
+    SHORTENING = "shortening"
+    CHECKING = "checking"
+    DONE = "done"
+
+
+@dataclass(frozen=True, slots=True)
+class PlanningProgress:
+    """Progress of a plan.
+
+    Attributes:
+        stage: the present stage.
+        attempt: from 1; each further one works at a finer resolution.
+        iterations: of the search, all attempts together.
+        seconds: since the start; None without a clock.
+        time_limit: greatest duration [s].
+    """
+
+    stage: PlanningStage
+    attempt: int
+    iterations: int
+    seconds: float | None
+    time_limit: float
+
+
+def planners() -> tuple[str, ...]:
+    """Return the names of the planners that can be used here, the default first."""
+    names = tuple(OmplPlanner) if ompl_is_installed() else (OmplPlanner.RRT_CONNECT,)
+    return (*(name.value for name in names), BUILT_IN)
+
+
+def plan_free_path(
+    kinematics: Kinematics,
+    collision: CollisionModel,
+    start: Sequence[float] | Array,
+    goal: Sequence[float] | Array,
+    *,
+    planner: str = DEFAULT_PLANNER,
+    seed: int = 0,
+    time_limit: float = TIME_LIMIT,
+    on_progress: Callable[[PlanningProgress], None] | None = None,
+    clock: Callable[[], float] | None = None,
+) -> JointPolyline:
+    """Plan a joint path without contact.
+
+    Args:
+        kinematics: the robot.
+        collision: the same robot in its scene.
+        start: (n,) where the robot stands; see `settle_start`.
+        goal: (n,) target.
+        planner: one of `planners()`.
+        seed: the same number gives the same path; 0 to 2³¹ - 1.
+        time_limit: greatest duration by `clock` [s].
+        on_progress: called now and then; what it raises ends the plan.
+        clock: returns seconds; without one only the number of samples is bounded.
+
+    Returns:
+        Lines in joint space with zones between, to be timed by `time_path`.
+
+    Raises:
+        StartInCollision: the robot touches something at the start.
+        GoalInCollision: it would at the goal.
+        NoPathFound: the search ended without a path.
+        PlannerUnavailable: there is no such planner here.
+        NoMotion: the robot is already there.
+        OutOfRange: start or goal is outside a joint's range.
+        WrongJointCount: start or goal does not have one value per joint.
+        NotFinite: start or goal holds an infinity or a NaN.
+        BadArgument: the seed or the time limit.
+    """
+    if planner not in planners():
+        raise PlannerUnavailable(planner, planners())
+    if not 0 <= seed < 1 << 31:
+        raise BadArgument("seed", seed, "0 to 2147483647")
+    if not 0.0 < time_limit <= 3600.0:
+        raise BadArgument("time_limit", time_limit, "more than 0 and at most 3600 s")
+    first = np.array(settle_start(start, kinematics.limits))
+    last = np.array([float(value) for value in goal])
+    kinematics.limits.check_position(last.tolist())
+    if np.abs(last - first).max() < COINCIDENT:
+        raise NoMotion
+    margin = _margin(collision, first, last)
+    report = _Report(planner, time_limit, on_progress, clock)
+    for attempt in range(_ATTEMPTS):
+        report.attempt = attempt + 1
+        edges = EdgeChecker(collision, EDGE_RESOLUTION / 2**attempt, margin)
+        # Each attempt has its own random sequence, so that none depends on how long others took.
+        random = np.random.default_rng((seed, attempt))
+        found = _search(planner, kinematics, edges, first, last, random, report)
+        report.iterations += found.iterations
+        if found.waypoints is None:
+            break
+        report.tell(PlanningStage.SHORTENING)
+        waypoints = shorten(found.waypoints, edges.free, random=random)
+        report.tell(PlanningStage.CHECKING)
+        path = _as_driven(collision, waypoints)
+        if path is not None:
+            report.tell(PlanningStage.DONE)
+            return path
+        if report.left() <= 0.0:
+            break
+    raise NoPathFound(planner, report.seconds(), report.iterations)
+
+
+class _Report:
+    """Progress reports of a plan, and its time limit."""
+
+    def __init__(
+        self,
+        planner: str,
+        time_limit: float,
+        on_progress: Callable[[PlanningProgress], None] | None,
+        clock: Callable[[], float] | None,
+    ) -> None:
+        self.planner = planner
+        self.attempt = 1
+        self.iterations = 0
+        self._time_limit = time_limit
+        self._on_progress = on_progress
+        self._clock = clock
+        self._began = 0.0 if clock is None else clock()
+
+    def seconds(self) -> float | None:
+        """Return the time since the start; None without a clock."""
+        return None if self._clock is None else self._clock() - self._began
+
+    def left(self) -> float:
+        """Return the time left [s]; 0 or less when it is used up."""
+        return self._time_limit - (self.seconds() or 0.0)
+
+    def tell(self, stage: PlanningStage, iterations: int = 0) -> None:
+        """Report the stage of the plan; `iterations` are those of a search under way."""
+        if self._on_progress is not None:
+            done = self.iterations + iterations
+            self._on_progress(
+                PlanningProgress(stage, self.attempt, done, self.seconds(), self._time_limit)
+            )
+
+    def proceed(self, iterations: int) -> bool:
+        """Report on a search under way; return True if it may continue."""
+        self.tell(PlanningStage.SEARCHING, iterations)
+        return self.left() > 0.0
+
+
+def _margin(collision: CollisionModel, start: Array, goal: Array) -> float:
+    """Return the distance to keep from bodies, at most half of that of start and goal.
+
+    Raises:
+        StartInCollision: the start has none.
+        GoalInCollision: the goal has none.
+    """
+    margin = MARGIN
+    for position, refusal in ((start, StartInCollision), (goal, GoalInCollision)):
+        nearest: Proximity | None = collision.distance(position)
+        if nearest is None:
+            continue
+        if nearest.touching:
+            raise refusal(nearest.first, nearest.second, nearest.distance)
+        margin = min(margin, nearest.distance / 2.0)
+    return margin
+
+
+def _search(
+    planner: str,
+    kinematics: Kinematics,
+    edges: EdgeChecker,
+    start: Array,
+    goal: Array,
+    random: np.random.Generator,
+    report: _Report,
+) -> TreeSearch:
+    report.tell(PlanningStage.SEARCHING)
+    if edges.free(start, goal):
+        return TreeSearch(np.array([start, goal]), 0)
+    lower = np.maximum(kinematics.lower, np.minimum(start, goal) - _SEARCHED)
+    upper = np.minimum(kinematics.upper, np.maximum(start, goal) + _SEARCHED)
+    if planner == BUILT_IN or not ompl_is_installed():
+        return rrt_connect(
+            start, goal, lower, upper, edges.free, random=random, proceed=report.proceed
+        )
+    return search_with_ompl(
+        OmplPlanner(planner),
+        start,
+        goal,
+        lower,
+        upper,
+        edges.position_free,
+        seed=int(random.integers(1 << 31)),
+        step=STEP,
+        resolution=edges.resolution,
+        proceed=report.proceed,
+    )
+
+
+def _as_driven(collision: CollisionModel, waypoints: Array) -> JointPolyline | None:
+    """Return the path with the widest zones that touch nothing; None if something does.
+
+    A zone is halved until its corner is free. The polyline is free, so a small enough zone is too,
+    unless the search has missed a contact; therefore the whole path is checked once more.
+    """
+    lengths = np.sqrt((np.diff(waypoints, axis=0) ** 2).sum(axis=1))
+    zones: list[float] = []
+    for corner in range(1, len(waypoints) - 1):
+        zone = _free_zone(collision, waypoints[corner - 1 : corner + 2], lengths[corner - 1 :])
+        if zone is None:
+            return None
+        zones.append(zone)
+    path = JointPolyline(waypoints, zones)
+    return path if first_contact(collision, path) is None else None
+
+
+def _free_zone(collision: CollisionModel, around: Array, lengths: Array) -> float | None:
+    """Return the widest free zone at the middle of three waypoints."""
+    before, corner, after = around
+    into, out_of = (corner - before) / lengths[0], (after - corner) / lengths[1]
+    zone = min(_GREATEST_ZONE, float(lengths[:2].min()) / 2.0)
+    while zone >= LEAST_ZONE:
+        bent = JointPolyline([corner - zone * into, corner, corner + zone * out_of], [zone])
+        if first_contact(collision, bent) is None:
+            return zone
+        zone /= 2.0
+    return None

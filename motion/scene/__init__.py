@@ -1,0 +1,1 @@
+"""Planning scene: objects, shapes, meshes, collision."""

@@ -1,0 +1,154 @@
+"""Mesh files: triangles from STL and OBJ files of unknown origin.
+
+Owns the two formats and their bounds: size, counts, finite coordinates, indices that exist. Every
+fault becomes a `MeshFileError` with the line, or the byte in a binary file. Knows no scene.
+
+STL: ASCII `facet … vertex x y z`, or an 80-byte header, a count and 50 bytes a triangle (little
+endian). OBJ: the elements `v` and `f`; polygons are split into fans; all else is skipped.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..bounded_file import read_bounded
+from ..errors import MeshFileError
+from ..trajectory.trajectory import Array
+
+MAX_BYTES = 64 << 20
+MAX_TRIANGLES = 500_000
+
+_HEADER = 80
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+Indices: TypeAlias = NDArray[np.int64]
+
+
+class Triangles(NamedTuple):
+    """A surface: `vertices` (v, 3) in the file's unit, `corners` (t, 3) places in `vertices`."""
+
+    vertices: Array
+    corners: Indices
+
+
+def read_mesh(path: str | Path) -> Triangles:
+    """Read a mesh; the ending `.stl` or `.obj` sets its format.
+
+    Raises:
+        MeshFileError: the file cannot be read or is not a sound mesh.
+    """
+    file = Path(path)
+    suffix = file.suffix.lower()
+    if suffix not in (".stl", ".obj"):
+        raise MeshFileError(str(path), "", f"ends in {suffix!r}; accepted: .stl or .obj")
+    content = read_bounded(file, MAX_BYTES, MeshFileError)
+    if suffix == ".obj":
+        return _obj(str(path), content)
+    if len(content) >= _HEADER + 4:
+        count = int.from_bytes(content[_HEADER : _HEADER + 4], "little")
+        if len(content) == _HEADER + 4 + count * _TRIANGLE.itemsize:
+            return _binary_stl(str(path), content, count)
+    if content.lstrip()[:5].lower() == b"solid":
+        return _ascii_stl(str(path), content)
+    raise _not_binary_stl(str(path), content)
+
+
+def _binary_stl(file: str, content: bytes, count: int) -> Triangles:
+    _check_count(file, count)
+    corners = np.frombuffer(content, _TRIANGLE, count, _HEADER + 4)["corners"]
+    finite = np.isfinite(corners).all(axis=(1, 2))
+    if not finite.all():
+        byte = _HEADER + 4 + int(np.argmin(finite)) * _TRIANGLE.itemsize
+        raise MeshFileError(file, f"byte {byte}", "a coordinate is not a finite number")
+    return _soup(corners.astype(np.float64).reshape(-1, 3))
+
+
+def _not_binary_stl(file: str, content: bytes) -> MeshFileError:
+    if len(content) < _HEADER + 4:
+        return MeshFileError(
+            file, f"byte {len(content)}", f"ends; accepted: at least {_HEADER + 4} bytes of STL"
+        )
+    count = int.from_bytes(content[_HEADER : _HEADER + 4], "little")
+    expected = _HEADER + 4 + count * _TRIANGLE.itemsize
+    return MeshFileError(
+        file,
+        f"byte {_HEADER}",
+        f"counts {count} triangles, {expected} bytes in all, but the file has {len(content)}",
+    )
+
+
+def _ascii_stl(file: str, content: bytes) -> Triangles:
+    points: list[tuple[float, float, float]] = []
+    for number, line in enumerate(_text(file, content).splitlines(), start=1):
+        match line.split():
+            case ["endfacet", *_] if len(points) % 3:
+                raise MeshFileError(file, f"line {number}", "a facet has not three vertices")
+            case ["vertex", *values]:
+                points.append(_point(file, number, values))
+    if len(points) % 3:
+        raise MeshFileError(file, "", "ends within a facet")
+    _check_count(file, len(points) // 3)
+    return _soup(np.array(points))
+
+
+def _obj(file: str, content: bytes) -> Triangles:
+    points: list[tuple[float, float, float]] = []
+    corners: list[tuple[int, int, int]] = []
+    for number, line in enumerate(_text(file, content).splitlines(), start=1):
+        match line.split():
+            case ["v", *values]:
+                points.append(_point(file, number, values[:3]))
+            case ["f", *words]:
+                place = [_index(file, number, word, len(points)) for word in words]
+                if len(place) < 3:
+                    raise MeshFileError(file, f"line {number}", "a face has not three corners")
+                corners += [(place[0], *edge) for edge in pairwise(place[1:])]
+    _check_count(file, len(corners))
+    return Triangles(np.array(points), np.array(corners, dtype=np.int64))
+
+
+def _text(file: str, content: bytes) -> str:
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise MeshFileError(file, f"byte {error.start}", "is not UTF-8 text") from error
+
+
+def _point(file: str, number: int, values: list[str]) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(value) for value in values)
+    except ValueError:
+        raise MeshFileError(file, f"line {number}", "a vertex is not three numbers") from None
+    if not np.isfinite((x, y, z)).all():
+        raise MeshFileError(file, f"line {number}", "a coordinate is not a finite number")
+    return x, y, z
+
+
+def _index(file: str, number: int, word: str, count: int) -> int:
+    """Return the place of a corner such as `7`, `7/1/3` or `-1`, the last vertex so far."""
+    try:
+        value = int(word.partition("/")[0])
+    except ValueError:
+        raise MeshFileError(file, f"line {number}", "a corner is not a whole number") from None
+    place = value - 1 if value > 0 else count + value
+    if value == 0 or not 0 <= place < count:
+        problem = f"names vertex {value}; accepted: 1 to {count}"
+        raise MeshFileError(file, f"line {number}", problem)
+    return place
+
+
+def _check_count(file: str, triangles: int) -> None:
+    if not 1 <= triangles <= MAX_TRIANGLES:
+        raise MeshFileError(
+            file, "", f"holds {triangles} triangles; accepted: 1 to {MAX_TRIANGLES}"
+        )
+
+
+def _soup(points: Array) -> Triangles:
+    """Return triangles that share no vertex, three consecutive points each."""
+    return Triangles(points, np.arange(len(points)).reshape(-1, 3))

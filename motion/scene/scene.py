@@ -1,0 +1,269 @@
+"""Scene around a robot as plain data: objects, the links that hold them, and pairs that may touch.
+
+Owns the rules of adding, moving, attaching and allowing, and the revision number; the shapes are
+`scene_shapes`', and exported here too. A scene is a value: every change returns a new one. Knows no
+file, no robot and no collision library; poses are position [m] and quaternion x, y, z, w.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from ..errors import BadArgument, DuplicateObject, FrameUnknown, NotFinite, UnknownObject
+from ..pose import Pose
+from .scene_shapes import GREATEST_SIZE, Box, Capsule, Cylinder, Mesh, Shape, Sphere, Vector
+
+__all__ = [
+    "Box",
+    "Capsule",
+    "Cylinder",
+    "Mesh",
+    "Pair",
+    "Scene",
+    "SceneObject",
+    "Shape",
+    "Sphere",
+]
+
+SCENE_FRAMES = ("base", "root")
+
+NORM_TOLERANCE = 1e-3
+"""Greatest deviation of a quaternion's norm from 1: that of rounding to three decimals."""
+
+MAX_NAME = 64
+
+Quaternion: TypeAlias = tuple[float, float, float, float]
+Pair: TypeAlias = tuple[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class SceneObject:
+    """Named body of a scene.
+
+    Attributes:
+        name: unique in its scene.
+        shape: its form, about its own frame.
+        position: of its frame [m].
+        quaternion: of its frame, x, y, z, w; normalised on the way in.
+        frame: `base` or `root`, the frame of the pose unless a link holds the object.
+        link: the link that holds it, the pose then being in that link's frame; None if it stands.
+
+    Raises:
+        BadArgument: a name, coordinate, size, or a quaternion whose norm is not 1.
+        NotFinite: a number is infinite or not a number.
+        FrameUnknown: the frame is neither `base` nor `root`.
+    """
+
+    name: str
+    shape: Shape
+    position: Vector = (0.0, 0.0, 0.0)
+    quaternion: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    frame: str = "base"
+    link: str | None = None
+
+    def __post_init__(self) -> None:
+        if not (1 <= len(self.name) <= MAX_NAME and self.name.isprintable()):
+            raise BadArgument("name", self.name, f"1 to {MAX_NAME} printable characters")
+        if self.frame not in SCENE_FRAMES:
+            raise FrameUnknown(self.frame, SCENE_FRAMES)
+        position = _finite(self.position, 3, f"position of {self.name}")
+        if max(map(abs, position)) > GREATEST_SIZE:
+            accepted = f"coordinates within {GREATEST_SIZE:g} m"
+            raise BadArgument(f"position of {self.name}", position, accepted)
+        quaternion = _finite(self.quaternion, 4, f"quaternion of {self.name}")
+        norm = math.hypot(*quaternion)
+        if not abs(norm - 1.0) <= NORM_TOLERANCE:
+            accepted = f"a norm of 1 within {NORM_TOLERANCE:g}; this one is {norm:.6g}"
+            raise BadArgument(f"quaternion of {self.name}", quaternion, accepted)
+        if abs(norm - 1.0) > 1e-15:
+            quaternion = tuple(value / norm for value in quaternion)
+        object.__setattr__(self, "position", position)
+        object.__setattr__(self, "quaternion", quaternion)
+
+    @property
+    def pose(self) -> Pose:
+        """Pose of its frame, in `frame` or in the frame of `link`."""
+        return Pose.from_values(self.position, self.quaternion)
+
+    def at(self, pose: Pose, frame: str, link: str | None = None) -> SceneObject:
+        """Return the same body elsewhere."""
+        x, y, z = pose.position.tolist()
+        a, b, c, d = pose.quaternion.tolist()
+        return replace(self, position=(x, y, z), quaternion=(a, b, c, d), frame=frame, link=link)
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """Objects, and pairs of bodies that may touch.
+
+    Attributes:
+        objects: in the order they were added.
+        allowed: pairs of names, each sorted, that are not checked against one another: two
+            objects, or an object and a link of the robot.
+        revision: number of changes made.
+
+    Raises:
+        DuplicateObject: two objects bear one name.
+        UnknownObject: an allowed pair names no object of the scene.
+        BadArgument: an allowed pair names the same twice.
+    """
+
+    objects: tuple[SceneObject, ...] = ()
+    allowed: frozenset[Pair] = frozenset()
+    revision: int = 0
+
+    def __post_init__(self) -> None:
+        names: set[str] = set()
+        for each in self.objects:
+            if each.name in names:
+                raise DuplicateObject(each.name)
+            names.add(each.name)
+        object.__setattr__(self, "allowed", frozenset(_pair(*pair) for pair in self.allowed))
+        for first, second in sorted(self.allowed):
+            if not names & {first, second}:
+                raise UnknownObject(first, tuple(sorted(names)))
+
+    def __repr__(self) -> str:
+        # A set of texts has another order in each process, and a journal is run again in another.
+        pairs = f"{{{', '.join(map(repr, sorted(self.allowed)))}}}" if self.allowed else ""
+        objects, revision = self.objects, self.revision
+        return f"Scene({objects=!r}, allowed=frozenset({pairs}), {revision=!r})"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the objects."""
+        return tuple(each.name for each in self.objects)
+
+    def get(self, name: str) -> SceneObject:
+        """Return an object.
+
+        Raises:
+            UnknownObject: there is none of that name.
+        """
+        for each in self.objects:
+            if each.name == name:
+                return each
+        raise UnknownObject(name, self.names)
+
+    def add(self, added: SceneObject) -> Scene:
+        """Return the scene with one more object.
+
+        Raises:
+            DuplicateObject: the name is taken.
+        """
+        return self._changed(objects=(*self.objects, added))
+
+    def move(self, name: str, pose: Pose, frame: str = "base") -> Scene:
+        """Return the scene with an object standing elsewhere; a link that held it lets go.
+
+        Raises:
+            UnknownObject: there is none of that name.
+            FrameUnknown: the frame is neither `base` nor `root`.
+        """
+        return self._replaced(self.get(name).at(pose, frame))
+
+    def remove(self, name: str) -> Scene:
+        """Return the scene without an object, and without the allowed pairs that name it.
+
+        Raises:
+            UnknownObject: there is none of that name.
+        """
+        gone = self.get(name)
+        return self._changed(
+            objects=tuple(each for each in self.objects if each is not gone),
+            allowed=frozenset(pair for pair in self.allowed if name not in pair),
+        )
+
+    def attach(self, name: str, link: str, link_pose: Pose, touching: Iterable[str] = ()) -> Scene:
+        """Return the scene with an object held by a link, where it is now.
+
+        Args:
+            name: the object.
+            link: the link of the robot that takes it, such as the tool link.
+            link_pose: pose of that link, in the frame of the object's pose.
+            touching: links and objects it may touch from now on, such as the hand that holds it.
+
+        Raises:
+            UnknownObject: there is no such object.
+            BadArgument: a link holds the object already.
+        """
+        taken = self.get(name)
+        if taken.link is not None:
+            raise BadArgument("name", name, f"an object that stands; {taken.link} holds this one")
+        held = taken.at(link_pose.inverse().compose(taken.pose), "base", link)
+        pairs = frozenset(_pair(name, other) for other in touching)
+        attached = self._replaced(held)
+        return replace(attached, allowed=attached.allowed | pairs)
+
+    def detach(self, name: str, link_pose: Pose, frame: str = "base") -> Scene:
+        """Return the scene with a held object standing where it is now.
+
+        The allowed pairs stay until they are forbidden, because a hand that lets go still touches.
+
+        Args:
+            name: the object.
+            link_pose: pose of the link that holds it, in `frame`.
+            frame: `base` or `root`, the frame of the object's pose from now on.
+
+        Raises:
+            UnknownObject: there is no such object.
+            BadArgument: no link holds the object.
+        """
+        held = self.get(name)
+        if held.link is None:
+            raise BadArgument("name", name, "an object that a link holds; this one stands")
+        return self._replaced(held.at(link_pose.compose(held.pose), frame))
+
+    def allow(self, first: str, second: str) -> Scene:
+        """Return the scene in which two bodies may touch: two objects, or an object and a link.
+
+        Raises:
+            UnknownObject: neither is an object of the scene.
+            BadArgument: both are the same.
+        """
+        return self._changed(allowed=self.allowed | {_pair(first, second)})
+
+    def forbid(self, first: str, second: str) -> Scene:
+        """Return the scene in which two bodies no longer may touch.
+
+        Raises:
+            BadArgument: they were not allowed to.
+        """
+        pair = _pair(first, second)
+        if pair not in self.allowed:
+            raise BadArgument("pair", pair, "a pair that is allowed to touch")
+        return self._changed(allowed=self.allowed - {pair})
+
+    def _replaced(self, new: SceneObject) -> Scene:
+        return self._changed(
+            objects=tuple(new if each.name == new.name else each for each in self.objects)
+        )
+
+    def _changed(
+        self,
+        objects: tuple[SceneObject, ...] | None = None,
+        allowed: frozenset[Pair] | None = None,
+    ) -> Scene:
+        return Scene(
+            self.objects if objects is None else objects,
+            self.allowed if allowed is None else allowed,
+            self.revision + 1,
+        )
+
+
+def _pair(first: str, second: str) -> Pair:
+    if first == second:
+        raise BadArgument("pair", (first, second), "two different names")
+    return (first, second) if first < second else (second, first)
+
+
+def _finite(values: Sequence[float], count: int, what: str) -> tuple[float, ...]:
+    if len(values) != count:
+        raise BadArgument(what, values, f"{count} numbers")
+    for index, value in enumerate(values):
+        if not math.isfinite(value):
+            raise NotFinite(what, index)
+    return tuple(float(value) for value in values)

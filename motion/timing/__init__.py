@@ -1,0 +1,1 @@
+"""Timing: time-optimal parameterization (TOPP-RA), its limits, velocity profiles."""

@@ -1,0 +1,1 @@
+"""Trajectories: samples, point-to-point motion, joint curves, time scaling, the certificate."""

@@ -1,0 +1,314 @@
+"""Time scaling: speed override and pause of a trajectory, at any time, on its path.
+
+Owns the time scale, its change, and the progress of a run in each phase of constant change. Let τ
+be the time of the trajectory and σ = dτ/dt the scale, 0 at rest and 1 as planned. A joint whose
+planned velocity and acceleration are v(τ) and a(τ) then has the velocity σ v and, with x = σ², the
+acceleration
+
+    x a + ½ (dx/dτ) v,
+
+since dσ/dt = σ dσ/dτ = ½ dx/dτ (the substitution of Bobrow, Dubowsky and Gibson, "Time-Optimal
+Control of Robotic Manipulators Along Specified Paths", 1985). The scale changes with constant dσ/dt
+within each sample interval. There a is piecewise constant and v and x are linear in τ, so the
+acceleration is piecewise linear and obeys its limit between two breaks if it does at both: each
+break bounds dx/dτ from both sides. No change at all, dx/dτ = 0, is always within the bounds,
+because x ≤ 1 and the trajectory itself obeys its limits. So there is always a way to continue; but
+while the trajectory itself brakes as hard as it may, a pause has to wait.
+
+Time comes in as integer nanoseconds of any one clock and is never read here. The motion follows
+from the calls that change the scale alone, never from when or how often its state is read. Joint
+vectors are controller-side driven joints in file order [rad or m, s].
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from ..description.limits import JointLimits
+from ..errors import BadArgument
+from .intersample import IntersampleCheck
+from .trajectory import JointState, Trajectory
+
+
+class ScalingPhase(NamedTuple):
+    """Phase of constant dσ/dt.
+
+    Attributes:
+        begin: its start, from the start of the run [s].
+        time: τ at its start [s].
+        scale: σ at its start.
+        rate: dσ/dt [1/s].
+        lasts: its length [s]; infinite if nothing will change.
+    """
+
+    begin: float
+    time: float
+    scale: float
+    rate: float
+    lasts: float
+
+    def at(self, elapsed: float) -> tuple[float, float]:
+        """Return τ and σ after a time in this phase [s]."""
+        scale = max(self.scale + self.rate * elapsed, 0.0)
+        return self.time + 0.5 * (self.scale + scale) * elapsed, scale
+
+
+RAMP = 0.1
+"""Least time for the scale to go from 0 to 1, even where the joints would allow less [s]."""
+
+_FELT = 1e-290
+"""Factors below this bound nothing, and a limit divided by one may be infinite."""
+
+_SOUND = 1.0 + 2e-3
+"""Factor by which a trajectory may exceed its acceleration limits, as its certificate allows."""
+
+_NS = 1_000_000_000
+
+
+class ScaledRun:
+    """Run of a trajectory whose scale may be changed at any time.
+
+    Calls carry the time `now` [ns]. It must not go back beyond the last change, nor beyond an
+    earlier call by more than the phase of constant dσ/dt that it fell in.
+    """
+
+    def __init__(
+        self,
+        trajectory: Trajectory,
+        limits: JointLimits,
+        *,
+        started: int,
+        scale: float = 1.0,
+        ramp: float = RAMP,
+    ) -> None:
+        """Start a run.
+
+        Args:
+            trajectory: two samples or more.
+            limits: limits that it was planned under, and that the run will obey.
+            started: time of its start [ns].
+            scale: scale at the start, 0 to 1.
+            ramp: least time for the scale to go from 0 to 1 [s].
+
+        Raises:
+            BadArgument: the scale or the ramp, or a trajectory that breaks the limits.
+            WrongJointCount: the trajectory is of another robot.
+        """
+        if not 1e-3 <= ramp <= 10.0:
+            raise BadArgument("ramp", ramp, "0.001 to 10 s")
+        self._motion = IntersampleCheck(trajectory, limits)
+        _check_soundness(trajectory, limits)
+        self._limit = np.array(limits.acceleration)
+        self._steepest = 2.0 / ramp
+        self._end = trajectory.duration
+        self._started = started
+        self._wanted = _checked(scale)
+        self._paused = False
+        # A trajectory that starts with a velocity starts at scale 1, whatever scale is wanted.
+        self._phase = self._following(0.0, 0.0, 1.0)
+
+    @property
+    def scale_wanted(self) -> float:
+        """Scale that the run approaches: 0 while paused, else the one last set."""
+        return 0.0 if self._paused else self._wanted
+
+    def set_scale(self, now: int, scale: float) -> None:
+        """Approach another scale from now on; while paused, after the pause.
+
+        Raises:
+            BadArgument: the scale is not 0 to 1 (faster than planned needs a new plan), or `now`
+                lies before what has happened.
+        """
+        wanted = _checked(scale)
+        self._advance(now)
+        self._wanted = wanted
+        self._turn(now)
+
+    def pause(self, now: int) -> None:
+        """Come to rest on the path as soon as the limits allow, and stay there.
+
+        Raises:
+            BadArgument: `now` lies before what has happened.
+        """
+        self._advance(now)
+        self._paused = True
+        self._turn(now)
+
+    def resume(self, now: int) -> None:
+        """Continue after a pause, at the scale last set.
+
+        Raises:
+            BadArgument: `now` lies before what has happened.
+        """
+        self._advance(now)
+        self._paused = False
+        self._turn(now)
+
+    def state(self, now: int) -> JointState:
+        """Return position, velocity and acceleration of the joints, in real time.
+
+        Raises:
+            BadArgument: `now` lies before what has happened.
+        """
+        time, scale, rate = self._now(now)
+        position, velocity, _ = self._motion.state(time)
+        acceleration = self._motion.even_acceleration(time)
+        if time >= self._end:
+            final = self._motion.trajectory
+            return JointState(final.position[-1], final.velocity[-1], final.acceleration[-1])
+        felt = scale**2 * acceleration + rate * velocity
+        # Where the acceleration jumps, its even value lies between the two for which the change of
+        # scale was chosen. All joints are lowered by one factor: a controller that interpolates
+        # stays on a straight line only if the accelerations are in proportion.
+        felt /= max(float((np.abs(felt) / self._limit).max()), 1.0)
+        # No limit is passed by rounding either.
+        return JointState(position, scale * velocity, np.clip(felt, -self._limit, self._limit))
+
+    def time(self, now: int) -> float:
+        """Return τ, the time of the trajectory that the run has reached [s].
+
+        Raises:
+            BadArgument: `now` lies before what has happened.
+        """
+        return self._now(now)[0]
+
+    def scale(self, now: int) -> float:
+        """Return σ, the speed of the run as a share of the planned one, 0 to 1.
+
+        Raises:
+            BadArgument: `now` lies before what has happened.
+        """
+        return self._now(now)[1]
+
+    def finished(self, now: int) -> bool:
+        """Return True if the run has reached the trajectory's end.
+
+        Raises:
+            BadArgument: `now` lies before what has happened.
+        """
+        return self._now(now)[0] >= self._end
+
+    def remaining(self, now: int) -> float:
+        """Return the time left if nothing is changed any more [s], else infinity.
+
+        Raises:
+            BadArgument: `now` lies before what has happened.
+        """
+        self._advance(now)
+        *_, last = self._ahead()
+        if last.time < self._end:
+            return math.inf
+        return max(last.begin - self._elapsed(now), 0.0)
+
+    def _now(self, now: int) -> tuple[float, float, float]:
+        """Return τ, σ and dσ/dt."""
+        self._advance(now)
+        elapsed = self._elapsed(now) - self._phase.begin
+        time, scale = self._phase.at(elapsed)
+        return min(time, self._end), scale, self._phase.rate
+
+    def _elapsed(self, now: int) -> float:
+        return (now - self._started) / _NS
+
+    def _advance(self, now: int) -> None:
+        """Advance to the phase that a time lies in."""
+        elapsed = self._elapsed(now)
+        if elapsed < self._phase.begin:
+            earliest = self._started + math.ceil(self._phase.begin * _NS)
+            raise BadArgument("now", now, f"{earliest} ns or later")
+        for phase in self._ahead():
+            self._phase = phase
+            if elapsed < phase.begin + phase.lasts:
+                return
+
+    def _turn(self, now: int) -> None:
+        """Start a phase now, because the scale wanted may have changed."""
+        elapsed = self._elapsed(now)
+        time, scale = self._phase.at(elapsed - self._phase.begin)
+        self._phase = self._following(elapsed, min(time, self._end), scale)
+
+    def _ahead(self) -> Iterator[ScalingPhase]:
+        """Yield this phase and those that follow if nothing is changed, up to rest."""
+        phase = self._phase
+        while True:
+            yield phase
+            if math.isinf(phase.lasts):
+                return
+            time, scale = phase.at(phase.lasts)
+            wanted = self.scale_wanted
+            # A phase reaches the scale that it aims at, whatever the rounding.
+            if phase.rate and (scale - wanted) * phase.rate >= -1e-12 * abs(phase.rate):
+                scale = wanted
+            phase = self._following(phase.begin + phase.lasts, self._snapped(time), scale)
+
+    def _snapped(self, time: float) -> float:
+        """Return a time, or the end of the interval if it reaches that but for rounding."""
+        nearest = round(time / self._motion.period) * self._motion.period
+        if abs(nearest - time) <= 1e-12 * max(self._end, 1.0):
+            time = nearest
+        return self._end if time >= self._end - 1e-12 * max(self._end, 1.0) else time
+
+    def _following(self, begin: float, time: float, scale: float) -> ScalingPhase:
+        """Return the phase that begins at τ and σ."""
+        wanted = self.scale_wanted
+        if time >= self._end:
+            return ScalingPhase(begin, self._end, 0.0, 0.0, math.inf)
+        if not self._motion.state(time).velocity.any():
+            # At rest every scale is possible at once: σ times a velocity of 0 does not jump.
+            scale = wanted
+        if scale == wanted:
+            lasts = (self._end - time) / scale if scale else math.inf
+            return ScalingPhase(begin, time, scale, 0.0, lasts)
+        place, into = self._motion.interval(time)
+        least, greatest = self._slopes(place, into, scale**2)
+        left = self._motion.period - into
+        rate = 0.5 * (greatest if wanted > scale else least)
+        if rate == 0.0:
+            # The trajectory itself needs all of an acceleration here, so σ stays to the interval's
+            # end.
+            return ScalingPhase(begin, time, scale, 0.0, left / scale)
+        # By σ² = scale² + 2 rate τ: up to the interval's end, or to the scale wanted if that is
+        # reached before.
+        reached = (wanted**2 - scale**2) / (2.0 * rate)
+        final = wanted if reached <= left else math.sqrt(scale**2 + 2.0 * rate * left)
+        return ScalingPhase(begin, time, scale, rate, (final - scale) / rate)
+
+    def _slopes(self, place: int, into: float, x: float) -> tuple[float, float]:
+        """Return the least and the greatest dx/dτ on the rest of an interval."""
+        breaks, speeds, gain = self._motion.on(place)
+        begins = np.maximum(breaks[:, :-1], into)
+        ends = breaks[:, 1:]
+        velocity = speeds[:, :-1] + gain * (begins - breaks[:, :-1])
+        ahead = (ends > into) & (ends > begins)
+        # The limits, or what is planned here if that is greater by the certificate's tolerance.
+        kept = np.maximum(np.abs(gain).max(axis=1), self._limit)
+        bound = np.broadcast_to(kept[:, np.newaxis], ends.shape)
+        least, greatest = -self._steepest, self._steepest
+        for at, speed in ((begins, velocity), (ends, velocity + gain * (ends - begins))):
+            # |gain · x + factor · dx/dτ| <= bound
+            factor = gain * (at - into) + 0.5 * speed
+            felt = ahead & (np.abs(factor) > _FELT)
+            size = np.abs(factor[felt])
+            centre = -np.sign(factor[felt]) * gain[felt] * x
+            least = max(least, float(((centre - bound[felt]) / size).max(initial=-math.inf)))
+            greatest = min(greatest, float(((centre + bound[felt]) / size).min(initial=math.inf)))
+        # No change is always allowed; a bound beyond 0 is rounding.
+        return min(least, 0.0), max(greatest, 0.0)
+
+
+def _checked(scale: float) -> float:
+    if not 0.0 <= scale <= 1.0:
+        raise BadArgument("scale", scale, "0 to 1; to go faster, plan the motion anew")
+    return float(scale)
+
+
+def _check_soundness(trajectory: Trajectory, limits: JointLimits) -> None:
+    planned = np.abs(trajectory.acceleration).max(axis=0)
+    for joint, (value, limit) in enumerate(zip(planned.tolist(), limits.acceleration, strict=True)):
+        if not value <= limit * _SOUND:
+            name = f"acceleration of {limits.names[joint]} in the trajectory"
+            raise BadArgument(name, value, f"{limit:g} {limits.unit(joint)}/s² at most")

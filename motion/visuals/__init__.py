@@ -1,0 +1,1 @@
+"""Shapes and pictures of robots for viewers."""

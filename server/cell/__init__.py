@@ -1,0 +1,1 @@
+"""The robot cell: model, motions, interlocks, identification, why."""

@@ -1,0 +1,1 @@
+"""Streaming a trajectory to the controller: set-points, feedback, guards."""

@@ -1,0 +1,1 @@
+"""Presses and the set-points of jogs."""

@@ -1,0 +1,360 @@
+"""The core of one robot cell: authority, stop, mode and the conditions of motion.
+
+Owns who may move the robot and whether it may move now, and what ends a motion against its will.
+Both faces ask it; it never looks at their messages. It owns no socket and no clock: each call takes
+`now` and returns what is to be done. How a motion begins and is steered: `cell_motions`.
+"""
+
+from __future__ import annotations
+
+from openpendant.motion.description.limits import JointLimits
+from openpendant.simplemsg import Message, Status, TriState
+from openpendant.simplemsg.pendant import Activity, AuthorityReason, LinkState, OperatingMode
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..control.authority import AuthorityChange, Holder, MotionAuthority
+from ..control.modes import MotionKind, OperatingModes
+from ..events.cell_events import (
+    AuthorityTransferred,
+    Interruption,
+    OperatingModeChanged,
+    ProgramEnded,
+    ProgramStarted,
+    RunningProgram,
+    StopLatch,
+    StopLatchChanged,
+    UncommandedMotion,
+)
+from ..events.effects import Effect, LogLine
+from ..events.pending import Pending
+from ..refusal import Refusal
+from ..settings.cell_settings import CellSettings, ControllerPath
+from .cell_motions import CellMotions
+from .execution.feedback import Feedback
+from .execution.interruption import interruption, shown
+from .execution.motion_watch import ArmPoints
+from .execution.trajectory_execution import Publish, TrajectoryExecution
+from .identification import Identification
+from .interlocks import check_interlocks, examine_cell, held_by, permission
+from .joint_slots import JointSlots
+
+_IDLE, _LINK_UP = Activity.IDLE, LinkState.UP  # asked for each tick, and slow to look up
+
+SERVER = Holder(0, "the server")
+"""Who did it, where the server did it by itself."""
+
+CONTROLLER = Holder(0, "the controller")
+"""Who turned the mode selector, where it is the controller's own."""
+
+
+class RobotCell:
+    """One robot: who may move it, whether it may move now, and what it is doing.
+
+    Attributes:
+        authority: the lease.
+        feedback: what the controller said last.
+        modes: the mode of operation, enabling (training) and speeds.
+        driving: the motion that is under way.
+        motions: what is planned and moved.
+        stop: the latched stop, None where there is none.
+        program: the program under way, None where there is none; `show_program` says it.
+        awaited: what of frames and tools awaits the store's answer, in words; by `show_scene`.
+        ended: why the last motion ended before its goal; None where it arrived or another began.
+        unread: what is kept of frames, tools and scene and is not in force, in words; likewise.
+        limits: the robot's joint limits, controller side.
+        slots: reads the joint positions of messages.
+    """
+
+    def __init__(
+        self,
+        settings: CellSettings,
+        limits: JointLimits,
+        publish: Publish,
+        pending: Pending,
+        points: ArmPoints,
+    ) -> None:
+        """Make a cell without a controller connection.
+
+        Args:
+            settings: the cell's configuration.
+            limits: joint limits, controller side.
+            publish: tells everybody whom an event of the cell concerns; returns what follows.
+            pending: the questions of the cell.
+            points: tool and elbow, held to the cap of the mode by what is reported, too.
+        """
+        self.limits = limits
+        self.slots = JointSlots(limits)
+        self.authority = MotionAuthority(round(settings.pendants.authority_timeout * 1e9))
+        self.feedback = Feedback(limits.dof, settings.controller)
+        self._identification = Identification(self.feedback)
+        self.modes = OperatingModes(settings.modes)
+        self.stop: StopLatch | None = None
+        self.ended: Refusal | None = None
+        self.program: RunningProgram | None = None
+        self.awaited = self.unread = ""
+        self.is_closing = False
+        self._publish = publish
+        self.driving = TrajectoryExecution(
+            *(settings.controller, limits, self.feedback, publish, self.protective_stop),
+            pending.cancel,
+            cap=self._tool_speed_cap,
+            points=points,
+        )
+        self.motions = CellMotions(
+            *(limits, self.authority, self.feedback, self.modes, self.driving),
+            *(self._recheck, publish, pending),
+        )
+
+    def show_program(self, program: RunningProgram | None) -> None:
+        """Take note of the program that is under way; None for none."""
+        self.program = program
+
+    def show_scene(self, awaited: str, unread: str) -> None:
+        """Take note of what of frames, tools and scene is awaited and not in force, in words."""
+        self.awaited, self.unread = awaited, unread
+
+    def _tool_speed_cap(self) -> float | None:
+        return self.modes.tool_speed_cap(self.feedback.mode)
+
+    @property
+    def uncommanded(self) -> UncommandedMotion | None:
+        """How the robot moved last while nobody commanded it, since the last motion."""
+        return self.driving.uncommanded
+
+    @property
+    def activity(self) -> Activity:
+        """What the cell is doing; between the motions of a program, what that says."""
+        activity = self.driving.activity
+        if activity is _IDLE and self.program is not None:
+            return self.program.activity
+        return activity
+
+    def link_state(self, now: int) -> LinkState:
+        """Return the state of the controller connection."""
+        if not self.driving.is_linked:
+            return LinkState.DOWN
+        return _LINK_UP if self.feedback.is_fresh(now) else LinkState.STALE
+
+    def obstacle(self, now: int) -> Refusal | None:
+        """Return the first condition that keeps any motion from starting, whoever asks."""
+        return next((found.refusal for found in examine_cell(self, now) if found.refusal), None)
+
+    def check(
+        self,
+        session: int,
+        now: int,
+        kind: MotionKind = MotionKind.MOVE,
+        *,
+        planned: bool = False,
+        steered: bool = False,
+    ) -> Refusal | None:
+        """Return why a connection may not start a motion now; None where it may."""
+        chain = check_interlocks(self, kind, session, now, planned=planned, steered=steered)
+        return next((found.refusal for found in chain if found.refusal), None)
+
+    def _recheck(self, session: int, kind: MotionKind, now: int) -> Refusal | None:
+        return self.check(session, now, kind, planned=True)
+
+    @property
+    def standing_at(self) -> tuple[float, ...]:
+        """Where the robot stands, (n,) controller side; only meaningful when `check` said None."""
+        assert self.feedback.position is not None
+        return self.feedback.position
+
+    def answered(self, reply: Message, pending: int, now: int) -> list[Effect]:
+        """Take an answer on the motion link; see `TrajectoryExecution.answered`."""
+        return self.driving.answered(reply, pending, now)
+
+    def misanswered(self, problem: str, now: int) -> list[Effect]:
+        """Take an answer of the controller that cannot belong to anything."""
+        return self.driving.misanswered(problem, now)
+
+    def reported(self, message: Message, now: int) -> list[Effect]:
+        """Take a report of the controller on the state link.
+
+        A fault or another mode stops, and so does a robot that is not where it was commanded to be.
+        """
+        if not isinstance(message, Status):
+            self.feedback.take(message, now)
+            return self.driving.reported(now)
+        before = shown(self.feedback)
+        self.feedback.take(message, now)
+        after = shown(self.feedback)
+        refusal = interruption(before, after)
+        if refusal is None:
+            return []
+        if after.error != before.error:
+            refusal = self.driving.blamed(refusal, now)
+        out = self._interrupt(refusal, now)
+        mode = self.modes.mode(self.feedback.mode)
+        if mode is not self.modes.mode(before.mode):
+            out += self._publish(OperatingModeChanged(mode, CONTROLLER), now)
+        return out
+
+    def identified(self, reply_code: int, now: int) -> list[Effect]:
+        """Take what the controller answered to whether it is emulated.
+
+        One that contradicts itself is none to move by: what moves is stopped.
+        """
+        told = self._identification.answered(reply_code, now)
+        if isinstance(told, Refusal):
+            return [*self._interrupt(told, now), LogLine(told.sentence)]
+        return told
+
+    def _interrupt(self, refusal: Refusal, now: int) -> list[Effect]:
+        """End what is planned or moves, and tell whatever only waits to move."""
+        return self.end(refusal, now) + self._publish(Interruption(refusal), now)
+
+    def path_changed(self, path: ControllerPath, up: bool, now: int) -> list[Effect]:
+        """Take note that a connection to the controller came or went."""
+        self.driving.path_changed(path, up)
+        asked = [] if path is not ControllerPath.STATE else self._identification.link(up, now)
+        if up or path is ControllerPath.STOP:
+            return asked
+        text = f"the controller's {path.name.lower()} link was lost"
+        return self._interrupt(Refusal(VerdictCode.CONTROLLER_LOST, text), now)
+
+    def end(self, refusal: Refusal, now: int) -> list[Effect]:
+        """End whatever is planned or moving, and have the robot stopped."""
+        return self.driving.end(refusal, now)
+
+    def halt(self, refusal: Refusal, now: int) -> list[Effect]:
+        """Send a stop whether or not we know of a motion, and end what is under way."""
+        return self.driving.halt(refusal, now) + self._publish(Interruption(refusal), now)
+
+    def announce(self, news: ProgramStarted | ProgramEnded, now: int) -> list[Effect]:
+        """Tell everybody what became of a program; its desk knows."""
+        return self._publish(news, now)
+
+    def software_stop(self, by: Holder, reason: str, now: int) -> list[Effect]:
+        """Stop the robot and latch; anyone may, at any time. The stop leaves first."""
+        stop = StopLatch(by, reason, now)
+        out = self.halt(Refusal(VerdictCode.STOPPED, stop.sentence), now)
+        return out + self._latch(stop, now)
+
+    def protective_stop(self, refusal: Refusal, now: int) -> list[Effect]:
+        """Stop the robot and latch, because the server found something wrong by itself."""
+        out = self.halt(refusal, now)
+        return out + self._latch(StopLatch(SERVER, refusal.sentence, now, True, refusal.code), now)
+
+    def _latch(self, stop: StopLatch, now: int) -> list[Effect]:
+        self.modes.disarm()
+        # A software stop takes the place of a protective one: a person's word weighs more.
+        if self.stop is not None and (stop.is_protective or not self.stop.is_protective):
+            return []
+        self.stop = stop
+        return self._publish(StopLatchChanged(stop, stop.by), now)
+
+    def reset_stop(self, by: Holder, now: int) -> Refusal | list[Effect]:
+        """Unlatch the stop; moves nothing, and whoever enabled must press anew.
+
+        Returns:
+            Why it may not be reset, or the news.
+        """
+        refusal = permission(self.authority, by.session, now)
+        if refusal is not None:
+            return refusal
+        if self.is_busy or self.driving.is_seen_moving:
+            return Refusal(VerdictCode.MOVING, "the robot has not come to rest yet")
+        if self.stop is None:
+            return []
+        self.stop = None
+        self.modes.disarm()
+        return self._publish(StopLatchChanged(None, by), now)
+
+    def set_mode(self, by: Holder, mode: int, now: int) -> Refusal | list[Effect]:
+        """Set the mode of operation; what moves is stopped first.
+
+        Returns:
+            Why it may not be set, or what follows.
+        """
+        refusal = permission(self.authority, by.session, now)
+        if refusal is not None:
+            return refusal
+        before = self.modes.mode(self.feedback.mode)
+        after = self.modes.set_mode(mode)
+        if isinstance(after, Refusal):
+            return after
+        if after is before:
+            return []
+        text = f"{by.name} changed the mode to {after.name.lower().replace('_', ' ')}"
+        out = self.end(Refusal(VerdictCode.MODE_CHANGED, text), now)
+        return out + self._publish(OperatingModeChanged(after, by), now)
+
+    def take_authority(
+        self, holder: Holder, now: int, *, beats: bool, force: bool = False
+    ) -> Refusal | list[Effect]:
+        """Give the authority to a connection if it is free, or take it over by force at standstill.
+
+        Returns:
+            Why it may not have it, or the news; none where it has it already.
+        """
+        current = self.authority.holder
+        if current is not None and current.session != holder.session:
+            if not force:
+                return held_by(current)
+            if self.modes.mode(self.feedback.mode) is not OperatingMode.AUTOMATIC:
+                text = f"{current.name} may be at the robot: no take-over in manual"
+                return Refusal(VerdictCode.NO_TAKE_OVER, text)
+            if self.is_moving:
+                text = f"{current.name} moves the robot; stop it, and take over once it stands"
+                return Refusal(VerdictCode.MOVING, text)
+            gone = self.authority.release(current.session, AuthorityReason.TAKEN_OVER)
+            out = self.authority_gone(gone, now)
+            self.authority.request(holder, now, beats=beats)
+            return out + self._publish(
+                AuthorityTransferred(AuthorityChange(holder, AuthorityReason.TAKEN_OVER)), now
+            )
+        change = self.authority.request(holder, now, beats=beats)
+        return [] if change is None else self._publish(AuthorityTransferred(change), now)
+
+    def authority_gone(self, change: AuthorityChange | None, now: int) -> list[Effect]:
+        """Stop what the former holder was moving, and tell everybody; None does nothing."""
+        if change is None:
+            return []
+        text = f"the motion authority ended: {change.reason.name.lower().replace('_', ' ')}"
+        out = self.end(Refusal(VerdictCode.AUTHORITY_LOST, text), now)
+        return out + self._publish(AuthorityTransferred(change), now)
+
+    def shut_down(self, now: int) -> list[Effect]:
+        """Stop the robot because the server is going down; nothing starts any more."""
+        self.is_closing = True
+        return self.end(Refusal(VerdictCode.SHUTTING_DOWN), now)
+
+    def tick(self, now: int) -> list[Effect]:
+        """Advance by one control tick: deadlines, due set-points, arrival."""
+        out = self.authority_gone(self.authority.expire(now), now)
+        out += self.driving.settle(now)
+        lost = self.lost_enabling(now)
+        return out + (self.driving.advance(now) if lost is None else self.end(lost, now))
+
+    def lost_enabling(self, now: int) -> Refusal | None:
+        """Return why what is planned or moves must end, where nobody enables it any more."""
+        work, modes = self.driving.work, self.modes
+        if work is None or modes.is_enabled(work.request.session, now):
+            return None
+        # One that somebody paused stands until `resume` asks for the device again. One that is only
+        # held goes on by itself: it ends, or it would set off by a hand that let go meanwhile.
+        is_paused = work.is_paused and self.driving.activity is Activity.PAUSED
+        if is_paused or not modes.needs_enabling():
+            return None
+        return Refusal(VerdictCode.ENABLING_LOST)
+
+    def under_way(self) -> str:
+        """Return what is planned or moves, in words; empty where nothing is."""
+        if self.program is not None:
+            return f"program {self.program.name!r} is under way"
+        if self.activity is not Activity.IDLE:
+            return f"the robot is {self.activity.name.lower()}"
+        return "the robot moves" if self.is_moving else ""
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a motion of ours is under way or being stopped."""
+        return self.driving.is_busy
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the robot moves, is about to, or is being stopped, as far as anyone knows."""
+        status = self.feedback.status
+        return self.is_busy or (status is not None and status.in_motion == TriState.TRUE)

@@ -1,0 +1,140 @@
+"""The answer to "why is it not moving?": every condition of a motion, and the first broken one.
+
+Owns how the chain of `interlocks` is told. The conditions themselves, and their order, are
+`interlocks`'; cause and remedy are the catalogue's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from openpendant.simplemsg.pendant.management.cell import WhyRequest, Wish
+from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
+
+from ..control.modes import MotionKind
+from ..events.cell_events import StopLatch
+from ..refusal import JsonBody, Refusal
+from .interlocks import Interlock, InterlockQuery, check_interlocks
+from .robot_cell import RobotCell
+
+
+class ConditionReport(JsonBody):
+    """One condition; code, cause, remedy and text are empty where it holds or was not broken."""
+
+    condition: str
+    meaning: str
+    holds: bool
+    code: int = 0
+    name: str = ""
+    text: str = ""
+    cause: str = ""
+    remedy: str = ""
+
+
+class EndReport(JsonBody):
+    """Why the last motion ended before its goal: an entry of the catalogue, and its numbers."""
+
+    code: int
+    name: str
+    text: str
+    cause: str
+    remedy: str
+
+
+class WhyReply(JsonBody):
+    """The chain of conditions in the order in which they are examined."""
+
+    cell: str
+    kind: Wish
+    ready: bool
+    broken: str
+    """The first condition that is broken; empty where all hold."""
+    conditions: tuple[ConditionReport, ...]
+    ended: EndReport | None = None
+    """Why the last motion ended before its goal; null where it arrived or another began."""
+    remarks: tuple[str, ...]
+    """What else is to be known; keeps nothing from moving."""
+
+
+Contact = Callable[[], Refusal | None]
+"""Tells what the robot touches where it stands."""
+
+RoleFault = Callable[[int], Refusal | None]
+"""Tells why the role of a connection does not let it move the robot."""
+
+
+def why(
+    cell: RobotCell,
+    name: str,
+    request: WhyRequest,
+    session: int,
+    now: int,
+    contact: Contact | None = None,
+    role: RoleFault | None = None,
+) -> WhyReply:
+    """Examine every condition of a motion.
+
+    Args:
+        cell: the cell.
+        name: its name.
+        request: what somebody would like to do.
+        session: who asks.
+        now: monotonic time, ns.
+        contact: tells what the robot touches; None where nothing is looked for.
+        role: tells whose role is too low; None where everybody may move the robot.
+    """
+    holder = cell.authority.holder
+    if request.whose == "holder" and holder is not None:
+        session = holder.session
+    wish = Wish(request.kind)
+    kind = MotionKind[wish.name]
+    if kind is MotionKind.JOG:
+        # A jog may always lead away from a contact, so none is in its way.
+        contact = None
+    asked = InterlockQuery(role=role or (lambda _: None), contact=contact or (lambda: None))
+    chain = check_interlocks(cell, kind, session, now, asked=asked)
+    reports = tuple(_report(finding, cell.stop) for finding in chain)
+    broken = next((report.condition for report in reports if not report.holds), "")
+    return WhyReply(
+        cell=name,
+        kind=wish,
+        ready=not broken,
+        broken=broken,
+        conditions=reports,
+        ended=None if cell.ended is None else _end(cell.ended),
+        remarks=_remarks(cell, now),
+    )
+
+
+def _end(refusal: Refusal) -> EndReport:
+    code, text, entry = refusal.code, refusal.sentence, CATALOGUE[refusal.code]
+    return EndReport(code=code, name=code.name, text=text, cause=entry.cause, remedy=entry.remedy)
+
+
+def _remarks(cell: RobotCell, now: int) -> tuple[str, ...]:
+    moved = cell.uncommanded
+    if moved is None:
+        return ()
+    ago = (now - moved.at) / 1e9
+    somebody = "somebody may have moved it with the controller's own pendant"
+    return (f"{ago:.0f} s ago {moved.sentence}; {somebody}",)
+
+
+def _report(finding: Interlock, stop: StopLatch | None) -> ConditionReport:
+    condition, refusal = finding
+    name, meaning = condition.name.lower(), condition.value
+    if refusal is None:
+        return ConditionReport(condition=name, meaning=meaning, holds=True)
+    # A stop by the server itself says no more than that; what it was stopped for has the remedy.
+    by_itself = stop is not None and refusal.code is VerdictCode.PROTECTIVE_STOP
+    entry = CATALOGUE[stop.code if stop is not None and by_itself else refusal.code]
+    return ConditionReport(
+        condition=name,
+        meaning=meaning,
+        holds=False,
+        code=refusal.code,
+        name=refusal.code.name,
+        text=refusal.sentence,
+        cause=entry.cause,
+        remedy=entry.remedy,
+    )

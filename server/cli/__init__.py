@@ -1,0 +1,1 @@
+"""Command lines of the server: serving, store, accounts, audit log and programs."""

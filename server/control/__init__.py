@@ -1,0 +1,1 @@
+"""Motion authority and operating mode."""

@@ -1,0 +1,341 @@
+"""The pendant server as one pure core: both faces and the cell behind them.
+
+Every event comes in through `handle` with its time and goes out as a list of `Effect`, so a
+packet's way from the transport to the controller is one call stack. No socket, clock, file or
+thread in here. Beside `handle` only `fail` changes anything: after a fault of ours nothing in here
+can be trusted, so the core stops the robot once and is deaf.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
+
+from openpendant.motion.description.limits import JointLimits
+from openpendant.simplemsg.pendant import Activity
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..cell.robot_cell import SERVER, RobotCell
+from ..cell.robot_model import RobotModel
+from ..endpoints.pendant.access_requests import CoreAccess
+from ..endpoints.pendant.hello import Identity
+from ..endpoints.pendant.pendant_endpoint import PendantEndpoint
+from ..endpoints.ros.ros_endpoint import RosEndpoint
+from ..endpoints.ros.ros_link import RosPort
+from ..environment import CellEnvironment
+from ..events.cell_events import (
+    CellEvent,
+    MotionEnded,
+    MotionEvent,
+    MotionOwner,
+    MotionRefused,
+    StopLatch,
+    StopLatchChanged,
+)
+from ..events.effects import Ask, Backend, Close, Effect, Send, SendStop
+from ..events.events import (
+    Answered,
+    ClientFailed,
+    Closed,
+    ControllerGarbled,
+    ControllerReport,
+    Event,
+    Misdirected,
+    Opened,
+    PathChanged,
+    Port,
+    Received,
+    Regranted,
+    ShutDown,
+    Skipped,
+    StopReceived,
+    Tick,
+    WatchdogStopped,
+)
+from ..events.pending import Pending
+from ..events.replies import stop_changed, verdict
+from ..planning.jobs import MotionJob
+from ..refusal import Refusal
+from ..scene.scene_view import RobotEnvironment
+from ..settings.cell_settings import CellSettings, ControllerPath
+from ..store.documents import Heading
+from ..uplinks import dialect_of
+from .audit_trail import AuditTrail
+from .controller_input import ControllerInput
+from .loop_monitor import LoopMonitor, late_refusal
+
+_ROS_PORTS = {Port.ROS_MOTION: RosPort.MOTION, Port.ROS_STATE: RosPort.STATE}
+
+
+_Hear: TypeAlias = Callable[[CellEvent, int], list[Effect]]
+"""Takes an event of the cell and the time [ns]; returns what follows."""
+
+
+class CellCore:
+    """All connections of one cell, and the cell.
+
+    Attributes:
+        name: of the cell.
+        cell: the robot cell.
+        pendants: the pendant face.
+        ros: the ROS-Industrial face.
+        fault: why it serves nobody any more; None while it does.
+        environment: recordings, frames, tools, scene and signals; None where it has none.
+    """
+
+    def __init__(
+        self,
+        settings: CellSettings,
+        limits: JointLimits,
+        identity: Identity,
+        robot: RobotModel,
+        environment: RobotEnvironment | None = None,
+        access: CoreAccess | None = None,
+    ) -> None:
+        """Make a server nobody is connected to.
+
+        Args:
+            settings: the cell's configuration.
+            limits: the robot's joint limits, controller side.
+            identity: what hello says.
+            robot: the mathematics of the robot.
+            environment: the same of the robot in its scene; where left out, the cell has no
+                frames, scene, signals and recordings, and no collision is looked for.
+            access: who the pendants are; where left out, whoever is on this machine may do all.
+        """
+        access = access or CoreAccess()
+        self.name = identity.cell
+        self.fault: Refusal | None = None
+        self._pending = Pending()
+        self.cell = RobotCell(settings, limits, self.publish, self._pending, robot)
+        self.environment: CellEnvironment | None = None
+        if environment is not None:
+            self.environment = CellEnvironment(
+                self.cell, environment, self._pending, settings, identity.robot
+            )
+        self.pendants = PendantEndpoint(
+            self.cell, settings, identity, robot, self._pending, access, self.environment
+        )
+        self._trail = AuditTrail(access.record, access.login, self.cell, self.name)
+        self.ros = RosEndpoint(self.cell, settings)
+        self._endpoint_of: dict[int, PendantEndpoint | RosEndpoint] = {}
+        self._controller = ControllerInput(self.cell, self.environment)
+        rule = settings.watchdog
+        self._loop = LoopMonitor(
+            round(rule.real_deadline * 1e9), round(rule.emulated_deadline * 1e9)
+        )
+        self._was_told = False  # the watchdog: that the robot may move before the next tick
+        self._handlers = self._event_table()
+        # The order is that of the bytes that leave.
+        self._ticked: tuple[Callable[[int], list[Effect]], ...] = (
+            *(() if self.environment is None else (self._load,)),
+            *(self.cell.tick, self.ros.tick, self.pendants.tick),
+        )
+        programs, announcing = self.pendants.programs.desk, self.pendants.announcing
+        recordings = None if self.environment is None else self.environment.recordings
+        self._owners: dict[MotionOwner, _Hear] = {
+            MotionOwner.PENDANT: announcing.on_cell_event,
+            MotionOwner.PROGRAM: programs.on_cell_event,
+            MotionOwner.ROS: self.ros.on_cell_event,
+        }
+        self._subscribers: list[_Hear] = [announcing.on_cell_event, programs.on_cell_event]
+        if recordings is not None:
+            self._owners[MotionOwner.RECORDING] = recordings.on_cell_event
+            self._subscribers.append(recordings.on_cell_event)
+        self._subscribers.append(self.ros.on_cell_event)
+        # A second one, so that a stop can be made whatever became of the cell's own.
+        self._last_resort = dialect_of(settings.controller).uplink(
+            settings.controller, limits.velocity
+        )
+
+    def publish(self, event: CellEvent, now: int) -> list[Effect]:
+        """Tell whom an event of the cell concerns: a motion's owner, or all in their order."""
+        self._trail.on_cell_event(event, now)  # first, whatever the others make of it
+        if isinstance(event, MotionEvent):
+            if not isinstance(event, MotionRefused):
+                self.cell.ended = event.refusal if isinstance(event, MotionEnded) else None
+            return self._owners[event.request.owner](event, now)
+        return [item for hear in self._subscribers for item in hear(event, now)]
+
+    def handle(self, event: Event, now: int) -> list[Effect]:
+        """Take an event; return what follows from it, in order.
+
+        Args:
+            event: what happened.
+            now: monotonic time, ns.
+        """
+        if self.fault is not None:
+            if isinstance(event, Opened | ClientFailed):
+                return [Close(event.session, self.fault.sentence)]
+            return []
+        # Asked here, and not in the monitor, because each tick and each message comes by.
+        if now >= self._loop.late_from and event.checks_freeze:
+            late = self._after_a_freeze(now)
+            return late + self._handlers[type(event)](event, now)
+        return self._handlers[type(event)](event, now)
+
+    def _event_table(self) -> Mapping[type[Event], Callable[[Any, int], list[Effect]]]:
+        """Return who takes which event."""
+        return {
+            Opened: self._on_opened,
+            Closed: self._on_closed,
+            StopReceived: self._on_stop,
+            Received: self._on_received,
+            Misdirected: self._on_misdirected,
+            ClientFailed: self._on_client_failed,
+            Skipped: self._on_skipped,
+            Regranted: self._on_regranted,
+            PathChanged: self._on_path_changed,
+            ControllerReport: self._controller.take,
+            ControllerGarbled: self._on_garbled,
+            Answered: self._on_answered,
+            Tick: self._on_tick,
+            WatchdogStopped: self._on_watchdog_stopped,
+            ShutDown: self._on_shut_down,
+        }
+
+    def asked(self, backend: Backend, number: int) -> Ask | None:
+        """Return a question of the cell that is not answered yet; None where there is none."""
+        return self._pending.find(backend, number)
+
+    # Clients.
+
+    def may_stop(self, session: int) -> bool:
+        """Return True if a STOP of a client may act before its turn."""
+        endpoint = self._endpoint_of.get(session)
+        return endpoint is not None and endpoint.may_stop(session)
+
+    def _on_opened(self, event: Opened, now: int) -> list[Effect]:
+        if event.port is Port.PENDANT:
+            self._endpoint_of[event.session] = self.pendants
+            self.pendants.opened(event.session, event.address, now)
+            return []
+        self._endpoint_of[event.session] = self.ros
+        return self.ros.opened(event.session, _ROS_PORTS[event.port], event.address, now)
+
+    def _on_closed(self, event: Closed, now: int) -> list[Effect]:
+        endpoint = self._endpoint_of.pop(event.session, None)
+        return [] if endpoint is None else endpoint.closed(event.session, now)
+
+    def _on_stop(self, event: StopReceived, now: int) -> list[Effect]:
+        endpoint = self._endpoint_of.get(event.session)
+        return [] if endpoint is None else endpoint.stop_first(event.session, event.message, now)
+
+    def _on_received(self, event: Received, now: int) -> list[Effect]:
+        endpoint = self._endpoint_of.get(event.session)
+        return [] if endpoint is None else endpoint.receive(event.session, event.message, now)
+
+    def _on_misdirected(self, event: Misdirected, now: int) -> list[Effect]:
+        # A guest holds nothing, so nothing follows from its leaving.
+        self._on_closed(Closed(event.session), now)
+        answer = Send(event.session, verdict(0, event.refusal))
+        return [answer, Close(event.session, event.refusal.sentence)]
+
+    def _on_client_failed(self, event: ClientFailed, now: int) -> list[Effect]:
+        text = f"a fault of the server, incident {event.incident} of its log"
+        stop = Refusal(VerdictCode.PROTECTIVE_STOP, text)
+        return [*self.cell.protective_stop(stop, now), Close(event.session, text)]
+
+    def _on_skipped(self, event: Skipped, now: int) -> list[Effect]:
+        for session in event.sessions:
+            if self._endpoint_of.get(session) is self.pendants:
+                self.pendants.skipped(session)
+        return []
+
+    def _on_regranted(self, event: Regranted, now: int) -> list[Effect]:
+        is_here = self._endpoint_of.get(event.session) is self.pendants
+        return self.pendants.regranted(event.session, now) if is_here else []
+
+    # The controller.
+
+    def _on_path_changed(self, event: PathChanged, now: int) -> list[Effect]:
+        out = self.cell.path_changed(event.path, event.up, now)
+        if self.environment is None or event.path is not ControllerPath.STATE:
+            return out
+        return out + self.environment.state_link(event.up, now)
+
+    def _on_garbled(self, event: ControllerGarbled, now: int) -> list[Effect]:
+        if event.path is ControllerPath.STOP:
+            return []
+        return self.cell.misanswered(event.problem, now)
+
+    # The server's own parts.
+
+    def _on_answered(self, event: Answered, now: int) -> list[Effect]:
+        if isinstance(event.answer, Heading):
+            self._trail.saved(event.answer, now)
+        out = self._pending.resume(event.ask, event.answer, now)
+        if self.environment is None or not isinstance(event.ask.question, MotionJob):
+            return out
+        return out + self.environment.began(now)
+
+    def _on_tick(self, event: Tick, now: int) -> list[Effect]:
+        self._loop.tick(now, says_emulated=self.cell.feedback.says_emulated)
+        out: list[Effect] = []
+        for tick in self._ticked:
+            out += tick(now)
+        self._was_told = self.may_move
+        return out
+
+    def _load(self, now: int) -> list[Effect]:
+        """Load frames, tools and scene with the first tick, when all parts are there."""
+        assert self.environment is not None
+        self._ticked = (*self.environment.ticked, *self._ticked[1:])
+        return self.environment.world.load()
+
+    def _on_watchdog_stopped(self, event: WatchdogStopped, now: int) -> list[Effect]:
+        if self.cell.stop is None:
+            self._loop.stopped()
+        return []
+
+    def _on_shut_down(self, event: ShutDown, now: int) -> list[Effect]:
+        out = self.cell.shut_down(now) + self.pendants.programs.desk.shut_down(now)
+        return out if self.environment is None else out + self.environment.shut_down()
+
+    def _after_a_freeze(self, now: int) -> list[Effect]:
+        """Latch a stop after the event loop stood still, where the watchdog has sent one meanwhile.
+
+        What began since it was told counts.
+        """
+        late = late_refusal(self._loop.lateness(now))
+        may = self._was_told or self.may_move
+        return self.cell.protective_stop(late, now) if may else []
+
+    @property
+    def may_move(self) -> bool:
+        """Whether the robot moves, or will by what was asked already: a freeze stops it then.
+
+        One that stands with nothing queued is let alone, whoever is in control.
+        """
+        cell = self.cell
+        is_asked = cell.program is not None or cell.driving.activity is not Activity.IDLE
+        return self.fault is None and (is_asked or cell.is_moving)
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the robot moves, as far as anyone knows."""
+        return self.fault is None and self.cell.is_moving
+
+    def fail(self, problem: str, now: int) -> list[Effect]:
+        """Stop the robot and part with everybody, because something in here went wrong.
+
+        Args:
+            problem: what went wrong.
+            now: monotonic time, ns.
+
+        Returns:
+            The stop first; nothing where it failed before.
+        """
+        if self.fault is not None:
+            return []
+        text = f"a fault of the server ended cell {self.name!r}: {problem}"
+        self.fault = fault = Refusal(VerdictCode.CELL_FAULTED, text)
+        stop = StopLatch(SERVER, fault.sentence, now, is_protective=True)
+        told = stop_changed(StopLatchChanged(stop, SERVER))
+        out: list[Effect] = [SendStop(self._last_resort.stop(now, is_sent=False))]
+        for session, endpoint in self._endpoint_of.items():
+            if endpoint is self.pendants:
+                out.append(Send(session, told))
+            out.append(Close(session, fault.sentence))
+        self._endpoint_of.clear()
+        return out

@@ -1,0 +1,1 @@
+"""The two conversations: with pendants and with ROS-Industrial clients."""

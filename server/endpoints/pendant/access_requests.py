@@ -1,0 +1,329 @@
+"""What the pendants of a cell ask about access: logging in, pairing, sessions and accounts.
+
+Owns the messages of it; the rules are those of `access`. A password is checked, and an account is
+changed, elsewhere: the core asks for it by an `Ask`, and is told by an event.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import count
+
+from openpendant.simplemsg.pendant import (
+    AccountRole,
+    LoginKind,
+    Pairing,
+    PairingAction,
+    PairingReply,
+    SetAccount,
+)
+from openpendant.simplemsg.pendant import Login as LoginRequest
+from openpendant.simplemsg.pendant.management import access, users
+from openpendant.simplemsg.pendant.management.replies import Done
+from openpendant.simplemsg.pendant.roles import Permission, Role
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ...access.account_store import AccountAction, AccountChange
+from ...access.accounts import AccountBook
+from ...access.admission import Admission
+from ...access.audit import AuditEntry, AuditEvent
+from ...access.grants import Basis, Granted, Record
+from ...access.lockout import SECOND_NS
+from ...access.pairing import Chooser
+from ...access.request_gate import RequestGate
+from ...access.secret import Secret
+from ...events.effects import Effect, Send
+from ...events.management_handlers import handles
+from ...events.pending import Pending
+from ...events.replies import claimed, verdict
+from ...events.reply_to import ReplyTo
+from ...refusal import Refusal
+
+_ROLES = {
+    AccountRole.VIEWER: Role.VIEWER,
+    AccountRole.OPERATOR: Role.OPERATOR,
+    AccountRole.PROGRAMMER: Role.PROGRAMMER,
+    AccountRole.ADMIN: Role.ADMIN,
+}
+
+
+def _forget(entry: AuditEntry) -> None:
+    """Take an entry where no log is kept."""
+
+
+def _single_user() -> Admission:
+    return Admission(AccountBook(), single_user_host=True, record=_forget)
+
+
+@dataclass(frozen=True, slots=True)
+class CoreAccess:
+    """What a core needs to know who is who; left out, everybody on this machine is its user.
+
+    Attributes:
+        login: who the connections are; one for all cells of a process.
+        record: takes what is to be noted in the audit log; must not block.
+        chooser: where pairing codes come from.
+        numbers: of changes of accounts.
+    """
+
+    login: Admission = field(default_factory=_single_user)
+    record: Record = _forget
+    chooser: Chooser = field(default_factory=random.SystemRandom)
+    numbers: Iterator[int] = field(default_factory=partial(count, 1))
+
+
+Regranted = Callable[[int, int], list[Effect]]
+"""Told that a session may do other things from now on, and the time [ns]."""
+
+_Answer = Callable[[Refusal | None], list[Effect]]
+
+
+class AccessRequests:
+    """Who the pendants of one cell are.
+
+    Attributes:
+        gate: what each of their requests passes first.
+    """
+
+    def __init__(
+        self, access: CoreAccess, cell: str, regranted: Regranted, pending: Pending
+    ) -> None:
+        """Know nobody yet.
+
+        Args:
+            access: the login of the process.
+            cell: name of the cell.
+            regranted: called when what a session may do has changed.
+            pending: has passwords checked and accounts changed.
+        """
+        self._login = access.login
+        self._record = access.record
+        self._chooser = access.chooser
+        self._cell = cell
+        self._regranted = regranted
+        self._pending = pending
+        self.gate = RequestGate(access.login)
+        self._numbers = access.numbers
+
+    # Who is here.
+
+    def welcomed(self, session: int, address: str, client: str, now: int) -> None:
+        """Take a connection that completed hello."""
+        self._login.welcomed(session, address, client, self._cell, now)
+
+    def closed(self, session: int, now: int) -> None:
+        """Forget a connection."""
+        self.gate.closed(session)
+        self._login.closed(session, now)
+
+    def may(self, session: int, permission: Permission) -> bool:
+        """Tell whether a connection may do something."""
+        return self._login.may(session, permission) is None
+
+    def look_on_fault(self, session: int) -> Refusal | None:
+        """Return why a connection may not look on."""
+        return self._login.may(session, Permission.OBSERVE)
+
+    def move_fault(self, session: int) -> Refusal | None:
+        """Return why the role of a connection does not let it move the robot."""
+        return self._login.may(session, Permission.MOVE)
+
+    def name_of(self, session: int, client: str) -> str:
+        """Return how others are shown a connection; a name that no login proved says so.
+
+        Args:
+            session: the connection.
+            client: its name in the hello.
+        """
+        grant = self._login.grant_of(session)
+        if grant is None:
+            return client and claimed(client)
+        return client if grant.basis is Basis.SINGLE_USER else grant.name
+
+    # Logging in.
+
+    def log_in(self, session: int, message: LoginRequest, now: int) -> list[Effect]:
+        """Begin to log in by password, or pair at once."""
+        request_id, secret = message.request_id, Secret(message.secret)
+        match message.kind:
+            case LoginKind.PASSWORD:
+                job = self._login.try_password(session, message.name, secret, now)
+                if isinstance(job, Refusal):
+                    return [Send(session, verdict(request_id, job))]
+                asked = partial(self._verified, job.job_id, session, request_id)
+                return self._pending.ask(job, asked)
+            case LoginKind.PAIRING:
+                paired = self._login.pair(session, secret, message.name, now)
+                return self._granted(session, request_id, paired, now)
+        text = f"kind {message.kind}; accepted: 1 password, 2 pairing code"
+        return [Send(session, verdict(request_id, Refusal(VerdictCode.BAD_ARGUMENT, text)))]
+
+    def _verified(
+        self, job_id: int, session: int, request_id: int, is_right: bool | None, now: int
+    ) -> list[Effect]:
+        """Take the outcome of a password check; None where it could not be made."""
+        if is_right is None:
+            outcome: Granted | Refusal = self._login.not_verified(job_id)
+        else:
+            outcome = self._login.verified(job_id, is_right, now)
+        return self._granted(session, request_id, outcome, now)
+
+    def _granted(
+        self, session: int, request_id: int, outcome: Granted | Refusal, now: int
+    ) -> list[Effect]:
+        if isinstance(outcome, Refusal):
+            return [Send(session, verdict(request_id, outcome))]
+        # Whoever logs in as somebody else loses the authority first, as somebody else would.
+        return [*self._regranted(session, now), Send(session, verdict(request_id))]
+
+    # Pairing codes.
+
+    def pairing(self, session: int, message: Pairing, now: int) -> list[Effect]:
+        """Issue the cell's pairing code, or end it."""
+        match message.action:
+            case PairingAction.ISSUE:
+                code = self._login.issue_pairing(session, now, self._chooser)
+                if isinstance(code, Refusal):
+                    return [Send(session, verdict(message.request_id, code))]
+                lifetime = (code.expires - now) // SECOND_NS
+                return [Send(session, PairingReply(message.request_id, lifetime, code.shown))]
+            case PairingAction.WITHDRAW:
+                ended = self._login.withdraw_pairing(session, now)
+                if isinstance(ended, Refusal):
+                    return [Send(session, verdict(message.request_id, ended))]
+                out = [item for guest in ended for item in self._regranted(guest.session, now)]
+                return [*out, Send(session, verdict(message.request_id))]
+        text = f"action {message.action}; accepted: 1 issue, 2 withdraw"
+        refusal = Refusal(VerdictCode.BAD_ARGUMENT, text)
+        return [Send(session, verdict(message.request_id, refusal))]
+
+    # Accounts.
+
+    def set_account(self, session: int, message: SetAccount, now: int) -> list[Effect]:
+        """Add an account, or give one another password."""
+
+        def answer(refusal: Refusal | None) -> list[Effect]:
+            return [Send(session, verdict(message.request_id, refusal))]
+
+        if message.role not in {*_ROLES, AccountRole.AS_IT_IS}:
+            text = f"role {message.role}; accepted: 0 for a new password, 1 to 4 for a new account"
+            return answer(Refusal(VerdictCode.BAD_ARGUMENT, text))
+        role = _ROLES.get(AccountRole(message.role))
+        action = AccountAction.SET_PASSWORD if role is None else AccountAction.ADD
+        return self._change(session, answer, action, message.name, role, Secret(message.secret))
+
+    def _change(
+        self,
+        session: int,
+        answer: _Answer,
+        action: AccountAction,
+        name: str,
+        role: Role | None = None,
+        password: Secret | None = None,
+    ) -> list[Effect]:
+        grant = self._login.grant_of(session)
+        author = "" if grant is None else grant.name
+        change = AccountChange(next(self._numbers), author, action, name, role, password)
+        return self._pending.ask(change, partial(self._changed, change, session, answer))
+
+    def _changed(
+        self,
+        change: AccountChange,
+        session: int,
+        answer: _Answer,
+        refusal: Refusal | None,
+        now: int,
+    ) -> list[Effect]:
+        """Take the outcome of a change; what follows from it for others is told by the book."""
+        visitor = self._login.visitors.find(session)
+        if refusal is None and visitor is not None:
+            role = "" if change.role is None else change.role.value
+            about = {"action": change.action.value, "account": change.name, "new_role": role}
+            self._login.visitors.note(AuditEvent.ACCOUNT_CHANGED, visitor, now, **about)
+        return answer(refusal)
+
+    # Management requests.
+
+    @handles(access.WhoAmI)
+    def _who_am_i(
+        self, asked: access.WhoAmI, reply: ReplyTo[access.WhoIAm], now: int
+    ) -> list[Effect]:
+        grant = self._login.grant_of(reply.session)
+        return reply.answer(
+            {
+                "session": reply.session,
+                "name": "" if grant is None else grant.name,
+                "role": "" if grant is None else grant.role.value,
+                "basis": "" if grant is None else grant.basis.value,
+                "permissions": [each.value for each in Permission if self.may(reply.session, each)],
+            }
+        )
+
+    @handles(access.Logout)
+    def _log_out(self, asked: access.Logout, reply: ReplyTo[Done], now: int) -> list[Effect]:
+        ended = self._login.logout(reply.session, now)
+        out = [] if ended is None else self._regranted(reply.session, now)
+        return [*out, *reply.answer({})]
+
+    @handles(access.ListSessions)
+    def _list_sessions(
+        self, asked: access.ListSessions, reply: ReplyTo[access.Sessions], now: int
+    ) -> list[Effect]:
+        sessions: list[access.Session] = [
+            {
+                "session": visitor.session,
+                "client": visitor.client,
+                "address": visitor.address,
+                "name": "" if visitor.grant is None else visitor.grant.name,
+                "role": "" if visitor.grant is None else visitor.grant.role.value,
+            }
+            for visitor in self._login.visitors
+            if visitor.cell == self._cell
+        ]
+        return reply.answer({"sessions": sessions})
+
+    @handles(users.ListUsers)
+    def _list_users(
+        self, asked: users.ListUsers, reply: ReplyTo[users.Users], now: int
+    ) -> list[Effect]:
+        accounts = sorted(self._login.accounts, key=lambda account: account.key)
+        found: list[users.User] = [
+            {"name": account.name, "role": account.role.value, "disabled": account.disabled}
+            for account in accounts
+        ]
+        problems = self._login.accounts.unreadable
+        unreadable: list[users.UnreadableUser] = [
+            {"name": name, "problem": problems[name]} for name in sorted(problems)
+        ]
+        return reply.answer({"users": found, "unreadable": unreadable})
+
+    @handles(users.RemoveUser)
+    def _remove_user(self, asked: users.RemoveUser, reply: ReplyTo[Done], now: int) -> list[Effect]:
+        return self._change_asked(reply, AccountAction.REMOVE, asked.name)
+
+    @handles(users.SetUserRole)
+    def _set_user_role(
+        self, asked: users.SetUserRole, reply: ReplyTo[Done], now: int
+    ) -> list[Effect]:
+        return self._change_asked(reply, AccountAction.SET_ROLE, asked.name, Role(asked.role))
+
+    @handles(users.DisableUser)
+    def _disable_user(
+        self, asked: users.DisableUser, reply: ReplyTo[Done], now: int
+    ) -> list[Effect]:
+        return self._change_asked(reply, AccountAction.DISABLE, asked.name)
+
+    @handles(users.EnableUser)
+    def _enable_user(self, asked: users.EnableUser, reply: ReplyTo[Done], now: int) -> list[Effect]:
+        return self._change_asked(reply, AccountAction.ENABLE, asked.name)
+
+    def _change_asked(
+        self, reply: ReplyTo[Done], action: AccountAction, name: str, role: Role | None = None
+    ) -> list[Effect]:
+        def answer(refusal: Refusal | None) -> list[Effect]:
+            return reply.answer({}) if refusal is None else reply.refuse(refusal)
+
+        return self._change(reply.session, answer, action, name, role)

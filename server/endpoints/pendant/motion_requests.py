@@ -1,0 +1,150 @@
+"""Single motions as pendants ask for them: joint moves, poses, paths, home.
+
+Owns the order in which a request is examined: may this connection move at all, then its arguments,
+then the plan. Answers are the face's business, jogs are `jog_requests`'.
+"""
+
+from __future__ import annotations
+
+from openpendant.motion.errors import MotionError
+from openpendant.motion.frames.frame_tree import BASE
+from openpendant.simplemsg.pendant import Home, JointMove, JointPath, Motion, PoseMove, PosePath
+
+from ...cell.robot_cell import RobotCell
+from ...cell.robot_model import RobotModel
+from ...events.cell_events import MotionRequest
+from ...events.effects import Effect
+from ...planning.jobs import JointPathJob, JointVector, MotionJob, PoseGoal, PoseJob, speed_fault
+from ...refusal import Refusal, refusal_of
+from .request_arguments import motion_fault, pose_fault
+
+
+class PendantMotions:
+    """All single motions of one cell."""
+
+    def __init__(self, cell: RobotCell, robot: RobotModel) -> None:
+        """Start with no request in progress."""
+        self._cell = cell
+        self._robot = robot
+
+    def ask(
+        self, session: int, message: PoseMove | PosePath | JointPath | Home, now: int
+    ) -> Refusal | list[Effect]:
+        """Examine a request and have it planned; what needs no planning begins at once.
+
+        Returns:
+            Why it is refused, or what follows; the verdict comes as news.
+        """
+        match message:
+            case PoseMove():
+                goals: tuple[PoseGoal, ...] = (PoseGoal(message.position, message.orientation),)
+                return self._poses(session, message, goals, now)
+            case PosePath():
+                goals = tuple(PoseGoal(at.position, at.orientation) for at in message.waypoints)
+                return self._poses(session, message, goals, now)
+            case JointPath():
+                return self._joint_path(session, message, now)
+            case Home():
+                return self._home(session, message, now)
+
+    def joint_move(self, session: int, message: JointMove, now: int) -> Refusal | list[Effect]:
+        """Examine a joint move, and start it at once where it needs no planning process."""
+        refusal = (
+            self._cell.check(session, now)
+            or speed_fault(message.speed)
+            or self._cell.slots.count_fault(message.joint_count)
+        )
+        goal = refusal or self._cell.slots.position(message.joints)
+        if isinstance(goal, Refusal):
+            return goal
+        return self._move_joints(session, message.request_id, goal, message.speed, now)
+
+    def _move_joints(
+        self, session: int, request_id: int, goal: JointVector, speed: float, now: int
+    ) -> list[Effect]:
+        cell = self._cell
+        job = JointPathJob(
+            cell.motions.new_job_id(),
+            cell.standing_at,
+            (goal,),
+            speed,
+            self._tool_speed,
+            self._robot.tool_in_flange,
+        )
+        cell.authority.beat(session, now)
+        return cell.motions.move_joints(MotionRequest(session, request_id), job, now)
+
+    @property
+    def _tool_speed(self) -> float | None:
+        return self._cell.modes.tool_speed_cap(self._cell.feedback.mode)
+
+    def _plan(self, request: MotionRequest, job: MotionJob, now: int) -> list[Effect]:
+        self._cell.authority.beat(request.session, now)
+        return self._cell.motions.ask(request, job)
+
+    def _joint_path(self, session: int, message: JointPath, now: int) -> Refusal | list[Effect]:
+        cell = self._cell
+        refusal = (
+            cell.check(session, now)
+            or speed_fault(message.speed)
+            or cell.slots.count_fault(message.joint_count)
+        )
+        if refusal is not None:
+            return refusal
+        waypoints: list[JointVector] = []
+        for waypoint in message.waypoints:
+            position = cell.slots.position(waypoint.joints)
+            if isinstance(position, Refusal):
+                return position
+            waypoints.append(position)
+        job = JointPathJob(
+            cell.motions.new_job_id(),
+            cell.standing_at,
+            tuple(waypoints),
+            message.speed,
+            self._tool_speed,
+            self._robot.tool_in_flange,
+        )
+        return self._plan(MotionRequest(session, message.request_id), job, now)
+
+    def _poses(
+        self,
+        session: int,
+        message: PoseMove | PosePath,
+        goals: tuple[PoseGoal, ...],
+        now: int,
+    ) -> Refusal | list[Effect]:
+        cell = self._cell
+        refusal = (
+            cell.check(session, now)
+            or speed_fault(message.speed)
+            or motion_fault(message.motion)
+            or pose_fault(goals)
+        )
+        if refusal is not None:
+            return refusal
+        try:
+            in_base = tuple(self._robot.goal_in_base(goal, message.frame) for goal in goals)
+        except MotionError as error:
+            return refusal_of(error)
+        job = PoseJob(
+            cell.motions.new_job_id(),
+            cell.standing_at,
+            in_base,
+            BASE,
+            Motion(message.motion),
+            message.speed,
+            self._tool_speed,
+            self._robot.tool_in_flange,
+        )
+        return self._plan(MotionRequest(session, message.request_id), job, now)
+
+    def _home(self, session: int, message: Home, now: int) -> Refusal | list[Effect]:
+        refusal = self._cell.check(session, now) or speed_fault(message.speed)
+        if refusal is not None:
+            return refusal
+        try:
+            goal = self._robot.named_position(message.target)
+        except MotionError as error:
+            return refusal_of(error)
+        return self._move_joints(session, message.request_id, goal, message.speed, now)

@@ -1,0 +1,355 @@
+"""The pendant face: the conversation with pendant apps, as a pure core.
+
+Owns the order in which a message is examined (hello said, known, permitted), the one table from the
+class of a request to who answers it, and the verdicts of what was refused. What a request means is
+the business of whoever answers it, and what may move when is the cell's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from openpendant.simplemsg import (
+    Arrival,
+    CommType,
+    Malformed,
+    Message,
+    Overtaken,
+    Received,
+    ReplyCode,
+    Unasked,
+    WaitingStop,
+    refused,
+)
+from openpendant.simplemsg.pendant import (
+    Authority,
+    AuthorityBeat,
+    AuthorityReason,
+    Capability,
+    Enabling,
+    Hello,
+    Home,
+    JogBeat,
+    JogRelease,
+    JogStart,
+    JogStep,
+    JogUndo,
+    JointMove,
+    JointPath,
+    Login,
+    Management,
+    MotionControl,
+    Pairing,
+    PoseMove,
+    PosePath,
+    ProgramRun,
+    ResetStop,
+    SetAccount,
+    SetMode,
+    SetSpeed,
+    SoftwareStop,
+    Subscribe,
+)
+from openpendant.simplemsg.standard import Ping
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ...access.permissions import is_overtaken
+from ...cell.robot_cell import RobotCell
+from ...cell.robot_model import RobotModel
+from ...environment import CellEnvironment
+from ...events.effects import Effect, Send
+from ...events.management_body import parse
+from ...events.pending import Pending
+from ...events.replies import sent_away, verdict
+from ...programs.execution.run_environment import BareEnvironment
+from ...programs.program_service import ProgramService
+from ...refusal import Refusal
+from ...settings.cell_settings import CellSettings
+from .access_requests import AccessRequests, CoreAccess
+from .control_requests import AuthorityRequests, ControlRequests
+from .escape_request import EscapeRequests
+from .hello import Greeting, Identity
+from .jog_requests import JogRequests
+from .listeners import Listener, Listeners
+from .management import ManagementRequests
+from .motion_requests import PendantMotions
+from .notifications import Notifications
+from .snapshot import ServedCells
+
+_Answered = Refusal | None | list[Effect]
+"""Why a request is refused; None where it is done; else all that is to be written because of it,
+with a verdict among it where none comes as news."""
+
+_Request = Callable[[int, Any, int], _Answered]
+"""Answers a request of a session at a time [ns]."""
+
+_Topic = Callable[[int, Any, int], None]
+"""Takes a message that has no answer, of a session at a time [ns]."""
+
+
+class PendantEndpoint:
+    """All pendant connections of a cell.
+
+    Attributes:
+        access: who they are.
+        programs: the programs of the cell.
+        announcing: tells them what happened.
+    """
+
+    def __init__(
+        self,
+        cell: RobotCell,
+        settings: CellSettings,
+        identity: Identity,
+        robot: RobotModel,
+        pending: Pending,
+        access: CoreAccess,
+        around: CellEnvironment | None,
+    ) -> None:
+        """Make a face nobody is connected to.
+
+        Args:
+            cell: the cell.
+            settings: its configuration.
+            identity: what hello says.
+            robot: the mathematics of the robot.
+            pending: the questions of the cell.
+            access: who the pendants are.
+            around: what surrounds the robot; None in a cell without.
+        """
+        self.access = AccessRequests(access, identity.cell, self.regranted, pending)
+        self._cell = cell
+        self._listeners = listeners = Listeners(settings)
+        offers = Capability(0) if around is None else around.capabilities
+        self._greeting = Greeting(
+            identity, cell.limits.dof, settings, listeners, self.access, offers
+        )
+        self._motions = PendantMotions(cell, robot)
+        self._jogs = JogRequests(cell, settings.jog, robot)
+        self.programs = ProgramService(
+            cell,
+            robot,
+            pending,
+            listeners.to_all,
+            cell_name=identity.cell,
+            robot_name=identity.robot,
+            environment=BareEnvironment() if around is None else around,
+        )
+        self._authority = AuthorityRequests(cell, listeners)
+        self._control = ControlRequests(
+            *(cell, listeners, self._jogs, self.programs.desk),
+            None if around is None else around.recordings,
+        )
+        served = ServedCells.of(identity.cells or [(identity.cell, identity.robot)])
+        self._management = ManagementRequests(
+            cell,
+            settings,
+            listeners,
+            self.access,
+            self.programs,
+            served,
+            EscapeRequests(cell, robot, self._jogs),
+        )
+        self.announcing = Notifications(cell, robot, listeners, self._jogs.states)
+        if around is not None:
+            self._management.surround(around)
+        self._requests = self._request_table()
+        self._topics = self._topic_table()
+
+    def _request_table(self) -> Mapping[type[Message], _Request]:
+        """Return who answers which request of a welcomed pendant."""
+        motions, jogs, control = self._motions, self._jogs, self._control
+        return {
+            JointMove: motions.joint_move,
+            JointPath: motions.ask,
+            PoseMove: motions.ask,
+            PosePath: motions.ask,
+            Home: motions.ask,
+            JogStart: jogs.start,
+            JogStep: jogs.step,
+            JogUndo: jogs.undo,
+            JogRelease: lambda session, asked, now: jogs.release(session, asked.press, now),
+            SoftwareStop: control.software_stop,
+            ResetStop: control.reset_stop,
+            SetMode: control.set_mode,
+            SetSpeed: control.set_speed,
+            MotionControl: control.motion_control,
+            Authority: self._authority.authority,
+            ProgramRun: self._run_program,
+            Subscribe: self._greeting.subscribe,
+            Login: self.access.log_in,
+            Pairing: self.access.pairing,
+            SetAccount: self.access.set_account,
+        }
+
+    def _topic_table(self) -> Mapping[type[object], _Topic]:
+        """Return who takes which message of a welcomed pendant that has no answer."""
+        jogs, cell = self._jogs, self._cell
+        return {
+            JogBeat: jogs.beat,
+            Enabling: lambda session, held, now: cell.modes.enable(session, held.position, now),
+            AuthorityBeat: lambda session, _, now: cell.authority.beat(session, now),
+        }
+
+    def _run_program(self, session: int, message: ProgramRun, now: int) -> _Answered:
+        return self.programs.desk.start(self._listeners[session].holder, message, now)
+
+    # Connections.
+
+    def opened(self, session: int, address: str, now: int) -> None:
+        """Take note of a new connection."""
+        self._listeners.opened(session, address, now)
+
+    def closed(self, session: int, now: int) -> list[Effect]:
+        """Take note that a connection ended; what it moved is stopped."""
+        self._listeners.closed(session)
+        self._jogs.closed(session)
+        self.programs.closed(session)
+        self._cell.modes.forget(session)
+        change = self._cell.authority.release(session, AuthorityReason.CONNECTION_LOST)
+        out = self._cell.authority_gone(change, now)
+        self.access.closed(session, now)
+        return out
+
+    def regranted(self, session: int, now: int) -> list[Effect]:
+        """Follow a change of what a pendant may do; somebody else does not keep the authority."""
+        listener = self._listeners[session] if session in self._listeners else None
+        if listener is None or not listener.welcomed:
+            return []
+        listener.client = self.access.name_of(session, listener.hello_name)
+        # While it still looks on: the end of its authority concerns it more than anybody.
+        out = self._authority.follow(listener, self.access, now)
+        looked_on, fault = listener.looks_on, self.access.look_on_fault(session)
+        listener.looks_on = fault is None
+        if looked_on and fault is not None:
+            out.append(Send(session, sent_away(fault)))
+        return out
+
+    def skipped(self, session: int) -> None:
+        """Count a state message that a connection was too slow for."""
+        if session in self._listeners:
+            self._listeners[session].dropped += 1
+
+    # Messages.
+
+    def may_stop(self, session: int) -> bool:
+        """Tell whether a pendant has said hello, logged in or not."""
+        return self._listeners[session].welcomed
+
+    def stop_first(self, session: int, stop: Message, now: int) -> list[Effect]:
+        """Obey a stop before what came in front of it, and answer it first."""
+        assert isinstance(stop, SoftwareStop)
+        return self._control.software_stop(session, stop, now)
+
+    def receive(self, session: int, received: Arrival, now: int) -> list[Effect]:
+        """Take one message of a pendant and return what follows from it."""
+        listener = self._listeners[session]
+        if listener.leaving:
+            return []
+        listener.heard = now
+        if isinstance(received, Unasked):
+            return []
+        take = self._topics.get(type(received))
+        if (
+            take is not None
+            and isinstance(received, Message)
+            and received.comm_type == CommType.TOPIC
+        ):
+            if listener.welcomed:
+                take(session, received, now)
+            return []
+        if isinstance(received, Malformed):
+            return self._malformed(listener, received, now)
+        if isinstance(received, SoftwareStop) and listener.welcomed:
+            # Obeyed as a topic too: better a stop without an answer than none.
+            return self._control.software_stop(session, received, now)
+        if isinstance(received, Overtaken):
+            return self._overtaken(listener, received.received, now)
+        if isinstance(received, WaitingStop):
+            return self._stop_in_its_place(listener, received, now)
+        is_request = received.comm_type == CommType.REQUEST
+        return self._request(listener, received, now) if is_request else []
+
+    def _overtaken(self, listener: Listener, received: Received, now: int) -> list[Effect]:
+        """Refuse what would undo the stop that has overtaken it; take anything else as usual."""
+        if (
+            not isinstance(received, Message)
+            or received.comm_type != CommType.REQUEST
+            or not listener.welcomed
+            or not is_overtaken(received, operation := _operation(received))
+        ):
+            return self.receive(listener.session, received, now)
+        # Through the gate all the same, which uses its id up: nobody can send it once more.
+        refusal = self.access.gate.overtaken(listener.session, received, operation, now)
+        return self._forbidden(listener.session, received, refusal)
+
+    def _stop_in_its_place(self, listener: Listener, stop: WaitingStop, now: int) -> list[Effect]:
+        """Answer a stop that has acted already, where it was not answered then."""
+        if not stop.acted:
+            return self.receive(listener.session, stop.message, now)
+        if stop.answered or not stop.is_request:
+            return []
+        return [_verdict(listener.session, stop.message, None)]
+
+    @staticmethod
+    def _malformed(listener: Listener, received: Malformed, now: int) -> list[Effect]:
+        out: list[Effect] = []
+        if received.comm_type == CommType.REQUEST:
+            refusal = Refusal(VerdictCode.MALFORMED, str(received.error))
+            out.append(Send(listener.session, verdict(received.request_id, refusal)))
+        return out + listener.count_fault(now)
+
+    def _request(self, listener: Listener, message: Message, now: int) -> list[Effect]:
+        """Answer any request: the one place that lets in, counts, refuses and accepts."""
+        session = listener.session
+        match message:
+            case Hello():
+                return self._greeting.hello(session, message, now)
+            case Ping():
+                return [Send(session, Ping(comm_type=CommType.REPLY, reply_code=ReplyCode.SUCCESS))]
+        if not listener.welcomed:
+            return [_verdict(session, message, Refusal(VerdictCode.HELLO_FIRST))]
+        if isinstance(message, Management):
+            return self._managed(session, message, now)
+        refusal = self.access.gate.refusal(session, message, now)
+        if refusal is not None:
+            return self._forbidden(session, message, refusal)
+        answer = self._requests.get(type(message))
+        if answer is None:
+            return [Send(session, refused(message)), *listener.count_fault(now)]
+        answered = answer(session, message, now)
+        if isinstance(answered, Refusal):
+            self.access.gate.turned_down(session, message, answered, now)
+        return answered if isinstance(answered, list) else [_verdict(session, message, answered)]
+
+    def _managed(self, session: int, message: Management, now: int) -> list[Effect]:
+        """Let in and answer a management request, whose body is parsed here and only here."""
+        operation, asked = parse(message.body)
+        refusal = self.access.gate.operation_refusal(session, message, operation, now)
+        if refusal is not None:
+            return self._forbidden(session, message, refusal)
+        return self._management.answer(session, message, operation, asked, now)
+
+    def _forbidden(self, session: int, message: Message, refusal: Refusal) -> list[Effect]:
+        """Refuse a request to a pendant that may not make it, in the form of its answer."""
+        if isinstance(message, Management):
+            return self._management.reply_to(session, message).refuse(refusal)
+        return [_verdict(session, message, refusal)]
+
+    # Time.
+
+    def tick(self, now: int) -> list[Effect]:
+        """Send state to whoever is due; end conversations that never began or fell silent."""
+        out = self.programs.desk.tick(now)
+        ends, due = self._listeners.tick(now)
+        return out + ends + self.announcing.state(due, now)
+
+
+def _verdict(session: int, message: Message, refusal: Refusal | None) -> Send:
+    return Send(session, verdict(getattr(message, "request_id", 0), refusal))
+
+
+def _operation(message: Message) -> str:
+    """Return which operation a management request names; empty for any other request."""
+    return parse(message.body)[0] if isinstance(message, Management) else ""

@@ -1,0 +1,153 @@
+"""All of a cell beside motion and programs: recordings, frames, tools, scene, signals, trace.
+
+Owns how these parts are joined and what of the cell they are told. Decides nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from openpendant.motion.errors import StartInCollision
+from openpendant.motion.scene.scene import Scene
+from openpendant.simplemsg import Message
+from openpendant.simplemsg.pendant import Capability
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from .cell.robot_cell import RobotCell
+from .events.effects import Effect
+from .events.pending import Pending
+from .programs.interpreter.signal_offers import Offer
+from .recording.recording_service import RecordingService
+from .refusal import Refusal, refusal_of
+from .scene.planning_scene import PlanningScene
+from .scene.scene_monitor import SceneMonitor
+from .scene.scene_service import SceneService
+from .scene.scene_view import RobotEnvironment
+from .scene.signals import CellSignals
+from .scene.trace import ToolTrace
+from .settings.cell_settings import CellSettings
+
+_TRACE_NS = 40_000_000
+
+
+class CellEnvironment:
+    """What belongs to a cell beside its motion; what a program does beside moving, too.
+
+    Attributes:
+        world: frames, tools and scene.
+        signals: inputs and outputs.
+        recordings: recordings.
+        trace: the way of the tool.
+        desk: answers requests about all of these but recordings.
+    """
+
+    def __init__(
+        self,
+        cell: RobotCell,
+        view: RobotEnvironment,
+        pending: Pending,
+        settings: CellSettings,
+        robot_name: str,
+    ) -> None:
+        """Join the parts; from now on motions are checked against the scene."""
+        self._cell = cell
+        self._view = view
+        self._guard = SceneMonitor(cell, settings.controller, pending)
+        self.world = PlanningScene(settings.name, view, cell, pending.ask, self._scene_changed)
+        self.signals = CellSignals(is_offered=settings.controller.signals == "openpendant")
+        self.trace = ToolTrace()
+        self.recordings = RecordingService(
+            cell,
+            pending,
+            lambda: view.tool_in_flange,
+            robot_name=robot_name,
+            state_period=settings.controller.state_period,
+        )
+        self.desk = SceneService(cell, self.world, view, self.signals, self.trace, robot_name)
+        self._traced = 0
+        self._reported = -1  # when the last report came that was taken
+        cell.motions.scene = view.scene
+        cell.motions.is_surely_free = view.is_surely_free
+
+    @property
+    def capabilities(self) -> Capability:
+        """What a pendant may ask of it; signals where the controller has some for us."""
+        offered = Capability.RECORDING | Capability.SCENE
+        return offered | Capability.SIGNALS if self.signals.is_offered else offered
+
+    def contact(self) -> Refusal | None:
+        """Return what the robot touches where it stands, of what it must not touch."""
+        position = self._cell.feedback.position
+        nearest = None if position is None else self._view.nearest(position)
+        if nearest is None or not nearest.touching:
+            return None
+        return refusal_of(StartInCollision(nearest.first, nearest.second, nearest.distance))
+
+    def _scene_changed(self, scene: Scene, now: int) -> list[Effect]:
+        self._cell.motions.scene = scene
+        return self._guard.changed(scene, now)
+
+    # What happens in the cell.
+
+    def reported(self, now: int) -> list[Effect]:
+        """Take note that the controller reported."""
+        feedback = self._cell.feedback
+        position = feedback.position
+        if position is not None and feedback.received != self._reported:
+            self._reported = feedback.received
+            self.world.history.reported(now, position)
+            if now - self._traced >= _TRACE_NS:
+                self._traced = now
+                # With the speed, which nobody asks for here: the state message asks for the same.
+                self.trace.add(self._view.tool_motion(position, feedback.velocity)[0])
+        return self.recordings.recorder.reported(feedback, now)
+
+    def state_link(self, up: bool, now: int) -> list[Effect]:
+        """Take note that the controller's state connection came or went."""
+        return self.signals.link_changed(up, now)
+
+    def answered(self, reply: Message, now: int) -> list[Effect]:
+        """Take an answer on the controller's state connection."""
+        return self.signals.answered(reply, now)
+
+    def began(self, now: int) -> list[Effect]:
+        """Take note that the cell took a plan."""
+        return self._guard.began(now)
+
+    @property
+    def ticked(self) -> tuple[Callable[[int], list[Effect]], ...]:
+        """What is to be told of each tick but the first, in this order."""
+        return *self.recordings.ticked, self.signals.tick, self._guard.tick
+
+    def shut_down(self) -> list[Effect]:
+        """Have written what is recorded."""
+        return self.recordings.shut_down()
+
+    # For programs.
+
+    @property
+    def offered_signals(self) -> Offer:
+        """Which signals the controller has."""
+        return self.signals.offer
+
+    def input(self, signal: int, now: int) -> bool | Refusal:
+        """Return the value of an input."""
+        return self.signals.input(signal, now)
+
+    def set_output(self, signal: int, value: bool, now: int) -> list[Effect] | Refusal:
+        """Give an output a value."""
+        return self.signals.set_output(signal, value, now)
+
+    def attach(self, scene_object: str, now: int) -> list[Effect] | Refusal:
+        """Let the tool carry an object."""
+        position = self._cell.feedback.position
+        if position is None:
+            return Refusal(VerdictCode.FEEDBACK_STALE)
+        return self.world.carry(scene_object, position, now)
+
+    def detach(self, scene_object: str, now: int) -> list[Effect] | Refusal:
+        """Leave an object where it is."""
+        position = self._cell.feedback.position
+        if position is None:
+            return Refusal(VerdictCode.FEEDBACK_STALE)
+        return self.world.put_down(scene_object, position, now)

@@ -1,0 +1,1 @@
+"""Cell events, effects, replies and pending questions."""

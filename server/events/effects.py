@@ -1,0 +1,209 @@
+"""Effects: the actions that a core requests of its shell; a core has no other output.
+
+A core never writes to a socket: it returns a list of effects in order, and the shell carries them
+out on the same call stack. The two that each tick makes are not frozen, which halves their cost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import TypeAlias, get_args
+
+from openpendant.simplemsg import Message
+
+from ..access.account_store import AccountChange
+from ..access.admission import VerifyJob
+from ..planning.jobs import Job
+from ..planning.plan_store import StoredMotion
+from ..settings.cell_settings import ControllerPath
+from ..store.requests import Request
+
+Question: TypeAlias = Job | Request | VerifyJob | AccountChange
+"""Questions that a core can ask of a backend, which answers later."""
+
+
+class Backend(Enum):
+    """Backend that answers a question, by its word in a journal."""
+
+    PLANNER = "planner"
+    STORE = "store"
+    PASSWORDS = "passwords"
+    ACCOUNTS = "accounts"
+
+
+BACKENDS: Mapping[type[Question], Backend] = {
+    **dict.fromkeys(get_args(Job), Backend.PLANNER),
+    **dict.fromkeys(get_args(Request), Backend.STORE),
+    VerifyJob: Backend.PASSWORDS,
+    AccountChange: Backend.ACCOUNTS,
+}
+"""Backend of each class of questions."""
+
+
+@dataclass(frozen=True, slots=True)
+class Send:
+    """Write a message to one connection; never dropped.
+
+    Attributes:
+        session: number of the connection.
+        message: what to write.
+    """
+
+    session: int
+    message: Message
+
+
+@dataclass(slots=True)
+class Broadcast:
+    """Write state to connections of one port, encoded once; slow readers are skipped.
+
+    Attributes:
+        sessions: numbers of the connections.
+        message: what to write.
+    """
+
+    sessions: tuple[int, ...]
+    message: Message
+
+
+@dataclass(frozen=True, slots=True)
+class Close:
+    """Close a connection after what was written.
+
+    Attributes:
+        session: number of the connection.
+        reason: for the log.
+    """
+
+    session: int
+    reason: str
+
+
+@dataclass(slots=True)
+class SendToController:
+    """Write a message to the controller's motion connection.
+
+    Attributes:
+        message: what to write.
+    """
+
+    message: Message
+
+
+@dataclass(frozen=True, slots=True)
+class SendStop:
+    """Write a STOP on every open motion connection to the controller, at once.
+
+    Attributes:
+        message: the STOP in the controller's dialect.
+    """
+
+    message: Message
+
+
+@dataclass(frozen=True, slots=True)
+class AnswerController:
+    """Write the answer to a controller's own request, on the connection that it came from.
+
+    Attributes:
+        path: the connection.
+        message: the answer.
+    """
+
+    path: ControllerPath
+    message: Message
+
+
+@dataclass(frozen=True, slots=True)
+class ReconnectController:
+    """Close the controller's motion connection and connect anew.
+
+    Attributes:
+        reason: for the log.
+    """
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """Pass a question to its backend; the answer comes back to the core as an event.
+
+    Attributes:
+        id: number of the question among those to the same backend.
+        question: what is asked.
+    """
+
+    id: int
+    question: Question
+
+    @property
+    def backend(self) -> Backend:
+        """Backend that answers it."""
+        return BACKENDS[type(self.question)]
+
+
+@dataclass(frozen=True, slots=True)
+class Cancel:
+    """Withdraw a question from the planner; only a planner's question can be cancelled.
+
+    An answer that arrives later is ignored.
+
+    Attributes:
+        id: number of the question.
+    """
+
+    id: int
+
+
+@dataclass(frozen=True, slots=True)
+class StorePlan:
+    """Store a started motion with its certificate.
+
+    Attributes:
+        motion: the motion.
+    """
+
+    motion: StoredMotion
+
+
+@dataclass(frozen=True, slots=True)
+class QueryController:
+    """Ask the controller something beside motion, on its state connection.
+
+    On that connection neither the question nor a point waits for the other's answer.
+
+    Attributes:
+        message: the question.
+    """
+
+    message: Message
+
+
+@dataclass(frozen=True, slots=True)
+class LogLine:
+    """Write a line to the server's log, as a warning; the shell says of which cell.
+
+    Attributes:
+        text: the line.
+    """
+
+    text: str
+
+
+Effect = (
+    Send
+    | Broadcast
+    | Close
+    | SendToController
+    | SendStop
+    | AnswerController
+    | ReconnectController
+    | Ask
+    | Cancel
+    | StorePlan
+    | QueryController
+    | LogLine
+)

@@ -1,0 +1,1 @@
+"""Records of events and answers in the journal, and their reading."""

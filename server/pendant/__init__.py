@@ -1,1 +1,0 @@
-"""The pendant port: what pendants may ask, and what they are answered and told."""

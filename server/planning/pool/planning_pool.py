@@ -1,0 +1,178 @@
+"""The pool of planning processes that all cells of a server share, and the queue of their jobs.
+
+Owns the order: cells take turns, so that the many jobs of one delay no other cell by more than one
+job. A check of the rest of a motion in progress (`WayCheckJob`) goes before all turns, because that
+robot is held until the answer is there; one for each cell between two turns, as otherwise a scene
+that changes again and again would block all planning. The number of waiting jobs is bounded by the
+cells: each has at most one motion, one such check and one dry run waiting, and a few tasks about
+programs.
+
+A job goes to a process only when that is free, so one that takes long or dies with its process
+spoils no other. A job that nobody waits for any more leaves the queue. Where a process is busy with
+it already, its cell gets no other meanwhile; and where others wait, the process is replaced soon.
+So a cell that asks for long plans and drops them delays the others by about 1 s, not by the
+duration of a plan; only long plans that somebody waits for can do that.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from collections.abc import Collection, Iterable
+from itertools import count
+
+from ..jobs import Job, WayCheckJob
+from ..task import Deliver, PlanTask
+from .planning_process import PlanningProcess
+
+
+class JobQueue:
+    """Queue of jobs of several cells, each cell's in their order except its scene checks."""
+
+    def __init__(self) -> None:
+        """Make an empty queue."""
+        self._cells: dict[int, deque[PlanTask]] = {}  # in the order of their turns; none is empty
+        self._looked: set[int] = set()  # cells whose look went first since the last turn
+
+    def __bool__(self) -> bool:
+        """True if a job waits."""
+        return bool(self._cells)
+
+    def put(self, task: PlanTask) -> None:
+        """Add a job."""
+        tasks = self._cells.setdefault(task.cell, deque())
+        if _is_look(task):
+            tasks.appendleft(task)
+        else:
+            tasks.append(task)
+
+    def first(self, barred: Collection[int]) -> PlanTask | None:
+        """Return the next job; it stays in the queue until it is taken.
+
+        Args:
+            barred: numbers of the cells that get no turn; their scene checks still go.
+        """
+        fronts = [tasks[0] for tasks in self._cells.values()]
+        for task in fronts:
+            if _is_look(task) and task.cell not in self._looked:
+                return task
+        for task in fronts:
+            if _is_look(task) or task.cell not in barred:
+                return task
+        return None
+
+    def take(self, task: PlanTask) -> None:
+        """Remove the first job; it uses its cell's turn, except a scene check before all turns."""
+        tasks = self._cells[task.cell]
+        tasks.popleft()
+        if _is_look(task) and task.cell not in self._looked:
+            self._looked.add(task.cell)
+        else:
+            self._looked.clear()
+            del self._cells[task.cell]
+            self._cells[task.cell] = tasks
+        if not tasks:
+            del self._cells[task.cell]
+
+    def withdraw(self, cell: int, job_id: int) -> bool:
+        """Remove a job of a cell; return True if it waited."""
+        tasks = self._cells.get(cell, ())
+        left = deque(task for task in tasks if task.job.job_id != job_id)
+        if len(left) == len(tasks):
+            return False
+        if left:
+            self._cells[cell] = left
+        else:
+            del self._cells[cell]
+        return True
+
+    def clear(self) -> list[PlanTask]:
+        """Remove all jobs and return them."""
+        tasks = [task for tasks in self._cells.values() for task in tasks]
+        self._cells.clear()
+        self._looked.clear()
+        return tasks
+
+
+def _is_look(task: PlanTask) -> bool:
+    return isinstance(task.job, WayCheckJob)
+
+
+_MOST_PROCESSES = 2
+"""Number of processes: plans take tens of milliseconds, and each process holds memory."""
+
+
+class PlanningPool:
+    """Pool of a few warm processes, each able to plan for every robot of the server."""
+
+    def __init__(self, robots: Iterable[str]) -> None:
+        """Make a pool; `keep_up` starts its processes.
+
+        Args:
+            robots: name or file of the robot of each cell.
+        """
+        cells = list(robots)
+        kinds = list(dict.fromkeys(cells))
+        self._numbers = count(1)
+        self._waiting = JobQueue()
+        self._processes = [
+            PlanningProcess(kinds, self.hand_out) for _ in range(min(len(cells), _MOST_PROCESSES))
+        ]
+
+    def planner_of(self, robot: str) -> CellPlanner:
+        """Return the planner of one more cell, with this robot."""
+        return CellPlanner(self, robot, next(self._numbers))
+
+    def submit(self, task: PlanTask) -> None:
+        """Plan a job when its cell's turn has come and a process is free."""
+        self._waiting.put(task)
+        self.hand_out()
+
+    def withdraw(self, cell: int, job_id: int) -> None:
+        """Withdraw a job; it is not answered any more."""
+        if not self._waiting.withdraw(cell, job_id):
+            for process in self._processes:
+                process.withdraw(cell, job_id)
+
+    def hand_out(self) -> None:
+        """Give jobs to free processes, warm ones first; fail the jobs if no process can start."""
+        free = [process for process in self._processes if process.is_free]
+        free.sort(key=lambda process: process.is_warm)
+        while free and (task := self._next()) is not None:
+            if free.pop().give(task):
+                self._waiting.take(task)
+        if all(process.is_down for process in self._processes):
+            for task in self._waiting.clear():
+                task.fail()
+        if self._waiting:
+            for process in self._processes:
+                process.cut_short()
+
+    def _next(self) -> PlanTask | None:
+        wasted = (process.wasted_on for process in self._processes)
+        return self._waiting.first([cell for cell in wasted if cell is not None])
+
+    async def keep_up(self) -> None:
+        """Run the processes until cancelled."""
+        # A group waits for all of them when it is cancelled, so that no child is left behind.
+        async with asyncio.TaskGroup() as group:
+            for process in self._processes:
+                group.create_task(process.keep_up())
+
+
+class CellPlanner:
+    """Planner of one cell that uses the processes of a pool."""
+
+    def __init__(self, pool: PlanningPool, robot: str, cell: int) -> None:
+        """Make it; see `PlanningPool.planner_of`."""
+        self._pool = pool
+        self._robot = robot
+        self._cell = cell
+
+    def submit(self, job: Job, deliver: Deliver) -> None:
+        """Plan a job; `deliver` is called with the answer."""
+        self._pool.submit(PlanTask(self._robot, job, deliver, self._cell))
+
+    def withdraw(self, job_id: int) -> None:
+        """Withdraw a job; `deliver` is not called any more."""
+        self._pool.withdraw(self._cell, job_id)

@@ -1,0 +1,322 @@
+"""One planning process and the shell round it.
+
+A job goes to a child process on its standard input (`task`), the answer comes back on its
+standard output as a length-prefixed pickle, so that neither side ever blocks the event loop and the
+death of either ends the other: the child sees the end of its input, the server the end of its
+output. It has one job in hand at a time; who waits for a process is `planning_pool`'s business.
+
+Run as a module it is the child:
+`python -m openpendant.server.planning.pool.planning_process ROBOT...`.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import pickle
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import BinaryIO
+
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ...refusal import Refusal
+from ..jobs import PlanAnswer
+from ..task import LENGTH, PlanTask, TaskInHand, read_question, split_question
+
+log = logging.getLogger("openpendant.server")
+
+_NICENESS = 10
+_RESTART_PAUSE = 0.5
+_LONGEST_PAUSE = 10.0
+_LONGEST_PLAN = 30.0
+_LONGEST_WASTE = 1.0  # for what nobody waits for, where others wait
+
+_DISCARDED = 1 << 16
+"""Bytes that are thrown away at once of answers that nobody reads."""
+
+_FAREWELL = 0.5
+
+
+class PlanningProcess:
+    """Warm, niced child process that plans one job after the other.
+
+    Attributes:
+        is_down: True if it could not be started or never got warm, until the next attempt.
+        is_warm: its libraries are loaded.
+    """
+
+    def __init__(self, robots: Sequence[str], on_change: Callable[[], None]) -> None:
+        """Make a planner for some robots; `keep_up` starts its process.
+
+        Args:
+            robots: names or files of the robots that it is warm for.
+            on_change: called when it became free, or went down.
+        """
+        self.is_down = False
+        self.is_warm = False
+        self._robots = robots
+        self._on_change = on_change
+        self._process: asyncio.subprocess.Process | None = None
+        self._in_hand: TaskInHand | None = None
+        self._is_doomed = False  # killed, though its end was not seen yet
+        self._writing: asyncio.Task[None] | None = None
+
+    @property
+    def is_free(self) -> bool:
+        """True if it would start a job at once, or as soon as it is warm."""
+        if self._process is None or self._in_hand is not None or self._is_doomed:
+            return False
+        # The loop may have seen its input closed some turns before the end of its output, which
+        # `keep_up` waits for.
+        assert self._process.stdin is not None
+        return not self._process.stdin.is_closing()
+
+    @property
+    def wasted_on(self) -> int | None:
+        """Number of the cell whose withdrawn job it is busy with; None for none."""
+        in_hand = self._in_hand
+        return in_hand.task.cell if in_hand is not None and in_hand.is_withdrawn else None
+
+    def give(self, task: PlanTask) -> bool:
+        """Give a job to a free process.
+
+        Returns:
+            True if it took the job; otherwise it is ended, and free again once another runs.
+        """
+        assert self._process is not None
+        assert self._process.stdin is not None
+        head, pieces = split_question(task.robot, task.job)
+        try:
+            self._process.stdin.write(head)
+        except (OSError, RuntimeError) as error:
+            # What uvloop does where asyncio drops the bytes: the input is closed.
+            log.error("the planning process takes no job: %s", error)
+            _kill(self._process)
+            return False
+        loop = asyncio.get_running_loop()
+        timer = loop.call_later(_LONGEST_PLAN, self._give_up, task)
+        self._in_hand = TaskInHand(task, timer, loop.time())
+        if pieces:
+            self._writing = asyncio.ensure_future(self._write_rest(self._process, pieces))
+        return True
+
+    async def _write_rest(
+        self, process: asyncio.subprocess.Process, pieces: Sequence[bytes]
+    ) -> None:
+        """Write what follows a question, a piece in each turn of the loop, as fast as it is read.
+
+        A process that does not take it is ended.
+        """
+        assert process.stdin is not None
+        try:
+            for piece in pieces:
+                process.stdin.write(piece)
+                await process.stdin.drain()
+                # A drain where nothing is waited for is no turn of the loop.
+                await asyncio.sleep(0)
+        except (OSError, RuntimeError) as error:
+            log.error("the planning process does not take all of a job: %s", error)
+            _kill(process)
+
+    def _give_up(self, task: PlanTask) -> None:
+        """End a process that has not answered for too long; `keep_up` starts another."""
+        log.error("planning job %d took more than %g s", task.job.job_id, _LONGEST_PLAN)
+        self._doom()
+
+    def _doom(self) -> None:
+        """End the process, and give it no job until another runs."""
+        if self._process is not None:
+            self._is_doomed = True
+            _kill(self._process)
+
+    def withdraw(self, cell: int, job_id: int) -> None:
+        """Withdraw a job of a cell if it is the one in hand: its answer is dropped."""
+        in_hand = self._in_hand
+        if in_hand is None or (in_hand.task.cell, in_hand.task.job.job_id) != (cell, job_id):
+            return
+        in_hand.is_withdrawn = True
+        self._be_patient()
+
+    def _be_patient(self) -> None:
+        """Wait some time before a withdrawn job counts as overdue; it may be done soon."""
+        in_hand = self._in_hand
+        # A process that gets warm is not ended: a new one costs more time than most plans.
+        if in_hand is None or not in_hand.is_withdrawn or not self.is_warm:
+            return
+        loop = asyncio.get_running_loop()
+        in_hand.patience = loop.call_later(_LONGEST_WASTE, self._lose_patience, in_hand)
+
+    def _lose_patience(self, in_hand: TaskInHand) -> None:
+        in_hand.is_overdue = True
+        self._on_change()
+
+    def cut_short(self) -> None:
+        """End a process that is overdue with a withdrawn job; `keep_up` starts another."""
+        in_hand = self._in_hand
+        if in_hand is None or not in_hand.is_overdue or self._is_doomed:
+            return
+        job_id = in_hand.task.job.job_id
+        log.warning("planning job %d was withdrawn and goes on; its process is replaced", job_id)
+        self._doom()
+
+    async def keep_up(self) -> None:
+        """Run the process, and another when it ends; until cancelled."""
+        pause = _RESTART_PAUSE
+        while True:
+            try:
+                await self._run_once()
+                log.error("the planning process ended; starting another")
+            except OSError as error:
+                # Out of memory or processes, for example: retried, as the server serves without it.
+                log.error("the planning process failed, trying again: %s", error)
+            finally:
+                # One that was warm is back at once, and jobs may wait for that.
+                was_warm, self.is_warm, self.is_down = self.is_warm, False, not self.is_warm
+                self._fail_in_hand()
+                self._on_change()
+            # A process that never gets warm would otherwise use a whole core for its attempts.
+            pause = _RESTART_PAUSE if was_warm else min(2 * pause, _LONGEST_PAUSE)
+            await asyncio.sleep(pause)
+
+    async def _run_once(self) -> None:
+        self._process = process = await _start(self._robots)
+        self.is_down = self._is_doomed = False
+        self._on_change()
+        try:
+            await self._read_answers(process)
+        finally:
+            self._process = None
+            if self._writing is not None:
+                self._writing.cancel()
+            await _end(process)
+
+    async def _read_answers(self, process: asyncio.subprocess.Process) -> None:
+        assert process.stdout is not None
+        while True:
+            try:
+                (size,) = LENGTH.unpack(await process.stdout.readexactly(LENGTH.size))
+                planned = pickle.loads(await process.stdout.readexactly(size))
+            except asyncio.IncompleteReadError:
+                return
+            if planned is None:
+                self.is_warm = True
+                self._be_patient()
+                continue
+            in_hand, self._in_hand = self._in_hand, None
+            assert in_hand is not None
+            in_hand.end()
+            if not in_hand.is_withdrawn:
+                if isinstance(planned, PlanAnswer) and isinstance(planned.result, tuple):
+                    # Only the start of a motion needs the time that it waited.
+                    took = asyncio.get_running_loop().time() - in_hand.given
+                    planned = replace(planned, took=took)
+                in_hand.task.deliver(planned)
+            self._on_change()
+
+    def _fail_in_hand(self) -> None:
+        in_hand, self._in_hand = self._in_hand, None
+        if in_hand is None:
+            return
+        in_hand.end()
+        if not in_hand.is_withdrawn:
+            in_hand.task.fail()
+
+
+async def _start(robots: Sequence[str]) -> asyncio.subprocess.Process:
+    """Start a child; one that was not waited for to the end is ended, too."""
+    starting = asyncio.ensure_future(
+        asyncio.create_subprocess_exec(
+            *(sys.executable, "-m", __name__, *robots),
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+        )
+    )
+    try:
+        return await asyncio.shield(starting)
+    except asyncio.CancelledError:
+        with suppress(OSError):
+            await _end(await starting)
+        raise
+
+
+async def _end(process: asyncio.subprocess.Process) -> None:
+    """End the child by closing its input, by force where it is busy with a plan."""
+    assert process.stdin is not None
+    process.stdin.close()
+    try:
+        # Not `wait_for`: that of Python 3.11 swallows a cancellation that comes as the child ends,
+        # and `keep_up` would start another child in a server that is going down.
+        async with asyncio.timeout(_FAREWELL):
+            code = await _exit_code(process)
+    except TimeoutError:
+        _kill(process)
+        code = await _exit_code(process)
+    log.info("planning process %d ended with %d", process.pid, code)
+
+
+async def _exit_code(process: asyncio.subprocess.Process) -> int:
+    """Wait for the end of a child whose answers nobody reads any more; return its exit code."""
+    assert process.stdout is not None
+    # A pipe that is full is not closed, even by a kill, and `wait` waits for that.
+    while await process.stdout.read(_DISCARDED):
+        pass
+    return await process.wait()
+
+
+def _kill(process: asyncio.subprocess.Process) -> None:
+    """Kill the child, which may have died since the loop looked last."""
+    with suppress(ProcessLookupError):
+        process.kill()
+
+
+def run_child(robots: Sequence[str]) -> None:
+    """Answer jobs until the server closes the pipe; the body of the child process."""
+    try:
+        _answer_jobs(robots)
+    except BrokenPipeError:
+        # The server was killed. Python would complain once more when it flushes what is left.
+        os._exit(1)
+
+
+def _answer_jobs(robots: Sequence[str]) -> None:
+    # The terminal's Ctrl-C goes to the whole group; the server decides when planning ends.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Absolute, as the server that it inherits from may run before others.
+    os.setpriority(os.PRIO_PROCESS, 0, _NICENESS)
+    jobs = sys.stdin.buffer
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
+    # The output of a library must not get between the answers.
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+
+    from ..worker.job_planner import answer, warm_up
+
+    for robot in robots:
+        warm_up(robot)
+    _send(answers, None)
+    while True:
+        asked = read_question(jobs)
+        if asked is None:
+            return
+        robot, job = asked
+        try:
+            planned = answer(robot, job)
+        except Exception as error:
+            # A fault of ours: the pendant gets a refusal, the process and its libraries stay warm.
+            text = f"{type(error).__name__}: {error}"
+            planned = PlanAnswer(job.job_id, Refusal(VerdictCode.PLANNER_FAILED, text), 0.0)
+        _send(answers, planned)
+
+
+def _send(answers: BinaryIO, planned: PlanAnswer | None) -> None:
+    data = pickle.dumps(planned, protocol=pickle.HIGHEST_PROTOCOL)
+    answers.write(LENGTH.pack(len(data)) + data)
+    answers.flush()
+
+
+if __name__ == "__main__":
+    run_child(sys.argv[1:])

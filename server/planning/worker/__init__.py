@@ -1,0 +1,1 @@
+"""Planning worker: the work of a planning process."""

@@ -1,0 +1,194 @@
+"""Job planner: a certified trajectory or a refusal for each job, in a planning process.
+
+Runs in a worker process and nowhere else, because inverse kinematics and TOPP-RA hold the
+interpreter for milliseconds. Owns the planner of each kind of job; each answer passed the
+certificate.
+"""
+
+from __future__ import annotations
+
+import time
+from functools import cache, lru_cache
+
+import numpy as np
+
+from openpendant.motion.description.robot import serial_robot
+from openpendant.motion.errors import MotionError
+from openpendant.motion.kinematics.serial import Kinematics, with_tool
+from openpendant.motion.paths.paths import JointSpline, joint_path_through_poses, linear_legs
+from openpendant.motion.pose import Pose
+from openpendant.motion.scene.scene import Scene
+from openpendant.motion.timing.parameterization import time_legs, time_path
+from openpendant.motion.trajectory.certificate import Certificate, certify
+from openpendant.motion.trajectory.point_speed import ToolSpeedLimit, reduced_speed
+from openpendant.motion.trajectory.ptp import plan_joint_move
+from openpendant.motion.trajectory.trajectory import Trajectory
+from openpendant.simplemsg.pendant import Motion
+
+from ...programs.editing.program_tasks import perform
+from ...refusal import Refusal, refusal_of
+from ..jobs import (
+    BlockJob,
+    DryRunFound,
+    DryRunJob,
+    Job,
+    JointPathJob,
+    PathFree,
+    PlanAnswer,
+    PlaybackPlan,
+    PoseGoal,
+    PoseJob,
+    ProgramJob,
+    RecordingJob,
+    RosPathJob,
+    WayCheckJob,
+)
+from .block_planning import check_running, collision_on, plan_block_job
+from .dry_run_planning import DryRuns, shortened
+from .recording_planning import RecordingUnplayable, plan_recording
+from .ros_planning import plan_ros_path
+
+_SLICE = 0.2
+"""Longest time that a slice of a dry run holds up the next job, besides one plan [s]."""
+
+_dry_runs = DryRuns()
+
+
+@cache
+def kinematics_of(robot: str) -> Kinematics:
+    """Return the kinematics of a robot; built once in each process."""
+    return Kinematics(serial_robot(robot))
+
+
+@lru_cache(maxsize=16)
+def _tooled(robot: str, tool: PoseGoal | None) -> Kinematics:
+    """Return the kinematics of a robot whose tool link is a tool centre point."""
+    if tool is None:
+        return kinematics_of(robot)
+    tcp = Pose.from_values(tool.position, tool.orientation)
+    return Kinematics(with_tool(serial_robot(robot), tcp))
+
+
+def answer(robot: str, job: Job) -> PlanAnswer:
+    """Plan a job and certify the result.
+
+    Args:
+        robot: name or file of the robot.
+        job: what to plan.
+
+    Returns:
+        The trajectory with its certificate, or the refusal; never raises for a motion that cannot
+        be made.
+    """
+    began = time.perf_counter()
+    if isinstance(job, ProgramJob):
+        return PlanAnswer(job.job_id, perform(job.task), time.perf_counter() - began)
+    kinematics = kinematics_of(robot)
+    if isinstance(job, DryRunJob):
+        found = _dry_runs.slice(kinematics, job, lambda: time.perf_counter() - began > _SLICE)
+        if isinstance(found, DryRunFound):
+            found = shortened(found)
+        return PlanAnswer(job.job_id, found, time.perf_counter() - began)
+    if isinstance(job, WayCheckJob):
+        return PlanAnswer(job.job_id, _looked(kinematics, job), time.perf_counter() - began)
+    playback: PlaybackPlan | None = None
+    if isinstance(job, RecordingJob):
+        result, playback = _played_back(_tooled(robot, job.tool), job)
+    elif isinstance(job, PoseJob | JointPathJob):
+        result = _certified(_tooled(robot, job.tool), job)
+    else:
+        result = _certified(kinematics, job)
+    if isinstance(result, tuple) and job.scene is not None:
+        result = _free(kinematics, result, job.scene)
+    return PlanAnswer(job.job_id, result, time.perf_counter() - began, playback)
+
+
+def _free(
+    kinematics: Kinematics, certified: tuple[Trajectory, Certificate], scene: Scene
+) -> tuple[Trajectory, Certificate] | Refusal:
+    """Return a certified motion, or why it may not be made in a scene."""
+    try:
+        refusal = collision_on(kinematics, certified[0].position, scene)
+    except MotionError as error:
+        refusal = refusal_of(error)
+    return refusal or certified
+
+
+def _looked(kinematics: Kinematics, job: WayCheckJob) -> Refusal | PathFree:
+    try:
+        return check_running(kinematics, job)
+    except MotionError as error:
+        return refusal_of(error)
+
+
+def _played_back(
+    kinematics: Kinematics, job: RecordingJob
+) -> tuple[tuple[Trajectory, Certificate] | Refusal, PlaybackPlan | None]:
+    caps = _caps(kinematics, job.tool_speed)
+    try:
+        trajectory, account = plan_recording(kinematics, job, caps)
+        certificate = certify(trajectory, kinematics.limits, start=job.start, tool_speed=caps)
+    except RecordingUnplayable as unplayable:
+        return unplayable.refusal, None
+    except MotionError as error:
+        return refusal_of(error), None
+    return (trajectory, certificate), account
+
+
+def _certified(
+    kinematics: Kinematics, job: PoseJob | JointPathJob | RosPathJob | BlockJob
+) -> tuple[Trajectory, Certificate] | Refusal:
+    if isinstance(job, BlockJob):
+        return plan_block_job(kinematics, job)
+    caps = () if isinstance(job, RosPathJob) else _caps(kinematics, job.tool_speed)
+    try:
+        trajectory = _plan(kinematics, job)
+        proof = certify(trajectory, kinematics.limits, start=job.start, tool_speed=caps)
+        return trajectory, proof
+    except MotionError as error:
+        return refusal_of(error)
+
+
+def warm_up(robot: str) -> None:
+    """Load the libraries and run each once, so that the first job is as fast as the next."""
+    kinematics = kinematics_of(robot)
+    home = serial_robot(robot).home_position
+    limits = kinematics.limits
+    aside = tuple(
+        value + (0.01 if value + 0.01 <= upper else -0.01)
+        for value, upper in zip(home, limits.upper, strict=True)
+    )
+    answer(robot, JointPathJob(0, home, (aside, home), speed=0.5))
+
+
+def _plan(kinematics: Kinematics, job: PoseJob | JointPathJob | RosPathJob) -> Trajectory:
+    limits = kinematics.limits
+    match job:
+        case JointPathJob():
+            caps = _caps(kinematics, job.tool_speed)
+            if len(job.waypoints) == 1 and not caps:
+                return plan_joint_move(job.start, job.waypoints[0], limits, speed=job.speed)
+            path = JointSpline([job.start, *job.waypoints], limits)
+            return time_path(path, limits, speed=job.speed, tool_speed=caps)
+        case RosPathJob():
+            return plan_ros_path(job, limits)
+        case PoseJob():
+            return _plan_poses(kinematics, job)
+
+
+def _plan_poses(kinematics: Kinematics, job: PoseJob) -> Trajectory:
+    limits = kinematics.limits
+    poses = [Pose.from_values(goal.position, goal.orientation) for goal in job.goals]
+    caps = _caps(kinematics, job.tool_speed)
+    if job.motion is Motion.LIN:
+        legs = linear_legs(kinematics, job.start, poses, frame=job.frame)
+        return time_legs(legs, limits, speed=job.speed, tool_speed=caps)
+    waypoints = joint_path_through_poses(kinematics, job.start, poses, frame=job.frame)
+    if len(poses) == 1 and not caps:
+        return plan_joint_move(job.start, waypoints[-1], limits, speed=job.speed)
+    path = JointSpline(np.array(waypoints), limits)
+    return time_path(path, limits, speed=job.speed, tool_speed=caps)
+
+
+def _caps(kinematics: Kinematics, tool_speed: float | None) -> tuple[ToolSpeedLimit, ...]:
+    return () if tool_speed is None else reduced_speed(kinematics, tool_speed)

@@ -1,0 +1,1 @@
+"""Dry runs: programs checked without moving the robot."""

@@ -1,0 +1,174 @@
+"""Dry-run requests of pendants: what a program would do, while nothing moves.
+
+Owns the one dry run of a cell. It goes to the planning process in slices, so that motions are
+planned in between; `dry_run_planning` cuts its findings to the size of an answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import count
+from typing import Any, cast
+
+from openpendant.simplemsg.pendant.management import programs as op
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ...cell.robot_cell import RobotCell
+from ...cell.robot_model import RobotModel
+from ...events.effects import Effect
+from ...events.management_handlers import handles
+from ...events.pending import Pending, Steps
+from ...events.reply_to import ReplyTo
+from ...planning.jobs import DryRunFound, DryRunJob, DryRunSlice
+from ...refusal import Refusal
+from ..interpreter.signal_offers import Offer
+from ..language.linking import Linked
+from ..library.program_loader import ProgramLoader
+
+
+@dataclass(slots=True)
+class _DryRun:
+    """The dry run under way."""
+
+    reply_to: ReplyTo[op.DryRun]
+    planned: int = 0
+
+
+class DryRunService:
+    """Dry runs of one cell."""
+
+    def __init__(
+        self,
+        cell: RobotCell,
+        robot: RobotModel,
+        program_loader: ProgramLoader,
+        signals: Callable[[], Offer],
+        pending: Pending,
+        name: str,
+    ) -> None:
+        """Make a service without a dry run.
+
+        Args:
+            cell: gives the position of the robot.
+            robot: gives frames and tools.
+            program_loader: loads programs.
+            signals: returns the signals of the controller.
+            pending: asks the planner.
+            name: of the cell.
+        """
+        self._cell = cell
+        self._robot = robot
+        self._shelf = program_loader
+        self._signals = signals
+        self._pending = pending
+        self._name = name
+        self._numbers = count(1)
+        self._current: _DryRun | None = None
+
+    @handles(op.StartDryRun)
+    def start(self, asked: op.StartDryRun, reply_to: ReplyTo[op.DryRun], now: int) -> list[Effect]:
+        """Start a dry run; the answer follows when it is done."""
+        if self._current is not None:
+            text = "a dry run is under way; accepted: after it"
+            return reply_to.refuse(Refusal(VerdictCode.PROGRAM_RUNNING, text))
+        if self._cell.feedback.position is None:
+            return reply_to.refuse(Refusal(VerdictCode.FEEDBACK_STALE))
+        self._current = current = _DryRun(reply_to)
+        return self._pending.run(self._found(asked.name, current), self._end, now)
+
+    def _found(self, program: str, current: _DryRun) -> Steps[op.DryRun | Refusal]:
+        """Load a program and walk through it slice by slice; return what an answer says of it."""
+        linked = yield from self._shelf.linked(program)
+        position = self._cell.feedback.position
+        if isinstance(linked, Refusal):
+            return linked
+        if position is None:
+            return Refusal(VerdictCode.FEEDBACK_STALE)
+        run_id = f"{self._name} {next(self._numbers)}"
+        cap = self._cell.modes.tool_speed_cap(self._cell.feedback.mode)
+        frames, scene = self._robot.frames, self._cell.motions.scene
+        first = DryRunJob(0, run_id, tuple(position), linked, frames, cap, scene, self._signals())
+        while True:
+            planned = yield replace(first, job_id=self._cell.motions.new_job_id())
+            match planned.result:
+                case DryRunSlice(planned=blocks):
+                    current.planned = max(current.planned, blocks)
+                case DryRunFound() as found:
+                    return told(linked, found)
+                case Refusal() as refusal:
+                    return refusal
+
+    def _end(self, found: op.DryRun | Refusal, now: int) -> list[Effect]:
+        current, self._current = self._current, None
+        assert current is not None
+        if isinstance(found, Refusal):
+            return current.reply_to.refuse(found)
+        return current.reply_to.answer(found)
+
+    @handles(op.AskDryRunProgress)
+    def progress(
+        self, asked: op.AskDryRunProgress, reply_to: ReplyTo[op.DryRunProgress], now: int
+    ) -> list[Effect]:
+        """Return the progress of the dry run."""
+        current = self._current
+        blocks = 0 if current is None else current.planned
+        return reply_to.answer({"running": current is not None, "blocks": blocks})
+
+
+def told(linked: Linked, found: DryRunFound) -> op.DryRun:
+    """Return the findings as JSON data that fits an answer, where they were shortened before."""
+    run = found.run
+    lines = linked.lines
+    findings: dict[str, Any] = {
+        "program": linked.main,
+        "revision": linked.revisions[linked.main],
+        "duration": run.duration,
+        "endless": run.endless,
+        "complete": run.complete,
+        "refused": found.refused,
+        "moves": [
+            {
+                "program": each.program,
+                "line": lines[each.program][each.index],
+                "point": each.point,
+                "zone_used": each.zone_used,
+                **_refused(each.refusal),
+            }
+            for each in run.moves
+        ],
+        "scene": [
+            {
+                "program": each.program,
+                "line": lines[each.program][each.index],
+                "does": each.statement.statement,
+                "object": each.statement.scene_object,
+                **_refused(each.refusal),
+            }
+            for each in run.hand_overs
+        ],
+        "statements": [
+            {
+                "program": each.program,
+                "line": lines[each.program][each.index],
+                "does": each.statement.statement,
+                **_refused(each.refusal),
+            }
+            for each in run.statements
+        ],
+        "unchecked": [
+            {"program": name, "line": lines[name][index]} for name, index in run.unchecked
+        ],
+        "points": [{"point": each.point, **_refused(each.refusal)} for each in found.points],
+        "not_walked": [
+            {"program": name, "line": lines[name][index]} for name, index in run.not_walked
+        ],
+        "path": [[round(value, 6) for value in sample] for sample in run.path],
+    }
+    return cast(op.DryRun, findings)
+
+
+def _refused(refusal: Refusal | None) -> dict[str, object]:
+    if refusal is None:
+        return {"reachable": True}
+    return {"reachable": False, "code": int(refusal.code), "text": refusal.sentence}

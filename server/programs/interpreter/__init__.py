@@ -1,0 +1,1 @@
+"""Interpreter: a program run as a pure machine, and the dry run."""

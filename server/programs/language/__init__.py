@@ -1,0 +1,1 @@
+"""Program language: text, statements, points, values."""

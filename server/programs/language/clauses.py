@@ -1,0 +1,179 @@
+"""Clauses of a line, read from the front: names, keywords and numbers with units.
+
+Owns the wording of the text found and of what would be accepted, and the place of the word of each
+value: faults of a value are found when all of them are known. Knows no statement.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
+
+from .program_errors import BadValue, ProgramSyntaxError, excerpt
+from .quantities import (
+    LONGEST_NUMBER,
+    UNITS,
+    Dimension,
+    is_number,
+    read_number,
+    to_si,
+    unit_words,
+    units_of,
+)
+from .tokens import Line, Word
+
+_SHAPE_OF_A_NUMBER = "a number with a decimal dot"
+
+
+class TextPlace(NamedTuple):
+    """Start of a word: its line and its character in it, both from 1."""
+
+    line: int
+    column: int
+
+
+Places: TypeAlias = dict[str, list[TextPlace]]
+"""Places of the values of each part, by the name of the part in an error."""
+
+
+def place_of(error: BadValue, places: Places, whole: TextPlace) -> TextPlace:
+    """Return the place of a value; `whole` for one that was left out."""
+    marked = places.get(error.part, [])
+    return marked[error.place] if error.place < len(marked) else whole
+
+
+class Clauses:
+    """Words of a line, taken from the front.
+
+    Attributes:
+        places: what was marked so far.
+    """
+
+    def __init__(self, line: Line, file: str) -> None:
+        self.places: Places = {}
+        self._line = line
+        self._words = line.words
+        self._file = file
+        self._place = 0
+
+    @property
+    def next(self) -> Word | None:
+        """Next word; None at the end of the line."""
+        return self._words[self._place] if self._place < len(self._words) else None
+
+    def at(self, part: str) -> Clauses:
+        """Mark the place of the next word, or of the end, for a part; return the same clauses."""
+        word = self.next
+        column = self._line.end if word is None else word.column
+        self.places.setdefault(part, []).append(TextPlace(self._line.number, column))
+        return self
+
+    def at_keyword(self, *keywords: str) -> bool:
+        """Return True if the next word is one of some keywords."""
+        word = self.next
+        return word is not None and not word.quoted and word.text in keywords
+
+    def at_number(self) -> bool:
+        """Return True if the next word is a number."""
+        word = self.next
+        return word is not None and not word.quoted and is_number(word.text)
+
+    def take(self, accepted: str) -> Word:
+        """Take the next word.
+
+        Raises:
+            ProgramSyntaxError: the line ends here.
+        """
+        word = self.next
+        if word is None:
+            raise self.refuse(accepted)
+        self._place += 1
+        return word
+
+    def skip(self, keyword: str) -> bool:
+        """Take the next word if it is a keyword; return True if it was."""
+        if not self.at_keyword(keyword):
+            return False
+        self.take(keyword)
+        return True
+
+    def keyword(self, keywords: Sequence[str], also: str = "") -> str:
+        """Take one of some keywords; `also` names what else would be accepted."""
+        if not self.at_keyword(*keywords):
+            raise self.refuse(", ".join([*keywords, *([also] if also else [])]))
+        return self.take("").text
+
+    def name(self, accepted: str, owner: str) -> str:
+        """Take a name, quoted or bare; it is marked as one of its owner, such as `the point`."""
+        return self.at(f"the name of {owner}").take(accepted).text
+
+    def number(self) -> float:
+        """Take a number without a unit."""
+        word = self._number()
+        return self._finite(read_number(word.text), word)
+
+    def integer(self, what: str) -> int:
+        """Take a whole number without sign."""
+        word = self.next
+        if word is None or word.quoted or not (word.text.isascii() and word.text.isdigit()):
+            raise self.refuse(f"{what}, a whole number")
+        if len(word.text) > LONGEST_NUMBER:
+            raise self.refuse(f"{what}, with up to {LONGEST_NUMBER} digits")
+        return int(self.take("").text)
+
+    def quantity(self, *dimensions: Dimension) -> tuple[float, Dimension]:
+        """Take a number and its unit; return it in SI with what it measures."""
+        number = self._number()
+        unit = self._unit(dimensions, units_of(*dimensions))
+        return self._finite(to_si(number.text, unit), number), UNITS[unit].dimension
+
+    def quantities(self, part: str, *dimensions: Dimension) -> list[tuple[float, Dimension]]:
+        """Take numbers with a unit behind them, or groups of such; return them in SI.
+
+        Args:
+            part: what each number is marked for.
+            dimensions: what they may measure.
+        """
+        found: list[tuple[float, Dimension]] = []
+        while self.at_number() or not found:
+            numbers = [self.at(part)._number()]
+            while self.at_number():
+                numbers.append(self.at(part).take(""))
+            unit = self._unit(dimensions, f"{_SHAPE_OF_A_NUMBER}, or {units_of(*dimensions)}")
+            found += [
+                (self._finite(to_si(each.text, unit), each), UNITS[unit].dimension)
+                for each in numbers
+            ]
+        return found
+
+    def done(self, accepted: Sequence[str] = ()) -> None:
+        """Check that the line ends here; `accepted` are the clauses that could have followed."""
+        if self.next is not None:
+            raise self.refuse(", ".join([*accepted, "the end of the line"]))
+
+    def refuse(self, accepted: str) -> ProgramSyntaxError:
+        """Return the error for a next word that is not accepted here."""
+        word = self.next
+        if word is None:
+            return self._error(self._line.end, "the line ends here", accepted)
+        found = f"found {excerpt(word.text)}{' in quotation marks' if word.quoted else ''}"
+        return self._error(word.column, found, accepted)
+
+    def _number(self) -> Word:
+        if not self.at_number():
+            raise self.refuse(_SHAPE_OF_A_NUMBER)
+        return self.take("")
+
+    def _unit(self, dimensions: tuple[Dimension, ...], accepted: str) -> str:
+        if not self.at_keyword(*unit_words(*dimensions)):
+            raise self.refuse(accepted)
+        return self.take("").text
+
+    def _finite(self, value: float, word: Word) -> float:
+        if not math.isfinite(value):
+            raise self._error(word.column, "the number is too large", "numbers up to 1.7e308")
+        return value
+
+    def _error(self, column: int, problem: str, accepted: str) -> ProgramSyntaxError:
+        return ProgramSyntaxError(self._file, self._line.number, column, problem, accepted)

@@ -1,0 +1,129 @@
+"""Names, comments and numbers of a program: their checks, and the quoting of names.
+
+A name follows the rule of documents, because programs are documents, and holds no quotation mark,
+so the text form needs no escapes. In the text a name stands bare where it cannot be mistaken, else
+quoted.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import lru_cache
+
+from ...store.documents import check_name as check_document_name
+from ...store.store_errors import BadName
+from .program_errors import BadValue, ProgramNameRefused
+
+_BARE = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*", re.ASCII)
+
+_CLAUSE_WORDS = frozenset(
+    "via speed zone dwell robot linear frame tool joints pose config into timeout".split()
+)
+"""Words that may follow a name; a name that is one of them is quoted, for readers too."""
+
+
+def named(name: str) -> str:
+    """Return a name in its text form."""
+    if _BARE.fullmatch(name) and name not in _CLAUSE_WORDS:
+        return name
+    return f'"{name}"'
+
+
+LONGEST_COMMENT = 200
+"""Greatest number of characters in a line of comment."""
+
+MOST_COMMENT_LINES = 50
+"""Greatest number of lines of the comment of a program or of a point."""
+
+
+COMMENT = "the comment"
+"""Name of a comment in an error."""
+
+
+def check_name(name: str, what: str, place: int = 0) -> None:
+    """Refuse a name that cannot be shown on one line, or that looks like a path.
+
+    Args:
+        name: the name.
+        what: whose name it is, for the error.
+        place: which of several names of these it is, from 0.
+
+    Raises:
+        ProgramNameRefused: it cannot be a name.
+    """
+    try:
+        _check_words(name)
+    except BadName as error:
+        raise ProgramNameRefused(f"the name of {what}", error.problem, place=place) from None
+    if '"' in name:
+        problem = 'holds a quotation mark; accepted: a name without "'
+        raise ProgramNameRefused(f"the name of {what}", problem, place=place)
+
+
+@lru_cache(maxsize=8_192)
+def _check_words(name: str) -> None:
+    """Check a name, once for each: the moves of a program name each point many times."""
+    check_document_name(name)
+
+
+def check_comment_line(text: str, place: int = 0) -> None:
+    """Refuse a line that would not come back unchanged from a text file.
+
+    Args:
+        text: the line.
+        place: which line of a comment it is, from 0.
+
+    Raises:
+        BadValue: it is too long, not trimmed, or has a character that cannot be shown on one line.
+    """
+    if len(text) > LONGEST_COMMENT:
+        problem = f"has {len(text)} characters; accepted: up to {LONGEST_COMMENT}"
+        raise BadValue(COMMENT, problem, place=place)
+    if not text.isprintable():
+        bad = next(character for character in text if not character.isprintable())
+        problem = f"holds U+{ord(bad):04X}; accepted: printable characters"
+        raise BadValue(COMMENT, problem, place=place)
+    if text != text.strip():
+        problem = "begins or ends with a space; accepted: a comment without"
+        raise BadValue(COMMENT, problem, place=place)
+
+
+def check_comment(text: str) -> None:
+    """As `check_comment_line`, for the lines of a comment."""
+    lines = text.split("\n")
+    if len(lines) > MOST_COMMENT_LINES:
+        problem = f"has {len(lines)} lines; accepted: up to {MOST_COMMENT_LINES}"
+        raise BadValue(COMMENT, problem, place=MOST_COMMENT_LINES)
+    for place, line in enumerate(lines):
+        check_comment_line(line, place)
+
+
+def check_number(
+    value: float,
+    what: str,
+    lower: float,
+    upper: float,
+    unit: str = "",
+    *,
+    part: str = "",
+    place: int = 0,
+) -> None:
+    """Refuse a number outside a range; both bounds are legal.
+
+    Args:
+        value: the number.
+        what: its name, for the error.
+        lower: least number that is accepted.
+        upper: greatest number that is accepted.
+        unit: of all three, for the error.
+        part: as in `BadValue`.
+        place: likewise.
+
+    Raises:
+        BadValue: it is outside, or not a number.
+    """
+    if not (math.isfinite(value) and lower <= value <= upper):
+        ending = f" {unit}" if unit else ""
+        problem = f"is {value:g}{ending}; accepted: {lower:g} to {upper:g}{ending}"
+        raise BadValue(what, problem, part=part, place=place)

@@ -1,0 +1,1 @@
+"""Program library: the stored programs, and the requests of pendants for them."""

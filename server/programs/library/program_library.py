@@ -1,0 +1,275 @@
+"""Program library: programs as pendants list, load, edit and save them.
+
+Owns that every change is made from the revision that it names and acknowledged after the store has
+it, and the undo of each program's edits. Each request is answered once, through its `ReplyTo`,
+after what it needs was read or printed elsewhere: here a program is a string of JSON, never parsed.
+"""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from typing import cast
+
+from openpendant.motion.description.limits import JointLimits
+from openpendant.simplemsg.pendant.management import programs as op
+
+from ...cell.robot_cell import RobotCell
+from ...cell.robot_model import RobotModel
+from ...events.effects import Effect
+from ...events.management_handlers import handles
+from ...events.pending import AskStore
+from ...events.reply_to import ReplyTo
+from ...refusal import Refusal
+from ...store.documents import Document, DocumentKind, Heading
+from ...store.requests import Answer, Delete, ListHeadings, ListHistory
+from ..editing.edit_history import History
+from ..editing.edits import Edit
+from ..editing.program_tasks import (
+    BodyPrinted,
+    Done,
+    PrintBody,
+    ReadSource,
+    SourceRead,
+    check_to_be_kept,
+)
+from ..language.program import OwnRobot, Program
+from ..language.program_json import program_to_json
+from .kept_breakpoints import KeptBreakpoints
+from .pending_tasks import ProgramWork
+from .point_teaching import PointTeaching
+from .program_changes import ProgramChanges
+from .program_loader import ProgramLoader
+from .program_replies import KeptFields, listed, saved
+from .uploads import Uploads
+
+CHUNK = 15_000
+"""Greatest number of characters of a program in one answer: escaped, in UTF-8, they fit a frame."""
+
+MOST_PRINTED = 4
+"""Number of texts kept for pendants that load them part by part."""
+
+_KIND = DocumentKind.PROGRAM
+
+
+class ProgramLibrary:
+    """Programs of one cell."""
+
+    def __init__(
+        self,
+        ask: AskStore,
+        program_loader: ProgramLoader,
+        work: ProgramWork,
+        breakpoints: KeptBreakpoints,
+        cell: RobotCell,
+        robot: RobotModel,
+        robot_name: str,
+    ) -> None:
+        """Make a library.
+
+        Args:
+            ask: asks the store.
+            program_loader: loads programs.
+            work: reads, prints and edits them.
+            breakpoints: those of the programs.
+            cell: gives the position of the robot.
+            robot: its mathematics.
+            robot_name: its name.
+        """
+        self._ask = ask
+        self._shelf = program_loader
+        self._work = work
+        self._breakpoints = breakpoints
+        self._cell = cell
+        self._robot_name = robot_name
+        point_teaching = PointTeaching(cell, robot, robot_name)
+        own = OwnRobot(robot_name, cell.limits)
+        self._changes = ProgramChanges(ask, program_loader, work, breakpoints, point_teaching, own)
+        self._uploads = Uploads()
+        self._printed: OrderedDict[tuple[str, int], str] = OrderedDict()
+
+    @property
+    def _limits(self) -> JointLimits:
+        return self._cell.limits
+
+    def closed(self, session: int) -> None:
+        """Drop the unfinished uploads of a connection that ended."""
+        self._uploads.forget(session)
+
+    # Lists.
+
+    @handles(op.ListPrograms)
+    def _list(
+        self, asked: op.ListPrograms, reply: ReplyTo[op.ProgramHeadings], now: int
+    ) -> list[Effect]:
+        return self._ask(ListHeadings(_KIND), lambda found, _: listed(found, reply, asked.first))
+
+    @handles(op.ProgramHistory)
+    def _history(
+        self, asked: op.ProgramHistory, reply: ReplyTo[op.ProgramHeadings], now: int
+    ) -> list[Effect]:
+        return self._ask(ListHistory(_KIND, asked.name), lambda found, _: listed(found, reply, 0))
+
+    # Loading.
+
+    @handles(op.LoadProgram)
+    def _load(
+        self, asked: op.LoadProgram, reply_to: ReplyTo[op.ProgramText], now: int
+    ) -> list[Effect]:
+        def loaded(found: Document | Refusal, now: int) -> list[Effect]:
+            if isinstance(found, Refusal):
+                return reply_to.refuse(found)
+            document = found
+            if asked.revision is not None:
+                return self._show(document, asked, reply_to, now)
+            return self._breakpoints.follow(
+                asked.name,
+                document.heading.revision,
+                document.body,
+                lambda _, at: self._show(document, asked, reply_to, at),
+                now,
+            )
+
+        return self._shelf.load(asked.name, loaded, asked.revision)
+
+    def _show(
+        self, document: Document, asked: op.LoadProgram, reply_to: ReplyTo[op.ProgramText], now: int
+    ) -> list[Effect]:
+        """Answer with a part of a program as it was asked for, with its breakpoints."""
+        heading = document.heading
+
+        def show(text: str) -> list[Effect]:
+            about = self._breakpoints.fields(asked.name, heading.revision)
+            return _part_of(text, heading, asked, reply_to, about)
+
+        def printed(done: Done, now: int) -> list[Effect]:
+            assert isinstance(done, BodyPrinted)
+            self._keep_printed(heading, done.text)
+            return show(done.text)
+
+        if asked.format == "json":
+            return show(document.body)
+        text = self._printed.get((heading.name, heading.revision))
+        if text is not None:
+            return show(text)
+        return self._work.have(PrintBody(document.body, asked.name), printed, reply_to, now)
+
+    def _keep_printed(self, heading: Heading, text: str) -> None:
+        self._printed[heading.name, heading.revision] = text
+        while len(self._printed) > MOST_PRINTED:
+            self._printed.popitem(last=False)
+
+    @handles(op.CheckProgram)
+    def _check(
+        self, asked: op.CheckProgram, reply_to: ReplyTo[op.CheckedProgram], now: int
+    ) -> list[Effect]:
+        def read(done: Done, now: int) -> list[Effect]:
+            assert isinstance(done, SourceRead)
+            head = check_to_be_kept(done, self._own)
+            return reply_to.answer(
+                {
+                    "name": head.name,
+                    "points": done.points,
+                    "statements": done.statements,
+                    "first_line": done.first_line,
+                }
+            )
+
+        return self._work.have(ReadSource(asked.body, asked.format, "program"), read, reply_to, now)
+
+    @property
+    def _own(self) -> OwnRobot:
+        return OwnRobot(self._robot_name, self._limits)
+
+    # Saving, and changes of what is kept.
+
+    @handles(op.CreateProgram)
+    def _create(
+        self, asked: op.CreateProgram, reply: ReplyTo[op.SavedProgram], now: int
+    ) -> list[Effect]:
+        axes = tuple(i for i, linear in enumerate(self._limits.prismatic) if linear)
+        program = Program(asked.name, self._robot_name, axes, asked.tool, asked.frame)
+        return self._changes.save(asked.name, program_to_json(program), History(), 0, reply)
+
+    @handles(op.DeleteProgram)
+    def _delete(
+        self, asked: op.DeleteProgram, reply: ReplyTo[op.SavedProgram], now: int
+    ) -> list[Effect]:
+        def deleted(found: Answer, now: int) -> list[Effect]:
+            if isinstance(found, Heading):
+                self._breakpoints.forget(asked.name)
+            return saved(found, reply)
+
+        expected = asked.expected_revision
+        return self._ask(Delete(_KIND, asked.name, expected, reply.name), deleted)
+
+    @handles(op.RenameProgram)
+    def _rename(
+        self, asked: op.RenameProgram, reply: ReplyTo[op.SavedProgram], now: int
+    ) -> list[Effect]:
+        return self._changes.rename(asked, reply)
+
+    @handles(op.EditProgram)
+    def _edit(
+        self, asked: op.EditProgram, reply: ReplyTo[op.SavedProgram], now: int
+    ) -> list[Effect]:
+        return self._changes.edit(asked, cast(Edit, asked.edit), reply)
+
+    @handles(op.UndoEdit)
+    def _undo(self, asked: op.UndoEdit, reply: ReplyTo[op.SavedProgram], now: int) -> list[Effect]:
+        return self._changes.undo(asked, reply)
+
+    @handles(op.RedoEdit)
+    def _redo(self, asked: op.RedoEdit, reply: ReplyTo[op.SavedProgram], now: int) -> list[Effect]:
+        return self._changes.redo(asked, reply)
+
+    @handles(op.RecordPoint)
+    def _record(
+        self, asked: op.RecordPoint, reply: ReplyTo[op.SavedProgram], now: int
+    ) -> list[Effect]:
+        return self._changes.teach(asked, reply, now)
+
+    @handles(op.TouchUpPoint)
+    def _touch_up(
+        self, asked: op.TouchUpPoint, reply: ReplyTo[op.SavedProgram], now: int
+    ) -> list[Effect]:
+        return self._changes.teach(asked, reply, now)
+
+    @handles(op.SaveProgram)
+    def _save(
+        self, asked: op.SaveProgram, reply_to: ReplyTo[op.ProgramSaved], now: int
+    ) -> list[Effect]:
+        body = self._uploads.add(reply_to.session, asked)
+        if body is None:
+            return reply_to.answer({"part": asked.part, "parts": asked.parts})
+
+        def read(done: Done, now: int) -> list[Effect]:
+            assert isinstance(done, SourceRead)
+            check_to_be_kept(done, self._own, asked.name)
+            # The last part of a program is answered like any other change.
+            reply = cast(ReplyTo[op.SavedProgram], reply_to)
+            return self._changes.replace(asked, done.body, reply)
+
+        return self._work.have(ReadSource(body, asked.format, asked.name), read, reply_to, now)
+
+
+def _part_of(
+    text: str,
+    heading: Heading,
+    asked: op.LoadProgram,
+    reply: ReplyTo[op.ProgramText],
+    about: KeptFields,
+) -> list[Effect]:
+    """Answer with a part of a program's text or JSON."""
+    end = asked.offset + CHUNK
+    return reply.answer(
+        {
+            "name": asked.name,
+            "revision": heading.revision,
+            "saved_by": heading.saved_by,
+            "saved_at": heading.saved_at,
+            "format": asked.format,
+            "body": text[asked.offset : end],
+            "next": end if end < len(text) else None,
+            **about,
+        }
+    )

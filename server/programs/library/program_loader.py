@@ -1,0 +1,166 @@
+"""Program loader: reads one program, or a program linked with every program it calls.
+
+Owns the loading, the size of a run, and the rule that a program on this cell is of this robot. A
+program for a run is read piece by piece, some at each tick. Saves nothing.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from openpendant.motion.description.limits import JointLimits
+
+from ...events.effects import Effect
+from ...events.pending import AskStore, Steps, Turn
+from ...refusal import Refusal
+from ...store.documents import Document, DocumentKind
+from ...store.requests import Answer, Load
+from ...store.store_errors import NotFound, StoreError
+from ..editing.program_tasks import (
+    PACK,
+    BodyUnpacked,
+    ProgramRefused,
+    UnpackBody,
+    Unpacking,
+    unpacked,
+)
+from ..language.linking import MOST_PARTS, MOST_PROGRAMS, Linked, link
+from ..language.program import Program, check_robot
+from ..language.program_errors import ProgramError, ProgramTooLarge
+from ..language.program_json import program_from_json
+from .pending_tasks import ProgramWork
+from .program_replies import not_the_kept_one
+
+ThenDocument: TypeAlias = Callable[[Document | Refusal, int], list[Effect]]
+
+
+@dataclass(slots=True)
+class _Gathering:
+    """A program that is being loaded for a run, with all that it calls.
+
+    Attributes:
+        main: its name.
+        wanted: names of the programs that are still missing, the one being loaded first.
+        programs: the loaded programs.
+        sources: the JSON of each.
+        revisions: the revision of each.
+        parts: number of points and statements of all of them.
+    """
+
+    main: str
+    wanted: deque[str]
+    programs: dict[str, Program] = field(default_factory=dict)
+    sources: dict[str, str] = field(default_factory=dict)
+    revisions: dict[str, int] = field(default_factory=dict)
+    parts: int = 0
+
+
+class ProgramLoader:
+    """Loader of one cell's programs."""
+
+    def __init__(self, ask: AskStore, work: ProgramWork, robot: str, limits: JointLimits) -> None:
+        """Make a loader.
+
+        Args:
+            ask: asks the store.
+            work: cuts programs into pieces.
+            robot: name of the robot.
+            limits: its joints.
+        """
+        self._ask = ask
+        self._work = work
+        self._robot = robot
+        self._limits = limits
+
+    def load(self, name: str, then: ThenDocument, revision: int | None = None) -> list[Effect]:
+        """Load a stored program; `then` gets it, or why there is none."""
+
+        def loaded(answer: Answer, now: int) -> list[Effect]:
+            return then(_document(answer), now)
+
+        return self._ask(Load(DocumentKind.PROGRAM, name, revision), loaded)
+
+    def document(self, name: str, revision: int | None = None) -> Steps[Document | Refusal]:
+        """Load a stored program; return it, or why there is none."""
+        return _document((yield Load(DocumentKind.PROGRAM, name, revision)))
+
+    def linked(self, name: str, revision: int = 0) -> Steps[Linked | Refusal]:
+        """Load a program with all that it calls; return them, or why they cannot run here.
+
+        Args:
+            name: of the program.
+            revision: the only one of that program that is accepted; 0 for the newest. What it calls
+                is always the newest.
+        """
+        gathering = _Gathering(name, deque([name]))
+        while gathering.wanted and len(gathering.programs) <= MOST_PROGRAMS:
+            called = gathering.wanted[0]
+            found = _document((yield Load(DocumentKind.PROGRAM, called)))
+            if isinstance(found, Document):
+                kept = found.heading.revision
+                if called == name and revision not in (0, kept):
+                    return not_the_kept_one(revision, found.heading)
+                gathering.sources[called], gathering.revisions[called] = found.body, kept
+                refusal = yield from self._read(gathering, UnpackBody(found.body, called))
+                if refusal is not None:
+                    return refusal
+            # `link` reports a call of a missing program, because it knows the place of the call.
+            elif called == name or found.code is not NotFound.code:
+                return found
+            gathering.wanted.popleft()
+        return self._link(gathering)
+
+    def _read(self, gathering: _Gathering, task: UnpackBody) -> Steps[Refusal | None]:
+        """Read a program into what is gathered; return why that cannot be."""
+        whole: Program | None = None
+        try:
+            if task.is_small:
+                whole = program_from_json(task.body, task.file)
+        except ProgramError as error:
+            return error.refusal
+        if whole is None:
+            done = yield from self._work.done(task)
+            if isinstance(done, ProgramRefused):
+                return done.refusal
+            assert isinstance(done, BodyUnpacked)
+            pieces = done
+        else:
+            pieces = unpacked(whole, cut=len(whole.points) + len(whole.statements) >= PACK)
+        gathering.parts += pieces.parts
+        if gathering.parts > MOST_PARTS:
+            what = "points and statements in the programs of one run"
+            return ProgramTooLarge(what, gathering.parts, MOST_PARTS).refusal
+        known = {*gathering.programs, *gathering.wanted}
+        gathering.wanted += (called for called in pieces.calls if called not in known)
+        yield Turn.FIRST
+        if whole is None or pieces.parts >= PACK:
+            whole = yield from _put_together(pieces)
+        gathering.programs[task.file] = whole
+        return None
+
+    def _link(self, gathering: _Gathering) -> Linked | Refusal:
+        program = gathering.programs[gathering.main]
+        # A program stored under another name than its own runs under its own.
+        revisions = gathering.revisions | {program.name: gathering.revisions[gathering.main]}
+        try:
+            check_robot(program, self._robot, self._limits)
+            return link(program, gathering.programs.get, gathering.sources, revisions)
+        except ProgramError as error:
+            return error.refusal
+
+
+def _document(answer: Answer) -> Document | Refusal:
+    if isinstance(answer, StoreError):
+        return answer.refusal()
+    assert isinstance(answer, Document)
+    return answer
+
+
+def _put_together(pieces: BodyUnpacked) -> Steps[Program]:
+    unpacking = Unpacking(pieces)
+    while (program := unpacking.step()) is None:
+        yield Turn.NEXT
+    return program

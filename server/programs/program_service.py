@@ -1,0 +1,76 @@
+"""Program service of a cell: keeps, edits and runs its programs.
+
+Owns the connection of its parts and what of them others may use. Decides nothing.
+"""
+
+from __future__ import annotations
+
+from ..cell.robot_cell import RobotCell
+from ..cell.robot_model import RobotModel
+from ..events.management_handlers import Handlers, handlers_of
+from ..events.pending import Pending
+from .dry_run.dry_run_service import DryRunService
+from .execution.breakpoints import Breakpoints
+from .execution.program_executor import ProgramExecutor, ToAll
+from .execution.run_environment import RunEnvironment
+from .interpreter.signal_offers import Offer
+from .language.program import OwnRobot
+from .library.kept_breakpoints import KeptBreakpoints
+from .library.pending_tasks import ProgramWork
+from .library.program_library import ProgramLibrary
+from .library.program_loader import ProgramLoader
+
+
+class ProgramService:
+    """Programs of one cell.
+
+    Attributes:
+        desk: the executor of the programs.
+    """
+
+    def __init__(
+        self,
+        cell: RobotCell,
+        robot: RobotModel,
+        pending: Pending,
+        to_all: ToAll,
+        *,
+        cell_name: str,
+        robot_name: str,
+        environment: RunEnvironment,
+    ) -> None:
+        """Join the parts.
+
+        Args:
+            cell: the cell.
+            robot: the mathematics of the robot.
+            pending: asks the store and the planner.
+            to_all: sends a message to every pendant of the cell.
+            cell_name: name of the cell.
+            robot_name: name of the robot.
+            environment: signals and objects.
+        """
+        self._work = ProgramWork(cell.motions.new_job_id, pending)
+        program_loader = ProgramLoader(pending.ask, self._work, robot_name, cell.limits)
+        kept = KeptBreakpoints(program_loader, self._work)
+        self.desk = ProgramExecutor(cell, robot, program_loader, kept, environment, to_all, pending)
+        own = OwnRobot(robot_name, cell.limits)
+        self._breakpoints = Breakpoints(program_loader, self._work, kept, self.desk, own)
+        self._library = ProgramLibrary(
+            pending.ask, program_loader, self._work, kept, cell, robot, robot_name
+        )
+        self._dry_runs = DryRunService(
+            cell, robot, program_loader, self._offered_signals, pending, cell_name
+        )
+
+    def _offered_signals(self) -> Offer:
+        return self.desk.environment.offered_signals
+
+    @property
+    def handlers(self) -> Handlers:
+        """Handlers of the requests about programs."""
+        return handlers_of(self._breakpoints, self._dry_runs, self._library)
+
+    def closed(self, session: int) -> None:
+        """Forget a connection that ended."""
+        self._library.closed(session)

@@ -1,1 +1,0 @@
-"""The two ROS-Industrial ports: what a ROS driver may ask, and what it is told."""

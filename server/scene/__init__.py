@@ -1,0 +1,1 @@
+"""The planning scene of a cell, its signals and monitor."""

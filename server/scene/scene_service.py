@@ -1,0 +1,399 @@
+"""Scene service: requests of pendants on frames, tools, scene, signals and trace.
+
+Owns the translation of each request into a change of the scene or a question to it, and its answer.
+`planning_scene` owns when something may change.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any, Protocol, cast
+
+from openpendant.motion.description.robot import robot_names
+from openpendant.motion.frames.frame_file import frames_to_json
+from openpendant.motion.frames.frame_teaching import frame_from_four_points, frame_from_three_points
+from openpendant.motion.frames.frame_tree import FLANGE
+from openpendant.motion.frames.tool_calibration import tool_centre
+from openpendant.motion.pose import Pose
+from openpendant.motion.scene.scene import Scene
+from openpendant.motion.scene.scene_file import SCENE_SCHEMA, scene_to_data
+from openpendant.simplemsg.pendant.management import frames, robots, scene, signals, tools, trace
+from openpendant.simplemsg.pendant.management.poses import AnyPose, FoundPose
+from openpendant.simplemsg.pendant.management.replies import Changed, Done
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..cell.robot_cell import RobotCell
+from ..events.effects import Effect
+from ..events.management_handlers import handles
+from ..events.reply_to import ReplyTo
+from ..refusal import Refusal
+from ..store.documents import DocumentKind
+from .planning_scene import FrameChange, PlanningScene, SceneChange, Told
+from .scene_documents import scene_from_json, with_frames
+from .scene_view import RobotEnvironment
+from .signals import CellSignals
+from .trace import ToolTrace
+
+_FRAMES, _TOOLS, _SCENE = DocumentKind.FRAMES, DocumentKind.TOOLS, DocumentKind.SCENE
+_POINTS_OF_AN_ANSWER = 800
+_NO_ROTATION = (0.0, 0.0, 0.0, 1.0)
+
+
+class _Change(Protocol):
+    """A request that changes a document, from the revision that it names."""
+
+    @property
+    def expected_revision(self) -> int: ...
+
+
+class SceneService:
+    """Scene service of one cell."""
+
+    def __init__(
+        self,
+        cell: RobotCell,
+        world: PlanningScene,
+        view: RobotEnvironment,
+        signals: CellSignals,
+        trace: ToolTrace,
+        robot_name: str,
+    ) -> None:
+        """Join what it asks."""
+        self._cell = cell
+        self._world = world
+        self._view = view
+        self._signals = signals
+        self._trace = trace
+        self._robot_name = robot_name
+
+    # Frames and tools.
+
+    @handles(frames.ShowFrames)
+    def _show_frames(
+        self, asked: frames.ShowFrames, reply: ReplyTo[frames.Frames], now: int
+    ) -> list[Effect]:
+        world, tree = self._world, self._world.frames
+        return reply.answer(
+            {
+                "content": json.loads(frames_to_json(tree)),
+                "names": list(tree.frames),
+                "frames_revision": world.revisions[_FRAMES],
+                "tools_revision": world.revisions[_TOOLS],
+                "problems": {str(k): v.sentence for k, v in world.problems.items()},
+            }
+        )
+
+    @handles(frames.TeachFrame)
+    def _teach_frame(
+        self, asked: frames.TeachFrame, reply: ReplyTo[frames.TaughtFrame], now: int
+    ) -> list[Effect]:
+        points = asked.points
+        teach = frame_from_four_points if len(points) == 4 else frame_from_three_points
+        taught = teach(*points)
+        return reply.answer(
+            {
+                "pose": _found(taught.pose),
+                "angle": taught.angle,
+                "tilt_per_error": taught.tilt_per_error,
+                "skew": taught.skew,
+            }
+        )
+
+    @handles(frames.TransformPose)
+    def _transform_pose(
+        self, asked: frames.TransformPose, reply: ReplyTo[frames.TransformedPose], now: int
+    ) -> list[Effect]:
+        at = now - round(asked.seconds_ago * 1e9) if asked.seconds_ago else None
+        found = self._world.history.transform(asked.source, asked.target, at)
+        return reply.answer({"pose": _found(found.compose(pose_of(asked.pose)))})
+
+    @handles(frames.AddFrame)
+    def _add_frame(self, asked: frames.AddFrame, reply: ReplyTo[Changed], now: int) -> list[Effect]:
+        return self._change_frames(
+            _FRAMES,
+            asked,
+            reply,
+            lambda tree: tree.add(asked.name, pose_of(asked.pose), asked.parent),
+        )
+
+    @handles(frames.MoveFrame)
+    def _move_frame(
+        self, asked: frames.MoveFrame, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        return self._change_frames(
+            _FRAMES,
+            asked,
+            reply,
+            lambda tree: tree.move(asked.name, pose_of(asked.pose), asked.parent),
+        )
+
+    @handles(frames.RenameFrame)
+    def _rename_frame(
+        self, asked: frames.RenameFrame, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        return self._change_frames(
+            _FRAMES, asked, reply, lambda tree: tree.rename(asked.name, asked.new_name)
+        )
+
+    @handles(frames.RemoveFrame)
+    def _remove_frame(
+        self, asked: frames.RemoveFrame, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        return self._change_frames(_FRAMES, asked, reply, lambda tree: tree.remove(asked.name))
+
+    @handles(frames.ImportFrames)
+    def _import_frames(
+        self, asked: frames.ImportFrames, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        change = _importing(_FRAMES, asked.content)
+        return self._change_frames(_FRAMES, asked, reply, change)
+
+    @handles(tools.AddTool)
+    def _add_tool(self, asked: tools.AddTool, reply: ReplyTo[Changed], now: int) -> list[Effect]:
+        return self._change_frames(
+            _TOOLS, asked, reply, lambda tree: tree.add_tool(asked.name, pose_of(asked.tcp))
+        )
+
+    @handles(tools.MoveTool)
+    def _move_tool(self, asked: tools.MoveTool, reply: ReplyTo[Changed], now: int) -> list[Effect]:
+        return self._change_frames(
+            _TOOLS, asked, reply, lambda tree: tree.move(asked.name, pose_of(asked.tcp), FLANGE)
+        )
+
+    @handles(tools.RemoveTool)
+    def _remove_tool(
+        self, asked: tools.RemoveTool, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        return self._change_frames(_TOOLS, asked, reply, lambda tree: tree.remove(asked.name))
+
+    @handles(tools.SelectTool)
+    def _select_tool(
+        self, asked: tools.SelectTool, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        return self._change_frames(_TOOLS, asked, reply, lambda tree: tree.select_tool(asked.name))
+
+    @handles(tools.ImportTools)
+    def _import_tools(
+        self, asked: tools.ImportTools, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        change = _importing(_TOOLS, asked.content)
+        return self._change_frames(_TOOLS, asked, reply, change)
+
+    @handles(tools.CalibrateTool)
+    def _calibrate_tool(
+        self, asked: tools.CalibrateTool, reply: ReplyTo[tools.CalibratedTool], now: int
+    ) -> list[Effect]:
+        centre = tool_centre([self._view.flange(tuple(each)) for each in asked.positions])
+        return reply.answer(
+            {
+                "position": centre.position.tolist(),
+                "residuals": list(centre.residuals),
+                "max_residual": centre.max_residual,
+                "uncertainty": centre.uncertainty,
+            }
+        )
+
+    def _change_frames(
+        self, kind: DocumentKind, asked: _Change, reply: ReplyTo[Changed], change: FrameChange
+    ) -> list[Effect]:
+        expected, told = asked.expected_revision, _revision(reply)
+        changed = self._world.change_frames(kind, change, expected, reply.name, told)
+        return reply.refuse(changed) if isinstance(changed, Refusal) else changed
+
+    # The scene.
+
+    @handles(scene.ShowScene)
+    def _show_scene(
+        self, asked: scene.ShowScene, reply: ReplyTo[scene.Scene], now: int
+    ) -> list[Effect]:
+        content = scene_to_data(self._world.scene)
+        return reply.answer({"content": content, "revision": self._world.revisions[_SCENE]})
+
+    @handles(scene.NearestBodies)
+    def _nearest_bodies(
+        self, asked: scene.NearestBodies, reply: ReplyTo[scene.Nearest], now: int
+    ) -> list[Effect]:
+        position = self._cell.feedback.position
+        if position is None:
+            return reply.refuse(Refusal(VerdictCode.FEEDBACK_STALE))
+        found = self._view.nearest(position)
+        if found is None:
+            return reply.answer({"distance": None})
+        return reply.answer(
+            {
+                "distance": found.distance,
+                "first": found.first,
+                "second": found.second,
+                "first_point": found.first_point.tolist(),
+                "second_point": found.second_point.tolist(),
+            }
+        )
+
+    @handles(scene.AddObject)
+    def _add_object(
+        self, asked: scene.AddObject, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        content = {"schema": SCENE_SCHEMA, "objects": [asked.object]}
+        (added,) = scene_from_json(json.dumps(content)).objects
+        return self._change_scene(asked, reply, now, lambda before: before.add(added))
+
+    @handles(scene.RemoveObject)
+    def _remove_object(
+        self, asked: scene.RemoveObject, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        return self._change_scene(asked, reply, now, lambda before: before.remove(asked.name))
+
+    @handles(scene.MoveObject)
+    def _move_object(
+        self, asked: scene.MoveObject, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        return self._change_scene(
+            asked, reply, now, lambda before: before.move(asked.name, pose_of(asked.pose))
+        )
+
+    @handles(scene.AllowContact)
+    def _allow_contact(
+        self, asked: scene.AllowContact, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        return self._change_scene(
+            asked, reply, now, lambda before: before.allow(asked.first, asked.second)
+        )
+
+    @handles(scene.ForbidContact)
+    def _forbid_contact(
+        self, asked: scene.ForbidContact, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        return self._change_scene(
+            asked, reply, now, lambda before: before.forbid(asked.first, asked.second)
+        )
+
+    @handles(scene.AttachObject)
+    def _attach_object(
+        self, asked: scene.AttachObject, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        def attached(before: Scene) -> Scene:
+            link = asked.link or self._view.flange_link
+            at = self._view.link_pose(self._cell.feedback.position or (), link)
+            return before.attach(asked.name, link, at, touching=(link,))
+
+        return self._change_scene(asked, reply, now, attached)
+
+    @handles(scene.DetachObject)
+    def _detach_object(
+        self, asked: scene.DetachObject, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        def detached(before: Scene) -> Scene:
+            held_by = before.get(asked.name).link or self._view.flange_link
+            at = self._view.link_pose(self._cell.feedback.position or (), held_by)
+            return before.detach(asked.name, at)
+
+        return self._change_scene(asked, reply, now, detached)
+
+    @handles(scene.ImportScene)
+    def _import_scene(
+        self, asked: scene.ImportScene, reply: ReplyTo[Changed], now: int
+    ) -> list[Effect]:
+        imported = scene_from_json(json.dumps(asked.content))
+        return self._change_scene(asked, reply, now, lambda before: imported)
+
+    def _change_scene(
+        self, asked: _Change, reply: ReplyTo[Changed], now: int, change: SceneChange
+    ) -> list[Effect]:
+        expected, told = asked.expected_revision, _revision(reply)
+        changed = self._world.change_scene(change, expected, reply.name, now, told)
+        return reply.refuse(changed) if isinstance(changed, Refusal) else changed
+
+    # The trace of the tool.
+
+    @handles(trace.ShowTrace)
+    def _show_trace(
+        self, asked: trace.ShowTrace, reply: ReplyTo[trace.Trace], now: int
+    ) -> list[Effect]:
+        points = self._trace.points
+        end = asked.first + _POINTS_OF_AN_ANSWER
+        shown = [list(point) for point in points[asked.first : end]]
+        return reply.answer({"points": shown, "total": len(points)})
+
+    @handles(trace.ClearTrace)
+    def _clear_trace(self, asked: trace.ClearTrace, reply: ReplyTo[Done], now: int) -> list[Effect]:
+        self._trace.clear()
+        return reply.answer({})
+
+    # The robot itself.
+
+    @handles(robots.ListRobots)
+    def _list_robots(
+        self, asked: robots.ListRobots, reply: ReplyTo[robots.Robots], now: int
+    ) -> list[Effect]:
+        return reply.answer({"robots": list(robot_names()), "loaded": self._robot_name})
+
+    @handles(robots.DescribeRobot)
+    def _describe_robot(
+        self, asked: robots.DescribeRobot, reply: ReplyTo[robots.RobotSpecification], now: int
+    ) -> list[Effect]:
+        if asked.name not in (None, self._robot_name):
+            return reply.refuse(self._other_robot(asked.name))
+        return reply.answer(cast(robots.RobotSpecification, self._view.specification))
+
+    @handles(robots.LoadRobot)
+    def _load_robot(
+        self, asked: robots.LoadRobot, reply: ReplyTo[robots.LoadedRobot], now: int
+    ) -> list[Effect]:
+        if asked.name != self._robot_name:
+            return reply.refuse(self._other_robot(asked.name))
+        return reply.answer({"loaded": asked.name})
+
+    def _other_robot(self, name: str | None) -> Refusal:
+        unknown = "" if name in robot_names() else f"; no robot is called {name!r}"
+        text = f"this cell has {self._robot_name!r}{unknown}"
+        return Refusal(VerdictCode.ROBOT_FIXED, text)
+
+    # Signals.
+
+    @handles(signals.ReadAllSignals)
+    def _read_signals(
+        self, asked: signals.ReadAllSignals, reply: ReplyTo[signals.SignalValues], now: int
+    ) -> list[Effect]:
+        return reply.answer(
+            {
+                "offered": self._signals.is_offered,
+                "inputs": list(self._signals.inputs),
+                "outputs": list(self._signals.outputs),
+            }
+        )
+
+    @handles(signals.SetSignal)
+    def _set_signal(self, asked: signals.SetSignal, reply: ReplyTo[Done], now: int) -> list[Effect]:
+        def done(refusal: Refusal | None, at: int) -> list[Effect]:
+            return reply.answer({}) if refusal is None else reply.refuse(refusal)
+
+        asking = self._signals.set_output(asked.output, asked.value, now, done)
+        return reply.refuse(asking) if isinstance(asking, Refusal) else asking
+
+
+def pose_of(placed: AnyPose) -> Pose:
+    """Return the pose that a request holds.
+
+    Raises:
+        MotionError: the quaternion is none.
+    """
+    return Pose.from_values(placed["position"], placed.get("orientation", _NO_ROTATION))
+
+
+def _importing(kind: DocumentKind, content: Mapping[str, Any]) -> FrameChange:
+    body = json.dumps(content)
+    return lambda tree: with_frames(kind, body, tree)
+
+
+def _revision(reply: ReplyTo[Changed]) -> Told:
+    def told(revision: int | Refusal, now: int) -> list[Effect]:
+        if isinstance(revision, Refusal):
+            return reply.refuse(revision)
+        return reply.answer({"revision": revision})
+
+    return told
+
+
+def _found(pose: Pose) -> FoundPose:
+    return {"position": pose.position.tolist(), "orientation": pose.quaternion.tolist()}

@@ -1,0 +1,1 @@
+"""Settings: the configuration tables and the file they come from."""

@@ -1,0 +1,1 @@
+"""Sockets, timer and effects: the asyncio shell of the cores."""

@@ -1,0 +1,391 @@
+"""The shell round one client's TCP connection: bytes to the core, messages back.
+
+Owns the socket's options, the deadline of a begun frame and back-pressure, and that a STOP acts in
+the turn that reads it: what a pendant says is handled in parts, so that nobody holds up the others,
+but read on meanwhile, up to a bound, and looked through. It decides nothing about motion.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import socket
+from collections.abc import Iterator, Sequence
+from typing import cast
+
+from openpendant.simplemsg import (
+    MAX_REFERENCE_FRAME,
+    PENDANT,
+    PENDANT_STOPS,
+    ROS_STOPS,
+    STANDARD,
+    Arrival,
+    Connection,
+    Message,
+    Role,
+    WaitingStop,
+)
+from openpendant.simplemsg.masking import SecretMask
+from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Hello
+
+from ..events.events import Port
+from .inbox import Inbox
+from .observations import Observations
+from .outbox import SentFrames
+
+log = logging.getLogger("openpendant.server")
+
+FRAME_DEADLINE_NS = 1_000_000_000
+"""A begun frame must be complete by then (promise 8)."""
+
+STATE_BACKLOG = 16 * 1024
+"""State is skipped for a client with more unread bytes than this (promise 4)."""
+
+DRAIN_DEADLINE_NS = 2_000_000_000
+"""A client that reads nothing of a full backlog for so long is cut off (promise 4)."""
+
+REQUESTS_PER_TURN = 16
+"""Frames of a pendant that are taken in a turn of the loop: the costliest, such as the check of a
+program, take two or three milliseconds, and the watchdog allows a hundred."""
+
+BULK = 16 * 1024
+"""After a read of so many bytes the next one goes first, and what waits is handled after it."""
+
+REPLY_BACKLOG = 256 * 1024
+"""A client that asks but does not read is cut off at so many unread bytes."""
+
+_LAST_READ = 64 * 1024
+
+
+class ClientConnection(asyncio.Protocol):
+    """One accepted connection.
+
+    Attributes:
+        session: its number.
+        port: what it was accepted for.
+        cell: number of the cell whose port that is; None for the pendant port of all.
+        address: the peer's address.
+        wire: the conversation.
+    """
+
+    def __init__(
+        self,
+        inbox: Inbox,
+        observations: Observations,
+        sent: SentFrames,
+        port: Port,
+        cell: int | None = None,
+    ) -> None:
+        """Make the protocol of a connection that was just accepted.
+
+        Args:
+            inbox: takes what happens.
+            observations: tell what became of the connection.
+            sent: notes what leaves.
+            port: what it was accepted for.
+            cell: number of the cell whose port that is; None for the pendant port of all.
+        """
+        self.port = port
+        self.cell = cell
+        self.session = 0
+        self.address = ""
+        self.wire: Connection
+        self._inbox = inbox
+        self._observations = observations
+        self._sent = sent
+        # For good, as each message would have to ask: a journal is kept from the start or never.
+        self._is_noted = inbox.is_noted
+        self._transport: asyncio.Transport | None = None
+        self._frame_begun: int | None = None
+        self._is_behind = False
+        self._clogged_since: int | None = None
+        self._is_ending = False
+        self._early_stops: list[WaitingStop] = []
+        self._goes_on = False
+        self._is_paused = False
+        self._read_first = False
+        self._rest = 0
+        self._unsent: Exception | None = None
+        self._has_secrets = port is Port.PENDANT
+        self._heard_mask = SecretMask()
+        self._said_mask = SecretMask()
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Set the socket up and introduce the connection to the core."""
+        self._transport = cast(asyncio.Transport, transport)  # uvloop's are none by class
+        peer = transport.get_extra_info("peername")
+        self.address = peer[0] if peer else ""
+        prepare_socket(transport.get_extra_info("socket"))
+        if self.port is Port.PENDANT:
+            self.wire = Connection(
+                Role.SERVER,
+                PENDANT,
+                max_frame=MAX_PENDANT_FRAME,
+                frames_per_call=REQUESTS_PER_TURN,
+                stop_rule=PENDANT_STOPS,
+            )
+        else:
+            known = (
+                self._inbox.clients.state_byte_order(self) if self.port is Port.ROS_STATE else None
+            )
+            self.wire = Connection(
+                Role.SERVER,
+                STANDARD,
+                byte_order=known,
+                max_frame=MAX_REFERENCE_FRAME,
+                stop_rule=ROS_STOPS,
+            )
+        self._inbox.opened(self)
+
+    def data_received(self, data: bytes) -> None:
+        """Decode what came and hand each message to the core; a fault of ours ends this, not us."""
+        masks = self._is_noted and self._has_secrets
+        noted = self._heard_mask.feed(data) if masks else data
+        now = self._inbox.wire_bytes(self.session, noted)
+        try:
+            self._take(data, now)
+        except Exception as error:
+            self._inbox.client_failed(self, error, now)
+
+    def _take(self, data: bytes, now: int) -> None:
+        """Decode what came and hand each message to the core, on this call stack."""
+        wire = self.wire
+        order = wire.byte_order
+        is_over = self.is_closing
+        if is_over or (data and wire.more):
+            self._read_on(data, now)
+            return
+        decoded = wire.receive(data)
+        if wire.stops:
+            self._stop_first(now)
+        complete: Sequence[Arrival] = wire.marked(decoded) if wire.overtaking else decoded
+        for received in complete:
+            self._inbox.received(self.session, received, now)
+            if self._early_stops:
+                self._pass_by(received, now)
+            if self.is_closing:
+                return
+        if wire.fault is not None:
+            self.close(str(wire.fault))
+            return
+        if wire.byte_order is not order and self.port is Port.ROS_MOTION:
+            self._inbox.clients.learn_byte_order(self)
+        if wire.more or self._is_paused:
+            self._read_first = len(data) >= BULK
+            self._share_the_loop()
+        if not wire.partial:
+            self._frame_begun = None
+        elif self._frame_begun is None or complete:
+            self._frame_begun = now
+
+    def _read_on(self, data: bytes, now: int) -> None:
+        """Take bytes whose turn has not come, or never will; a STOP among them acts even so."""
+        self.wire.read_ahead(data)
+        if self.wire.stops:
+            self._stop_first(now)
+        if not self._is_ending:
+            self._read_first = len(data) >= BULK
+            self._share_the_loop()
+
+    def _stop_first(self, now: int) -> None:
+        """Let the STOPs that have arrived act before their turn: one for all that came at once."""
+        wire = self.wire
+        self._early_stops += wire.stops
+        wire.stops.clear()
+        early = [stop for stop in self._early_stops if not stop.acted]
+        if early and self._inbox.stop_first(self.session, early[0].message, now):
+            for stop in early:
+                stop.acted = True
+            early[0].answered = self.port is Port.PENDANT
+            early = []
+        self._early_stops = early
+
+    def _pass_by(self, received: Arrival, now: int) -> None:
+        """Let a STOP act that had to wait for the hello in front of it."""
+        if isinstance(received, WaitingStop):
+            received.acted = True  # in its turn, for what it was worth
+        elif isinstance(received, Hello):
+            self._stop_first(now)
+
+    @property
+    def is_closing(self) -> bool:
+        """Whether the connection is closed, or will be once what was written has left."""
+        transport = self._transport
+        if transport is None or self._is_ending:
+            return True
+        # The loop closes a transport by itself when the kernel reports an error.
+        if self._is_noted:
+            return self._observations.is_gone(self.session, transport)
+        return transport.is_closing()
+
+    def _share_the_loop(self) -> None:
+        """Leave the rest to a later turn of the loop; read no more than may wait meanwhile."""
+        transport, wire = self._transport, self.wire
+        if transport is None or transport.is_closing():
+            return
+        if wire.more and not self._goes_on:
+            self._goes_on = True
+            asyncio.get_running_loop().call_soon(self._go_on)
+        is_full = wire.more and wire.waiting >= self._inbox.clients.read_ahead(self)
+        if is_full and not self._is_paused:
+            transport.pause_reading()
+        elif self._is_paused and not is_full:
+            transport.resume_reading()
+        self._is_paused = is_full
+
+    def _go_on(self) -> None:
+        self._goes_on = False
+        if self._transport is None or self._is_ending or self._transport.is_closing():
+            return
+        if self._read_first and not self._is_paused:
+            # More is likely to have come: a STOP behind it must not wait until this was handled.
+            self._read_first = False
+            self._share_the_loop()
+            return
+        self.data_received(b"")
+
+    def eof_received(self) -> bool:
+        """Treat a half-closed connection as closed: a peer that says no more is gone."""
+        return False
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Tell the core that the client is gone, and before that whether it said STOP."""
+        self._read_the_rest()
+        self._transport = None
+        if exc is not None:
+            log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, exc)
+        self._inbox.closed(self)
+
+    def _read_the_rest(self) -> None:
+        """Look through what has arrived on a connection that has ended: a STOP may be in it."""
+        if self._transport is None:
+            return
+        for data in unread(self._transport, self._inbox.clients.read_ahead(self) - self._rest):
+            self._rest += len(data)
+            self.data_received(data)
+
+    def send(self, message: Message) -> None:
+        """Write a message; the next tick ends the connection where we failed to make its bytes."""
+        try:
+            frame = self.wire.send(message)
+        except Exception as error:
+            # Not here: what the core wants done may go on behind this message, and a stop with it.
+            self._unsent = self._unsent or error
+            return
+        self.write(frame)
+
+    def write(self, frame: bytes) -> None:
+        """Write a frame that was encoded for this conversation."""
+        transport = self._transport
+        if transport is None or self.is_closing:
+            return
+        if self._is_noted:
+            noted = self._said_mask.feed(frame) if self._has_secrets else frame
+            self._sent.note(self.session, noted)
+        transport.write(frame)
+        unread = transport.get_write_buffer_size()
+        self._is_behind = unread > STATE_BACKLOG
+        if self._is_noted:
+            self._is_behind = self._observations.is_clogged(self.session, self._is_behind)
+        if not self._is_behind:
+            return
+        if self._observations.is_flooded(self.session, unread > REPLY_BACKLOG):
+            self.abort("does not read its replies")
+
+    def is_clogged(self) -> bool:
+        """Tell whether the client reads too slowly for another state message."""
+        transport = self._transport
+        if transport is None:
+            return True
+        # Only what is written here makes the backlog longer, so that it is looked at again only
+        # where it was too long then.
+        if self._is_behind:
+            unread = transport.get_write_buffer_size()
+            self._is_behind = self._observations.is_clogged(self.session, unread > STATE_BACKLOG)
+        return self._is_behind
+
+    def check_deadlines(self, now: int) -> None:
+        """Cut off a client whose frame never ends or who never reads; called once a tick.
+
+        Raises:
+            Exception: what went wrong with a message to it.
+        """
+        if self._is_ending and self._transport is not None:
+            # Its last bytes may need a while to leave. An event of its own, not of the tick.
+            asyncio.get_running_loop().call_soon(self._read_the_rest)
+        if self._unsent is not None:
+            unsent, self._unsent = self._unsent, None
+            raise unsent
+        if self._frame_begun is not None and now - self._frame_begun > FRAME_DEADLINE_NS:
+            self.abort("a frame was begun and not completed within 1 s")
+        elif not self.is_clogged():
+            self._clogged_since = None
+        elif self._clogged_since is None:
+            self._clogged_since = now
+        elif now - self._clogged_since > DRAIN_DEADLINE_NS:
+            self.abort("does not read")
+
+    def close(self, reason: str) -> None:
+        """Close after what was written has left."""
+        if self._transport is not None and not self.is_closing:
+            log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, reason)
+            self._is_ending = True
+            self._transport.close()
+            asyncio.get_running_loop().call_soon(self._read_the_rest)
+
+    def abort(self, reason: str) -> None:
+        """Close at once; what was not written is lost."""
+        if self._transport is not None:
+            log.info("session %d (%s %s): %s", self.session, self.port.value, self.address, reason)
+            self._is_ending = True
+            self._transport.abort()
+
+
+def unread(transport: asyncio.BaseTransport, most: int) -> Iterator[bytes]:
+    """Return what has arrived on a connection that the loop reads no more, where it is clear text.
+
+    An end of ours, or an error of a write, may come between the arrival of bytes and their reading.
+
+    Args:
+        transport: it has ended, and its socket is still open.
+        most: bytes that are read at most.
+    """
+    if transport.get_extra_info("sslcontext") is not None:
+        return
+    try:
+        sock = socket.socket(fileno=transport.get_extra_info("socket").fileno())
+    except (AttributeError, OSError, TypeError):
+        return
+    try:
+        while most > 0 and (data := sock.recv(min(most, _LAST_READ))):
+            most -= len(data)
+            yield data
+    except OSError:  # nothing more has come
+        return
+    finally:
+        sock.detach()
+
+
+def prepare_socket(sock: socket.socket, unanswered: int = 1_500) -> None:
+    """Send at once, keep little in the kernel, and find a dead peer within a few seconds.
+
+    Args:
+        sock: a connected socket.
+        unanswered: how long what is sent, a probe of an idle connection too, may stay unanswered
+            [ms]. An idle connection is probed each second: up to 2,000 it ends with the first
+            probe that is lost, beyond with the second.
+    """
+    if sock.family not in (socket.AF_INET, socket.AF_INET6):
+        return
+    sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 8 * 1024)
+    for option, value in (
+        ("TCP_KEEPIDLE", 1),
+        ("TCP_KEEPINTVL", 1),
+        ("TCP_KEEPCNT", 2),
+        ("TCP_USER_TIMEOUT", unanswered),
+    ):
+        number = getattr(socket, option, None)
+        if number is not None:
+            sock.setsockopt(socket.IPPROTO_TCP, number, value)

@@ -1,0 +1,211 @@
+"""The inbox of a server: every event goes through it into the journal, and on to its cell's core.
+
+Owns the time of an event, one reading of the clock for all that follows from it, and in which cell
+it happens. Bytes are noted before they are decoded, so that a rerun covers their decoding as well.
+Decides nothing about what an event means.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, Protocol
+
+from openpendant.simplemsg import Arrival, Message
+from openpendant.simplemsg.journal import Gap, Journal
+
+from ..access.accounts import AccountBook
+from ..core.server_core import ServerCore
+from ..events.effects import BACKENDS, Ask
+from ..events.events import (
+    Answered,
+    ClientEvent,
+    Closed,
+    Event,
+    Opened,
+    PathChanged,
+    Received,
+    Regranted,
+    StopReceived,
+)
+from ..journal.event_records import ANSWERED, PasswordNumbers, answer_to_record
+from .client import Client
+from .clients import Clients
+
+
+def loop_time() -> int:
+    """Return the running loop's monotonic time [ns]."""
+    return int(asyncio.get_running_loop().time() * 1e9)
+
+
+class EventTaker(Protocol):
+    """Takes the events of one cell; a `CellShell` does.
+
+    Attributes:
+        label: begins the names of its links in the journal.
+    """
+
+    label: str
+
+    def deliver(self, event: Event, now: int) -> None:
+        """Hand an event to the core, and carry out what follows."""
+
+    def client_failed(self, session: int, error: Exception, now: int) -> None:
+        """Stop the robot and part with a client that we failed on."""
+
+
+class Inbox:
+    """Where everything that happens to a server comes in.
+
+    Attributes:
+        clients: the connections of pendants and of ROS-Industrial.
+        wire_bytes: notes bytes that came on a link, secrets masked; returns the time [ns].
+    """
+
+    def __init__(
+        self, journal: Journal, server: ServerCore, cells: Sequence[EventTaker], clients: Clients
+    ) -> None:
+        """Join the parts.
+
+        Args:
+            journal: the time and the record.
+            server: knows which cell a connection belongs to.
+            cells: the shell of each cell; they may come later, but before any event.
+            clients: admits connections.
+        """
+        self.clients = clients
+        # Each byte comes by here, so no function of ours stands between it and the journal.
+        self.wire_bytes: Callable[[str | int, bytes], int] = partial(journal.begin, "in")
+        self._journal = journal
+        self._server = server
+        self._cells = cells
+        self._settled: dict[int, EventTaker] = {}
+        self._password_numbers = PasswordNumbers()
+
+    @property
+    def is_noted(self) -> bool:
+        """Whether events are written down, so that it pays to mask secrets."""
+        return self._journal.is_kept
+
+    def longest_gap(self) -> Gap:
+        """Return the longest time between two events since this was asked last."""
+        return self._journal.longest_gap()
+
+    # Clients.
+
+    def opened(self, client: Client) -> None:
+        """Number a new connection and tell its cell; turn it away where it may not be here."""
+        client.session = self.clients.next_session()
+        more: dict[str, Any] = {} if client.cell is None else {"cell": client.cell}
+        now = self._journal.begin(
+            "opened", client.session, port=client.port.name, address=client.address, **more
+        )
+        try:
+            is_admitted = self.clients.admit(client, now)
+        except Exception as error:
+            self.client_failed(client, error, now)
+            return
+        if is_admitted:
+            event = Opened(client.session, client.port, client.address)
+            self._route(event, now, client.cell)
+
+    def stop_first(self, session: int, stop: Message, now: int) -> bool:
+        """Let a client's STOP act before its turn; return False if the client may not stop yet."""
+        if not self._server.may_stop(session):
+            return False
+        self._route(StopReceived(session, stop), now)
+        return True
+
+    def received(self, session: int, message: Arrival, now: int) -> None:
+        """Hand a client's message to its cell."""
+        event = Received(session, message)
+        cell = self._settled.get(session)
+        if cell is not None:
+            cell.deliver(event, now)
+        elif session not in self.clients.by_session:
+            self.clients.turned_away.receive(session, message)
+        else:
+            self._route(event, now)
+            home = self._server.settled(session)
+            if home is not None:
+                self._settled[session] = self._cells[home]
+
+    def closed(self, client: Client) -> None:
+        """Tell its cell that a connection ended."""
+        if self.clients.forget(client.session):
+            now = self._journal.begin("closed", client.session)
+            self._settled.pop(client.session, None)
+            self._route(Closed(client.session), now)
+
+    def client_failed(self, client: Client, error: Exception, now: int) -> None:
+        """End a connection that we failed on, and stop its robot; everybody else goes on.
+
+        Args:
+            client: the connection.
+            error: the fault of ours.
+            now: monotonic time, ns.
+        """
+        home = self._server.home_of(client.session)
+        cell = self._cells[client.cell or 0 if home is None else home]
+        cell.client_failed(client.session, error, now)
+        # Its cell may not know it yet.
+        client.close("a fault of the server")
+
+    def check_deadlines(self, now: int) -> None:
+        """Close the connections that read or write too slowly."""
+        self.clients.turned_away.check_deadlines(now)
+        for client in list(self.clients.by_session.values()):
+            try:
+                client.check_deadlines(now)
+            except Exception as error:
+                self.client_failed(client, error, now)
+
+    def _route(self, event: ClientEvent, now: int, cell: int | None = None) -> None:
+        for number, each in self._server.route(event, cell):
+            self._cells[number].deliver(each, now)
+
+    # Controllers.
+
+    def entrance(self, cell: int) -> Callable[[Event, int], None]:
+        """Return what takes the events of one cell that are within one of these: its messages."""
+        return self._cells[cell].deliver
+
+    def path_changed(self, cell: int, link: str, event: PathChanged) -> None:
+        """Tell a cell that a connection to its controller came or went."""
+        now = self._journal.begin("up" if event.up else "down", link)
+        self._cells[cell].deliver(event, now)
+
+    # The server's own parts.
+
+    def answered(self, cell: int, asked: Ask, answer: object) -> None:
+        """Tell a cell the answer to a question of it."""
+        taker = self._cells[cell]
+        record = answer_to_record(asked, answer) if self._journal.is_kept else {}
+        event = ANSWERED[BACKENDS[type(asked.question)]]
+        now = self._journal.begin(event, f"{taker.label}{asked.id}", **record)
+        taker.deliver(Answered(asked, answer), now)
+
+    def accounts_read(self, book: AccountBook, *, single_user: bool) -> int:
+        """Note accounts that are in force from now on; return the time [ns]."""
+        record: dict[str, Any] = {}
+        if self._journal.is_kept:
+            record = self._password_numbers.book_to_json(book, single_user=single_user)
+        return self._journal.begin("accounts", **record)
+
+    def regranted(self, session: int, now: int) -> None:
+        """Tell its cell that a connection may do other things from now on."""
+        for number, event in self._server.route(Regranted(session)):
+            self._cells[number].deliver(event, now)
+
+    def tick(self) -> int:
+        """Begin a control tick; return its time [ns]."""
+        return self._journal.begin("tick")
+
+    def shut_down(self) -> int:
+        """Begin the end of the server; return the time [ns]."""
+        return self._journal.begin("shut-down")
+
+    def hang_up(self) -> None:
+        """Note that every connection is closed because the server goes down."""
+        self._journal.begin("hang-up")

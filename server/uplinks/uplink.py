@@ -1,0 +1,89 @@
+"""An uplink: how set-points are written for a controller of one dialect, and its answers judged.
+
+A dialect is a file of this folder and a line of the table in `uplinks`. Nothing else of the server
+names one: whoever speaks to a controller gets its dialect from that table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from openpendant.motion.trajectory.trajectory import Row
+from openpendant.simplemsg import Message
+
+from ..refusal import Refusal
+from ..settings.cell_settings import ControllerLink
+
+
+class Uplink(Protocol):
+    """Writes set-points and reads answers of one controller.
+
+    Attributes:
+        stop_deadline: until when a STOP is to be answered [ns]; None where none is.
+    """
+
+    stop_deadline: int | None
+
+    @property
+    def awaiting(self) -> bool:
+        """Whether a point was sent and not answered yet."""
+
+    @property
+    def is_full(self) -> bool:
+        """Whether the next point has to wait for an answer."""
+
+    def point(self, number: int, row: Row, step: float, now: int) -> Message:
+        """Return the message for a set-point, and expect its answer.
+
+        Args:
+            number: its number in the trajectory, from 0.
+            row: its time from the start of the trajectory and its values.
+            step: time since the set-point before it [s]; 0 for the first.
+            now: monotonic time, ns.
+        """
+
+    def stop(self, now: int, *, is_sent: bool) -> Message:
+        """Return the message that stops the robot and empties the controller's buffer.
+
+        Args:
+            now: monotonic time, ns.
+            is_sent: the motion link is up, so that an answer is to be expected there.
+        """
+
+    def answer(self, reply: Message, pending: int) -> Refusal | None:
+        """Judge an answer on the motion link.
+
+        Args:
+            reply: what the controller answered.
+            pending: answers that the link still owes after this one.
+
+        Returns:
+            None where it is a success, else why the motion must end.
+        """
+
+    def overdue(self, now: int) -> Refusal | None:
+        """Return why a motion must end where the answer to a point is outstanding for too long."""
+
+    def stop_overdue(self, now: int) -> bool:
+        """Return True, once, if a STOP was not answered: then the link is dead, or the peer is."""
+
+    def lost(self) -> None:
+        """Forget what was under way, because the motion link is gone."""
+
+
+@dataclass(frozen=True, slots=True)
+class ControllerDialect:
+    """How controllers of one kind are spoken to.
+
+    Attributes:
+        uplink: makes an uplink with nothing under way, from the link's settings and the largest
+            joint speeds, (n,) [rad/s or m/s].
+        stop: the message that stops a robot.
+        stopped: the answer to that.
+    """
+
+    uplink: Callable[[ControllerLink, Sequence[float]], Uplink]
+    stop: Message
+    stopped: Message

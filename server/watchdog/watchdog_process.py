@@ -1,0 +1,180 @@
+"""The watchdog process: stops the robots when the server's event loop stands still (promise 26).
+
+A process and not a thread, because a loop that hangs may hold the interpreter's lock. The server
+writes a beat into its standard input each tick and reads its reports that it is alive. Owns the
+server's end: the start and end of the process, and its pipes. Must not know how a robot is stopped:
+`watchdog_main` owns that.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+
+from .watchdog_pipe import (
+    ANSWER,
+    BEAT,
+    IS_BEAT,
+    IS_FAREWELL,
+    IS_NEWS,
+    Deadlines,
+    StopTarget,
+    orders,
+)
+from .watchdog_rules import AnswerWatch
+
+log = logging.getLogger("openpendant.server")
+
+_RESTART_NS = 1_000_000_000
+
+
+class Watchdog:
+    """The server's end: starts the process, beats, and starts it again if it dies.
+
+    Attributes:
+        process: the process, None while there is none.
+    """
+
+    def __init__(self, targets: Sequence[StopTarget], deadlines: Deadlines, period: float) -> None:
+        """Prepare a watchdog.
+
+        Args:
+            targets: one for each cell, in their order.
+            deadlines: longest times without a beat before it stops a robot [s].
+            period: between two ticks of the server [s].
+        """
+        self.process: subprocess.Popen[bytes] | None = None
+        self._orders = orders(deadlines, targets)
+        self._answers = AnswerWatch(round(period * 1e9))
+        self._started = 0
+        self._told = (0, 0)
+        self._ended: list[subprocess.Popen[bytes]] = []
+
+    def __enter__(self) -> Watchdog:
+        """Start the process."""
+        self._start(time.monotonic_ns())
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the process without a STOP: the server ends in order, with every robot at rest."""
+        process = self.process
+        self.process = None
+        if process is not None:
+            self._write(process, BEAT.pack(0, 0, IS_FAREWELL))
+            _close(process)
+            self._ended.append(process)
+        for process in self._ended:
+            try:
+                process.wait(2.0)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+        self._ended.clear()
+
+    def beat(self, moving: Sequence[bool], emulated: Sequence[bool]) -> int:
+        """Send the beat that shows that the loop is alive; call it first in each tick.
+
+        Args:
+            moving: for each cell whether its robot may move before the next tick.
+            emulated: for each cell whether its controller says that it is emulated.
+
+        Returns:
+            The cells whose robots the process has stopped since the last beat, one bit for each.
+        """
+        now = time.monotonic_ns()
+        process, heard = self.process, b""
+        if process is None:
+            if now - self._started >= _RESTART_NS:
+                self._start(now)
+        else:
+            self._told = _bits(moving), _bits(emulated)
+            heard = _heard(process)
+            if not self._write(process, BEAT.pack(*self._told, IS_BEAT)):
+                self._part(process, "is gone or does not read")
+            elif self._answers.tick(now, was_heard=bool(heard)):
+                self._part(process, "does not answer")
+        self._ended = [each for each in self._ended if each.poll() is None]
+        stopped = 0
+        for (cells,) in ANSWER.iter_unpack(heard[: len(heard) - len(heard) % ANSWER.size]):
+            stopped |= cells
+        return stopped
+
+    def news(self, moving: Sequence[bool], emulated: Sequence[bool]) -> None:
+        """Send which robots may move now; this is no beat.
+
+        Call it last in each tick, before the first set-point of a motion is sent: otherwise no
+        process would stop a motion that the loop starts before it hangs.
+
+        Args:
+            moving: for each cell whether its robot may move before the next tick.
+            emulated: for each cell whether its controller says that it is emulated.
+        """
+        cells = _bits(moving), _bits(emulated)
+        if self.process is None or cells == self._told:
+            return
+        self._told = cells
+        if not self._write(self.process, BEAT.pack(*cells, IS_NEWS)):
+            self._part(self.process, "is gone or does not read")
+
+    def _part(self, process: subprocess.Popen[bytes], why: str) -> None:
+        """Kill a process that no longer works, without waiting for its end."""
+        log.error("the watchdog process %s; starting another", why)
+        self.process = None
+        _close(process)
+        process.kill()
+        self._ended.append(process)
+
+    def _start(self, now: int) -> None:
+        self._started = now
+        try:
+            process = subprocess.Popen(
+                [sys.executable, "-m", f"{__package__}.watchdog_main"],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                # Ctrl-C in the server's terminal must not end its watchdog.
+                start_new_session=True,
+            )
+        except OSError as error:
+            log.error("no watchdog process: %s", error.strerror or error)
+            return
+        assert process.stdin is not None
+        assert process.stdout is not None
+        os.set_blocking(process.stdin.fileno(), False)
+        os.set_blocking(process.stdout.fileno(), False)
+        self._write(process, self._orders)
+        self._answers.begin(now)
+        self._told = (0, 0)
+        self.process = process
+
+    @staticmethod
+    def _write(process: subprocess.Popen[bytes], data: bytes) -> bool:
+        """Write to the process; return True if all of it was written. Never waits."""
+        assert process.stdin is not None
+        try:
+            return os.write(process.stdin.fileno(), data) == len(data)
+        except OSError:  # it ended, or its pipe is full
+            return False
+
+
+def _bits(moving: Sequence[bool]) -> int:
+    return sum(1 << number for number, moves in enumerate(moving) if moves)
+
+
+def _heard(process: subprocess.Popen[bytes]) -> bytes:
+    """Return the bytes that the process has written. Never waits."""
+    assert process.stdout is not None
+    try:
+        return os.read(process.stdout.fileno(), 65_536)
+    except BlockingIOError:
+        return b""
+
+
+def _close(process: subprocess.Popen[bytes]) -> None:
+    assert process.stdin is not None
+    assert process.stdout is not None
+    process.stdin.close()
+    process.stdout.close()

@@ -1,1 +1,0 @@
-"""What surrounds the robot: frames, tools, scene, inputs and outputs, the trace of the tool."""

@@ -1,0 +1,274 @@
+"""Declaration of management operations: one frozen dataclass a request, with its reply and role.
+
+Owns the table of all operations, and the markers that say of a field what Python's types do not:
+bounds, lengths, and how JSON becomes its value. A marker has the method that pydantic looks for by
+name, so that the server reads requests by their declarations and this package needs the standard
+library only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import MISSING, Field, asdict, dataclass, field, fields, make_dataclass
+from functools import cache
+from typing import (
+    Annotated,
+    Any,
+    ClassVar,
+    Generic,
+    Literal,
+    NotRequired,
+    TypeAlias,
+    TypeVar,
+    dataclass_transform,
+    get_args,
+    get_origin,
+    get_type_hints,
+)
+
+from ..roles import Permission
+
+Reply = TypeVar("Reply")
+_Declared = TypeVar("_Declared", bound="Request[Any]")
+
+_CLOSED: Mapping[str, str] = {"extra": "forbid"}
+"""What pydantic is told of a request, and of an object in one: an unknown key is refused."""
+
+
+class Request(Generic[Reply]):
+    """One management request; what answers it is a `Reply`.
+
+    Attributes:
+        NEEDS: what whoever asks must be permitted; None for nothing.
+        IN_ORDER: whether it may move the robot or its surroundings, so that a connection's requests
+            of this kind are taken in order and once.
+        OVERTAKEN: whether it is refused where a stop of its connection has overtaken it; None where
+            its permission decides.
+        op: name of the operation, as in the JSON body.
+    """
+
+    __slots__ = ()
+    __pydantic_config__: ClassVar[Mapping[str, str]] = _CLOSED
+
+    NEEDS: ClassVar[Permission | None]
+    IN_ORDER: ClassVar[bool]
+    OVERTAKEN: ClassVar[bool | None]
+    __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
+
+    op: str
+
+    @classmethod
+    def reply(cls) -> Any:
+        """Return the type of what answers the request."""
+        (declared,) = get_args(vars(cls)["__orig_bases__"][0])
+        return declared
+
+
+OPERATIONS: dict[str, type[Request[Any]]] = {}
+"""Every operation by the value of `op`; whole once the package of the topics is imported."""
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
+def operation(
+    name: str,
+    *,
+    needs: Permission | None,
+    in_order: bool = False,
+    overtaken: bool | None = None,
+) -> Callable[[type[_Declared]], type[_Declared]]:
+    """Declare the request of an operation: a class of fields becomes a frozen dataclass.
+
+    Args:
+        name: value of `op`.
+        needs: what whoever asks must be permitted; None for nothing.
+        in_order: whether it may move the robot or its surroundings.
+        overtaken: whether it is refused where a stop has overtaken it; None where its permission
+            decides.
+
+    Raises:
+        ValueError: there is an operation of this name already.
+    """
+
+    def declare(declared: type[_Declared]) -> type[_Declared]:
+        if name in OPERATIONS:
+            raise ValueError(f"{name} is declared twice")
+        declared.__annotations__["op"] = Literal[name]
+        tag: Any = field(default=name, kw_only=True, repr=False)
+        declared.op = tag
+        # Nobody compares requests, and each method that is made costs every pendant's start.
+        made = dataclass(frozen=True, slots=True, eq=False)(declared)
+        made.NEEDS, made.IN_ORDER, made.OVERTAKEN = needs, in_order, overtaken
+        OPERATIONS[name] = made
+        return made
+
+    return declare
+
+
+def body_of(request: Request[Any]) -> dict[str, Any]:
+    """Return a request as the JSON object that is sent: its name, then its fields in call order."""
+    told = fields(request)
+    names = sorted((each.kw_only, at) for at, each in enumerate(told) if each.name != "op")
+    return {"op": request.op} | {told[at].name: getattr(request, told[at].name) for _, at in names}
+
+
+CoreSchema: TypeAlias = dict[str, Any]
+"""What pydantic validates by; of ours only bounds are written into it."""
+
+_Handler = Callable[[Any], Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """Bounds of a whole number.
+
+    Attributes:
+        least: the smallest that is accepted.
+        most: the largest that is accepted; None for no bound.
+        below: the number that it must be below; None for no bound.
+    """
+
+    least: int
+    most: int | None = None
+    below: int | None = None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: _Handler) -> CoreSchema:
+        """Return the schema of the number with these bounds."""
+        return _with(handler(source), ge=self.least, le=self.most, lt=self.below)
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """Bounds of a real number.
+
+    Attributes:
+        least: the smallest that is accepted; None for no bound.
+        most: the largest that is accepted; None for no bound.
+        finite: whether infinity and what is no number are refused by that name.
+    """
+
+    least: float | None = None
+    most: float | None = None
+    finite: bool = False
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: _Handler) -> CoreSchema:
+        """Return the schema of the number with these bounds."""
+        infinite = False if self.finite else None
+        return _with(handler(source), ge=self.least, le=self.most, allow_inf_nan=infinite)
+
+
+@dataclass(frozen=True, slots=True)
+class Length:
+    """Bounds of the number of items in a list.
+
+    Attributes:
+        least: the smallest that is accepted; None for no bound.
+        most: the largest that is accepted.
+    """
+
+    least: int | None
+    most: int
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: _Handler) -> CoreSchema:
+        """Return the schema of the list with these bounds."""
+        return _with(handler(source), min_length=self.least, max_length=self.most)
+
+
+@dataclass(frozen=True, slots=True)
+class ReadAs:
+    """The type that the server reads a field as, where callers may give it in wider types.
+
+    Attributes:
+        kind: the type, whose values are of the declared one too.
+    """
+
+    kind: Any
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: _Handler) -> CoreSchema:
+        """Return the schema of the narrower type."""
+        schema: CoreSchema = handler(self.kind)
+        return schema
+
+
+@dataclass(frozen=True, slots=True)
+class ReadAsKeys:
+    """A field that holds a JSON object with certain keys and no others.
+
+    Attributes:
+        kind: the typed dictionary that has the keys; read values are such dictionaries.
+    """
+
+    kind: Any
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: _Handler) -> CoreSchema:
+        """Return the schema of an object that is checked key by key and becomes a dictionary."""
+        call = {"type": "no-info", "function": asdict}
+        return {"type": "function-after", "function": call, "schema": handler(_reader(self.kind))}
+
+
+SERVER_VALUES: dict[str, Any] = {}
+"""The types of `ServerValue` by name; the server puts them in before it reads any request."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServerValue:
+    """A field that callers give as a JSON object, and that the server reads as a class of its own.
+
+    Attributes:
+        name: of the type among `SERVER_VALUES`.
+    """
+
+    name: str
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: _Handler) -> CoreSchema:
+        """Return the schema of the server's type."""
+        schema: CoreSchema = handler(SERVER_VALUES[self.name])
+        return schema
+
+
+@dataclass(frozen=True, slots=True)
+class Default:
+    """The value of a key that is left out.
+
+    Attributes:
+        value: the value.
+    """
+
+    value: Any
+
+
+@cache
+def _reader(kind: Any) -> Any:
+    """Return the dataclass that reads a typed dictionary; a key that may be missing has a default.
+
+    On Python 3.11 pydantic takes no `TypedDict` of the standard library.
+    """
+    found: list[Any] = []
+    for name, hint in get_type_hints(kind, include_extras=True).items():
+        is_optional = get_origin(hint) is NotRequired
+        inner = get_args(hint)[0] if is_optional else hint
+        marks = get_args(inner)[1:] if get_origin(inner) is Annotated else ()
+        default = next((each.value for each in marks if isinstance(each, Default)), MISSING)
+        found.append((name, inner) if default is MISSING else (name, inner, field(default=default)))
+    about = (kind.__doc__ or "").partition("\n")[0]
+    space = {"__module__": kind.__module__, "__doc__": about, "__pydantic_config__": _CLOSED}
+    return make_dataclass(kind.__name__, found, namespace=space, frozen=True, slots=True)
+
+
+def _with(schema: CoreSchema, **bounds: Any) -> CoreSchema:
+    return schema | {name: bound for name, bound in bounds.items() if bound is not None}
+
+
+Real: TypeAlias = Annotated[float, Number(finite=True)]
+"""A finite number."""
+
+Vector: TypeAlias = Annotated[Sequence[float], ReadAs(tuple[Real, Real, Real])]
+"""Three numbers x, y, z."""
+
+Quaternion: TypeAlias = Annotated[Sequence[float], ReadAs(tuple[Real, Real, Real, Real])]
+"""Four numbers x, y, z, w."""
+
+Content: TypeAlias = Annotated[Mapping[str, Any], ReadAs(dict[str, Any])]
+"""A JSON object with keys of its own, such as a file's content."""
+
+Revision: TypeAlias = Annotated[int, Count(0)]
+"""The revision that a change was made from."""

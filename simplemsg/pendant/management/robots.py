@@ -1,0 +1,94 @@
+"""Operations on the robot itself: which one a cell has, and its specification."""
+
+from __future__ import annotations
+
+from dataclasses import field
+from typing import Any, NotRequired, TypedDict
+
+from ..roles import Permission
+from .declaration import Request, operation
+
+
+class Robots(TypedDict):
+    """The robots that the server knows, and the one that this cell has.
+
+    Attributes:
+        robots: names of all that the server knows.
+        loaded: the one that this cell has.
+    """
+
+    robots: list[str]
+    loaded: str
+
+
+class LoadedRobot(TypedDict):
+    """The robot that this cell has.
+
+    Attributes:
+        loaded: its name.
+    """
+
+    loaded: str
+
+
+class JointTable(TypedDict):
+    """The driven joints of a robot, base to tip, controller side.
+
+    Attributes:
+        names: of the joints.
+        display_names: as people call them.
+        lower: lower limits [rad, m for a linear axis].
+        upper: upper limits [rad, m for a linear axis].
+        velocity: greatest speeds [rad/s or m/s].
+        acceleration: greatest accelerations [rad/s² or m/s²].
+    """
+
+    names: list[str]
+    display_names: list[str]
+    lower: list[float]
+    upper: list[float]
+    velocity: list[float]
+    acceleration: list[float]
+
+
+class RobotSpecification(TypedDict):
+    """What a robot is.
+
+    Attributes:
+        facts: its robot file: kind, tables, sources, frames.
+        limits: of its joints; missing for a robot without a chain of joints.
+        home_position: of its joints [rad, m for a linear axis]; likewise.
+    """
+
+    facts: dict[str, Any]
+    limits: NotRequired[JointTable]
+    home_position: NotRequired[list[float]]
+
+
+@operation("robots.list", needs=Permission.OBSERVE)
+class ListRobots(Request[Robots]):
+    """Return which robots the server knows, and which one this cell has."""
+
+
+@operation("robots.describe", needs=Permission.OBSERVE)
+class DescribeRobot(Request[RobotSpecification]):
+    """Return the specification of this cell's robot.
+
+    Raises:
+        Refused: ROBOT_FIXED.
+    """
+
+    name: str | None = field(default=None, kw_only=True)
+    """name of the robot; None for this cell's, which is the only one that it describes."""
+
+
+@operation("robots.load", needs=Permission.CHANGE_SCENE)
+class LoadRobot(Request[LoadedRobot]):
+    """Demand that this cell has a certain robot; refused unless it has it already.
+
+    Raises:
+        Refused: ROBOT_FIXED.
+    """
+
+    name: str
+    """name of the robot."""

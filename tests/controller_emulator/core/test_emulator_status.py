@@ -1,0 +1,170 @@
+"""The state port: STATUS true to state in all seven fields, and rounds of joint reports."""
+
+from __future__ import annotations
+
+import pytest
+from rigs.cells.controller_rig import LIMITS, MS, ControllerRig, full_point
+
+from openpendant.controller_emulator.core.admission import Admission, Tolerances
+from openpendant.controller_emulator.core.controller import EmulatedController
+from openpendant.controller_emulator.interpolation.servo import StartRule
+from openpendant.controller_emulator.profiles import GENERIC, PROFILES, ControllerProfile
+from openpendant.simplemsg import (
+    CommType,
+    JointFeedback,
+    JointPosition,
+    Malformed,
+    MsgType,
+    ReplyCode,
+    Status,
+    Unasked,
+    joint_array,
+)
+from openpendant.simplemsg.errors import BodyFault, HeaderFault
+from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
+
+MOVE = (full_point(0, 0.0, (0.0, 0.0)), full_point(1, 1.0, (0.5, -0.5)))
+
+
+def test_a_controller_that_was_just_switched_on_is_ready() -> None:
+    assert ControllerRig().status == Status(
+        drives_powered=1,
+        e_stopped=0,
+        error_code=0,
+        in_error=0,
+        in_motion=0,
+        mode=2,
+        motion_possible=1,
+    )
+
+
+def test_in_motion_holds_exactly_from_the_start_to_the_last_point() -> None:
+    rig = ControllerRig()
+    rig.stream(*MOVE)
+    assert rig.status.in_motion == 1
+    rig.now += 1000 * MS - 1
+    rig.wait(0)
+    assert rig.status.in_motion == 1
+    rig.now += 1
+    rig.wait(0)
+    assert rig.status.in_motion == 0
+
+
+def test_a_round_reports_position_then_position_velocity_and_acceleration() -> None:
+    rig = ControllerRig()
+    rig.stream(*MOVE)
+    rig.wait(250)
+    joints, feedback, status = rig.controller.state_messages(rig.now)
+    assert isinstance(joints, JointPosition)
+    assert isinstance(feedback, JointFeedback)
+    assert isinstance(status, Status)
+    position, velocity, acceleration = rig.state
+    assert joints == JointPosition(0, joint_array(position))
+    assert feedback.positions == joint_array(position)
+    assert feedback.velocities == joint_array(velocity)
+    assert feedback.accelerations == joint_array(acceleration)
+    assert feedback.valid_fields == 15
+    assert feedback.time == 0.25
+
+
+def test_status_comes_with_every_tenth_round() -> None:
+    rig = ControllerRig()
+    rounds = []
+    for _ in range(30):
+        rig.wait(10)
+        messages = rig.controller.state_messages(rig.now)
+        rounds.append(any(isinstance(message, Status) for message in messages))
+    assert [n for n, has_status in enumerate(rounds) if has_status] == [0, 10, 20]
+
+
+def test_a_change_of_status_is_told_once_and_at_once() -> None:
+    rig = ControllerRig()
+    rig.controller.state_messages(rig.now)
+    assert rig.controller.status_change(rig.now) is None
+    rig.operate(OperatorAction.EMERGENCY_STOP)
+    change = rig.controller.status_change(rig.now)
+    assert change is not None
+    assert change.e_stopped == 1
+    assert rig.controller.status_change(rig.now) is None
+
+
+def test_a_status_request_is_answered_whatever_its_body() -> None:
+    rig = ControllerRig()
+    fault = BodyFault("empty", MsgType.STATUS, CommType.REQUEST, 0)
+    reply = rig.controller.answer(Malformed(MsgType.STATUS, CommType.REQUEST, fault), rig.now)
+    assert isinstance(reply, Status)
+    assert (reply.comm_type, reply.reply_code) == (CommType.REPLY, ReplyCode.SUCCESS)
+
+
+@pytest.mark.parametrize("comm_type", [CommType.TOPIC, CommType.REPLY, 4, -1])
+def test_nothing_but_a_request_is_answered(comm_type: int) -> None:
+    rig = ControllerRig()
+    status = rig.status
+    status.comm_type = comm_type
+    assert rig.controller.answer(status, rig.now) is None
+    assert rig.controller.answer(Unasked(status), rig.now) is None
+
+
+def test_a_point_that_is_neither_request_nor_topic_is_ignored() -> None:
+    rig = ControllerRig()
+    point = full_point(0, 0.0, (0.0, 0.0))
+    point.comm_type = 4
+    assert rig.send(point) == []
+    assert not rig.violations
+    assert rig.controller.referee.events["points-accepted"] == 0
+
+
+def test_a_reply_that_nobody_asked_for_is_ignored() -> None:
+    rig = ControllerRig()
+    assert rig.send(Unasked(rig.status)) == []
+
+
+def test_a_message_that_the_profile_does_not_take_is_refused() -> None:
+    few = GENERIC._replace(accepts=frozenset({MsgType.JOINT_TRAJ_PT}))
+    controller = EmulatedController(
+        Admission(LIMITS, Tolerances()), (0.0, 0.0), few, start_rule=StartRule(1, 0, 0, 0)
+    )
+    ((_, reply),) = controller.handle(1, MOVE[0], 0)
+    assert reply.reply_code == ReplyCode.FAILURE
+
+
+def test_the_operator_message_as_a_topic_is_obeyed_and_not_answered() -> None:
+    rig = ControllerRig()
+    event = OperatorEvent(OperatorAction.EMERGENCY_STOP, comm_type=CommType.TOPIC)
+    assert rig.send(event) == []
+    assert rig.status.e_stopped == 1
+
+
+def test_a_malformed_request_of_type_0_cannot_be_answered() -> None:
+    fault = HeaderFault("type 0", 0, CommType.REQUEST, 0)
+    assert ControllerRig().send(Malformed(0, CommType.REQUEST, fault)) == []
+
+
+@pytest.mark.parametrize("operator_events", [True, False])
+def test_it_says_that_it_is_emulated_on_both_ports_and_does_nothing(operator_events: bool) -> None:
+    rig = ControllerRig(operator_events=operator_events)
+    rig.stream(*MOVE)
+    before = rig.status
+    question = OperatorEvent(OperatorAction.IDENTIFY)
+    assert rig.code(question) == ReplyCode.SUCCESS
+    reply = rig.controller.answer(question, rig.now)
+    assert reply is not None
+    assert reply.reply_code == ReplyCode.SUCCESS
+    assert rig.status == before
+    assert not rig.violations
+
+
+def test_the_question_as_a_topic_is_not_answered() -> None:
+    question = OperatorEvent(OperatorAction.IDENTIFY, comm_type=CommType.TOPIC)
+    assert ControllerRig().send(question) == []
+
+
+@pytest.mark.parametrize("profile", PROFILES.values(), ids=PROFILES)
+def test_every_profile_says_that_it_is_emulated(profile: ControllerProfile) -> None:
+    rule = StartRule(1, 0, 0, 0)
+    controller = EmulatedController(
+        Admission(LIMITS, Tolerances()), (0.0, 0.0), profile, start_rule=rule
+    )
+    reply = controller.answer(OperatorEvent(OperatorAction.IDENTIFY), 0)
+    assert reply is not None
+    assert reply.reply_code == ReplyCode.SUCCESS

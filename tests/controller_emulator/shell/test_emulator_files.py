@@ -1,0 +1,153 @@
+"""Settings, scenarios, logs and reports: what the emulator reads and leaves behind."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from openpendant.controller_emulator.shell.recording import MotionLog, write_report
+from openpendant.controller_emulator.shell.scenario import (
+    OperatorScenario,
+    ScenarioPlayer,
+    load_scenario,
+)
+from openpendant.controller_emulator.shell.settings import (
+    EmulatorSettings,
+    EmulatorSettingsError,
+    as_toml,
+    load_settings,
+)
+from openpendant.simplemsg.pendant import OperatorAction
+
+
+def written(folder: Path, text: str) -> Path:
+    file = folder / "cell.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_arguments_go_before_the_file_and_the_file_before_the_defaults(tmp_path: Path) -> None:
+    file = written(tmp_path, "[server]\nother = 1\n[emulator]\nrate = 50\nbuffer = 20\n")
+    settings = load_settings(file, {"buffer": 30})
+    assert (settings.rate, settings.buffer, settings.motion_port) == (50, 30, 12000)
+
+
+@pytest.mark.parametrize(
+    ("text", "robot"),
+    [
+        ("robot = 'puma560'\n", "puma560"),
+        ("robot = 'puma560'\n[emulator]\nrobot = 'epson_c3'\n", "epson_c3"),
+    ],
+)
+def test_the_cells_robot_is_emulated_unless_the_table_names_another(
+    tmp_path: Path, text: str, robot: str
+) -> None:
+    assert load_settings(written(tmp_path, text)).robot == robot
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "value", "expected"),
+    [
+        ("[emulator]\nrobbot = 'ur5'\n", "emulator.robbot", "ur5", "one of robot, profile"),
+        ("[emulator]\nrate = 0\n", "emulator.rate", 0, "greater than or equal to 1"),
+        ("[emulator]\nstart = 'here'\n", "emulator.start", "here", "'home' or 'zero'"),
+        ("emulator = 3\n", "emulator", 3, "a table"),
+        ("[emulator\n", "file", None, "TOML"),
+    ],
+)
+def test_a_wrong_setting_is_refused_with_file_key_and_expected_value(
+    tmp_path: Path, text: str, key: str, value: object, expected: str
+) -> None:
+    file = written(tmp_path, text)
+    with pytest.raises(EmulatorSettingsError) as caught:
+        load_settings(file)
+    error = caught.value
+    assert error.file == str(file)
+    assert error.key.startswith(key)
+    assert value is None or error.value == value
+    assert expected in error.expected
+    assert "\n" not in str(error)
+
+
+def test_a_missing_file_is_a_configuration_error(tmp_path: Path) -> None:
+    with pytest.raises(EmulatorSettingsError, match="No such file"):
+        load_settings(tmp_path / "none.toml")
+
+
+def test_the_printed_settings_are_settings_again(tmp_path: Path) -> None:
+    settings = EmulatorSettings(start=(0.0, 0.5), host="127.0.0.2", strict_sequence=False)
+    assert load_settings(written(tmp_path, as_toml(settings))) == settings
+
+
+def test_scenario_events_become_due_at_their_times_in_order(tmp_path: Path) -> None:
+    file = written(
+        tmp_path,
+        "[[event]]\nat = 2.5\naction = 'reset'\n[[event]]\nat = 1\naction = 'emergency_stop'\n",
+    )
+    player = ScenarioPlayer(load_scenario(file), now=10_000_000_000)
+    assert player.due(10_999_999_999) == []
+    assert player.due(11_000_000_000) == [OperatorAction.EMERGENCY_STOP]
+    assert player.due(12_499_999_999) == []
+    assert player.due(20_000_000_000) == [OperatorAction.RESET]
+    assert player.due(99_000_000_000) == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[[event]]\nat = -1\naction = 'reset'\n", "[[event]]\nat = 1\naction = 'dance'\n", "x = 1\n"],
+)
+def test_a_scenario_that_is_not_understood_is_refused(tmp_path: Path, text: str) -> None:
+    with pytest.raises(EmulatorSettingsError, match="scenario"):
+        load_scenario(written(tmp_path, text))
+
+
+def test_an_empty_scenario_never_does_anything() -> None:
+    assert ScenarioPlayer(OperatorScenario(), now=0).due(10**18) == []
+
+
+def test_the_motion_log_reads_back_exactly(tmp_path: Path) -> None:
+    log = MotionLog(tmp_path / "log.csv", ("a", "b"))
+    log.write(0.01, ((0.1, 0.2), (0.3, 0.4), (1 / 3, -0.0)))
+    log.close()
+    (row,) = csv.DictReader((tmp_path / "log.csv").read_text().splitlines())
+    assert row["time"] == "0.010000"
+    assert float(row["a.acceleration"]) == 1 / 3
+    assert float(row["b.velocity"]) == 0.4
+
+
+def test_a_report_replaces_the_old_one_and_leaves_nothing_else(tmp_path: Path) -> None:
+    file = tmp_path / "report.json"
+    file.write_text("old")
+    write_report(file, {"violations": 0})
+    assert json.loads(file.read_text()) == {"violations": 0}
+    assert list(tmp_path.iterdir()) == [file]
+
+
+def test_a_report_that_cannot_be_written_says_so(tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="No such file"):
+        write_report(tmp_path / "none" / "report.json", {})
+
+
+def test_a_report_to_a_symbolic_link_goes_where_the_link_points(tmp_path: Path) -> None:
+    target, link = tmp_path / "target", tmp_path / "link"
+    target.write_text("old")
+    link.symlink_to(target)
+    write_report(link, {"violations": 0})
+    assert link.is_symlink()
+    assert json.loads(target.read_text()) == {"violations": 0}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_a_report_to_a_pipe_goes_through_it(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_report(pipe, {"violations": 0})
+    assert json.loads(os.read(reader, 1024)) == {"violations": 0}
+    os.close(reader)
+    assert stat.S_ISFIFO(pipe.lstat().st_mode)

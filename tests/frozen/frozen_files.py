@@ -1,0 +1,13 @@
+"""Where the frozen evidence is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+FROZEN = Path(__file__).parent
+JOURNALS = FROZEN / "journals"
+FILES = FROZEN / "files"
+READINGS = FILES / "readings.json"
+BODIES = FROZEN / "bodies.jsonl"
+SIGNATURES = FROZEN / "client_signatures.txt"
+QUESTIONS = FROZEN / "questions.txt"

@@ -1,0 +1,193 @@
+"""One question of each kind to planner, store, passwords and accounts, as a journal notes it.
+
+A journal has such a question as the words of its `repr`: the names of classes, of fields and of
+every value inside are part of what is compared when it is run again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import UnionType
+from typing import Any, get_args
+
+from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.frames.frame_tree import FrameTree
+from openpendant.motion.pose import Pose
+from openpendant.motion.scene.scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Sphere
+from openpendant.motion.scene.scene_shapes import Shape
+from openpendant.server.access.account_store import AccountAction, AccountChange
+from openpendant.server.access.admission import VerifyJob
+from openpendant.server.access.passwords import PasswordHash
+from openpendant.server.access.secret import Secret
+from openpendant.server.journal.event_records import request_to_bytes
+from openpendant.server.planning.jobs import (
+    BlockJob,
+    DryRunJob,
+    Job,
+    JointPathJob,
+    PoseGoal,
+    PoseJob,
+    ProgramJob,
+    RecordingJob,
+    RosPathJob,
+    RosPoint,
+    WayCheckJob,
+)
+from openpendant.server.programs.editing import edits, program_tasks
+from openpendant.server.programs.interpreter.motion_blocks import BlockMove, MotionBlock
+from openpendant.server.programs.interpreter.signal_offers import OfferedSignals
+from openpendant.server.programs.language import statements
+from openpendant.server.programs.language.linking import link
+from openpendant.server.programs.language.points import ArmConfiguration, PointPose, TeachPoint
+from openpendant.server.programs.language.program import OwnRobot, Program
+from openpendant.server.programs.language.statements import Move, Speed, SpeedKind, Way
+from openpendant.server.refusal import Refusal
+from openpendant.server.store import requests
+from openpendant.server.store.documents import DocumentKind
+from openpendant.server.store.recording_format import Extract
+from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.pendant.roles import Role
+from openpendant.simplemsg.verdicts import VerdictCode
+
+_START = (0.5, -1.25)
+_SCENE = Scene(
+    (
+        SceneObject("box", Box((0.5, 0.25, 0.125)), (1.0, 2.0, 3.0)),
+        SceneObject("ball", Sphere(0.25), frame="base", link="tool0"),
+        SceneObject("post", Cylinder(0.125, 2.0)),
+        SceneObject("rail", Capsule(0.125, 2.0)),
+        SceneObject("part", Mesh("part.stl", (0.001, 0.001, 0.001))),
+    ),
+    frozenset({("box", "ball"), ("post", "rail")}),
+    7,
+)
+_GOAL = PoseGoal((0.5, 0.25, 0.125), (0.0, 0.0, 0.0, 1.0))
+_POSE = PointPose((0.5, 0.25, 0.125), (0.0, 1.0, 0.0, 0.0), "table", "gripper")
+_ARM = ArmConfiguration("front", "up", "no-flip", (0, 0))
+_POINT = TeachPoint("above", _START, _POSE, _ARM, "grip here")
+_MOVE = Move(
+    Way.CIRC, "above", ("aside",), Speed(SpeedKind.TOOL, 0.25), zone=0.125, comment="slowly"
+)
+_FRAMES = FrameTree().add("table", Pose.from_values((0.5, 0.25, 0.125), (0.0, 0.0, 0.0, 1.0)))
+_LIMITS = JointLimits(
+    ("first", "second"), (-2.0, -0.5), (2.0, 0.5), (1.0, 0.5), (4.0, 2.0), (False, True)
+)
+_PROGRAM = Program("main", "robot", (), "gripper", "table", (_POINT,), (), "a comment")
+_LINKED = link(_PROGRAM, lambda name: None)
+_BLOCK = MotionBlock((BlockMove("main", 1, _MOVE, _POINT, (_POINT,)),), True)
+_PROGRAM_KIND = DocumentKind.PROGRAM
+
+STATEMENTS: tuple[Any, ...] = (
+    _MOVE,
+    Move(Way.PTP, "above", dwell=0.5),
+    Move(Way.LIN, "above"),
+    Move(Way.SPLINE, "above", ("aside",)),
+    statements.Wait(0.5),
+    statements.WaitInput(1, True, 2.0),
+    statements.SetOutput(2, False),
+    statements.ReadInput(3, "there"),
+    statements.Attach("part"),
+    statements.Detach("part"),
+    statements.Loop(3),
+    statements.IfInput(4, True),
+    statements.IfFlag("there", False),
+    statements.Else(),
+    statements.End(),
+    statements.Call("aside"),
+    statements.Comment(comment="nothing"),
+)
+
+EDITS: tuple[Any, ...] = (
+    edits.RecordPoint(_POINT, _MOVE, 1),
+    edits.TouchUp("above", _START, _POSE, _ARM),
+    edits.DeletePoint("above"),
+    edits.RenamePoint("above", "below"),
+    edits.CommentPoint("above", "grip here"),
+    edits.ReorderPoint("above", 1),
+    edits.InsertStatements(STATEMENTS, 1),
+    edits.DeleteStatements(1, 2),
+    edits.ReorderStatements(1, 2, 3),
+    edits.ReplaceStatement(1, statements.Wait(0.5)),
+    edits.CommentStatement(1, "now"),
+    edits.DescribeProgram("main", "gripper", "table", "a comment"),
+)
+
+TASKS: tuple[Any, ...] = (
+    program_tasks.ReadSource("text", "text", "main.program"),
+    program_tasks.PrintBody("{}", "main"),
+    *(program_tasks.EditBody("{}", "main", edit, OwnRobot("robot", _LIMITS)) for edit in EDITS),
+    program_tasks.CompareBodies("{}", "main", "{}"),
+    program_tasks.TakeHead("{}", "main", "above"),
+    program_tasks.UnpackBody("{}", "main"),
+)
+
+JOBS: tuple[Any, ...] = (
+    PoseJob(1, _START, (_GOAL,), "table", Motion.LIN, 0.5, 0.25, _GOAL, _SCENE),
+    PoseJob(2, _START, (_GOAL, _GOAL), "base", Motion.PTP, 1.0),
+    JointPathJob(3, _START, (_START, _START), 0.5, 0.25, _GOAL, Scene()),
+    RosPathJob(4, _START, (RosPoint(_START, None, 1.0), RosPoint(_START, 0.5, 0.25)), 0.1, 0.01),
+    BlockJob(5, _START, _BLOCK, (11,), _FRAMES, 0.5, 0.25),
+    RecordingJob(6, _START, "swing", (b"rows",), Extract(4, (1, 2)), 0.01, 2.0, 0.005),
+    DryRunJob(
+        *(7, "7-1", _START, _LINKED, FrameTree()),
+        signals=OfferedSignals(16, 8),
+    ),
+    DryRunJob(
+        *(8, "8-1", _START, _LINKED, FrameTree()),
+        signals=Refusal(VerdictCode.SIGNALS_UNAVAILABLE, "it has none", 1, 2.0, 3.0),
+    ),
+    WayCheckJob(9, _START, b"positions", Scene()),
+    *(ProgramJob(10 + number, task) for number, task in enumerate(TASKS)),
+)
+
+REQUESTS: tuple[Any, ...] = (
+    requests.Load(_PROGRAM_KIND, "main", 3),
+    *(requests.ListHeadings(kind) for kind in DocumentKind),
+    requests.ListHeadings(),
+    requests.ListHistory(_PROGRAM_KIND, "main"),
+    requests.Save(_PROGRAM_KIND, "main", '{"body": "größer"}', 3, "ann"),
+    requests.Delete(_PROGRAM_KIND, "main", 3, "ann"),
+    requests.AppendChunk("swing", 2, b"rows"),
+    requests.LoadChunks("swing", 0, 100),
+    requests.MeasureRecording("swing"),
+    requests.TrimRecording("swing", "part", 0.5, None, "ann"),
+    requests.RenameRecording("swing", "part", 3, "ann"),
+)
+
+_KEPT = PasswordHash(salt="ab" * 16, digest="cd" * 32)
+CHECKS: tuple[Any, ...] = (VerifyJob(1, 7, Secret("a secret"), _KEPT),)
+CHANGES: tuple[Any, ...] = (
+    *(AccountChange(number, "ann", action, "bob") for number, action in enumerate(AccountAction)),
+    *(AccountChange(10, "ann", AccountAction.SET_ROLE, "bob", role) for role in Role),
+    AccountChange(20, "ann", AccountAction.ADD, "bob", Role.VIEWER, Secret("a secret")),
+)
+
+KINDS: Mapping[str, tuple[Any, tuple[Any, ...]]] = {
+    "planner": (Job, JOBS),
+    "program": (program_tasks.Task, TASKS),
+    "edit": (edits.Edit, EDITS),
+    "statement": (statements.Statement, STATEMENTS),
+    "shape": (Shape, tuple(each.shape for each in _SCENE.objects)),
+    "store": (requests.Request, REQUESTS),
+    "passwords": (VerifyJob, CHECKS),
+    "accounts": (AccountChange, CHANGES),
+}
+"""Of each kind of question the type of all of them, and one of each."""
+
+
+def kinds_of(union: Any) -> set[type]:
+    """Return the classes of a union."""
+    if isinstance(union, UnionType):
+        return {kind for each in get_args(union) for kind in kinds_of(each)}
+    return {union}
+
+
+def lines() -> list[str]:
+    """Return all questions that leave a core, as a journal has them; one a line."""
+    asked = [
+        *(f"planner {job!r}" for job in JOBS),
+        *(f"store {request_to_bytes(request).decode()}" for request in REQUESTS),
+        *(f"passwords {job!r}" for job in CHECKS),
+        *(f"accounts {change!r}" for change in CHANGES),
+    ]
+    return [line.replace("\n", "\\n") for line in asked]

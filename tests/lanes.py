@@ -1,0 +1,86 @@
+"""The two lanes of a run: the tests that compute, then those on the real clock.
+
+Owns which test belongs to which: `pytest --lane=real-time` takes the tests marked `realtime`,
+`--lane=computing` all others, without the option all run. `run_lanes.py` runs one after the other.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+
+import pytest
+
+_MARK = "realtime"
+
+
+class Lane(Enum):
+    """Which tests run together."""
+
+    COMPUTING = "computing"
+    REAL_TIME = "real-time"
+
+
+def add_option(parser: pytest.Parser) -> None:
+    """Add `--lane` to the command line of pytest."""
+    parser.addoption(
+        "--lane",
+        choices=[lane.value for lane in Lane],  # plain, so that workers can be sent it
+        help="run the tests of one lane: real-time are those marked `realtime`",
+    )
+
+
+class OneLane:
+    """Plugin of pytest: leaves out the tests of the other lane."""
+
+    def __init__(self, lane: Lane) -> None:
+        """Keep which lane runs."""
+        self._lane = lane
+
+    @pytest.hookimpl
+    def pytest_ignore_collect(self, collection_path: Path) -> bool | None:
+        """Import no test file in vain: each of many processes would, and only wait afterwards."""
+        if self._lane is Lane.REAL_TIME and collection_path.suffix == ".py":
+            return not _may_be_on_real_clock(collection_path) or None
+        return None
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_collection_modifyitems(
+        self, config: pytest.Config, items: list[pytest.Item]
+    ) -> None:
+        """Leave them out.
+
+        Raises:
+            UsageError: a file gets the mark without naming it, so that no lane would run its tests.
+        """
+        wanted: list[pytest.Item] = []
+        others: list[pytest.Item] = []
+        for item in items:
+            (wanted if _lane_of(item) is self._lane else others).append(item)
+        if self._lane is Lane.COMPUTING:
+            for path in {item.path for item in others}:
+                if not _may_be_on_real_clock(path):
+                    raise pytest.UsageError(f"{path} must name the mark {_MARK} that it uses")
+        config.hook.pytest_deselected(items=others)
+        items[:] = wanted
+
+
+def most_workers(config: pytest.Config) -> int | None:
+    """Return the files on the real clock that a run of this lane has: so many can run at once.
+
+    So a lane that has next to nothing to run starts no crowd of processes first. None: another
+    lane, for which xdist decides.
+    """
+    if config.getoption("--lane") != Lane.REAL_TIME.value:
+        return None
+    asked = {Path(config.invocation_params.dir, each.partition("::")[0]) for each in config.args}
+    files = (path.rglob("test_*.py") if path.is_dir() else (path,) for path in asked)
+    return sum(map(_may_be_on_real_clock, {each for found in files for each in found}))
+
+
+def _lane_of(item: pytest.Item) -> Lane:
+    return Lane.COMPUTING if item.get_closest_marker(_MARK) is None else Lane.REAL_TIME
+
+
+def _may_be_on_real_clock(path: Path) -> bool:
+    return path.is_file() and _MARK in path.read_text(encoding="utf-8")

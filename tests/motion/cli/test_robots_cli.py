@@ -1,0 +1,329 @@
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from rigs.motion.loaded_robots import serial_robot
+from rigs.motion.robot_families import one_of_each_family
+
+from openpendant.motion.cli.robots import main
+from openpendant.motion.description.robot import robot_names
+from openpendant.motion.description.yaml_file import read_mapping
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.tools.console import ExitCode
+
+Capture = pytest.CaptureFixture[str]
+
+HOME_UR5 = json.dumps(serial_robot("ur5").home)
+
+
+def answer(capsys: Capture, *argv: str) -> Any:
+    assert main(argv) == 0
+    captured = capsys.readouterr()
+    assert captured.err == ""
+    (line,) = captured.out.splitlines()
+    return json.loads(line)
+
+
+def refusal(capsys: Capture, *argv: str) -> tuple[int, str]:
+    code = main(argv)
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    (line,) = captured.err.splitlines()
+    assert line.startswith("error: ")
+    return code, line
+
+
+@pytest.fixture
+def unseen_robot(tmp_path: Path) -> Path:
+    """A robot file the project has never seen: a UR5 with a longer forearm and no DH table."""
+    content = serial_robot("ur5").model_dump(mode="json", by_alias=True)
+    content |= {"name": "ur5_long", "dh": None}
+    content["joints"][3]["origin"]["xyz"][2] += 0.25
+    path = tmp_path / "ur5_long.yaml"
+    path.write_text(yaml.safe_dump(content))
+    return path
+
+
+def test_fk_prints_the_pose_as_one_json_line(capsys: Capture) -> None:
+    home = serial_robot("ur5").home_position
+    pose = Kinematics(serial_robot("ur5")).forward(home)
+    found = answer(capsys, "fk", "ur5", "--joints", HOME_UR5)
+    assert found == {
+        "xyz": pose.position.tolist(),
+        "quat": pose.quaternion.tolist(),
+        "frame": "base",
+    }
+
+
+def test_fk_of_a_coupled_robot_takes_the_files_angles_unless_told(capsys: Capture) -> None:
+    robot = serial_robot("fanuc_m10ia")
+    chain = (0.1, 0.3, -0.2, 0.4, -0.9, 0.6)
+    controller = robot.to_controller(chain)
+    assert controller != pytest.approx(chain)
+    by_file = answer(capsys, "fk", "fanuc_m10ia", "--joints", json.dumps(chain))
+    by_controller = answer(
+        capsys, "fk", "fanuc_m10ia", "--angles", "controller", "--joints", json.dumps(controller)
+    )
+    assert by_file["xyz"] == pytest.approx(by_controller["xyz"], abs=1e-12)
+    assert by_file["xyz"] == pytest.approx(Kinematics(robot).forward(controller).position.tolist())
+
+
+def test_fk_in_the_root_frame_differs_by_the_base_frame(capsys: Capture) -> None:
+    in_base = answer(capsys, "fk", "fanuc_m10ia", "--joints", "[0,0,0,0,0,0]")
+    in_root = answer(capsys, "fk", "fanuc_m10ia", "--joints", "[0,0,0,0,0,0]", "--frame", "root")
+    assert in_root["frame"] == "root"
+    assert np.subtract(in_root["xyz"], in_base["xyz"]) == pytest.approx([0.0, 0.0, 0.45])
+
+
+@pytest.mark.parametrize(("frame", "angles"), [("base", "controller"), ("root", "file")])
+@pytest.mark.parametrize("name", ["ur5", "abb_irb2400", "fanuc_m410ib", "rail_kr5_arc"])
+def test_ik_undoes_fk(capsys: Capture, name: str, frame: str, angles: str) -> None:
+    options = ("--frame", frame, "--angles", angles)
+    joints = json.dumps([value + 0.02 for value in serial_robot(name).home])
+    pose = answer(capsys, "fk", name, "--joints", joints, *options)
+    found = answer(capsys, "ik", name, "--pose", json.dumps(pose), "--angles", angles)
+    assert found["frame"] == frame
+    assert found["angles"] == angles
+    again = answer(capsys, "fk", name, "--joints", json.dumps(found["joints"]), *options)
+    assert again["xyz"] == pytest.approx(pose["xyz"], abs=1e-5)
+    assert again["quat"] == pytest.approx(pose["quat"], abs=1e-4)
+    assert found["position_error"] <= 1e-5
+    assert found["rotation_error"] <= 1e-4
+    assert found["restarts"] >= 0
+
+
+def test_ik_starts_from_the_seed(capsys: Capture) -> None:
+    pose = answer(capsys, "fk", "ur5", "--joints", HOME_UR5)
+    del pose["frame"]
+    seed = [*serial_robot("ur5").home]
+    seed[5] -= 2.0 * math.pi - 0.1
+    found = answer(capsys, "ik", "ur5", "--pose", json.dumps(pose), "--seed", json.dumps(seed))
+    assert found["joints"][5] == pytest.approx(-2.0 * math.pi)
+
+
+def test_a_robot_file_never_seen_before_works_everywhere(
+    capsys: Capture, unseen_robot: Path
+) -> None:
+    file = str(unseen_robot)
+    long_arm = answer(capsys, "fk", file, "--joints", "[0,0,0,0,0,0]")
+    ur5 = answer(capsys, "fk", "ur5", "--joints", "[0,0,0,0,0,0]")
+    assert math.dist(long_arm["xyz"], ur5["xyz"]) == pytest.approx(0.25)
+    del long_arm["frame"]
+    assert answer(capsys, "ik", file, "--pose", json.dumps(long_arm))["restarts"] >= 0
+    assert answer(capsys, "show", file, "--json")["facts"]["name"] == "ur5_long"
+    assert main(["check", file]) == 0
+
+
+def test_fk_beyond_a_limit_answers_and_notes_it(capsys: Capture) -> None:
+    assert main(["fk", "ur5", "--joints", "[90,0,0,0,0,0]"]) == 0
+    captured = capsys.readouterr()
+    assert json.loads(captured.out)["frame"] == "base"
+    assert captured.err.startswith("note: shoulder_pan_joint at 90.0 rad")
+
+
+def test_list_names_every_robot(capsys: Capture) -> None:
+    assert [robot["name"] for robot in answer(capsys, "list", "--json")] == list(robot_names())
+    assert main(["list"]) == 0
+    table = capsys.readouterr().out
+    assert [name for name in robot_names() if name not in table] == []
+
+
+@pytest.mark.parametrize(
+    ("pose", "told"),
+    [
+        ('{"xyz":[0,0],"quat":[0,0,0,1]}', "xyz of --pose is [0.0, 0.0]; accepted: a list of 3"),
+        ('{"xyz":[0,0,0],"quat":[0,1]}', "quat of --pose is [0.0, 1.0]; accepted: a list of 4"),
+    ],
+)
+def test_a_pose_of_too_few_numbers_is_refused_by_the_name_it_was_typed_under(
+    capsys: Capture, pose: str, told: str
+) -> None:
+    assert told in refusal(capsys, "ik", "ur5", "--pose", pose)[1]
+
+
+def test_no_page_prints_a_zero_with_a_sign(capsys: Capture, tmp_path: Path) -> None:
+    content = serial_robot("ur5").model_dump(mode="json", by_alias=True)
+    for row in content["dh"]["rows"]:
+        for field in ("theta_offset", "d", "a", "alpha"):
+            row[field] = row[field] or -0.0
+    content["home"] = [value or -0.0 for value in content["home"]]
+    content["base_frame"] = {"parent": "base_link", "xyz": [-0.0] * 3, "rpy": [-0.0] * 3}
+    path = tmp_path / "ur5.yaml"
+    path.write_text(yaml.safe_dump(content))
+    assert main(["show", str(path)]) == 0
+    assert re.findall(r"(?<!\S)-0(?:\.0+)?(?![\d.])", capsys.readouterr().out) == []
+
+
+def test_show_prints_degrees_and_millimetres(capsys: Capture) -> None:
+    assert main(["show", "abb_irb2400"]) == 0
+    shown = capsys.readouterr().out
+    for part in ("IRB 2400/10", "1550 mm", "-60.00°", "705", "joint_3 + joint_2"):
+        assert part in shown
+
+
+@pytest.mark.parametrize("name", one_of_each_family(robot_names()))
+def test_show_prints_a_page_of_every_robot(capsys: Capture, name: str) -> None:
+    assert main(["show", name]) == 0
+    assert name in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", one_of_each_family(robot_names()))
+def test_show_changes_no_number(capsys: Capture, name: str) -> None:
+    shown = answer(capsys, "show", name, "--json")["facts"]
+    for field in ("home", "dof", "sources", "notes"):
+        assert shown[field] == packaged(name)[field]
+
+
+def packaged(name: str) -> dict[str, Any]:
+    import openpendant.motion.description.robot as module
+
+    return read_mapping(Path(str(module.__file__)).parents[1] / "robots" / f"{name}.yaml")
+
+
+def test_check_says_what_is_wrong_and_fails(capsys: Capture, tmp_path: Path) -> None:
+    content = packaged("ur5")
+    content["dh"]["rows"][1]["a"] += 0.001
+    skewed = tmp_path / "skewed.yaml"
+    skewed.write_text(yaml.safe_dump(content))
+    content["home"][2] = 9.0
+    content["joints"][1]["velocity"] = 180.0
+    broken = tmp_path / "broken.yaml"
+    broken.write_text(yaml.safe_dump(content))
+    assert main(["check", str(skewed), str(broken), "ur5"]) == ExitCode.FAILED
+    report = capsys.readouterr().out
+    assert "the table and the joints differ by 1.0e-03 m" in report
+    assert "home: puts elbow_joint at 9.0" in report
+    assert "is this in degrees?" in report
+    assert "1 of 3 robots are good" in report
+
+
+def test_check_refuses_a_platform_whose_leg_lengths_fit_two_poses(
+    capsys: Capture, tmp_path: Path
+) -> None:
+    content = packaged("stewart_classroom")
+    assert main(["check", "stewart_classroom"]) == 0
+    assert "so their lengths tell the pose" in capsys.readouterr().out
+    content["workspace"] = {name: 3.0 * bound for name, bound in content["workspace"].items()}
+    large = tmp_path / "stewart_classroom.yaml"
+    large.write_text(yaml.safe_dump(content))
+    assert main(["check", str(large)]) == ExitCode.FAILED
+    assert "accepted: less than 1, by a smaller workspace" in capsys.readouterr().out
+
+
+def test_check_of_a_missing_file_fails(capsys: Capture, tmp_path: Path) -> None:
+    assert main(["check", str(tmp_path / "none.yaml")]) == ExitCode.FAILED
+    assert "No such file" in capsys.readouterr().out
+
+
+USAGE: list[tuple[str, ...]] = [
+    (),
+    ("jog",),
+    ("fk",),
+    ("fk", "ur5"),
+    ("fk", "ur5", "--joints", HOME_UR5, "--frame", "world"),
+    ("fk", "ur5", "--joints", HOME_UR5, "--nonsense"),
+    ("fk", "ur6", "--joints", HOME_UR5),
+    ("fk", "/no/such/file.yaml", "--joints", HOME_UR5),
+    ("fk", "ur5", "--joints", ""),
+    ("fk", "ur5", "--joints", "not json"),
+    ("fk", "ur5", "--joints", "[0,0,0,0,0"),
+    ("fk", "ur5", "--joints", "{}"),
+    ("fk", "ur5", "--joints", "1"),
+    ("fk", "ur5", "--joints", "[0,0,0,0,0]"),
+    ("fk", "ur5", "--joints", "[0,0,0,0,0,0,0]"),
+    ("fk", "ur5", "--joints", "[0,0,0,0,0,NaN]"),
+    ("fk", "ur5", "--joints", "[0,0,0,0,0,-Infinity]"),
+    ("fk", "ur5", "--joints", "[0,0,0,0,0,1e999]"),
+    ("fk", "ur5", "--joints", f"[0,0,0,0,0,{'9' * 1000}]"),
+    ("fk", "ur5", "--joints", "[0,0,0,0,0,true]"),
+    ("fk", "ur5", "--joints", "[0,0,0,0,0,null]"),
+    ("fk", "ur5", "--joints", '[0,0,0,0,0,"0"]'),
+    ("fk", "ur5", "--joints", "[0,0,0,0,0,[0]]"),
+    ("fk", "ur5", "--joints", "[" * 4000),
+    ("fk", "ur5", "--joints", "[" * 1_000_000),
+    ("fk", "ur5", "--joints", '["\\n\\u001b[31m"]'),
+    ("ik", "ur5"),
+    ("ik", "ur5", "--pose", "[]"),
+    ("ik", "ur5", "--pose", '{"xyz":[0,0,0]}'),
+    ("ik", "ur5", "--pose", '{"xyz":[0,0,0],"quat":[0,0,0,1],"rpy":[0,0,0]}'),
+    ("ik", "ur5", "--pose", '{"xyz":[0,0],"quat":[0,0,0,1]}'),
+    ("ik", "ur5", "--pose", '{"xyz":[0,0,0],"quat":[0,0,1]}'),
+    ("ik", "ur5", "--pose", '{"xyz":[0,0,0],"quat":[0,0,0,0]}'),
+    ("ik", "ur5", "--pose", '{"xyz":[0,NaN,0],"quat":[0,0,0,1]}'),
+    ("ik", "ur5", "--pose", '{"xyz":[0,1e300,0],"quat":[0,0,0,1]}'),
+    ("ik", "ur5", "--pose", '{"xyz":[0,0,0],"quat":[0,0,0,1],"frame":"moon"}'),
+    ("ik", "ur5", "--pose", '{"xyz":[0,0,0],"quat":[0,0,0,1],"frame":4}'),
+    ("ik", "ur5", "--pose", '{"xyz":[0,0,0],"quat":[0,0,0,1],"frame":"root"}', "--frame", "base"),
+    ("ik", "ur5", "--pose", '{"xyz":[0.4,0,0.4],"quat":[0,0,0,1]}', "--seed", "[0]"),
+    ("ik", "ur5", "--pose", '{"xyz":[0.4,0,0.4],"quat":[0,0,0,1]}', "--seed", "nan"),
+    ("ik", "ur5", "--pose", '{"xyz":[0.4,0,0.4],"quat":[0,0,0,1]}', "--restarts", "-1"),
+    ("check",),
+    ("check", "ur6"),
+    ("show", "ur6"),
+    ("list", "ur5"),
+]
+
+
+@pytest.mark.parametrize("argv", USAGE, ids=lambda argv: " ".join(argv)[:60] or "nothing")
+def test_bad_input_is_one_line_on_standard_error(capsys: Capture, argv: tuple[str, ...]) -> None:
+    code, line = refusal(capsys, *argv)
+    assert code == ExitCode.USAGE
+    assert len(line) < 500
+    assert line.isprintable()
+
+
+def test_an_unreachable_pose_is_refused_with_the_distance(capsys: Capture) -> None:
+    pose = '{"xyz":[9,0,0.4],"quat":[0,0,0,1]}'
+    code, line = refusal(capsys, "ik", "ur5", "--pose", pose, "--restarts", "5")
+    assert code == ExitCode.REFUSED
+    assert "not reachable: the nearest position" in line
+    assert "x 9 m" in line
+
+
+def test_ik_undoes_fk_of_a_platforms_legs(capsys: Capture) -> None:
+    lengths = [0.27, 0.27, 0.272, 0.268, 0.27, 0.275]
+    pose = answer(capsys, "fk", "stewart_classroom", "--joints", json.dumps(lengths))
+    found = answer(capsys, "ik", "stewart_classroom", "--pose", json.dumps(pose), "--all")
+    assert found["joints"] == pytest.approx(lengths, abs=1e-9)
+    assert found["configuration"] is None
+
+
+@pytest.mark.parametrize(
+    ("argv", "part"),
+    [
+        (("fk", "stewart_classroom", "--joints", "[0,0,0,0,0,0]"), "legs"),
+        (("ik", "stewart_classroom", "--pose", '{"xyz":[0,0,9],"quat":[0,0,0,1]}'), "leg"),
+        (("show", "stewart_classroom", "--frames"), "there is no DH table for one; accepted: a"),
+    ],
+)
+def test_what_a_platform_cannot_do_is_refused_in_words(
+    capsys: Capture, argv: tuple[str, ...], part: str
+) -> None:
+    code, line = refusal(capsys, *argv)
+    assert code == ExitCode.REFUSED
+    assert part in line
+
+
+def test_ik_all_prints_every_branch_once_and_the_nearest_first(capsys: Capture) -> None:
+    pose = answer(capsys, "fk", "abb_irb2400", "--joints", "[0.1,0.2,0.3,0.4,0.5,0.6]")
+    assert main(["ik", "abb_irb2400", "--pose", json.dumps(pose), "--all"]) == 0
+    answers = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    near = answer(capsys, "ik", "abb_irb2400", "--pose", json.dumps(pose))
+    assert answers[0] == near
+    flags = [json.dumps(each["configuration"], sort_keys=True) for each in answers]
+    assert len(set(flags)) == len(flags) > 2
+    for each in answers:
+        again = answer(capsys, "fk", "abb_irb2400", "--joints", json.dumps(each["joints"]))
+        assert again["xyz"] == pytest.approx(pose["xyz"], abs=1e-5)
+
+
+def test_help_is_not_an_error(capsys: Capture) -> None:
+    assert main(["--help"]) == 0
+    shown = capsys.readouterr().out
+    for command in ("list", "show", "draw", "check", "import", "fk", "ik", "Exit codes"):
+        assert command in shown

@@ -1,0 +1,250 @@
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from rigs.motion.stewart_poses import (
+    PLATFORM,
+    platform_robot,
+    pose_of_shares,
+    poses_inside,
+    random_poses,
+)
+
+from openpendant.motion.errors import (
+    BadArgument,
+    FrameUnknown,
+    NoAssembly,
+    NotFinite,
+    TooFast,
+    TooSharp,
+    WrongJointCount,
+)
+from openpendant.motion.kinematics.stewart.platform import (
+    CLOSURE,
+    StewartKinematics,
+    assemble,
+    uniqueness,
+)
+from openpendant.motion.orientation import rotation_of_vector
+from openpendant.motion.pose import Array, Pose
+
+HOME = PLATFORM.legs.home
+LENGTHS = PLATFORM.home_position
+LEGS = PLATFORM.legs
+
+
+def moved(pose: Pose, twist: Array, time: float) -> Pose:
+    """The pose after a constant twist [v; ω] of its origin."""
+    turn = rotation_of_vector(time * twist[3:])
+    return Pose.from_matrix(turn @ pose.rotation, pose.position + time * twist[:3])
+
+
+def test_at_home_every_leg_has_its_home_length() -> None:
+    assert LENGTHS == pytest.approx([0.27] * 6, abs=1e-6)
+    assert PLATFORM.forward(LENGTHS).position_distance(HOME) < 1e-12
+
+
+def test_the_limits_are_those_of_six_prismatic_joints() -> None:
+    limits = PLATFORM.limits
+    assert limits.names == tuple(f"leg_{number}" for number in range(1, 7))
+    assert limits.prismatic == (True,) * 6
+    assert (limits.lower[0], limits.upper[0]) == (0.22, 0.32)
+    assert (limits.velocity[0], limits.acceleration[0]) == (0.05, 0.5)
+
+
+def test_an_unknown_acceleration_comes_from_the_ramp() -> None:
+    kinematics = StewartKinematics(platform_robot(leg={"acceleration": None}))
+    assert kinematics.limits.acceleration[0] == pytest.approx(0.05 / 0.1)
+
+
+@given(poses_inside)
+def test_leg_lengths_lead_back_to_the_pose(pose: Pose) -> None:
+    found = PLATFORM.forward(PLATFORM.inverse(pose))
+    assert found.position_distance(pose) <= 1e-9
+    assert found.rotation_distance(pose) <= 1e-9
+
+
+def test_over_the_whole_workspace_the_search_takes_few_steps_and_closes_to_rounding() -> None:
+    for pose in random_poses(500):
+        lengths = LEGS.lengths(pose)
+        found = assemble(LEGS, lengths, HOME)
+        assert found.residual <= CLOSURE
+        assert found.iterations <= 6
+        assert math.dist(found.position, pose.position) < 1e-12
+
+
+@pytest.mark.soak
+def test_fifty_thousand_poses_are_found_again() -> None:
+    for pose in random_poses(50_000, seed=11):
+        found = PLATFORM.forward(PLATFORM.inverse(pose))
+        assert found.position_distance(pose) <= 1e-9
+        assert found.rotation_distance(pose) <= 1e-9
+
+
+def test_no_two_poses_of_the_workspace_have_the_same_legs() -> None:
+    assert uniqueness(LEGS, PLATFORM.workspace.bounds) < 0.8
+
+
+def test_uniqueness_is_lost_in_a_workspace_that_is_too_large() -> None:
+    assert uniqueness(LEGS, 3.0 * PLATFORM.workspace.bounds, samples=200) > 1.0
+
+
+FLIPPED = Pose(-HOME.position, HOME.quaternion)
+
+
+def test_another_assembly_with_the_same_legs_exists_and_is_never_the_answer() -> None:
+    below = assemble(LEGS, np.array(LENGTHS), FLIPPED)
+    assert below.position[2] == pytest.approx(-HOME.position[2])
+    assert PLATFORM.forward(LENGTHS, seed=FLIPPED).position_distance(HOME) < 1e-12
+
+
+@pytest.mark.parametrize("number", range(20))
+def test_the_seed_changes_nothing(number: int) -> None:
+    pose, seed = random_poses(40)[number : number + 21 : 20]
+    lengths = PLATFORM.inverse(pose)
+    turned = Pose.from_rpy(seed.position * 3.0, (2.0, -1.0, 3.0))
+    for start in (seed, turned):
+        assert PLATFORM.forward(lengths, seed=start).position_distance(pose) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("lengths", "words"),
+    [
+        ([0.318] * 6, "outside the workspace.* needs 1.29"),
+        ([0.05] * 6, "m off|singular|outside"),
+        ([1.0] + [0.1] * 5, "m off|singular|outside"),
+        ([0.0] * 6, "m off|singular|outside"),
+        ([-0.27] * 6, "m off|singular|outside"),
+        ([1e6] * 6, "m off|singular|outside"),
+    ],
+)
+def test_legs_that_hold_no_pose_of_the_workspace_are_refused(
+    lengths: list[float], words: str
+) -> None:
+    with pytest.raises(NoAssembly, match=words) as refusal:
+        PLATFORM.forward(lengths)
+    assert refusal.value.lengths == tuple(lengths)
+
+
+@pytest.mark.parametrize("number", range(10))
+def test_random_legs_are_a_pose_of_the_workspace_or_refused(number: int) -> None:
+    random = np.random.default_rng(number)
+    for _ in range(20):
+        lengths = random.uniform(PLATFORM.lower, PLATFORM.upper)
+        try:
+            pose = PLATFORM.forward(lengths)
+        except NoAssembly:
+            continue
+        assert LEGS.lengths(pose) == pytest.approx(lengths, abs=1e-10)
+        assert PLATFORM.workspace.usage(pose) <= 1.001
+
+
+@given(poses_inside)
+def test_the_two_jacobians_undo_each_other(pose: Pose) -> None:
+    lengths = PLATFORM.inverse(pose)
+    product = PLATFORM.jacobian(lengths) @ LEGS.jacobian(pose)
+    np.testing.assert_allclose(product, np.eye(6), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("column", range(6))
+def test_the_leg_jacobian_is_the_slope_of_the_lengths(column: int) -> None:
+    twist, step = np.eye(6)[column], 1e-6
+    for pose in random_poses(10):
+        slope = (
+            LEGS.lengths(moved(pose, twist, step)) - LEGS.lengths(moved(pose, twist, -step))
+        ) / (2.0 * step)
+        assert LEGS.jacobian(pose) @ twist == pytest.approx(slope, abs=1e-8)
+
+
+@pytest.mark.parametrize("column", range(6))
+def test_the_rpy_jacobian_is_the_slope_by_the_six_coordinates(column: int) -> None:
+    step = 1e-6 * np.eye(6)[column]
+    workspace = PLATFORM.workspace
+    for pose in random_poses(10):
+        here = workspace.coordinates(pose)
+        ahead, behind = (LEGS.lengths(workspace.pose(x)) for x in (here + step, here - step))
+        slope = (ahead - behind) / 2e-6
+        assert LEGS.rpy_jacobian(pose)[:, column] == pytest.approx(slope, abs=1e-8)
+
+
+def test_rates_of_roll_pitch_yaw_are_not_angular_velocity() -> None:
+    tilted = pose_of_shares([0.0, 0.0, 0.0, 0.4, 0.4, 0.2])
+    assert not np.allclose(LEGS.jacobian(tilted)[:, 3:5], LEGS.rpy_jacobian(tilted)[:, 3:5])
+    assert LEGS.jacobian(tilted)[:, 5] == pytest.approx(LEGS.rpy_jacobian(tilted)[:, 5])
+
+
+def test_leg_rates_and_accelerations_are_the_derivatives_of_the_lengths() -> None:
+    twist = np.array([0.02, -0.01, 0.015, 0.2, -0.1, 0.3])
+    step = 1e-4
+    for pose in random_poses(10):
+        before, here, after = (
+            LEGS.lengths(moved(pose, twist, time)) for time in (-step, 0.0, step)
+        )
+        motion = LEGS.motion(pose, twist, np.zeros(6))
+        assert motion.length == pytest.approx(here, abs=1e-14)
+        assert motion.rate == pytest.approx((after - before) / (2 * step), abs=1e-8)
+        bend = (after - 2.0 * here + before) / step**2
+        assert motion.acceleration == pytest.approx(bend, abs=1e-6)
+
+
+def test_an_acceleration_from_rest_is_the_jacobian_times_it() -> None:
+    gain = np.array([0.1, 0.2, -0.3, 1.0, -2.0, 0.5])
+    for pose in random_poses(5):
+        motion = LEGS.motion(pose, np.zeros(6), gain)
+        assert motion.acceleration == pytest.approx(LEGS.jacobian(pose) @ gain, abs=1e-12)
+
+
+def test_a_platform_motion_too_fast_or_too_sharp_for_a_leg_is_refused() -> None:
+    still, up = np.zeros(6), np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    assert PLATFORM.check_motion(HOME, 0.05 * up, still).rate == pytest.approx(
+        [0.05 * HOME.position[2] / 0.27] * 6, abs=1e-6
+    )
+    with pytest.raises(TooFast, match=r"leg_1 .* 0\.05 m/s"):
+        PLATFORM.check_motion(HOME, 0.06 * up, still)
+    with pytest.raises(TooSharp, match=r"leg_1 .* 0\.5 m/s²"):
+        PLATFORM.check_motion(HOME, still, 0.6 * up)
+    with pytest.raises(NotFinite):
+        PLATFORM.check_motion(HOME, math.nan * up, still)
+
+
+def test_base_and_root_are_one_and_others_are_unknown() -> None:
+    in_root = PLATFORM.forward(LENGTHS, "root")
+    assert in_root.position.tolist() == PLATFORM.forward(LENGTHS).position.tolist()
+    assert PLATFORM.forward(LENGTHS, link="platform").position[2] == pytest.approx(0.247082)
+    assert PLATFORM.forward(LENGTHS, link="base").position.tolist() == [0.0, 0.0, 0.0]
+    for call in (PLATFORM.forward, PLATFORM.jacobian):
+        with pytest.raises(FrameUnknown, match="base, root"):
+            call(LENGTHS, "tool")
+    with pytest.raises(FrameUnknown, match="platform"):
+        PLATFORM.forward(LENGTHS, link="leg_1")
+
+
+@pytest.mark.parametrize("call", [PLATFORM.forward, PLATFORM.jacobian])
+def test_malformed_leg_lengths_are_refused(call: object) -> None:
+    assert callable(call)
+    with pytest.raises(WrongJointCount):
+        call(LENGTHS[:5])
+    for bad in (math.nan, math.inf):
+        with pytest.raises(NotFinite):
+            call([*LENGTHS[:5], bad])
+
+
+def test_a_platform_of_other_than_six_legs_is_refused() -> None:
+    robot = platform_robot()
+    five = platform_robot(
+        dof=5,
+        home=[0.0] * 5,
+        joint_names=robot.joint_names[:5],
+        base_anchors=[anchor.model_dump() for anchor in robot.base_anchors[:5]],
+        platform_anchors=[anchor.model_dump() for anchor in robot.platform_anchors[:5]],
+    )
+    with pytest.raises(BadArgument, match="6 legs"):
+        StewartKinematics(five)
+
+
+def test_neighbouring_legs_give_neighbouring_poses() -> None:
+    line = np.linspace(PLATFORM.inverse(HOME), PLATFORM.inverse(random_poses(1)[0]), 100)
+    poses = [PLATFORM.forward(lengths) for lengths in line]
+    assert max(a.position_distance(b) for a, b in pairwise(poses)) < 2e-3

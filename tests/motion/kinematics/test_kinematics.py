@@ -1,0 +1,268 @@
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from rigs.data.example_counts import counts
+from rigs.motion.loaded_robots import serial_robot
+
+from openpendant.motion.description.robot import SerialRobot, robot_names
+from openpendant.motion.description.schema import DhTable
+from openpendant.motion.errors import FrameUnknown, NotFinite, WrongJointCount
+from openpendant.motion.kinematics.dh import dh_forward
+from openpendant.motion.kinematics.pinocchio_model import model_map
+from openpendant.motion.kinematics.serial import Kinematics, rotation_vector
+from openpendant.motion.pose import Pose
+
+Array = NDArray[np.float64]
+
+SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
+SAMPLES = 25
+
+
+def positions(robot: SerialRobot, count: int = SAMPLES) -> Array:
+    random = np.random.default_rng(20240)
+    return random.uniform(robot.limits.lower, robot.limits.upper, (count, robot.dof))
+
+
+def moving_values(robot: SerialRobot, controller: Sequence[float]) -> list[float]:
+    """The chain's own value of each moving joint, worked out joint by joint from the file."""
+    driven = [float(value) for value in controller]
+    if robot.coupling.state_factor:
+        driven[2] += robot.coupling.state_factor * driven[1]
+    known = {joint.name: value for joint, value in zip(robot.driven, driven, strict=True)}
+    for joint in robot.moving:
+        if joint.dependent is not None:
+            terms = (term.gain * known[term.joint] for term in joint.dependent.terms)
+            known[joint.name] = joint.dependent.offset + sum(terms)
+    return [known[joint.name] for joint in robot.moving]
+
+
+def matrix(xyz: Sequence[float], rpy: Sequence[float]) -> Array:
+    (sr, sp, sy), (cr, cp, cy) = np.sin(rpy), np.cos(rpy)
+    result = np.eye(4)
+    result[:3, :3] = (
+        np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+        @ np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+        @ np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    )
+    result[:3, 3] = xyz
+    return result
+
+
+def by_table(table: DhTable, values: Sequence[float]) -> Array:
+    result = matrix(table.base.xyz, table.base.rpy)
+    for row, value in zip(table.rows, values, strict=True):
+        theta, d = row.theta_offset, row.d
+        if row.variable == "theta":
+            theta += value
+        else:
+            d += value
+        result = (
+            result @ matrix((0, 0, d), (0, 0, theta)) @ matrix((row.a, 0, 0), (row.alpha, 0, 0))
+        )
+    return result @ matrix(table.tool.xyz, table.tool.rpy)
+
+
+@pytest.mark.parametrize("count", counts(8, 250))
+@pytest.mark.parametrize("name", SERIAL)
+def test_forward_kinematics_agrees_with_the_dh_table_of_the_file(name: str, count: int) -> None:
+    robot = serial_robot(name)
+    assert robot.dh is not None
+    kinematics = Kinematics(robot)
+    for position in positions(robot, count):
+        values = moving_values(robot, position)
+        expected = by_table(robot.dh, values)
+        found = kinematics.forward(position, "root")
+        np.testing.assert_allclose(found.to_matrix(), expected, rtol=0, atol=1e-9)
+        np.testing.assert_allclose(
+            dh_forward(robot.dh, values).to_matrix(), expected, rtol=0, atol=1e-12
+        )
+
+
+@pytest.mark.parametrize("name", SERIAL)
+def test_the_base_frame_is_where_the_file_puts_it(name: str) -> None:
+    robot = serial_robot(name)
+    kinematics = Kinematics(robot)
+    base = Pose.from_rpy(robot.base_frame.xyz, robot.base_frame.rpy)
+    assert robot.base_frame.parent == robot.root_link
+    for position in positions(robot, 3):
+        in_root = kinematics.forward(position, "root")
+        composed = base.compose(kinematics.forward(position, "base"))
+        assert composed.position_distance(in_root) < 1e-12
+        assert composed.rotation_distance(in_root) < 1e-12
+        assert (
+            kinematics.to_base(in_root, "root").position_distance(kinematics.forward(position))
+            < 1e-12
+        )
+
+
+@pytest.mark.parametrize("count", counts(2, 50))
+@pytest.mark.parametrize("frame", ["base", "root"])
+@pytest.mark.parametrize("name", SERIAL)
+def test_the_jacobian_agrees_with_finite_differences(name: str, frame: str, count: int) -> None:
+    robot = serial_robot(name)
+    kinematics = Kinematics(robot)
+    step = 1e-6
+    for position in positions(robot, count):
+        jacobian = kinematics.jacobian(position, frame)
+        assert jacobian.shape == (6, robot.dof)
+        for joint in range(robot.dof):
+            before, after = position.copy(), position.copy()
+            before[joint] -= step
+            after[joint] += step
+            start, end = kinematics.forward(before, frame), kinematics.forward(after, frame)
+            turn = rotation_vector(end.rotation @ start.rotation.T)
+            rate = np.concatenate((end.position - start.position, turn)) / (2.0 * step)
+            np.testing.assert_allclose(jacobian[:, joint], rate, rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("name", ["ur5", "abb_irb2400", "fanuc_m410ib"])
+def test_one_pass_gives_the_same_as_separate_calls_and_owns_its_arrays(name: str) -> None:
+    robot = serial_robot(name)
+    kinematics = Kinematics(robot)
+    first, second = positions(robot, 2)
+    rotation, translation, jacobian = kinematics.linearise(first)
+    kinematics.linearise(second)
+    pose = kinematics.forward(first)
+    np.testing.assert_allclose(translation, pose.position, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(rotation, pose.rotation, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(jacobian, kinematics.jacobian(first), rtol=0, atol=1e-15)
+    placed_rotation, placed_translation = kinematics.place(first)
+    np.testing.assert_array_equal(placed_rotation, rotation)
+    np.testing.assert_array_equal(placed_translation, translation)
+
+
+def test_a_coupled_joint_3_follows_joint_2_on_the_chains_side() -> None:
+    gain, offset = model_map(serial_robot("fanuc_m10ia"))
+    expected = np.eye(6)
+    expected[2, 1] = 1.0
+    np.testing.assert_array_equal(gain, expected)
+    assert not offset.any()
+
+
+def test_the_levelling_rods_hold_the_palletisers_wrist_level() -> None:
+    robot = serial_robot("fanuc_m410ib")
+    kinematics = Kinematics(robot)
+    for position in positions(robot):
+        down = kinematics.forward(position).rotation[:, 2]
+        np.testing.assert_allclose(down, [0.0, 0.0, -1.0], rtol=0, atol=1e-12)
+
+
+def test_the_linear_axis_carries_the_arm_metre_by_metre() -> None:
+    robot = serial_robot("rail_kr5_arc")
+    kinematics = Kinematics(robot)
+    start = np.array(robot.home_position)
+    moved = start.copy()
+    moved[0] += 0.75
+    shift = kinematics.forward(moved).position - kinematics.forward(start).position
+    assert np.linalg.norm(shift) == pytest.approx(0.75, abs=1e-12)
+
+
+def test_only_whole_gains_let_a_joint_turn_round() -> None:
+    assert Kinematics(serial_robot("ur5")).turning.all()
+    assert Kinematics(serial_robot("rail_kr5_arc")).turning.tolist() == [False, *[True] * 6]
+    palletiser = serial_robot("fanuc_m410ib")
+    assert Kinematics(palletiser).turning.all()
+    facts = palletiser.model_dump(by_alias=True)
+    for term in facts["joints"][3]["dependent"]["terms"]:
+        term["gain"] /= 2.0
+    geared = Kinematics(SerialRobot.model_validate(facts))
+    # Half a turn of the wrist by joint 2 itself, and half back by joint 3, which is coupled to it.
+    assert geared.turning.tolist() == [True, True, False, True]
+
+
+def test_a_link_other_than_the_tool_can_be_asked_for() -> None:
+    robot = serial_robot("ur5")
+    kinematics = Kinematics(robot)
+    home = robot.home_position
+    root = kinematics.forward(home, "root", link=robot.root_link)
+    assert root.position_distance(Pose.identity()) == 0.0
+    tool = kinematics.forward(home, link=robot.tool_link)
+    assert tool.position_distance(kinematics.forward(home)) == 0.0
+
+
+@pytest.mark.parametrize("name", ["ur5", "abb_irb2400", "rail_kr5_arc"])
+def test_many_places_are_those_of_single_calls(name: str) -> None:
+    kinematics = Kinematics(serial_robot(name))
+    joints = np.random.default_rng(3).uniform(-1.0, 1.0, (5, kinematics.dof))
+    for link in (None, kinematics.robot.links[3]):
+        places = kinematics.places(joints, link)
+        for row, pose in enumerate(kinematics.forward(each, link=link) for each in joints):
+            np.testing.assert_allclose(places.rotation[row], pose.rotation, rtol=0, atol=1e-14)
+            np.testing.assert_allclose(places.position[row], pose.position, rtol=0, atol=1e-14)
+    with pytest.raises(FrameUnknown):
+        kinematics.places(joints, "nowhere")
+
+
+def test_unknown_frames_and_links_are_refused_with_the_known_ones() -> None:
+    robot = serial_robot("ur5")
+    kinematics = Kinematics(robot)
+    with pytest.raises(FrameUnknown) as refused:
+        kinematics.forward(robot.home_position, "world")
+    assert refused.value.known == ("base", "root")
+    with pytest.raises(FrameUnknown) as refused:
+        kinematics.forward(robot.home_position, link="tool9")
+    assert refused.value.known == robot.links
+    with pytest.raises(FrameUnknown):
+        kinematics.jacobian(robot.home_position, "world")
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_a_joint_value_that_is_not_finite_is_refused(value: float) -> None:
+    kinematics = Kinematics(serial_robot("ur5"))
+    for ask in (kinematics.forward, kinematics.jacobian):
+        with pytest.raises(NotFinite) as refused:
+            ask((0.0, 0.0, value, 0.0, 0.0, 0.0))
+        assert refused.value.index == 2
+
+
+@pytest.mark.parametrize("count", [0, 5, 7])
+def test_a_wrong_number_of_joint_values_is_refused(count: int) -> None:
+    kinematics = Kinematics(serial_robot("ur5"))
+    for ask in (kinematics.forward, kinematics.jacobian):
+        with pytest.raises(WrongJointCount):
+            ask((0.0,) * count)
+
+
+def test_the_table_refuses_what_it_has_no_row_for() -> None:
+    table = serial_robot("ur5").dh
+    assert table is not None
+    with pytest.raises(WrongJointCount):
+        dh_forward(table, (0.0,) * 5)
+    with pytest.raises(NotFinite):
+        dh_forward(table, (0.0, 0.0, math.nan, 0.0, 0.0, 0.0))
+
+
+def test_the_limits_of_the_kinematics_are_those_of_the_robot() -> None:
+    robot = serial_robot("abb_irb2400")
+    kinematics = Kinematics(robot)
+    assert kinematics.limits == robot.limits
+    assert tuple(kinematics.lower) == robot.limits.lower
+    with pytest.raises(ValueError, match="read-only"):
+        kinematics.lower[0] = 0.0
+
+
+@pytest.mark.parametrize("count", counts(4, 250))
+@pytest.mark.parametrize("name", SERIAL)
+def test_a_tools_motion_is_that_of_its_poses(name: str, count: int) -> None:
+    kinematics = Kinematics(serial_robot(name))
+    tcp = Pose.from_rpy((0.02, -0.05, 0.15), (2.9, 0.1, -1.4))
+    for pose in (Pose.identity(), Pose.from_rpy((0.0, 0.0, 0.1), (0.0, 0.0, 0.0)), tcp):
+        tool = kinematics.tool_frame(pose)
+        assert (tool.placement is None) == (
+            pose.rotation_distance(Pose.identity()) == 0.0 and not pose.position.any()
+        )
+        for position in positions(kinematics.robot, count):
+            velocity = 0.1 + 0.2 * np.abs(np.sin(position))
+            (place, turn), speed = kinematics.tool_motion(position, velocity, tool)
+            expected = kinematics.forward(position).compose(pose)
+            assert np.abs(expected.position - place).max() < 1e-12
+            assert np.abs(expected.quaternion - turn).max() < 1e-7
+            assert np.linalg.norm(turn) == pytest.approx(1.0, abs=1e-14)
+            ahead, behind = (
+                kinematics.forward(position + step * velocity).compose(pose).position
+                for step in (1e-6, -1e-6)
+            )
+            assert speed == pytest.approx(np.linalg.norm(ahead - behind) / 2e-6, abs=1e-7)

@@ -1,0 +1,293 @@
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from rigs.data.example_counts import few
+from rigs.motion.loaded_robots import load_robot, serial_robot
+
+from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.description.robot import SerialRobot, robot_names
+from openpendant.motion.errors import (
+    BadArgument,
+    MotionError,
+    NoMotion,
+    NotFinite,
+    OutOfRange,
+    WrongJointCount,
+    ZoneTooLarge,
+)
+from openpendant.motion.paths.blending import LEAST_ZONE, JointPolyline, check_zones
+from openpendant.motion.timing.parameterization import time_path
+from openpendant.motion.trajectory.certificate import certify
+
+Array = NDArray[np.float64]
+
+CORNER = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]
+SPEED, GAIN = 2.0, 8.0
+TWO = JointLimits(("a", "b"), (-3.0,) * 2, (3.0,) * 2, (SPEED,) * 2, (GAIN,) * 2, (False,) * 2)
+SERIAL = [name for name in robot_names() if isinstance(load_robot(name), SerialRobot)]
+
+
+def waypoints_and_zones(seed: int, count: int, joints: int) -> tuple[Array, list[float]]:
+    """Waypoints in the unit cube with zones that just fit, or less."""
+    random = np.random.default_rng(seed)
+    points = random.uniform(-1.0, 1.0, (count, joints))
+    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    room = np.minimum(lengths[:-1], lengths[1:]) / 2.0
+    zones = np.maximum(room * random.choice([1e-3, 0.1, 0.5, 1.0], count - 2), LEAST_ZONE)
+    return points, zones.tolist()
+
+
+def off_the_polyline(places: Array, points: Array) -> float:
+    """The greatest distance of places (m, n) from the straight lines between points (w, n)."""
+    nearest = np.full(len(places), math.inf)
+    for start, end in pairwise(points):
+        along = end - start
+        fraction = np.clip((places - start) @ along / (along @ along), 0.0, 1.0)
+        nearest = np.minimum(
+            nearest, np.linalg.norm(places - start - np.outer(fraction, along), axis=1)
+        )
+    return float(nearest.max())
+
+
+@pytest.mark.parametrize("zone", [1e-4, 0.02, 0.1, 0.5, 1.0])
+def test_a_right_angle_is_left_and_joined_at_the_zone_and_passed_at_the_distance_of_the_law(
+    zone: float,
+) -> None:
+    path = JointPolyline(CORNER, [zone])
+    places = path.evaluate(np.linspace(0.0, path.length, 4001))
+
+    middle = path.evaluate(path.knots[path.waypoint_knots])[1]
+
+    assert path.evaluate(np.array([1.0 - zone]))[0] == pytest.approx([1.0 - zone, 0.0])
+    assert path.evaluate(np.array([1.0 + zone]))[0] == pytest.approx([1.0, zone])
+    off = 3.0 / 16.0 * zone
+    assert middle == pytest.approx([1.0 - off, off])
+    assert off_the_polyline(places, np.array(CORNER)) == pytest.approx(off, abs=1e-9)
+
+
+@pytest.mark.parametrize("degrees", [1.0, 30.0, 90.0, 150.0, 179.0])
+def test_any_corner_is_passed_at_the_distance_of_the_formula(degrees: float) -> None:
+    turn, zone = math.radians(degrees), 0.2
+    path = JointPolyline([[0.0, 0.0], [1.0, 0.0], [1.0 + math.cos(turn), math.sin(turn)]], [zone])
+
+    middle = path.evaluate(path.knots[path.waypoint_knots[1:2]])[0]
+
+    assert math.dist(middle, CORNER[1]) == pytest.approx(3.0 / 8.0 * zone * math.sin(turn / 2.0))
+
+
+@given(seed=st.integers(0, 10**6), count=st.integers(2, 12), joints=st.integers(2, 7))
+def test_the_derivatives_are_those_of_the_position(seed: int, count: int, joints: int) -> None:
+    path = JointPolyline(*waypoints_and_zones(seed, count, joints))
+    s = np.random.default_rng(seed).uniform(0.0, path.length, 50)
+    off = np.abs(s[:, np.newaxis] - path.knots).min(axis=1)
+    s, step = s[off > 2e-7], 1e-7
+
+    slope = (path.evaluate(s + step) - path.evaluate(s - step)) / (2.0 * step)
+    bend = (path.evaluate(s + step, 1) - path.evaluate(s - step, 1)) / (2.0 * step)
+    assert path.evaluate(s, 1) == pytest.approx(slope, abs=1e-6)
+    assert path.evaluate(s, 2) == pytest.approx(bend, abs=1e-4, rel=1e-6)
+
+
+@given(seed=st.integers(0, 10**6), count=st.integers(3, 12))
+def test_position_slope_and_curvature_have_no_step_at_any_knot(seed: int, count: int) -> None:
+    points, zones = waypoints_and_zones(seed, count, 4)
+    path = JointPolyline(points, zones)
+    knots, sharpest = path.knots[1:-1], 1.5 / min(zones)
+
+    for order, scale in ((0, 1.0), (1, 1.0), (2, sharpest)):
+        before = path.evaluate(knots - 1e-12, order)
+        assert path.evaluate(knots + 1e-12, order) == pytest.approx(before, abs=1e-7 * scale)
+
+
+@given(seed=st.integers(0, 10**6), count=st.integers(3, 12))
+def test_the_path_stays_in_the_hull_of_its_polyline(seed: int, count: int) -> None:
+    points, zones = waypoints_and_zones(seed, count, 3)
+    path = JointPolyline(points, zones)
+    places = path.evaluate(np.linspace(0.0, path.length, 1000))
+
+    least, greatest = path.extent()
+
+    assert (places >= least - 1e-12).all()
+    assert (places <= greatest + 1e-12).all()
+    assert (least >= points.min(axis=0) - 1e-12).all()
+    assert (greatest <= points.max(axis=0) + 1e-12).all()
+    assert off_the_polyline(places, points) <= 3.0 / 16.0 * max(zones) + 1e-9
+    assert np.array_equal(path.evaluate(path.knots[[0, -1]]), points[[0, -1]])
+
+
+def test_the_extent_is_that_of_the_zone_where_a_motion_turns_back() -> None:
+    path = JointPolyline([[0.0], [1.0], [0.25]], [0.5])
+
+    least, greatest = path.extent()
+
+    assert (float(least[0]), float(greatest[0])) == pytest.approx((0.0, 13.0 / 16.0))
+
+
+def fastest_around(leg: float, zone: float) -> float:
+    """The least time around a right angle, by the phase plane.
+
+    From the corner, where the zone bends most and no joint can change its speed, the joints speed
+    up as hard as they can; backwards from the end they do too; the way to the corner is the same.
+    """
+    step, square, least = leg / 20_000.0, 4.0 / 3.0 * zone * GAIN, 0.0
+    for s in np.arange(step / 2.0, leg, step).tolist():
+        t = min(0.5 + s / (2.0 * zone), 1.0)
+        coming, bend = t * t * (3.0 - 2.0 * t), 3.0 * t * (1.0 - t) / zone
+        gain = (GAIN - bend * square) / coming
+        if coming < 1.0:
+            gain = min(gain, (GAIN + bend * square) / (1.0 - coming))
+        square = min(square + 2.0 * gain * step, (SPEED / coming) ** 2)
+        least += step / math.sqrt(min(square, 2.0 * GAIN * (leg - s)))
+    return 2.0 * least
+
+
+@pytest.mark.parametrize("leg", [0.3, 1.0, 3.0])
+@pytest.mark.parametrize("zone", [0.005, 0.02, 0.1])
+def test_a_corner_is_run_nearly_as_fast_as_can_be(leg: float, zone: float) -> None:
+    path = JointPolyline([[0.0, 0.0], [leg, 0.0], [leg, leg]], [zone], TWO)
+
+    duration = time_path(path, TWO, sample_period=1e-3).duration
+
+    least = fastest_around(leg, zone)
+    assert least <= duration + 1e-3
+    assert duration <= 1.02 * least + 1e-3
+
+
+@few(6)
+@given(seed=st.integers(0, 10**6), count=st.integers(3, 15))
+def test_a_timed_path_keeps_its_limits_between_its_samples_and_never_stops(
+    seed: int, count: int
+) -> None:
+    path = JointPolyline(*waypoints_and_zones(seed, count, 2), TWO)
+
+    trajectory = time_path(path, TWO, sample_period=1e-3)
+
+    certify(trajectory, TWO)
+    assert np.abs(trajectory.acceleration).max() <= GAIN * (1.0 + 1e-3)
+    assert np.abs(np.diff(trajectory.velocity, axis=0)).max() <= GAIN * 1e-3 * (1.0 + 1e-3)
+    assert (np.diff(trajectory.waypoint_times) > 0.0).all()
+
+
+def certified(name: str, seed: int) -> None:
+    limits = serial_robot(name).limits
+    points, zones = waypoints_and_zones(seed, int(seed % 9) + 3, limits.dof)
+    lower, upper = np.array(limits.lower), np.array(limits.upper)
+    points = (lower + upper) / 2.0 + points * (upper - lower) / 2.0
+    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    random = np.random.default_rng(seed)
+    zones = (np.minimum(lengths[:-1], lengths[1:]) * random.uniform(0.01, 0.5, len(zones))).tolist()
+
+    trajectory = time_path(JointPolyline(points, zones, limits), limits)
+
+    certify(trajectory, limits, start=points[0])
+    assert (np.diff(trajectory.waypoint_times) > 0.0).all()
+
+
+@pytest.mark.parametrize("name", SERIAL)
+def test_a_random_path_with_zones_is_certified(name: str) -> None:
+    certified(name, SERIAL.index(name))
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", SERIAL)
+def test_many_random_paths_with_zones_are_certified(name: str) -> None:
+    for seed in range(300):
+        certified(name, seed)
+
+
+@pytest.mark.parametrize(
+    ("lengths", "zones", "waypoint", "largest"),
+    [
+        ([1.0, 1.0], [1.1], 0, 1.0),
+        ([1.0, 0.3], [0.5], 0, 0.3),
+        ([1.0, 1.0, 1.0], [0.6, 0.3], None, 0.0),
+        ([1.0, 1.0, 1.0], [0.6, 0.6], 0, 0.5),
+        ([1.0, 1.0, 1.0], [0.8, 0.3], 0, 0.7),
+        ([1.0, 1.0, 1.0], [0.3, 0.8], 1, 0.7),
+        ([1.0, 1.0, 1.0], [0.5, 0.5], None, 0.0),
+        ([1.0, 0.0], [0.1], 0, 0.0),
+    ],
+)
+def test_a_zone_that_does_not_fit_is_refused_with_the_largest_that_does(
+    lengths: list[float], zones: list[float], waypoint: int | None, largest: float
+) -> None:
+    if waypoint is None:
+        check_zones(lengths, zones, "m")
+        return
+    with pytest.raises(ZoneTooLarge) as refusal:
+        check_zones(lengths, zones, "m", first_waypoint=7)
+
+    error = refusal.value
+    assert (error.waypoint, error.zone, error.unit) == (7 + waypoint, zones[waypoint], "m")
+    assert error.largest == pytest.approx(largest)
+    if largest:
+        check_zones(lengths, [min(zone, largest) for zone in zones], "m")
+
+
+@pytest.mark.parametrize(
+    ("points", "zones", "error"),
+    [
+        ([], [], BadArgument),
+        ([[0.0, 0.0]], [], BadArgument),
+        (CORNER, [], BadArgument),
+        (CORNER, [0.1, 0.1], BadArgument),
+        (CORNER, [-0.1], BadArgument),
+        (CORNER, [0.0], BadArgument),
+        (CORNER, [9e-5], BadArgument),
+        (CORNER, [math.nan], NotFinite),
+        (CORNER, [math.inf], NotFinite),
+        (CORNER, [1.1], ZoneTooLarge),
+        ([CORNER[0], CORNER[0]], [], NoMotion),
+        ([CORNER[0], [9e-6, 0.0]], [], NoMotion),
+        ([CORNER[0], CORNER[1], CORNER[1]], [0.1], ZoneTooLarge),
+        ([[0.0, 0.0], [1.0, math.nan], [1.0, 1.0]], [0.1], NotFinite),
+        ([[0.0, 0.0], [1.0], [1.0, 1.0]], [0.1], WrongJointCount),
+        ([[0.0, 0.0], [3.1, 0.0], [1.0, 1.0]], [0.1], OutOfRange),
+    ],
+)
+def test_what_is_no_path_with_zones_is_refused(
+    points: list[list[float]], zones: list[float], error: type[MotionError]
+) -> None:
+    with pytest.raises(error):
+        JointPolyline(points, zones, TWO)
+
+
+@pytest.mark.parametrize("rest", [0.0, 1e-12, 1e-9, 1e-7, 1e-5, 1e-3])
+def test_a_leg_that_its_zones_leave_almost_nothing_of_is_timed_like_any_other(rest: float) -> None:
+    points = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+    path = JointPolyline(points, [0.5, 0.5 - rest], TWO)
+
+    trajectory = time_path(path, TWO)
+
+    certify(trajectory, TWO)
+    assert np.array_equal(trajectory.position[-1], points[-1])
+
+
+def test_turning_back_within_a_zone_stays_short_of_the_corner() -> None:
+    path = JointPolyline([[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]], [0.2], TWO)
+
+    trajectory = time_path(path, TWO)
+
+    certify(trajectory, TWO)
+    assert float(trajectory.position[:, 0].max()) == pytest.approx(1.0 - 3.0 / 8.0 * 0.2, abs=1e-3)
+
+
+def test_a_thousand_corners_are_one_motion() -> None:
+    turns = np.cumsum(np.random.default_rng(4).choice([-1.0, 1.0], 1001) * math.pi / 3.0)
+    steps = 0.05 * np.stack((np.cos(turns), np.sin(turns)), axis=1)
+    points = np.cumsum(steps, axis=0)
+    points -= points.mean(axis=0)
+
+    trajectory = time_path(JointPolyline(points, [0.02] * 999, TWO), TWO)
+
+    certify(trajectory, TWO)
+
+
+def test_a_third_derivative_is_not_offered() -> None:
+    with pytest.raises(BadArgument, match="order"):
+        JointPolyline(CORNER, [0.1]).evaluate(np.array([0.1]), 3)

@@ -1,0 +1,268 @@
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from rigs.data.example_counts import counts
+from rigs.motion.loaded_robots import load_robot, serial_robot
+from rigs.motion.planning_scenes import free_position, pillar_scene, random_tasks
+
+from openpendant.motion.description.robot import robot_names
+from openpendant.motion.description.schema import CapsuleFacts as LinkCapsule
+from openpendant.motion.errors import (
+    DuplicateObject,
+    FrameUnknown,
+    MeshFileError,
+    NotFinite,
+    UnknownObject,
+    WrongJointCount,
+)
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.pose import Pose
+from openpendant.motion.scene.collision import TOUCHING, CollisionModel
+from openpendant.motion.scene.scene import Box, Capsule, Mesh, Scene, SceneObject, Sphere
+
+Array = NDArray[np.float64]
+
+SERIAL = [name for name in robot_names() if load_robot(name).kind == "serial"]
+UR5 = Kinematics(serial_robot("ur5"))
+HOME = UR5.robot.home_position
+
+
+def ball(name: str, position: tuple[float, float, float], radius: float = 0.05) -> SceneObject:
+    return SceneObject(name, Sphere(radius), position)
+
+
+def segment_distance(a: Array, b: Array, c: Array, d: Array) -> float:
+    """Distance of the segments ab and cd by brute force: projections to and fro until they rest."""
+    best = math.inf
+    for place in np.linspace(0.0, 1.0, 9):
+        p = a + place * (b - a)
+        for _ in range(100):
+            q = projected(p, c, d)
+            p = projected(q, a, b)
+        best = min(best, float(np.linalg.norm(p - q)))
+    return best
+
+
+def projected(point: Array, start: Array, end: Array) -> Array:
+    way = end - start
+    square = float(way @ way)
+    share = float((point - start) @ way) / square if square else 0.0
+    nearest: Array = start + min(max(share, 0.0), 1.0) * way
+    return nearest
+
+
+@pytest.mark.parametrize("name", SERIAL)
+def test_every_robot_is_free_of_contact_at_home(name: str) -> None:
+    kinematics = Kinematics(serial_robot(name))
+    collision = CollisionModel(kinematics)
+    assert collision.contacts(kinematics.robot.home_position) == ()
+    nearest = collision.distance(kinematics.robot.home_position)
+    assert nearest is not None
+    assert nearest.distance > 0.005
+
+
+@pytest.mark.parametrize("count", counts(5, 100))
+def test_distances_of_capsules_and_balls_agree_with_brute_force(count: int) -> None:
+    random = np.random.default_rng(1)
+    rod = SceneObject("rod", Capsule(0.04, 0.6), (0.45, 0.1, 0.4), (0.0, 0.6, 0.0, 0.8))
+    collision = CollisionModel(UR5, Scene((rod, ball("ball", (-0.3, 0.4, 0.5)))))
+    capsules = [
+        shape for shape in UR5.robot.collision["forearm_link"] if isinstance(shape, LinkCapsule)
+    ]
+    half = np.array([0.0, 0.0, 0.3])
+    ends = [rod.pose.position + rod.pose.rotation @ (sign * half) for sign in (-1, 1)]
+    centre = np.array([-0.3, 0.4, 0.5])
+    for _ in range(count):
+        q = random.uniform(-math.pi, math.pi, 6)
+        link = UR5.forward(q, "base", "forearm_link")
+        expected: dict[str, list[float]] = {"rod": [], "ball": []}
+        for shape in capsules:
+            pose = link.compose(Pose.from_rpy(shape.xyz, shape.rpy))
+            half = np.array([0.0, 0.0, shape.length / 2.0])
+            a, b = (pose.position + pose.rotation @ (sign * half) for sign in (-1, 1))
+            expected["rod"].append(segment_distance(a, b, *ends) - shape.radius - 0.04)
+            expected["ball"].append(segment_distance(a, b, centre, centre) - shape.radius - 0.05)
+        found: dict[str, list[float]] = {"rod": [], "ball": []}
+        for pair, distance in zip(collision.pairs, collision.clearances(q), strict=True):
+            if pair[0] == "forearm_link" and pair[1] in found:
+                found[pair[1]].append(float(distance))
+        for name, distances in expected.items():
+            # The forearm has two capsules, then a box.
+            np.testing.assert_allclose(found[name][:2], distances, atol=2e-5)
+
+
+def test_the_quick_check_and_the_distances_agree() -> None:
+    random = np.random.default_rng(2)
+    collision = CollisionModel(UR5, pillar_scene())
+    verdicts = []
+    for q in random.uniform(-math.pi, math.pi, (300, 6)):
+        verdicts.append(collision.collides(q))
+        assert (
+            verdicts[-1]
+            == (collision.clearances(q).min() <= TOUCHING)
+            == bool(collision.contacts(q))
+        )
+    assert 30 < sum(verdicts) < 270
+
+
+def test_an_overlap_that_coal_overlooks_unless_asked_for_its_depth_is_found() -> None:
+    # Found by chance: 2.9 mm deep, and free by coal's check without contact points.
+    size = (0.06876481601541931, 0.06568088520918121, 0.13425593639907435)
+    position = (-0.026758230568345615, -0.014824677905028583, 0.23146738268343495)
+    turn = (-0.2496163335571758, 0.3964628706791542, -0.823979133814909, -0.3186961958228394)
+    collision = CollisionModel(UR5, Scene((SceneObject("box", Box(size), position, turn),)))
+    pans = np.linspace(-3.0, 3.0, 50)
+    assert all(collision.collides([pan, *HOME[1:]]) for pan in pans)
+
+
+@pytest.mark.parametrize("name", ["ur5", "kuka_kr5_arc"])
+def test_a_shallow_overlap_is_never_overlooked(name: str) -> None:
+    random = np.random.default_rng(5)
+    for task in random_tasks(name, range(4)):
+        collision = task.collision
+        for _ in range(8):
+            free, touching = free_position(collision, random), random.uniform(-1.5, 1.5, 6)
+            if collision.clearances(touching).min() > 0.0:
+                continue
+            for _ in range(20):  # find where contact begins
+                middle = (free + touching) / 2.0
+                if collision.clearances(middle).min() <= TOUCHING:
+                    touching = middle
+                else:
+                    free = middle
+            way = touching - free
+            way /= max(float(np.abs(way).max()), 1e-12)
+            for further in (0.0, 1e-4, 3e-4, 1e-3, 3e-3, 1e-2):
+                position = touching + further * way
+                clearance = float(collision.clearances(position).min())
+                if abs(clearance - TOUCHING) > 1e-8:  # nearer than that coal decides by rounding
+                    assert collision.collides(position) == (clearance <= TOUCHING)
+
+
+def test_contacts_name_both_bodies_the_deepest_first() -> None:
+    tool = UR5.forward(HOME).position
+    x, y, z = tool.tolist()
+    scene = Scene((ball("near", (x, y, z), 0.2), ball("far", (9.0, 0.0, 0.0))))
+    contacts = CollisionModel(UR5, scene).contacts(HOME)
+    assert {each.second for each in contacts} == {"near"}
+    assert "wrist_3_link" in {each.first for each in contacts}
+    distances = [each.distance for each in contacts]
+    assert distances == sorted(distances)
+    assert distances[0] < 0.0
+
+
+def test_the_nearest_points_are_as_far_apart_as_the_distance_says() -> None:
+    nearest = CollisionModel(UR5, Scene((ball("ball", (0.0, 0.0, 0.9)),))).distance(HOME)
+    assert nearest is not None
+    gap = float(np.linalg.norm(nearest.first_point - nearest.second_point))
+    assert gap == pytest.approx(nearest.distance, abs=1e-6)
+
+
+def test_an_object_in_the_root_frame_is_elsewhere_in_the_base_frame() -> None:
+    x, y, z = UR5.forward(HOME, "root").position.tolist()
+    there = SceneObject("ball", Sphere(0.02), (x, y, z), frame="root")
+    assert CollisionModel(UR5, Scene((there,))).collides(HOME)
+    assert not CollisionModel(UR5, Scene((ball("ball", (x, y, z), 0.02),))).collides(HOME)
+
+
+def test_an_allowed_pair_may_touch_and_no_other() -> None:
+    x, y, z = UR5.forward(HOME).position.tolist()
+    scene = Scene((ball("part", (x, y, z), 0.03),))
+    touching = {each.first for each in CollisionModel(UR5, scene).contacts(HOME)}
+    assert touching == {"wrist_3_link"}
+    assert not CollisionModel(UR5, scene.allow("part", "wrist_3_link")).collides(HOME)
+
+
+def test_what_stands_is_not_checked_against_what_stands() -> None:
+    bodies = (ball("one", (0.0, 0.0, 0.0)), ball("other", (0.0, 0.0, 0.01)))
+    pairs = CollisionModel(UR5, Scene(bodies)).pairs
+    assert not any("base_link_inertia" in pair and {"one", "other"} & set(pair) for pair in pairs)
+    assert ("one", "other") not in pairs
+
+
+def test_a_held_object_moves_with_the_tool_and_touches_the_world() -> None:
+    x, y, z = UR5.forward(HOME).position.tolist()
+    part = ball("part", (x, y, z - 0.04), 0.03)
+    wall = SceneObject("wall", Box((0.02, 2.0, 2.0)), (x, 0.0, 1.0))
+    scene = Scene((part, wall)).allow("wall", "wrist_3_link")
+    held = scene.attach("part", "tool0", UR5.forward(HOME), ("wrist_3_link",))
+    turned = np.array(HOME) + 0.4 * np.eye(6)[0]
+    touching = [each[1:3] for each in CollisionModel(UR5, held).contacts(HOME)]
+    assert ("part", "wall") in touching
+    assert not CollisionModel(UR5, held.remove("wall")).collides(turned)
+
+
+def test_a_held_object_is_checked_against_the_link_that_holds_it() -> None:
+    x, y, z = UR5.forward(HOME).position.tolist()
+    scene = Scene((ball("part", (x, y, z), 0.03),)).attach("part", "tool0", UR5.forward(HOME))
+    assert CollisionModel(UR5, scene).collides(HOME)
+    assert not CollisionModel(UR5, scene.allow("part", "wrist_3_link")).collides(HOME)
+
+
+def test_a_coupled_robot_is_checked_where_its_controller_says_it_is() -> None:
+    kinematics = Kinematics(serial_robot("fanuc_m10ia"))
+    q = np.add(kinematics.robot.home_position, (0.0, 0.4, 0.2, 0.0, 0.3, 0.0))
+    x, y, z = kinematics.forward(q).position.tolist()
+    scene = Scene((ball("part", (x, y, z), 0.08),))
+    assert CollisionModel(kinematics, scene).collides(q)
+    assert not CollisionModel(kinematics, scene).collides(kinematics.robot.home_position)
+
+
+@pytest.mark.parametrize("name", ["ur5", "fanuc_m10ia", "rail_kr5_arc", "fanuc_m410ib"])
+def test_no_pair_moves_farther_than_its_bound(name: str) -> None:
+    kinematics = Kinematics(serial_robot(name))
+    scene = Scene((ball("ball", (0.6, 0.3, 0.4)),))
+    collision = CollisionModel(kinematics, scene)
+    random = np.random.default_rng(3)
+    for _ in range(60):
+        first = random.uniform(kinematics.lower, kinematics.upper)
+        second = np.clip(
+            first + random.normal(0.0, 0.05, len(first)), kinematics.lower, kinematics.upper
+        )
+        change = np.abs(collision.clearances(second) - collision.clearances(first))
+        travel = np.abs(collision.model_positions(second) - collision.model_positions(first))
+        assert (change <= collision.sweep @ travel + 1e-4).all()
+
+
+@pytest.fixture
+def wall_mesh(tmp_path: Path) -> str:
+    file = tmp_path / "wall.obj"
+    file.write_text("v 0 -1000 0\nv 0 1000 0\nv 0 1000 2000\nv 0 -1000 2000\nf 1 2 3 4\n")
+    return str(file)
+
+
+def test_a_mesh_is_met_like_the_box_it_stands_for(wall_mesh: str) -> None:
+    mesh = SceneObject("wall", Mesh(wall_mesh, (1e-3, 1e-3, 1e-3)), (0.4, 0.0, 0.0))
+    box = SceneObject("wall", Box((1e-5, 2.0, 2.0)), (0.4, 0.0, 1.0))
+    by_mesh, by_box = (CollisionModel(UR5, Scene((each,))) for each in (mesh, box))
+    random = np.random.default_rng(4)
+    for q in random.uniform(-math.pi, math.pi, (100, 6)):
+        assert by_mesh.collides(q) == by_box.collides(q)
+        apart = by_box.clearances(q)
+        far = apart > 1e-3
+        np.testing.assert_allclose(by_mesh.clearances(q)[far], apart[far], atol=1e-4)
+
+
+def test_what_the_robot_does_not_know_is_refused(tmp_path: Path) -> None:
+    part = ball("part", (1.0, 0.0, 0.0))
+    with pytest.raises(DuplicateObject):
+        CollisionModel(UR5, Scene((ball("tool0", (1.0, 0.0, 0.0)),)))
+    with pytest.raises(UnknownObject, match="wrist_9"):
+        CollisionModel(UR5, Scene((part,)).allow("part", "wrist_9"))
+    with pytest.raises(FrameUnknown):
+        CollisionModel(UR5, Scene((SceneObject("part", Sphere(0.1), link="hand"),)))
+    with pytest.raises(MeshFileError):
+        CollisionModel(UR5, Scene((SceneObject("part", Mesh(str(tmp_path / "no.stl"))),)))
+
+
+def test_a_bad_position_is_refused_and_never_called_free() -> None:
+    collision = CollisionModel(UR5)
+    with pytest.raises(NotFinite):
+        collision.collides([0.0, 0.0, math.nan, 0.0, 0.0, 0.0])
+    with pytest.raises(WrongJointCount):
+        collision.distance([0.0])
+    with pytest.raises(NotFinite):
+        collision.contacts([math.inf] * 6)

@@ -1,0 +1,314 @@
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from rigs.data.example_counts import few
+from rigs.motion import toppra_directly
+from rigs.motion.loaded_robots import serial_robot
+
+from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.errors import (
+    BadArgument,
+    NoMotion,
+    NotTimeable,
+    OutOfRange,
+    WrongJointCount,
+)
+from openpendant.motion.timing.parameterization import SegmentRule, time_legs, time_path
+from openpendant.motion.trajectory.certificate import certify
+from openpendant.motion.trajectory.joint_curves import JointLine, JointSpline
+from openpendant.motion.trajectory.ptp import plan_joint_move
+
+Array = NDArray[np.float64]
+
+ROBOTS = ("ur5", "abb_irb2400", "kawasaki_ra10n", "kuka_iiwa14", "puma560", "rail_kr5_arc")
+WIDE = JointLimits(
+    names=tuple("abcdef"),
+    lower=(-100.0,) * 6,
+    upper=(100.0,) * 6,
+    velocity=(3.15,) * 6,
+    acceleration=(8.0, 8.0, 8.0, 16.0, 16.0, 16.0),
+    prismatic=(False,) * 6,
+)
+ORIGIN: Array = np.zeros(6)
+ONE: Array
+TWO: Array
+ONE, TWO = np.eye(6)[:2]
+
+
+def random_waypoints(limits: JointLimits, seed: int, count: int) -> Array:
+    """Waypoints in the middle half of each range, which the curve between them does not leave."""
+    lower, upper = np.array(limits.lower), np.array(limits.upper)
+    random = np.random.default_rng(seed)
+    reach = 10.0 ** random.uniform(-2.0, 0.0)
+    points: Array = (lower + upper) / 2.0 + random.uniform(
+        -0.25, 0.25, (count, limits.dof)
+    ) * reach * (upper - lower)
+    return points
+
+
+def recorded(count: int, noise: float) -> Array:
+    """A smooth sweep of all joints, recorded with noise [rad]."""
+    random = np.random.default_rng(11)
+    phase = np.linspace(0.0, 1.0, count)[:, np.newaxis] * random.uniform(3.0, 9.0, 6)
+    sweep: Array = np.sin(phase + random.uniform(0.0, 6.0, 6)) + random.normal(0, noise, (count, 6))
+    return sweep
+
+
+def check_random_paths(name: str, short: int) -> None:
+    """Time so many paths of few waypoints, and two of many."""
+    limits = serial_robot(name).limits
+    counts = np.random.default_rng(1).integers(2, 10, short).tolist()
+    for seed, count in enumerate([*counts, 20, 50]):
+        waypoints = random_waypoints(limits, seed, count)
+
+        trajectory = time_path(JointSpline(waypoints, limits), limits)
+
+        certify(trajectory, limits, start=waypoints[0].tolist())
+        assert np.array_equal(trajectory.position[-1], waypoints[-1])
+        assert len(trajectory.waypoint_times) == count
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_random_paths_are_always_certified(name: str) -> None:
+    check_random_paths(name, 15)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", ROBOTS)
+def test_hundreds_of_random_paths_are_always_certified(name: str) -> None:
+    check_random_paths(name, 500)
+
+
+@few(12)
+@given(
+    seed=st.integers(0, 10**6),
+    count=st.integers(2, 30),
+    speed=st.floats(0.01, 1.0),
+    period=st.sampled_from([0.001, 0.004, 0.01]),
+)
+def test_the_continuous_motion_keeps_the_limits_at_any_sample_period(
+    seed: int, count: int, speed: float, period: float
+) -> None:
+    path = JointSpline(random_waypoints(WIDE, seed, count) * 0.05)
+
+    trajectory = time_path(path, WIDE, speed=speed, sample_period=period)
+
+    slowed = replace(WIDE, velocity=tuple(speed * limit for limit in WIDE.velocity))
+    certify(trajectory, slowed)
+
+
+HARD: dict[str, Sequence[Array] | Array] = {
+    "20 microradians": [ORIGIN, 2e-5 * ONE],
+    "a milliradian": [ORIGIN, 1e-3 * ONE],
+    "a repeated waypoint": [ORIGIN, ONE, ONE, ONE + TWO],
+    "a waypoint 1e-9 rad from the last": [ORIGIN, ONE, ONE + 1e-9, ONE + TWO],
+    "a waypoint 20 microradians from the last": [ORIGIN, ONE, ONE - 2e-5 * TWO, ONE + TWO],
+    "a waypoint 20 microradians from the start": [ORIGIN, 2e-5 * TWO, ONE, ONE + TWO],
+    "a waypoint 20 microradians from the goal": [ORIGIN, ONE, ONE + TWO - 2e-5 * ONE, ONE + TWO],
+    "20 microradians, then 50 radians": [ORIGIN, ORIGIN + 2e-5, ORIGIN + 50.0],
+    "a right angle": [ORIGIN, ONE, ONE + TWO],
+    "there and back": [ORIGIN, ONE, ORIGIN],
+    "there and nearly back": [ORIGIN, ONE, 1e-3 * TWO],
+    "to and fro thirty times": [ORIGIN + index % 2 for index in range(30)],
+    "unevenly along a line": [ONE * x for x in (0.0, 1e-4, 0.5, 0.5002, 0.9, 3.0)],
+    "a cloud of a tenth of a milliradian": np.random.default_rng(2).normal(0, 1e-4, (50, 6)),
+    "a long way": [ORIGIN, ORIGIN + 90.0],
+    "500 waypoints with 1e-3 rad of noise": recorded(500, 1e-3),
+    "5,000 waypoints": recorded(5000, 0.0),
+    "5,000 waypoints with 1e-4 rad of noise": recorded(5000, 1e-4),
+}
+
+
+@pytest.mark.parametrize("name", HARD)
+def test_hard_paths_are_certified(name: str) -> None:
+    waypoints = np.array(HARD[name])
+
+    trajectory = time_path(JointSpline(waypoints, WIDE), WIDE)
+
+    certify(trajectory, WIDE, start=waypoints[0].tolist())
+    assert np.array_equal(trajectory.position[-1], waypoints[-1])
+
+
+def test_a_move_below_ten_microradians_is_no_motion() -> None:
+    with pytest.raises(NoMotion):
+        time_path(JointLine(ORIGIN, 5e-6 * ONE, WIDE), WIDE)
+
+
+@pytest.mark.parametrize("count", [3, 5, 10, 25, 50])
+def test_durations_are_within_five_percent_of_a_thousand_grid_points(count: int) -> None:
+    path = JointSpline(np.random.default_rng(count).uniform(-2.0, 2.0, (count, 6)))
+
+    assert time_path(path, WIDE).duration <= 1.05 * toppra_directly.duration(path, WIDE) + 0.01
+
+
+def test_a_line_takes_as_long_as_the_closed_form_says() -> None:
+    goal = np.array([2.0, -1.0, 0.5, 0.3, -0.2, 1.0])
+
+    timed = time_path(JointLine(ORIGIN, goal), WIDE)
+
+    assert timed.duration == pytest.approx(
+        plan_joint_move(ORIGIN, goal, WIDE).duration, rel=0.02, abs=0.01
+    )
+
+
+def test_samples_are_ten_milliseconds_apart_and_end_exactly_on_the_goal_at_rest() -> None:
+    waypoints = random_waypoints(WIDE, 3, 7)
+    trajectory = time_path(JointSpline(waypoints), WIDE)
+
+    assert trajectory.times.tolist() == pytest.approx(
+        [index * 0.01 for index in range(len(trajectory.times))], abs=1e-12
+    )
+    assert np.array_equal(trajectory.position[[0, -1]], waypoints[[0, -1]])
+    assert not trajectory.velocity[[0, -1]].any()
+    assert not trajectory.acceleration[-1].any()
+
+
+def test_the_waypoint_times_are_when_the_motion_passes_the_waypoints() -> None:
+    waypoints = random_waypoints(WIDE, 4, 9) * 0.1
+    waypoints = np.insert(waypoints, 4, waypoints[3], axis=0)
+
+    trajectory = time_path(JointSpline(waypoints), WIDE)
+
+    passed = np.array([trajectory.sample(t).position for t in trajectory.waypoint_times.tolist()])
+    assert passed == pytest.approx(waypoints, abs=1e-3)
+
+
+def test_speed_scales_the_velocity_and_leaves_the_acceleration() -> None:
+    path = JointSpline(random_waypoints(WIDE, 5, 6) * 0.1)
+
+    slow = certify(time_path(path, WIDE, speed=0.1), WIDE)
+
+    assert slow.velocity.ratio == pytest.approx(0.1, rel=0.01)
+    assert slow.acceleration.ratio > 0.5
+
+
+@few(12)
+@given(
+    seed=st.integers(0, 10**6),
+    rules=st.lists(
+        st.builds(
+            SegmentRule,
+            min_duration=st.none() | st.floats(0.0, 20.0),
+            speed_fraction=st.none() | st.floats(0.01, 1.0),
+        ),
+        min_size=1,
+        max_size=12,
+    ),
+)
+def test_no_segment_is_faster_than_its_rule(seed: int, rules: list[SegmentRule]) -> None:
+    path = JointSpline(random_waypoints(WIDE, seed, len(rules) + 1) * 0.05)
+
+    trajectory = time_path(path, WIDE, segments=rules)
+
+    certify(trajectory, WIDE)
+    passing = trajectory.waypoint_times
+    for rule, begin, end in zip(rules, passing[:-1], passing[1:], strict=True):
+        assert end - begin >= (rule.min_duration or 0.0) * (1.0 - 1e-12)
+        inside = (trajectory.times >= begin) & (trajectory.times <= end)
+        speeds = np.abs(trajectory.velocity[inside]) / WIDE.velocity
+        assert speeds.max(initial=0.0) <= (rule.speed_fraction or 1.0) * (1.0 + 1e-6)
+
+
+def test_a_slow_segment_leaves_the_others_fast() -> None:
+    path = JointSpline(random_waypoints(WIDE, 6, 7) * 0.05)
+    free = np.diff(time_path(path, WIDE).waypoint_times)
+    rules = [SegmentRule(min_duration=300.0 if index == 2 else None) for index in range(6)]
+
+    ruled = np.diff(time_path(path, WIDE, segments=rules).waypoint_times)
+
+    assert 300.0 <= ruled[2] <= 310.0
+    assert ruled[[0, 4, 5]] == pytest.approx(free[[0, 4, 5]], rel=0.05)
+
+
+@pytest.mark.parametrize("place", [1, 3, 5])
+def test_the_time_asked_for_between_coinciding_waypoints_is_spent_beside_them(place: int) -> None:
+    waypoints = random_waypoints(WIDE, 7, 5) * 0.05
+    waypoints = np.insert(waypoints, place, waypoints[place - 1], axis=0)
+    rules = [SegmentRule(1.0) for _ in range(5)]
+
+    times = time_path(JointSpline(waypoints), WIDE, segments=rules).waypoint_times
+
+    # Every waypoint after the pair is passed no earlier than asked, and all of the time is spent.
+    assert (times[place + 1 :] >= np.arange(place + 1, 6)).all()
+    assert times[-1] >= 5.0
+
+
+@pytest.mark.parametrize(
+    ("rules", "words"),
+    [
+        ([SegmentRule()] * 3, "segments"),
+        ([SegmentRule(), SegmentRule(min_duration=-1.0)], "min_duration"),
+        ([SegmentRule(), SegmentRule(min_duration=math.nan)], "min_duration"),
+        ([SegmentRule(), SegmentRule(min_duration=math.inf)], "min_duration"),
+        ([SegmentRule(), SegmentRule(speed_fraction=0.0)], "speed_fraction"),
+        ([SegmentRule(), SegmentRule(speed_fraction=1.5)], "speed_fraction"),
+        ([SegmentRule(), SegmentRule(speed_fraction=math.nan)], "speed_fraction"),
+    ],
+)
+def test_rules_that_make_no_sense_are_refused(rules: list[SegmentRule], words: str) -> None:
+    path = JointSpline([ORIGIN, ONE, ONE + TWO])
+
+    with pytest.raises(BadArgument, match=words):
+        time_path(path, WIDE, segments=rules)
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, 1.5, math.nan])
+def test_a_speed_outside_0_to_1_is_refused(speed: float) -> None:
+    with pytest.raises(BadArgument, match="speed"):
+        time_path(JointLine(ORIGIN, ONE), WIDE, speed=speed)
+
+
+def test_a_path_out_of_the_range_or_of_another_robot_is_refused() -> None:
+    with pytest.raises(OutOfRange):
+        time_path(JointLine(ORIGIN, 101.0 * ONE), WIDE)
+    with pytest.raises(WrongJointCount):
+        time_path(JointLine([0.0], [1.0]), WIDE)
+
+
+def test_a_motion_of_more_than_an_hour_is_refused() -> None:
+    with pytest.raises(NotTimeable, match="3600 s"):
+        time_path(JointLine(ORIGIN, ORIGIN + 90.0), WIDE, speed=0.001)
+
+
+def test_the_same_path_is_timed_the_same_to_the_last_bit() -> None:
+    path = JointSpline(random_waypoints(WIDE, 8, 20))
+
+    first, second = time_path(path, WIDE), time_path(path, WIDE)
+
+    assert np.array_equal(first.position, second.position)
+    assert np.array_equal(first.acceleration, second.acceleration)
+
+
+def test_legs_are_timed_with_a_stop_at_each_joint() -> None:
+    legs = [JointLine(ORIGIN, ONE), JointLine(ONE, ONE + TWO)]
+
+    whole = time_legs(legs, WIDE, speed=0.5)
+
+    certify(whole, WIDE, start=[0.0] * 6)
+    assert not whole.sample(float(whole.waypoint_times[1])).velocity.any()
+
+
+def test_timing_raises_no_warning() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        time_path(JointSpline([ORIGIN, ONE, ORIGIN]), WIDE)
+
+
+def test_where_the_solver_fails_a_slower_motion_is_certified(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    path = JointSpline(random_waypoints(WIDE, 3, 6) / 50.0)
+    fastest = time_path(path, WIDE)
+
+    monkeypatch.setattr("openpendant.motion.timing.parameterization.fastest_rates", lambda *_: None)
+    slower = time_path(path, WIDE)
+
+    certify(slower, WIDE)
+    assert slower.duration > fastest.duration

@@ -1,0 +1,164 @@
+import math
+
+import numpy as np
+import pytest
+from rigs.motion.loaded_robots import serial_robot
+
+from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.description.robot import robot_names
+from openpendant.motion.errors import (
+    BadArgument,
+    MotionError,
+    NoMotion,
+    NotFinite,
+    NotTimeable,
+    OutOfRange,
+    WrongJointCount,
+)
+from openpendant.motion.trajectory.certificate import certify
+from openpendant.motion.trajectory.ptp import plan_joint_move
+
+SERIAL = tuple(name for name in robot_names() if name != "stewart_classroom")
+UR5 = serial_robot("ur5").limits
+HOME = [0.0] * 6
+AWAY = [1.0, -0.5, 0.25, 0.1, 0.0, 2.0]
+
+
+def optimum(delta: list[float], limits: JointLimits, speed: float) -> float:
+    """The shortest time of a straight move, from the textbook: trapezoid or triangle."""
+    pairs = [(abs(d), i) for i, d in enumerate(delta) if d]
+    rate = min(speed * limits.velocity[i] / d for d, i in pairs)
+    gain = min(limits.acceleration[i] / d for d, i in pairs)
+    return 1.0 / rate + rate / gain if rate**2 < gain else 2.0 / math.sqrt(gain)
+
+
+@pytest.mark.parametrize("name", SERIAL)
+def test_random_moves_are_certified_and_near_the_optimum(name: str) -> None:
+    limits = serial_robot(name).limits
+    random = np.random.default_rng(7)
+    for _ in range(30):
+        start, goal = random.uniform(limits.lower, limits.upper, (2, limits.dof))
+        # From moves of some thousandths of the range to the whole of it.
+        goal = start + (goal - start) * 10.0 ** random.uniform(-3.0, 0.0)
+        speed = random.uniform(0.02, 1.0)
+
+        move = plan_joint_move(start, goal, limits, speed=speed)
+
+        certificate = certify(move, limits, start=start.tolist())
+        assert certificate.velocity.ratio <= speed * (1.0 + 1e-9)
+        least = optimum((goal - start).tolist(), limits, speed)
+        assert least - 1e-9 <= move.duration <= least + 2.0 * 0.01 + 1e-9
+
+
+def test_a_move_starts_and_ends_exactly_at_rest_where_it_was_asked_to() -> None:
+    move = plan_joint_move(HOME, AWAY, UR5)
+
+    assert move.position[0].tolist() == HOME
+    assert move.position[-1].tolist() == AWAY
+    assert not move.velocity[[0, -1]].any()
+    assert move.waypoint_times.tolist() == [0.0, move.duration]
+
+
+def test_the_acceleration_is_constant_between_samples() -> None:
+    move = plan_joint_move(HOME, AWAY, UR5)
+    period = float(move.times[1])
+
+    gained = np.diff(move.velocity, axis=0)
+    travelled = np.diff(move.position, axis=0)
+    assert gained == pytest.approx(move.acceleration[:-1] * period, abs=1e-12)
+    assert travelled == pytest.approx(
+        (move.velocity[:-1] + move.velocity[1:]) * period / 2.0, abs=1e-12
+    )
+
+
+def test_all_joints_keep_to_the_straight_line() -> None:
+    move = plan_joint_move(HOME, AWAY, UR5)
+
+    fraction = move.position[:, 5] / AWAY[5]
+    assert move.position == pytest.approx(np.outer(fraction, AWAY), abs=1e-12)
+
+
+def test_speed_scales_the_velocity_and_leaves_the_acceleration() -> None:
+    full = certify(plan_joint_move(HOME, AWAY, UR5), UR5)
+    tenth = certify(plan_joint_move(HOME, AWAY, UR5, speed=0.1), UR5)
+
+    assert 0.095 < tenth.velocity.ratio <= 0.1 + 1e-9
+    assert tenth.acceleration.ratio > 0.9 * full.acceleration.ratio
+
+
+def test_moves_between_the_very_corners_of_the_range_are_certified() -> None:
+    for limits in (serial_robot(name).limits for name in SERIAL):
+        for start, goal in ((limits.lower, limits.upper), (limits.upper, limits.lower)):
+            certify(plan_joint_move(start, goal, limits), limits, start=start)
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "error", "words"),
+    [
+        (HOME, HOME[:5], WrongJointCount, "5 joint values"),
+        (HOME[:5], AWAY, WrongJointCount, "5 joint values"),
+        (HOME, [*HOME, 0.0], WrongJointCount, "7 joint values"),
+        (HOME, [], WrongJointCount, "0 joint values"),
+        (HOME, [0.0, math.nan, 0.0, 0.0, 0.0, 0.0], NotFinite, "element 1"),
+        (HOME, [0.0, 0.0, math.inf, 0.0, 0.0, 0.0], NotFinite, "element 2"),
+        ([-math.inf, *HOME[1:]], AWAY, NotFinite, "element 0"),
+        (HOME, HOME, NoMotion, "already there"),
+        (HOME, [9e-6] * 6, NoMotion, "already there"),
+    ],
+)
+def test_what_cannot_be_planned_is_refused(
+    start: list[float], goal: list[float], error: type[MotionError], words: str
+) -> None:
+    with pytest.raises(error, match=words):
+        plan_joint_move(start, goal, UR5)
+
+
+def test_a_goal_beyond_the_range_is_refused_with_joint_value_and_limit() -> None:
+    beyond = math.nextafter(UR5.upper[2], math.inf)
+
+    with pytest.raises(OutOfRange) as refusal:
+        plan_joint_move(HOME, [0.0, 0.0, beyond, 0.0, 0.0, 0.0], UR5)
+
+    error = refusal.value
+    assert (error.joint, error.value, error.upper) == (UR5.names[2], beyond, UR5.upper[2])
+    assert error.unit == "rad"
+
+
+def test_a_start_outside_by_feedback_noise_is_taken_to_stand_on_the_limit() -> None:
+    noisy = [UR5.upper[0] + 4e-7, UR5.lower[1] - 4e-7, 0.0, 0.0, 0.0, 0.0]
+
+    move = plan_joint_move(noisy, HOME, UR5)
+
+    assert move.position[0].tolist() == [UR5.upper[0], UR5.lower[1], 0.0, 0.0, 0.0, 0.0]
+    certify(move, UR5, start=noisy)
+
+
+def test_a_start_outside_by_more_than_noise_is_refused() -> None:
+    with pytest.raises(OutOfRange) as refusal:
+        plan_joint_move([UR5.upper[0] + 2e-6, *HOME[1:]], HOME, UR5)
+
+    assert refusal.value.joint == UR5.names[0]
+
+
+@pytest.mark.parametrize("speed", [0.0, -0.1, 1.0001, math.nan, math.inf])
+def test_a_speed_outside_0_to_1_is_refused(speed: float) -> None:
+    with pytest.raises(BadArgument, match="speed"):
+        plan_joint_move(HOME, AWAY, UR5, speed=speed)
+
+
+@pytest.mark.parametrize("period", [0.0, -0.01, 2.0, math.nan])
+def test_an_absurd_sample_period_is_refused(period: float) -> None:
+    with pytest.raises(BadArgument, match="sample_period"):
+        plan_joint_move(HOME, AWAY, UR5, sample_period=period)
+
+
+def test_a_move_of_more_than_an_hour_is_refused() -> None:
+    with pytest.raises(NotTimeable, match="3600 s"):
+        plan_joint_move(HOME, AWAY, UR5, speed=1e-5)
+
+
+def test_the_least_move_takes_two_samples() -> None:
+    move = plan_joint_move(HOME, [1.1e-5, *HOME[1:]], UR5)
+
+    certify(move, UR5)
+    assert len(move.times) == 3

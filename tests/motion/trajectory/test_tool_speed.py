@@ -1,0 +1,249 @@
+import json
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from rigs.motion.loaded_robots import serial_robot
+
+from openpendant.motion.errors import BadArgument, CertificateRefused, FrameUnknown
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.timing.parameterization import time_legs, time_path
+from openpendant.motion.trajectory.certificate import certify
+from openpendant.motion.trajectory.joint_curves import JointLine, JointSpline
+from openpendant.motion.trajectory.point_speed import (
+    REDUCED_SPEED,
+    ToolSpeedLimit,
+    elbow_link,
+    link_point,
+    reduced_speed,
+    rotation_speed,
+    tool_point,
+)
+
+Array = NDArray[np.float64]
+
+ROBOTS = ("ur5", "abb_irb2400", "kuka_iiwa14", "rail_kr5_arc", "mitsubishi_rh6frh5520")
+
+
+def arm(name: str) -> Kinematics:
+    return Kinematics(serial_robot(name))
+
+
+def sweep(kinematics: Kinematics, count: int, seed: int = 3) -> JointSpline:
+    random = np.random.default_rng(seed)
+    middle, span = (kinematics.lower + kinematics.upper) / 2, kinematics.upper - kinematics.lower
+    return JointSpline(middle + random.uniform(-0.2, 0.2, (count, kinematics.dof)) * span)
+
+
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [
+        *((name, 2) for name in ROBOTS),
+        ("abb_irb2400", 5),
+        ("rail_kr5_arc", 3),
+        *(
+            pytest.param(name, count, marks=pytest.mark.soak)
+            for name in ROBOTS
+            for count in (4, 7, 20)
+        ),
+    ],
+)
+def test_tool_and_elbow_keep_250_mm_per_second_at_ten_times_the_density(
+    name: str, count: int
+) -> None:
+    kinematics = arm(name)
+    points = reduced_speed(kinematics)
+
+    dense = time_path(
+        sweep(kinematics, count), kinematics.limits, tool_speed=points, sample_period=0.001
+    )
+
+    fastest = 0.0
+    for point in points:
+        ahead, behind = (
+            point.position(dense.position + step * dense.velocity) for step in (1e-6, -1e-6)
+        )
+        speeds = np.linalg.norm(ahead - behind, axis=1) / 2e-6
+        assert speeds.max() <= REDUCED_SPEED * (1.0 + 1e-6)
+        fastest = max(fastest, float(speeds.max()))
+    assert fastest > 0.95 * REDUCED_SPEED
+
+
+def test_a_tool_that_turns_about_one_axis_takes_as_long_as_its_arc() -> None:
+    kinematics = arm("ur5")
+    start = np.array([0.0, -1.0, 1.0, 0.0, 1.0, 0.0])
+    radius = math.hypot(*kinematics.forward(start).position[:2])
+    line = JointLine(start, start + np.eye(6)[0])
+
+    slow = time_path(line, kinematics.limits, tool_speed=reduced_speed(kinematics))
+
+    # Speeding up and slowing down add one ramp: the speed over the acceleration.
+    rate = REDUCED_SPEED / radius
+    ideal = 1.0 / rate + rate / kinematics.limits.acceleration[0]
+    assert slow.duration == pytest.approx(ideal, rel=0.02, abs=0.01)
+
+
+def test_the_elbow_alone_may_set_the_pace() -> None:
+    kinematics = arm("ur5")
+    elbow = [point for point in reduced_speed(kinematics) if point.name == "elbow"]
+    path = sweep(kinematics, 4)
+
+    certificate = certify(
+        time_path(path, kinematics.limits, tool_speed=elbow), kinematics.limits, tool_speed=elbow
+    )
+
+    (found,) = certificate.tool_speed
+    assert 0.95 < found.ratio <= 1.0 + 1e-6
+
+
+def test_the_speed_fraction_does_not_lower_the_tool_speed() -> None:
+    kinematics = arm("ur5")
+    path, points = sweep(kinematics, 3), reduced_speed(kinematics, 0.05)
+
+    full, half = (
+        time_path(path, kinematics.limits, speed=speed, tool_speed=points).duration
+        for speed in (1.0, 0.5)
+    )
+
+    assert half == pytest.approx(full, rel=0.01)
+
+
+def test_legs_keep_the_tool_speed_too() -> None:
+    kinematics = arm("abb_irb2400")
+    points = reduced_speed(kinematics)
+    home = np.zeros(6)
+    legs = [JointLine(home, home + 0.3), JointLine(home + 0.3, home)]
+
+    whole = time_legs(legs, kinematics.limits, tool_speed=points)
+
+    certify(whole, kinematics.limits, tool_speed=points)
+
+
+def test_a_tool_centre_point_off_the_flange_is_the_one_that_is_limited() -> None:
+    kinematics = arm("ur5")
+    points = reduced_speed(kinematics, tool=(0.0, 0.0, 0.3))
+    path = sweep(kinematics, 3)
+
+    trajectory = time_path(path, kinematics.limits, tool_speed=points)
+
+    assert certify(trajectory, kinematics.limits, tool_speed=points).tool_speed[0].ratio > 0.9
+    here = kinematics.forward([0.1] * 6)
+    there = tool_point(kinematics, (0.0, 0.0, 0.3))(np.full((1, 6), 0.1))[0]
+    assert there == pytest.approx(here.position + here.rotation[:, 2] * 0.3)
+
+
+def test_reduced_speed_watches_the_named_tool_and_the_elbow() -> None:
+    kinematics = arm("ur5")
+    tool, elbow = reduced_speed(kinematics, tool=(0.0, 0.0, 0.3))
+
+    here = kinematics.forward([0.1] * 6)
+    joints = np.full((1, 6), 0.1)
+    assert tool.position(joints)[0] == pytest.approx(here.position + here.rotation[:, 2] * 0.3)
+    forearm = kinematics.forward([0.1] * 6, link=kinematics.robot.driven[2].child)
+    assert elbow.position(joints)[0] == pytest.approx(forearm.position)
+
+
+@pytest.mark.parametrize(
+    ("name", "joint"),
+    [
+        ("ur5", 3),
+        ("abb_irb2400", 3),
+        ("puma560", 3),
+        ("kuka_iiwa14", 4),
+        ("rail_kr5_arc", 4),
+        ("mitsubishi_rh6frh5520", 2),
+    ],
+)
+def test_the_elbow_is_where_upper_arm_and_forearm_meet(name: str, joint: int) -> None:
+    kinematics = arm(name)
+
+    assert elbow_link(kinematics) == kinematics.robot.driven[joint - 1].child
+
+
+def test_the_certificate_names_the_point_that_is_too_fast() -> None:
+    kinematics = arm("ur5")
+    trajectory = time_path(sweep(kinematics, 3), kinematics.limits)
+
+    with pytest.raises(CertificateRefused, match=r"the tool has .* m/s") as refused:
+        certify(trajectory, kinematics.limits, tool_speed=reduced_speed(kinematics))
+
+    assert (refused.value.check, refused.value.limit) == ("tool speed", 0.25)
+
+
+def test_the_certificate_sees_a_chord_that_velocities_do_not_tell_of() -> None:
+    """A point that leaps between two samples at rest."""
+    kinematics = arm("ur5")
+    trajectory = time_path(sweep(kinematics, 2), kinematics.limits)
+    half = float(trajectory.position[len(trajectory) // 2, 0])
+
+    def leaping(joints: Array) -> Array:
+        return np.column_stack([(joints[:, 0] > half) * 1.0, joints[:, 0] * 0, joints[:, 0] * 0])
+
+    with pytest.raises(CertificateRefused, match="tool speed"):
+        certify(trajectory, kinematics.limits, tool_speed=[ToolSpeedLimit("p", leaping, 0.25)])
+
+
+def test_the_certificate_of_tool_speed_is_plain_data() -> None:
+    kinematics = arm("ur5")
+    points = reduced_speed(kinematics)
+    trajectory = time_path(sweep(kinematics, 3), kinematics.limits, tool_speed=points)
+
+    data = json.loads(
+        json.dumps(certify(trajectory, kinematics.limits, tool_speed=points).as_dict())
+    )
+
+    assert [point["point"] for point in data["tool_speed"]] == ["tool", "elbow"]
+    assert set(data["tool_speed"][0]) == {"point", "limit", "ratio", "time"}
+
+
+@pytest.mark.parametrize("name", ["ur5", "kuka_iiwa14"])
+def test_the_tool_turns_no_faster_than_its_limit_and_about_as_fast(name: str) -> None:
+    kinematics = arm(name)
+    limits = [rotation_speed(kinematics, 0.4), *reduced_speed(kinematics)]
+    path = sweep(kinematics, 4)
+
+    trajectory = time_path(path, kinematics.limits, tool_speed=limits)
+
+    found = certify(trajectory, kinematics.limits, tool_speed=limits).tool_speed
+    assert max(point.ratio for point in found) > 0.95
+    turns = [
+        np.linalg.norm((kinematics.jacobian(q) @ rate)[3:])
+        for q, rate in zip(trajectory.position, trajectory.velocity, strict=True)
+    ]
+    assert max(turns) <= 0.4 * (1.0 + 1e-6)
+
+
+def test_a_turn_about_one_axis_takes_as_long_as_its_angle() -> None:
+    kinematics = arm("ur5")
+    start = np.array([0.0, -1.0, 1.0, 0.0, 1.0, 0.0])
+    limit = rotation_speed(kinematics, 0.5)
+
+    slow = time_path(JointLine(start, start + np.eye(6)[5]), kinematics.limits, tool_speed=[limit])
+
+    ramp = 0.5 / kinematics.limits.acceleration[5]
+    assert slow.duration == pytest.approx(1.0 / 0.5 + ramp, rel=0.02)
+
+
+def test_the_certificate_tells_that_the_tool_turns_too_fast_in_radians() -> None:
+    kinematics = arm("ur5")
+    trajectory = time_path(sweep(kinematics, 3), kinematics.limits)
+
+    with pytest.raises(CertificateRefused, match=r"tool's turn has .* rad/s"):
+        certify(trajectory, kinematics.limits, tool_speed=[rotation_speed(kinematics, 0.1)])
+    with pytest.raises(BadArgument, match="more than 0 rad/s"):
+        rotation_speed(kinematics, 0.0)
+
+
+@pytest.mark.parametrize("limit", [0.0, -1.0, math.nan, math.inf])
+def test_a_limit_that_is_no_speed_is_refused(limit: float) -> None:
+    with pytest.raises(BadArgument, match="speed limit of the tool"):
+        reduced_speed(arm("ur5"), limit)
+
+
+def test_a_tool_or_link_that_is_none_is_refused() -> None:
+    kinematics = arm("ur5")
+    with pytest.raises(BadArgument, match="tool"):
+        tool_point(kinematics, (0.0, math.nan, 0.0))
+    with pytest.raises(FrameUnknown):
+        link_point(kinematics, "nowhere")

@@ -1,0 +1,130 @@
+"""An emulator, a server and a pendant on one virtual loop, both processes keeping a journal."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from rigs.processes.bare_app import bare_app
+
+from openpendant.controller_emulator.shell import cli as emulator_cli
+from openpendant.controller_emulator.shell.build import build_controller
+from openpendant.controller_emulator.shell.service import Service, loop_time
+from openpendant.controller_emulator.shell.settings import EmulatorSettings
+from openpendant.motion.description.robot import serial_robot
+from openpendant.server.cli import serve as server_cli
+from openpendant.server.planning.jobs import Job
+from openpendant.server.planning.task import Deliver
+from openpendant.server.planning.worker.job_planner import answer
+from openpendant.server.settings.cell_settings import make_settings
+from openpendant.server.settings.server_settings import ServerSettings
+from openpendant.server.shell import inbox as server_inbox
+from openpendant.server.shell.app import App
+from openpendant.server.shell.cell_shell import CellParts
+from openpendant.simplemsg import Ping, codec_for
+from openpendant.simplemsg.journal import Journal
+from openpendant.tools.pendants.client import PendantClient
+
+ROBOT = "ur5"
+
+PINGS = codec_for().encode(Ping()) * 20_000
+"""More than any connection takes whose answers nobody reads."""
+
+
+class PlannerInLine:
+    """Plans at once, and delivers as late as a real planner would."""
+
+    def __init__(self) -> None:
+        self._deliveries: dict[int, asyncio.TimerHandle] = {}
+
+    def submit(self, job: Job, deliver: Deliver) -> None:
+        planned, loop = answer(ROBOT, job), asyncio.get_running_loop()
+        self._deliveries[job.job_id] = loop.call_later(0.03, deliver, planned)
+
+    def withdraw(self, job_id: int) -> None:
+        """Deliver no answer."""
+        self._deliveries[job_id].cancel()
+
+
+@dataclass
+class JournalledCell:
+    """Both processes and their journals.
+
+    Attributes:
+        service: the emulator.
+        app: the server.
+        pendant_port: where the server listens for pendants.
+        motion_ports: of the emulator and of the server.
+        state_ports: of the emulator and of the server.
+    """
+
+    service: Service
+    app: App
+    pendant_port: int
+    motion_ports: tuple[int, int]
+    state_ports: tuple[int, int]
+
+    async def pendant(self) -> PendantClient:
+        pendant = await PendantClient.connect("127.0.0.1", self.pendant_port, state_rate=50)
+        await pendant.wait_until(lambda state: state.motion_possible == 1)
+        return pendant
+
+
+@asynccontextmanager
+async def journalled_cell(emulator_file: Path, server_file: Path) -> AsyncIterator[JournalledCell]:
+    """Run a cell and keep both journals until the context is left."""
+    loop = asyncio.get_running_loop()
+    emulator = EmulatorSettings.model_validate({"motion_port": 0, "state_port": 0})
+    first = Journal(lambda: loop_time(loop))
+    with emulator_cli.kept_journal(first, emulator_file, emulator):
+        service = Service(build_controller(emulator, first.now), emulator, journal=first)
+        ports = await service.start()
+        link = {"host": "127.0.0.1", "motion_port": ports.motion, "state_port": ports.state}
+        listen = {"pendant_port": 0, "ros_motion_port": 0, "ros_state_port": 0}
+        values = {"robot": ROBOT, "controller": link, "listen": listen}
+        settings = make_settings(values, "test")
+        second = Journal(server_inbox.loop_time)
+        app = bare_app([CellParts(settings, serial_robot(ROBOT), PlannerInLine())], second)
+        with server_cli.kept_journal(second, server_file, ServerSettings((settings,))):
+            async with app.running() as listening:
+                ros = listening.ros[settings.name]
+                assert ros.motion is not None
+                assert ros.state is not None
+                yield JournalledCell(
+                    service,
+                    app,
+                    listening.pendant,
+                    (ports.motion, ros.motion),
+                    (ports.state, ros.state),
+                )
+        await service.close()
+        await asyncio.sleep(0.01)
+
+
+@asynccontextmanager
+async def deaf_peers(cell: JournalledCell) -> AsyncIterator[None]:
+    """Connect peers that never read: listeners on the state ports, and clients that ask and ask."""
+    loop = asyncio.get_running_loop()
+    peers = [_connected(port) for port in (*cell.state_ports, *cell.motion_ports)]
+    asking = [asyncio.ensure_future(loop.sock_sendall(peer, PINGS)) for peer in peers[2:]]
+    try:
+        yield
+    finally:
+        for each in asking:
+            each.cancel()
+        # They were cut off long ago, as they should.
+        await asyncio.gather(*asking, return_exceptions=True)
+        for peer in peers:
+            peer.close()
+
+
+def _connected(port: int) -> socket.socket:
+    peer = socket.socket()
+    peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1_024)
+    peer.connect(("127.0.0.1", port))
+    peer.setblocking(False)
+    return peer

@@ -1,0 +1,112 @@
+"""An emulated cell with programs in its store, and a pendant that runs them."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from rigs.cells.emulated_cell import EmulatedCell
+from rigs.peers.server_clients import Pendant
+
+from openpendant.motion.trajectory.trajectory import Trajectory
+from openpendant.server.events.effects import Effect, StorePlan
+from openpendant.server.programs.language.parser import parse
+from openpendant.server.programs.language.printer import statement_lines
+from openpendant.server.programs.language.program_json import program_to_json
+from openpendant.server.store.documents import DocumentKind
+from openpendant.simplemsg import ReplyCode
+from openpendant.simplemsg.pendant import (
+    AuthorityBeat,
+    Management,
+    MotionControl,
+    MotionControlAction,
+    ProgramReport,
+    ProgramRun,
+    RunKind,
+)
+from openpendant.simplemsg.verdicts import VerdictCode
+
+A = (0.0, -1.5, 1.5, -1.5, -1.5, 0.0)
+
+HEAD = """openpendant-program/1
+program "{name}" robot ur5
+point a joints 0 -1.5 1.5 -1.5 -1.5 0 rad
+point b joints 0.1 -1.5 1.5 -1.5 -1.5 0 rad
+point c joints 0.2 -1.4 1.5 -1.5 -1.5 0 rad
+"""
+BODY_LINE = statement_lines(parse(HEAD.format(name="main") + "move PTP a\n"))[0]
+"""Line of the first statement in the canonical text."""
+
+
+class ProgramCell(EmulatedCell):
+    """A cell whose pendant holds the authority; `motions` are those that began."""
+
+    def __init__(self, **programs: str) -> None:
+        self.motions: list[Trajectory] = []
+        super().__init__()
+        self.user = self.holder()
+        for name, statements in programs.items():
+            self.keep(name, statements)
+
+    def perform(self, outgoing: list[Effect]) -> list[Effect]:
+        self.motions += [
+            item.motion.certified.trajectory.trajectory()
+            for item in outgoing
+            if isinstance(item, StorePlan)
+        ]
+        return super().perform(outgoing)
+
+    def keep(self, name: str, statements: str, expected_revision: int = 0) -> None:
+        program = parse(HEAD.format(name=name) + statements)
+        self.store.save(
+            DocumentKind.PROGRAM,
+            name,
+            program_to_json(program),
+            expected_revision=expected_revision,
+            author="test",
+        )
+
+    def run(
+        self,
+        program: str = "main",
+        kind: RunKind = RunKind.ALL,
+        *,
+        line: int = 0,
+        loops: int = 1,
+        speed: float = 1.0,
+        revision: int = 0,
+        by: Pendant | None = None,
+    ) -> VerdictCode | None:
+        pendant = by or self.user
+        request = ProgramRun(pendant._next(), kind, line, loops, revision, speed, program)
+        return pendant.code(request)
+
+    def control(self, action: MotionControlAction) -> VerdictCode | None:
+        return self.user.code(MotionControl(self.user._next(), action))
+
+    def pass_time(self, milliseconds: int) -> None:
+        """Let time pass while the pendant keeps its authority."""
+        for _ in range(0, milliseconds, 10):
+            if self.now % 500_000_000 == 0:
+                self.user.send(AuthorityBeat())
+            self.wait(10)
+
+    def until_outcomes(self, count: int = 1, most: int = 60_000) -> list[VerdictCode]:
+        """Let time pass until the pendant has so many outcomes; return their codes."""
+        for _ in range(0, most, 10):
+            if len(self.user.outcomes()) >= count:
+                break
+            self.pass_time(10)
+        return [code for _, code in self.user.outcomes()]
+
+    def reports(self) -> list[ProgramReport]:
+        return self.user.all(ProgramReport)
+
+
+def ask(pendant: Pendant, op: str, **fields: Any) -> dict[str, Any]:
+    """Send a management request that is answered on this call stack; return the answer."""
+    body = json.dumps({"op": op, **fields}).encode()
+    (reply,) = [m for m in pendant.send(Management(77, body)) if isinstance(m, Management)]
+    answer: dict[str, Any] = json.loads(reply.body)
+    assert ("code" in answer) == (reply.reply_code == ReplyCode.FAILURE)
+    return answer

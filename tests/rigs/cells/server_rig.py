@@ -1,0 +1,407 @@
+"""A pendant server on a hand-driven clock: lists in, lists out, times in nanoseconds.
+
+Joins the server's core with the scripted controller, the clients that are connected to it, and a
+planner that answers when asked. Two joints with round limits: ±2 rad, 2 rad/s, 4 rad/s².
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Iterable, Sequence
+from typing import cast
+
+from rigs.cells.memory_store import MemoryStore
+from rigs.motion.simple_jogger import SimpleJogger
+from rigs.peers.scripted_controller import Fault, ScriptedController
+from rigs.peers.server_clients import Peer, Pendant, RosClient
+
+from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.errors import BadArgument, FrameUnknown, MotionError
+from openpendant.motion.frames.frame_tree import FrameTree
+from openpendant.motion.jog import EscapeDirection, JogCaps, Jogger, JogTarget, JointJog, ToolJog
+from openpendant.motion.trajectory.certificate import certify
+from openpendant.motion.trajectory.ptp import plan_joint_move
+from openpendant.server.core.cell_core import CellCore
+from openpendant.server.endpoints.pendant.hello import Identity
+from openpendant.server.events.effects import (
+    Ask,
+    Backend,
+    Broadcast,
+    Close,
+    Effect,
+    ReconnectController,
+    Send,
+    SendStop,
+    SendToController,
+    StorePlan,
+)
+from openpendant.server.events.events import (
+    Answered,
+    ControllerReport,
+    Opened,
+    PathChanged,
+    Port,
+    Tick,
+)
+from openpendant.server.planning.jobs import (
+    Job,
+    JointPathJob,
+    JointVector,
+    PlanAnswer,
+    PoseGoal,
+    RosPathJob,
+)
+from openpendant.server.refusal import Refusal, refusal_of
+from openpendant.server.settings.cell_settings import (
+    CellSettings,
+    ControllerPath,
+    JogSettings,
+    make_settings,
+)
+from openpendant.server.store.requests import Answer, Request, perform
+from openpendant.server.store.store_errors import StoreError
+from openpendant.simplemsg import (
+    HeaderOnly,
+    JointTrajPt,
+    JointTrajPtFull,
+    Message,
+    MsgType,
+    Received,
+    ReplyCode,
+    Unasked,
+    accepted,
+    refused,
+)
+from openpendant.simplemsg.pendant import Activity
+from openpendant.simplemsg.verdicts import VerdictCode
+
+MS = 1_000_000
+TICK = 10 * MS
+LIMITS = JointLimits(
+    names=("shoulder", "elbow"),
+    lower=(-2.0, -2.0),
+    upper=(2.0, 2.0),
+    velocity=(2.0, 2.0),
+    acceleration=(4.0, 4.0),
+    prismatic=(False, False),
+)
+IDENTITY = Identity("cell", "two-joints", "openpendant test")
+SUCCESS, FAILURE = ReplyCode.SUCCESS, ReplyCode.FAILURE
+
+
+class NoTool:
+    """The mathematics of a robot whose tool stays at the origin; it is jogged by its joints."""
+
+    def __init__(self, limits: JointLimits = LIMITS) -> None:
+        self._limits = limits
+        self.frames = FrameTree()
+        self.tool_in_flange = None
+        self.jog_model: object = "one for all"
+        self.lever_arms = ((0.0,) * limits.dof,)
+
+    def configuration(self, position: Sequence[float]) -> None:
+        return None
+
+    def tool_pose(self, position: Sequence[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+
+    def tool_motion(
+        self, position: Sequence[float], velocity: Sequence[float]
+    ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
+        return *self.tool_pose(position), 0.0
+
+    def speed_points(self, position: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+        return ((0.0, 0.0, 0.0),)
+
+    def named_position(self, name: str) -> JointVector:
+        if name not in ("home", "zero"):
+            raise BadArgument("position", name, "home or zero")
+        return (0.0,) * self._limits.dof
+
+    def begin(self, start: Sequence[float], caps: JogCaps) -> Jogger:
+        # The cores use no more of a jogger than the simple one has.
+        return cast("Jogger", SimpleJogger(self._limits, start, caps))
+
+    def caps(self, override: float, settings: JogSettings, point_speed: float | None) -> JogCaps:
+        top = settings.tool_speed if point_speed is None else point_speed
+        return JogCaps(override, settings.joint_speed, top, settings.rotation_speed, False)
+
+    def joints(self, rates: Sequence[float]) -> JogTarget:
+        return JointJog(tuple(rates))
+
+    def tool(self, values: Sequence[float], frame: str) -> JogTarget:
+        if frame not in ("base", "tool"):
+            raise FrameUnknown(frame, ("base", "tool"))
+        return ToolJog(tuple(values[:3]), tuple(values[3:]))
+
+    def escape_directions(self, position: Sequence[float]) -> list[EscapeDirection]:
+        return []
+
+    def leads_out(self, position: Sequence[float], values: Sequence[float], frame: str) -> bool:
+        return False
+
+    def stepped_pose(self, start: Sequence[float], values: Sequence[float], frame: str) -> PoseGoal:
+        if frame not in ("base", "tool"):
+            raise FrameUnknown(frame, ("base", "tool"))
+        return PoseGoal(tuple(values[:3]), (0.0, 0.0, 0.0, 1.0))
+
+    def goal_in_base(self, goal: PoseGoal, frame: str) -> PoseGoal:
+        if frame not in self.frames.frames:
+            raise FrameUnknown(frame, tuple(self.frames.frames))
+        return goal
+
+
+def job_of(asked: Ask) -> Job:
+    """Return the job that the planner is asked to do."""
+    assert isinstance(asked.question, Job)
+    return asked.question
+
+
+def jobs_in(outgoing: Iterable[Effect]) -> list[Job]:
+    """Return the jobs that the planner is asked to do."""
+    return [
+        job_of(item)
+        for item in outgoing
+        if isinstance(item, Ask) and item.backend is Backend.PLANNER
+    ]
+
+
+def request_of(asked: Ask) -> Request:
+    """Return what the store is asked for."""
+    assert isinstance(asked.question, Request)
+    return asked.question
+
+
+class Shell(ABC):
+    """What carries out a core's orders, and the clients that are connected to it."""
+
+    core: CellCore
+    now: int
+
+    def __init__(self) -> None:
+        self.store = MemoryStore()
+        self._peers: dict[int, Peer] = {}
+
+    def _run(self, asked: Ask) -> None:
+        """Have the store do what the core asked for, at once."""
+        try:
+            answer: Answer = perform(self.store, request_of(asked))
+        except StoreError as error:
+            answer = error
+        self.answered(asked, answer)
+
+    def answered(self, asked: Ask, answer: object) -> list[Effect]:
+        """Have a question answered."""
+        return self.perform(self.core.handle(Answered(asked, answer), self.now))
+
+    def planned(self, job: Job, planned: PlanAnswer) -> list[Effect]:
+        """Have a job answered."""
+        return self.answered(Ask(job.job_id, job), planned)
+
+    @abstractmethod
+    def perform(self, outgoing: list[Effect]) -> list[Effect]:
+        """Carry out what the core asked for, as the application does; return it."""
+
+    def _deliver(self, session: int, message: Message) -> None:
+        peer = self._peers.get(session)
+        if peer is not None:
+            peer.got.append(message)
+
+    def stranger(self, port: Port = Port.PENDANT, address: str = "127.0.0.1") -> Pendant:
+        """Open a pendant connection that has not said hello."""
+        pendant = Pendant(self, len(self._peers) + 1)
+        self._open(pendant, port, address)
+        return pendant
+
+    def pendant(self, client: str = "tester", *, state_rate: float = 0.0) -> Pendant:
+        pendant = self.stranger()
+        pendant.hello(client, state_rate)
+        pendant.got.clear()
+        return pendant
+
+    def holder(self, client: str = "holder") -> Pendant:
+        """Return a pendant that holds the motion authority."""
+        pendant = self.pendant(client)
+        assert pendant.take() is VerdictCode.ACCEPTED
+        return pendant
+
+    def ros(self, address: str = "127.0.0.1", port: Port = Port.ROS_MOTION) -> RosClient:
+        client = RosClient(self, len(self._peers) + 1)
+        self._open(client, port, address)
+        return client
+
+    def _open(self, peer: Peer, port: Port, address: str) -> None:
+        self._peers[peer.session] = peer
+        self.perform(self.core.handle(Opened(peer.session, port, address), self.now))
+
+
+class ServerRig(Shell):
+    """A server core, its controller, its planner and its clients, on one clock."""
+
+    def __init__(self, *, plans_at_once: bool = True, **settings: object) -> None:
+        super().__init__()
+        self.settings: CellSettings = make_settings(settings, "test")
+        self.core = CellCore(self.settings, LIMITS, IDENTITY, NoTool())
+        self.controller = ScriptedController()
+        self.plans_at_once = plans_at_once
+        self.now = 1_000_000_000
+        self.jobs: list[Job] = []
+        self.log: list[tuple[int, Effect]] = []
+        self._late: list[tuple[int, Message]] = []
+        self._up = dict.fromkeys(ControllerPath, False)
+
+    # The controller.
+
+    def connect_controller(self) -> None:
+        for path in ControllerPath:
+            self.path(path, True)
+        self.wait(20)
+
+    def path(self, path: ControllerPath, up: bool) -> list[Effect]:
+        self._up[path] = up
+        if path is ControllerPath.MOTION:
+            self.controller.awaited = 0
+            self._late.clear()
+        return self.perform(self.core.handle(PathChanged(path, up), self.now))
+
+    def report(self) -> list[Effect]:
+        """Have the controller send its joint state and status now."""
+        out: list[Effect] = []
+        for message in (self.controller.status(self.now), self.controller.feedback(self.now)):
+            out += self.hear(ControllerPath.STATE, message)
+        return out
+
+    def hear(self, path: ControllerPath, message: Received) -> list[Effect]:
+        pending = self.controller.awaited
+        return self.perform(self.core.handle(ControllerReport(path, message, pending), self.now))
+
+    def reply(self, message: Message) -> list[Effect]:
+        """Have the controller answer what it was asked; unasked if it was asked nothing."""
+        if not self.controller.awaited:
+            return self.hear(ControllerPath.MOTION, Unasked(message))
+        self.controller.awaited -= 1
+        return self.hear(ControllerPath.MOTION, message)
+
+    def _command(self, message: Message) -> None:
+        if not self._up[ControllerPath.MOTION]:
+            return
+        controller = self.controller
+        controller.awaited += 1
+        assert isinstance(message, JointTrajPt | JointTrajPtFull)
+        if message.sequence == -4:
+            controller.stop(self.now)
+            self.reply(accepted(message))
+            return
+        controller.points.append(message)
+        match controller.faults.get(message.sequence):
+            case None:
+                if isinstance(message, JointTrajPtFull):
+                    controller.take(message, self.now)
+                self.reply(accepted(message))
+            case Fault.REFUSE:
+                self.reply(refused(message))
+            case Fault.WRONG_TYPE:
+                self.reply(HeaderOnly(MsgType.PING))
+            case Fault.LATE:
+                self._late.append((self.now + 600 * MS, accepted(message)))
+            case Fault.TWICE:
+                if isinstance(message, JointTrajPtFull):
+                    controller.take(message, self.now)
+                self.reply(accepted(message))
+                self.reply(accepted(message))
+            case Fault.LINK_LOST:
+                self.path(ControllerPath.MOTION, False)
+
+    # The shell.
+
+    def perform(self, outgoing: list[Effect]) -> list[Effect]:
+        commands: deque[Message] = deque()
+        requests: list[Ask] = []
+        for item in outgoing:
+            self.log.append((self.now, item))
+            match item:
+                case Send(session=session, message=message):
+                    self._deliver(session, message)
+                case Broadcast(sessions=sessions, message=message):
+                    for session in sessions:
+                        self._deliver(session, message)
+                case Close(session=session, reason=reason):
+                    self._peers[session].closed_for.append(reason)
+                case SendStop(message=message):
+                    if self._up[ControllerPath.STOP]:
+                        self.controller.stop(self.now)
+                    commands.append(message)
+                case SendToController(message=message):
+                    commands.append(message)
+                case ReconnectController():
+                    self.path(ControllerPath.MOTION, False)
+                case Ask(backend=Backend.PLANNER):
+                    self.jobs.append(job_of(item))
+                case Ask(backend=Backend.STORE):
+                    requests.append(item)
+                case StorePlan():
+                    pass
+        for command in commands:
+            self._command(command)
+        for asked in requests:
+            self._run(asked)
+        if self.plans_at_once and self.jobs:
+            self.plan()
+        return outgoing
+
+    def plan(self, result: Refusal | None = None) -> list[Effect]:
+        """Answer the oldest job: with a joint move to its last position, or with a refusal."""
+        job = self.jobs.pop(0)
+        return self.planned(job, self.plan_of(job, result))
+
+    @staticmethod
+    def plan_of(job: Job, result: Refusal | None = None) -> PlanAnswer:
+        if result is not None:
+            return PlanAnswer(job.job_id, result, 0.01)
+        assert isinstance(job, JointPathJob | RosPathJob)
+        goal = job.waypoints[-1] if isinstance(job, JointPathJob) else job.points[-1].position
+        try:
+            trajectory = plan_joint_move(job.start, goal, LIMITS)
+        except MotionError as error:
+            return PlanAnswer(job.job_id, refusal_of(error), 0.01)
+        return PlanAnswer(job.job_id, (trajectory, certify(trajectory, LIMITS)), 0.01)
+
+    # Time.
+
+    def wait(self, milliseconds: int) -> list[Effect]:
+        """Let time pass in ticks; the controller reports just before each."""
+        out: list[Effect] = []
+        for _ in range(0, milliseconds, 10):
+            self.now += TICK
+            for due, message in [entry for entry in self._late if entry[0] <= self.now]:
+                self._late.remove((due, message))
+                self.reply(message)
+            if self.controller.reports and self._up[ControllerPath.STATE]:
+                out += self.report()
+            out += self.tick()
+        return out
+
+    def tick(self) -> list[Effect]:
+        return self.perform(self.core.handle(Tick(), self.now))
+
+    # What was seen.
+
+    def activity(self) -> Activity:
+        return self.core.cell.activity
+
+    @property
+    def points(self) -> list[JointTrajPtFull | JointTrajPt]:
+        return self.controller.points
+
+    @property
+    def stops(self) -> list[int]:
+        """Times at which a stop left."""
+        return [time for time, item in self.log if isinstance(item, SendStop)]
+
+
+def ready(*, plans_at_once: bool = True, **settings: object) -> ServerRig:
+    """Return a rig whose controller is connected and stands at (0, 0)."""
+    rig = ServerRig(plans_at_once=plans_at_once, **settings)
+    rig.connect_controller()
+    return rig

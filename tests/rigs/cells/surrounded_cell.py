@@ -1,0 +1,116 @@
+"""A cell with a UR5, its surroundings and a store in memory, and requests to them as JSON."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from rigs.cells.server_rig import request_of
+from rigs.data.stored_documents import noon
+
+from openpendant.motion.description.robot import SerialRobot, serial_robot
+from openpendant.server.cell.robot_cell import RobotCell
+from openpendant.server.endpoints.pendant.management import carry_out
+from openpendant.server.environment import CellEnvironment
+from openpendant.server.events.cell_events import CellEvent
+from openpendant.server.events.effects import Ask, Backend, Effect, QueryController, Send
+from openpendant.server.events.management_body import parse
+from openpendant.server.events.management_handlers import handlers_of
+from openpendant.server.events.pending import Pending
+from openpendant.server.events.reply_to import ReplyTo
+from openpendant.server.refusal import Refusal
+from openpendant.server.settings.cell_settings import make_settings
+from openpendant.server.shell.robot_kinematics import RobotKinematics
+from openpendant.server.store.requests import Answer, perform
+from openpendant.server.store.sqlite_store import open_store
+from openpendant.server.store.store_errors import StoreError
+from openpendant.simplemsg import JointFeedback, Message, ReplyCode, ValidField, joint_array
+from openpendant.simplemsg.pendant import Management, Outcome
+from openpendant.simplemsg.verdicts import VerdictCode
+
+MS = 1_000_000
+
+
+@cache
+def robot() -> SerialRobot:
+    return serial_robot("ur5")
+
+
+class SurroundedCell:
+    """One cell whose robot stands at home; the store answers at once."""
+
+    def __init__(self, folder: Path) -> None:
+        settings = make_settings({"controller": {"signals": "openpendant"}}, "test")
+        self.now = 1_000_000_000
+        self.pending = Pending()
+        self.mathematics = RobotKinematics(robot())
+        self.cell = RobotCell(settings, robot().limits, self._news, self.pending, self.mathematics)
+        self.around = CellEnvironment(self.cell, self.mathematics, self.pending, settings, "ur5")
+        self._handlers = handlers_of(self.around.desk, self.around.recordings)
+        self.store = open_store(folder / "store.db", wall_clock=noon)
+        self.refuse_with: StoreError | None = None
+        self.answers: list[tuple[bool, dict[str, Any]]] = []
+        self.outcomes: list[Outcome] = []
+        self.queries: list[Message] = []
+        self.perform(self.around.world.load())
+
+    def _news(self, news: CellEvent, now: int) -> list[Effect]:
+        return []
+
+    def perform(self, outgoing: list[Effect]) -> None:
+        for item in outgoing:
+            match item:
+                case Ask(backend=Backend.STORE):
+                    self._run(item)
+                case Send(message=Management() as reply):
+                    done = reply.reply_code == ReplyCode.SUCCESS
+                    self.answers.append((done, json.loads(reply.body)))
+                case Send(message=Outcome() as told):
+                    self.outcomes.append(told)
+                case QueryController(message=message):
+                    self.queries.append(message)
+
+    def _run(self, asked: Ask) -> None:
+        answer: Answer
+        try:
+            answer = self.refuse_with or perform(self.store, request_of(asked))
+        except StoreError as error:
+            answer = error
+        self.perform(self.pending.resume(asked, answer, self.now))
+
+    def report(self, position: tuple[float, ...] | None = None, after_ms: int = 10) -> None:
+        self.now += after_ms * MS
+        joints = joint_array(robot().home_position if position is None else position)
+        still = joint_array(())
+        message = JointFeedback(0, int(ValidField.ALL), 0.0, joints, still, still)
+        self.perform(self.cell.reported(message, self.now))
+        self.perform(self.around.reported(self.now))
+
+    def ask(self, op: str, **fields: Any) -> dict[str, Any]:
+        """Make a request that is carried out; return its answer."""
+        done, answer = self._answer(op, fields)
+        assert done, answer
+        return answer
+
+    def refused(self, op: str, **fields: Any) -> tuple[VerdictCode, str]:
+        """Make a request that is refused; return why."""
+        done, answer = self._answer(op, fields)
+        assert not done, answer
+        return VerdictCode(answer["code"]), answer["text"]
+
+    def _answer(self, op: str, fields: dict[str, Any]) -> tuple[bool, dict[str, Any]]:
+        before = len(self.answers)
+        body = json.dumps({"op": op, **fields}).encode()
+        self.perform(self.answered(body))
+        (answer,) = self.answers[before:]
+        return answer
+
+    def answered(self, body: bytes) -> list[Effect]:
+        """Return what comes of the body of a request."""
+        reply: ReplyTo[Any] = ReplyTo(1, 7, "ann")
+        _, asked = parse(body)
+        if isinstance(asked, Refusal):
+            return reply.refuse(asked)
+        return carry_out(self._handlers[type(asked)], asked, reply, self.now)

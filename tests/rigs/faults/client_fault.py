@@ -1,0 +1,99 @@
+"""What a scripted client can do wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from openpendant.simplemsg import ByteOrder, Message
+from openpendant.tools.packets.conformance.client.scenarios import Mutation
+
+
+class Form(Enum):
+    """Which points the client sends."""
+
+    FULL = "type 14"
+    SIMPLE = "type 11, streamed"
+    DOWNLOAD = "type 11, downloaded"
+    MOTOMAN = "type 14 to a Motoman controller"
+    GROUPS = "type 2016 to a Motoman controller"
+
+    @property
+    def is_motoman(self) -> bool:
+        return self in (Form.MOTOMAN, Form.GROUPS)
+
+
+class Neglect(Enum):
+    """What a client can fail to do."""
+
+    WAIT_FOR_REPLY = auto()
+    REFUSAL = auto()
+    REPLY_TYPE = auto()
+    REPLY_CODE = auto()
+    PATIENCE = auto()
+    ANSWERING = auto()
+    E_STOP = auto()
+    MOTION_POSSIBLE = auto()
+    SILENCE = auto()
+    STATE_LOST = auto()
+    FIRST_REPORT = auto()
+    UNANSWERED_POINT = auto()
+    ORDER_AFTER_RECONNECT = auto()
+    RESTART = auto()
+    ONE_LINK = auto()
+    CALM = auto()
+    STOP_BEFORE_LEAVING = auto()
+    STOP_ENDS = auto()
+    READY_QUESTION = auto()
+    READY_ANSWER = auto()
+    BUSY_POINT = auto()
+    BUSY_PAUSE = auto()
+    READY_AFTER_STOP = auto()
+    SURVIVING = auto()
+    NEW_BEGINNING = auto()
+    WHOLE_FRAME = auto()
+    POWER = auto()
+    HEADER = auto()
+
+
+Change = Callable[[Message], Message]
+Cut = Callable[[bytes], list[bytes]]
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One rule that a client breaks.
+
+    Attributes:
+        name: what it does wrong.
+        check: number of the check that has to find it.
+        mutation: scenario in which it shows.
+        form: the points that it sends.
+        point: changes a point's message before it is sent.
+        stop: changes a stop.
+        reply: changes an answer to the controller.
+        cut: changes the bytes of a point.
+        cut_reply: changes the bytes of an answer.
+        extra: what it sends besides, once, on the motion link.
+        extra_state: what it sends besides, once, on the state link.
+        neglects: what it fails to do.
+        stops_at: index of the point at which it stops and closes, as a user would.
+        at: index of the point that is changed, None for all.
+    """
+
+    name: str
+    check: str
+    mutation: Mutation = Mutation.NONE
+    form: Form = Form.FULL
+    point: Change | None = None
+    stop: Change | None = None
+    reply: Change | None = None
+    cut: Cut | None = None
+    cut_reply: Cut | None = None
+    extra: Message | bytes | None = None
+    extra_state: Message | bytes | None = None
+    neglects: Neglect | None = None
+    stops_at: int | None = None
+    at: int | None = 5
+    order: ByteOrder = ByteOrder.LITTLE

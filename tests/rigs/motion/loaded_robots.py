@@ -1,0 +1,25 @@
+"""The robots of the project, each read once a process.
+
+A robot never changes, and to read one from its file takes longer than most tests of it.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+from openpendant.motion.description import robot as motion_robot
+from openpendant.motion.description.robot import Robot, SerialRobot, robot_names
+
+
+@cache
+def load_robot(name: str) -> Robot:
+    """As that of `motion.robot`, but for names of the project alone."""
+    assert name in robot_names(), name
+    return motion_robot.load_robot(name)
+
+
+def serial_robot(name: str) -> SerialRobot:
+    """As that of `motion.robot`, but for names of the project alone."""
+    found = load_robot(name)
+    assert isinstance(found, SerialRobot), name
+    return found

@@ -1,0 +1,46 @@
+"""Takes the network away for as long as one probe of an idle connection, and tells what is left.
+
+Run in a network of its own (`unshare --net`), whose loopback it takes down. Prints `up` or `down`
+for each of two connections: one as the server keeps pendants, one as it keeps the controller.
+"""
+
+from __future__ import annotations
+
+import inspect
+import socket
+import subprocess
+import sys
+import time
+
+from openpendant.server.shell.client_connection import prepare_socket
+from openpendant.server.shell.controller_connection import UNANSWERED
+
+
+def loopback(state: str) -> None:
+    subprocess.run(["ip", "link", "set", "lo", state], check=True)
+
+
+def is_up(connection: socket.socket) -> bool:
+    connection.setblocking(False)
+    try:
+        return connection.recv(1) != b""
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+
+
+loopback("up")
+began = time.monotonic()
+listening = socket.create_server(("127.0.0.1", 0))
+connections, peers = [], []
+for unanswered in (inspect.signature(prepare_socket).parameters["unanswered"].default, UNANSWERED):
+    connections.append(socket.create_connection(listening.getsockname()))
+    prepare_socket(connections[-1], unanswered)
+    peers.append(listening.accept())
+time.sleep(began + 0.7 - time.monotonic())
+loopback("down")
+time.sleep(0.9)
+loopback("up")
+time.sleep(2.5)
+sys.stdout.write(" ".join("up" if is_up(each) else "down" for each in connections))

@@ -1,0 +1,67 @@
+"""Pulls the cable between a server and two pendants, one told states and one told nothing.
+
+Run in a network of its own (`unshare --net`), whose loopback it takes down. Prints after how many
+seconds the server gave up each connection.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+import subprocess
+import sys
+import time
+
+from rigs.processes.app_on_loop import said
+from rigs.processes.bare_app import bare_app
+
+from openpendant.motion.description.robot import serial_robot
+from openpendant.server.settings.cell_settings import make_settings
+from openpendant.server.shell.cell_shell import CellParts
+from openpendant.simplemsg.pendant import Subscribe
+
+_PATIENCE = 20.0
+
+
+def loopback(state: str) -> None:
+    subprocess.run(["ip", "link", "set", "lo", state], check=True)
+
+
+class _NoPlanner:
+    """Nothing is planned here."""
+
+    def submit(self, job: object, deliver: object) -> None:
+        raise AssertionError("nothing was asked")
+
+    def withdraw(self, job_id: object) -> None:
+        raise AssertionError("nothing was asked")
+
+
+async def main() -> None:
+    loopback("up")
+    ports = {"pendant_port": 0, "ros_motion_port": "off", "ros_state_port": "off"}
+    settings = make_settings({"listen": ports}, "test")
+    app = bare_app([CellParts(settings, serial_robot(settings.robot), _NoPlanner())])
+    async with app.running() as bound:
+        loop = asyncio.get_running_loop()
+        pendants = []
+        for begin in (said(Subscribe(1, 100.0)), said()):
+            pendant = socket.create_connection(("127.0.0.1", bound.pendant))
+            pendant.setblocking(False)
+            await loop.sock_sendall(pendant, begin)
+            pendants.append(pendant)
+            await asyncio.sleep(0.2)
+        talking, idle = app.clients.by_session
+        # Read, so that it is the cable alone that ends it.
+        pendants[0].recv(65_536)
+        loopback("down")
+        pulled, gone = time.monotonic(), dict[int, float]()
+        while len(gone) < 2 and time.monotonic() < pulled + _PATIENCE:
+            await asyncio.sleep(0.01)
+            for session in {talking, idle} - set(app.clients.by_session) - set(gone):
+                gone[session] = time.monotonic() - pulled
+        loopback("up")
+        sys.stdout.write(f"{gone[talking]} {gone[idle]}\n")
+
+
+asyncio.run(main())

@@ -1,0 +1,53 @@
+"""A server with nothing beside its cells: no store, accounts or watchdog but what is given."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+
+from openpendant.server.access.access_backend import DeliverChange
+from openpendant.server.access.account_store import AccountChange
+from openpendant.server.access.accounts import AccountBook
+from openpendant.server.access.admission import VerifyJob
+from openpendant.server.access.audit import AuditEntry
+from openpendant.server.access.password_worker import Deliver
+from openpendant.server.refusal import Refusal
+from openpendant.server.shell.app import App
+from openpendant.server.shell.cell_shell import CellParts
+from openpendant.server.shell.inbox import loop_time
+from openpendant.server.store.store_client import AbsentStore, StoreClient
+from openpendant.server.watchdog.watchdog_process import Watchdog
+from openpendant.simplemsg.journal import Journal
+from openpendant.simplemsg.verdicts import VerdictCode
+
+
+class NoAccess:
+    """No accounts and no audit log: everybody on this machine is its single user."""
+
+    def __init__(self) -> None:
+        self.single_user = True
+        self.book = AccountBook()
+
+    def record(self, entry: AuditEntry) -> None:
+        """Forget an entry."""
+
+    def check(self, job: VerifyJob, deliver: Deliver) -> None:
+        """Find every password wrong: there is no account."""
+        asyncio.get_running_loop().call_soon(deliver, False)
+
+    def change(self, change: AccountChange, deliver: DeliverChange) -> None:
+        """Refuse a change: there is nowhere to keep it."""
+        asyncio.get_running_loop().call_soon(deliver, Refusal(VerdictCode.NO_STORE, "no accounts"))
+
+    async def keep_up(self, on_change: Callable[[], None]) -> None:
+        """Read nothing."""
+
+
+def bare_app(
+    served: Sequence[CellParts],
+    journal: Journal | None = None,
+    store: StoreClient | None = None,
+    watchdog: Watchdog | None = None,
+) -> App:
+    """Return a server without what is left out."""
+    return App(served, journal or Journal(loop_time), store or AbsentStore(), NoAccess(), watchdog)

@@ -1,0 +1,85 @@
+"""Shell commands in place of planning processes, without the seconds that a real one takes."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+from collections.abc import Coroutine
+from contextlib import suppress
+from importlib.util import find_spec
+from typing import Any
+
+import pytest
+
+from openpendant.server.planning.jobs import JointPathJob
+from openpendant.server.planning.pool import planning_process
+from openpendant.server.settings.cell_settings import EventLoop
+from openpendant.server.shell.event_loop import loop_factory
+
+JOB = JointPathJob(1, (0.0,), ((1.0,),), 0.5)
+
+WARM = r"printf '\004\000\000\000\200\004N.';"
+"""The pickled None of a planning process that is warm, behind its length; for a shell."""
+
+ECHO = f"{WARM} exec cat"
+"""A planning process whose answer is what it is sent, without the seconds that a real one takes."""
+
+MUTE = f"{WARM} exec cat >/dev/null"
+"""One that never answers."""
+
+BUSY = f"{WARM} exec sleep 60"
+"""One that is busy with its first job for a minute."""
+
+FLOOD = r"printf '\000\000\000\177'; while head -c 200000 /dev/zero; do sleep 0.01; done"
+"""One in the middle of an answer of 2 GB, as its length says."""
+
+on_both_loops = pytest.mark.parametrize(
+    "loop",
+    [
+        "asyncio",
+        pytest.param(
+            "uvloop",
+            marks=pytest.mark.skipif(
+                find_spec("uvloop") is None,
+                reason="uvloop is not installed: the extra 'fast' of openpendant adds it",
+            ),
+        ),
+    ],
+)
+
+
+class Children:
+    """Starts shell commands in place of planning processes, and kills them."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.command = ECHO
+        self.started: list[asyncio.subprocess.Process] = []
+        self._start = asyncio.create_subprocess_exec
+        monkeypatch.setattr(asyncio, "create_subprocess_exec", self._start_another)
+        monkeypatch.setattr(planning_process, "_RESTART_PAUSE", 0.001)
+
+    async def _start_another(self, *_: str, **pipes: int) -> asyncio.subprocess.Process:
+        self.started.append(await self._start("sh", "-c", self.command, **pipes))  # type: ignore[arg-type]
+        return self.started[-1]
+
+    def kill(self) -> None:
+        """Kill all, and come back when they are dead; the loop has seen nothing of it yet."""
+        for child in self.started:
+            os.kill(child.pid, signal.SIGKILL)
+            with suppress(ChildProcessError):  # where a thread of the loop was the first to ask
+                os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)
+
+
+def run(loop: EventLoop, test: Coroutine[Any, Any, None]) -> list[dict[str, Any]]:
+    """Run a test on a loop; return what the loop caught in its callbacks."""
+    caught: list[dict[str, Any]] = []
+
+    async def watched() -> None:
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: caught.append(context))
+        async with asyncio.timeout(30):
+            await test
+
+    with asyncio.Runner(loop_factory=loop_factory(loop)) as runner:
+        runner.run(watched())
+    return caught

@@ -1,0 +1,257 @@
+"""Playing a trajectory: in order, once each, never more than the lead ahead."""
+
+from __future__ import annotations
+
+import pytest
+from rigs.cells.server_rig import LIMITS
+
+from openpendant.motion.trajectory.ptp import plan_joint_move
+from openpendant.server.cell.execution.feedback import Feedback
+from openpendant.server.cell.execution.point_stream import PointStream, StreamPhase, start_mismatch
+from openpendant.server.cell.execution.setpoint_sources import StoredRows
+from openpendant.server.refusal import Refusal
+from openpendant.server.settings.cell_settings import ControllerLink
+from openpendant.server.uplinks.generic import GenericUplink
+from openpendant.simplemsg import (
+    HeaderOnly,
+    JointFeedback,
+    JointTrajPtFull,
+    MsgType,
+    Status,
+    ValidField,
+    joint_array,
+)
+from openpendant.simplemsg.verdicts import VerdictCode
+
+MS = 1_000_000
+LINK = ControllerLink()
+LEAD = round(LINK.lead * 1e9)
+TRAJECTORY = plan_joint_move((0.0, 0.0), (0.4, -0.2), LIMITS)
+GOAL = (0.4, -0.2)
+END = round(TRAJECTORY.duration * 1e9)
+DONE = HeaderOnly(MsgType.JOINT_TRAJ_PT_FULL)
+
+
+class Player:
+    """An execution with an uplink that answers when told."""
+
+    def __init__(self) -> None:
+        self.uplink = GenericUplink(LINK, LIMITS.velocity)
+        self.execution = PointStream(StoredRows(TRAJECTORY, LIMITS), LIMITS, self.uplink, LINK, 0)
+        self.feedback = Feedback(2, LINK)
+        self.report((0.0, 0.0), 0)
+        self.tell_status(0)
+
+    def report(
+        self, position: tuple[float, ...], now: int, velocity: tuple[float, ...] = (0.0, 0.0)
+    ) -> None:
+        fields = ValidField.POSITION | ValidField.VELOCITY
+        none = joint_array(())
+        self.feedback.take(
+            JointFeedback(0, fields, 0.0, joint_array(position), joint_array(velocity), none), now
+        )
+
+    def tell_status(self, now: int, moving: int = 0) -> None:
+        self.feedback.take(Status(1, 0, 0, 0, moving, 2, 1), now)
+
+    def next(self, now: int) -> JointTrajPtFull | None:
+        point = self.execution.next_point(now)
+        assert point is None or isinstance(point, JointTrajPtFull)
+        return point
+
+    def answer(self) -> None:
+        self.uplink.answer(DONE, 0)
+
+    def advance(self, now: int) -> Refusal | None:
+        return self.execution.advance(self.feedback, now)
+
+    def phase(self) -> StreamPhase:
+        return self.execution.phase
+
+    def send_all(self, now: int = END) -> int:
+        """Send what is due, each point answered at once; return how many points left."""
+        count = 0
+        while self.next(now) is not None:
+            self.answer()
+            count += 1
+        return count
+
+
+@pytest.fixture
+def player() -> Player:
+    return Player()
+
+
+def test_each_sample_leaves_once_and_in_order_and_never_ahead_of_the_lead(player: Player) -> None:
+    sent: list[JointTrajPtFull] = []
+    for now in range(0, END + 1, 5 * MS):
+        while (point := player.next(now)) is not None:
+            assert round(point.time * 1e9) <= now + LEAD
+            sent.append(point)
+            player.answer()
+    assert [point.sequence for point in sent] == list(range(len(TRAJECTORY.times)))
+    assert [point.time for point in sent] == TRAJECTORY.times.tolist()
+    assert [point.positions[:2] for point in sent] == list(map(tuple, TRAJECTORY.position.tolist()))
+    assert [point.velocities[:2] for point in sent] == list(
+        map(tuple, TRAJECTORY.velocity.tolist())
+    )
+
+
+def test_the_sample_of_a_tick_is_due_exactly_when_the_lead_reaches_it(player: Player) -> None:
+    player.send_all(0)
+    for at, is_due in ((0, True), (10 * MS - 1, False), (10 * MS, True)):
+        assert player.advance(at) is None
+        assert (player.next(at) is not None) is is_due
+        player.answer()
+
+
+def test_a_second_sample_in_a_tick_must_be_due_by_half_a_tick(player: Player) -> None:
+    player.send_all(0)
+    for at, count in ((15 * MS - 1, 1), (35 * MS - 1, 2), (45 * MS, 2)):
+        assert player.advance(at) is None
+        assert player.send_all(at) == count
+
+
+def test_one_request_is_under_way_at_a_time(player: Player) -> None:
+    assert player.next(END) is not None
+    assert player.next(END) is None
+    player.answer()
+    assert player.next(END) is not None
+
+
+def test_it_has_arrived_when_a_report_from_after_the_end_shows_the_goal(player: Player) -> None:
+    player.send_all()
+    player.report(GOAL, END - 1)
+    assert player.advance(END - 1) is None
+    assert player.phase() is StreamPhase.SETTLING
+    player.report(GOAL, END)
+    player.tell_status(END)
+    assert player.advance(END + MS) is None
+    assert player.phase() is StreamPhase.ARRIVED
+
+
+def test_a_report_from_before_a_late_last_point_was_taken_ends_no_motion(player: Player) -> None:
+    player.send_all()
+    late = END + 60 * MS
+    player.report(GOAL, late - MS)
+    player.tell_status(late - MS)
+    assert player.advance(late) is None
+    assert player.phase() is StreamPhase.SETTLING
+    player.report(GOAL, late + MS)
+    player.tell_status(late + MS)
+    assert player.advance(late + MS) is None
+    assert player.phase() is StreamPhase.ARRIVED
+
+
+def test_a_status_from_before_the_end_ends_no_motion(player: Player) -> None:
+    player.send_all()
+    player.report(GOAL, END)
+    assert player.advance(END) is None
+    assert player.phase() is StreamPhase.SETTLING
+    player.tell_status(END, moving=1)
+    assert player.advance(END) is None
+    assert player.phase() is StreamPhase.SETTLING
+    player.tell_status(END + MS)
+    assert player.advance(END + MS) is None
+    assert player.phase() is StreamPhase.ARRIVED
+
+
+def test_a_status_that_comes_only_when_it_changes_counts_100_ms_after_the_end(
+    player: Player,
+) -> None:
+    player.send_all()
+    player.report(GOAL, END)
+    assert player.advance(END) is None
+    for after, phase in ((99, StreamPhase.SETTLING), (100, StreamPhase.ARRIVED)):
+        player.report(GOAL, END + after * MS)
+        assert player.advance(END + after * MS) is None
+        assert player.phase() is phase
+
+
+@pytest.mark.parametrize(
+    ("position", "velocity"),
+    [((0.4, -0.2), (0.002, 0.0)), ((0.4011, -0.2), (0.0, 0.0)), ((0.4, -0.1989), (0.0, 0.0))],
+)
+def test_it_has_not_arrived_while_it_moves_or_is_elsewhere(
+    player: Player, position: tuple[float, ...], velocity: tuple[float, ...]
+) -> None:
+    player.send_all()
+    player.report(position, END + MS, velocity)
+    assert player.advance(END + MS) is None
+    assert player.phase() is StreamPhase.SETTLING
+
+
+def test_not_arriving_within_2_s_is_told_with_the_worst_joint(player: Player) -> None:
+    player.send_all()
+    late = END + 2_000 * MS
+    player.report((0.39, -0.1), late - 1)
+    assert player.advance(late - 1) is None
+    refusal = player.advance(late)
+    assert refusal is not None
+    assert (refusal.code, refusal.joint) == (VerdictCode.NOT_ARRIVED, 1)
+    assert (refusal.value, refusal.limit) == pytest.approx((-0.1, -0.2))
+
+
+def test_stale_feedback_ends_it_just_after_250_ms(player: Player) -> None:
+    assert player.advance(250 * MS) is None
+    refusal = player.advance(250 * MS + 1)
+    assert refusal is not None
+    assert refusal.code is VerdictCode.FEEDBACK_STALE
+
+
+def test_a_report_that_is_no_position_ends_it(player: Player) -> None:
+    player.report((float("nan"), 0.0), MS)
+    refusal = player.advance(MS)
+    assert refusal is not None
+    assert refusal.code is VerdictCode.NOT_FINITE
+
+
+def test_an_unanswered_point_ends_it_at_the_deadline(player: Player) -> None:
+    player.next(0)
+    player.report((0.0, 0.0), 499 * MS)
+    assert player.advance(500 * MS - 1) is None
+    refusal = player.advance(500 * MS)
+    assert refusal is not None
+    assert refusal.code is VerdictCode.CONTROLLER_SILENT
+
+
+@pytest.mark.parametrize(
+    ("away_ms", "error", "told_after_ms", "is_ours"),
+    [
+        (330, 109, 0, True),  # an under-run, by the emulator's number
+        (330, -1, 0, True),  # an error without a number
+        (330, 109, 1_000, True),
+        (330, 109, 1_001, False),
+        (330, 103, 0, False),
+        (29, 109, 0, False),  # nobody was away
+        (60, 109, 0, False),  # what had left lasted for long after that
+    ],
+)
+def test_an_under_run_is_the_servers_where_it_was_away_and_left_the_robot_dry(
+    player: Player, away_ms: int, error: int, told_after_ms: int, is_ours: bool
+) -> None:
+    now = 0
+    for now in range(0, 101 * MS, 10 * MS):
+        player.send_all(now)
+    now += away_ms * MS
+    own = Refusal(VerdictCode.CONTROLLER_STOPPED, "error")
+    player.execution.blamed(own, player.feedback, now)
+    later = now + told_after_ms * MS
+    player.feedback.take(Status(1, 0, max(error, 0), 1, 1, 2, 1), later)
+    for at in range(now, later, 10 * MS):
+        player.execution.blamed(own, player.feedback, at)  # nobody is away any more
+    told = player.execution.blamed(own, player.feedback, later)
+    assert (told.code is VerdictCode.SERVER_LATE) is is_ours
+    assert (told is own) is not is_ours
+
+
+def test_it_starts_only_where_the_robot_stands(player: Player) -> None:
+    assert start_mismatch(TRAJECTORY, player.feedback) is None
+    player.report((0.0, 0.0101), 1)
+    refusal = start_mismatch(TRAJECTORY, player.feedback)
+    assert refusal is not None
+    assert (refusal.code, refusal.joint) == (VerdictCode.NOT_STANDING, 1)
+    player.report((0.0, 0.0), 2, (0.01, 0.0))
+    moving = start_mismatch(TRAJECTORY, player.feedback)
+    assert moving is not None
+    assert moving.code is VerdictCode.NOT_STANDING

@@ -1,0 +1,202 @@
+"""What the controller reported, how old it is, and whether the robot stands (promises 5, 10)."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from promises.promise_table import figure
+
+from openpendant.server.cell.execution.feedback import Feedback
+from openpendant.server.settings.cell_settings import ControllerLink
+from openpendant.simplemsg import (
+    ControllerMode,
+    JointFeedback,
+    JointPosition,
+    Status,
+    ValidField,
+    joint_array,
+)
+
+MS = 1_000_000
+FRESH, LOST = figure(5, "fresh").ns, figure(5, "lost").ns
+GREATEST = figure(10, "greatest").bound
+
+
+@pytest.fixture
+def feedback() -> Feedback:
+    return Feedback(2, ControllerLink())
+
+
+def full(position: tuple[float, ...], velocity: tuple[float, ...] | None = None) -> JointFeedback:
+    fields = ValidField.POSITION | (0 if velocity is None else ValidField.VELOCITY)
+    none = joint_array(())
+    return JointFeedback(0, fields, 0.0, joint_array(position), joint_array(velocity or ()), none)
+
+
+def plain(*position: float) -> JointPosition:
+    return JointPosition(0, joint_array(position))
+
+
+def status(
+    powered: int = 1, e_stopped: int = 0, error: int = 0, moving: int = 0, possible: int = 1
+) -> Status:
+    return Status(powered, e_stopped, error, int(error != 0), moving, 2, possible)
+
+
+def test_nothing_is_fresh_before_the_first_report(feedback: Feedback) -> None:
+    assert feedback.age(0) is None
+    assert not feedback.is_fresh(0)
+    assert feedback.is_lost(0)
+
+
+@pytest.mark.parametrize(("age", "fresh", "lost"), [(FRESH, True, False), (LOST, False, False)])
+def test_a_report_is_fresh_up_to_100_ms_and_lost_after_250(
+    feedback: Feedback, age: int, fresh: bool, lost: bool
+) -> None:
+    feedback.take(full((0.0, 0.0), (0.0, 0.0)), 0)
+    assert (feedback.is_fresh(age), feedback.is_lost(age)) == (fresh, lost)
+    assert not feedback.is_fresh(FRESH + 1)
+    assert feedback.is_lost(LOST + 1)
+
+
+def test_promise_5_a_controller_that_reports_rarely_is_given_so_many_of_its_periods() -> None:
+    period = 0.1
+    slow = Feedback(2, ControllerLink(state_period=period))
+    slow.take(full((0.0, 0.0), (0.0, 0.0)), 0)
+    fresh = round(figure(5, "fresh_periods").bound * period * 1e9)
+    lost = round(figure(5, "lost_periods").bound * period * 1e9)
+    assert slow.is_fresh(fresh)
+    assert not slow.is_fresh(fresh + 1)
+    assert not slow.is_lost(lost)
+    assert slow.is_lost(lost + 1)
+
+
+@pytest.mark.parametrize(
+    ("told", "at", "asked", "stands"),
+    [
+        (None, 0, 10, True),
+        (status(moving=0), 9, 10, False),
+        (status(moving=0), 9, 109, False),
+        (status(moving=0), 9, 110, True),
+        (status(moving=0), 10, 10, True),
+        (status(moving=1), 10, 500, False),
+        (status(moving=-1), 9, 10, True),
+    ],
+)
+def test_it_stands_after_10_ms_by_what_was_told_since(
+    feedback: Feedback, told: Status | None, at: int, asked: int, stands: bool
+) -> None:
+    if told is not None:
+        feedback.take(told, at * MS)
+    feedback.take(full((0.0, 0.0), (0.0, 0.0)), asked * MS)
+    assert feedback.stands_after(10 * MS, asked * MS) is stands
+
+
+@pytest.mark.parametrize(
+    "bad", [math.nan, math.inf, -math.inf, GREATEST + 1.0, -GREATEST - 1.0, 3e38]
+)
+def test_a_position_that_no_joint_has_is_not_taken(feedback: Feedback, bad: float) -> None:
+    feedback.take(full((0.1, 0.2), (0.0, 0.0)), 0)
+    feedback.take(full((0.1, bad), (0.0, 0.0)), 10 * MS)
+    assert feedback.broken
+    assert feedback.position == (0.1, 0.2)
+    assert feedback.age(10 * MS) == 10 * MS
+
+
+def test_a_sound_report_mends_a_broken_one(feedback: Feedback) -> None:
+    feedback.take(full((math.nan, 0.0)), 0)
+    feedback.take(full((0.0, 0.0)), 1)
+    assert not feedback.broken
+
+
+def test_a_value_in_a_slot_without_joint_does_not_matter(feedback: Feedback) -> None:
+    feedback.take(full((0.1, 0.2, math.nan)), 0)
+    assert feedback.position == (0.1, 0.2)
+
+
+def test_speed_is_worked_out_from_two_positions_where_it_is_not_reported(
+    feedback: Feedback,
+) -> None:
+    feedback.take(plain(0.0, 0.0), 0)
+    assert not feedback.is_standing
+    feedback.take(plain(0.01, -0.02), 10 * MS)
+    assert feedback.velocity == pytest.approx((1.0, -2.0))
+    feedback.take(plain(0.01, -0.02), 20 * MS)
+    assert feedback.is_standing
+
+
+def test_a_velocity_that_is_not_finite_is_worked_out_instead(feedback: Feedback) -> None:
+    feedback.take(full((0.0, 0.0), (0.0, 0.0)), 0)
+    feedback.take(full((0.01, 0.0), (math.nan, 0.0)), 10 * MS)
+    assert feedback.velocity == pytest.approx((1.0, 0.0))
+
+
+def test_the_poorer_of_two_kinds_of_report_is_left_alone(feedback: Feedback) -> None:
+    feedback.take(full((0.1, 0.2), (0.0, 0.0)), 0)
+    feedback.take(plain(9.0, 9.0), 10 * MS)
+    assert feedback.position == (0.1, 0.2)
+    assert feedback.received == 0
+
+
+def test_a_robot_that_says_it_moves_does_not_stand(feedback: Feedback) -> None:
+    feedback.take(full((0.0, 0.0), (0.0, 0.0)), 0)
+    feedback.take(status(moving=1), 0)
+    assert not feedback.is_standing
+
+
+def test_nothing_of_a_lost_connection_is_believed(feedback: Feedback) -> None:
+    feedback.take(full((0.0, math.nan)), 0)
+    feedback.take(full((0.0, 0.0), (1.0, 0.0)), 0)
+    feedback.take(status(), 0)
+    feedback.forget()
+    assert feedback.position is None
+    assert feedback.status is None
+    assert feedback.mode is ControllerMode.UNKNOWN
+    assert not feedback.velocity_known
+    assert not feedback.broken
+
+
+@pytest.mark.parametrize(
+    ("report", "complaint", "fault"),
+    [
+        (status(), "", ""),
+        (status(e_stopped=1), "emergency stop", "emergency stop"),
+        (status(error=7, possible=0), "error 7", ""),
+        (status(error=7, possible=-1), "error 7", ""),
+        (status(error=7, possible=1), "", ""),
+        (status(powered=0), "no power", "lost their power"),
+        (status(possible=0), "not possible", ""),
+        (status(powered=-1, e_stopped=-1, possible=-1), "", ""),
+    ],
+)
+def test_the_controllers_own_obstacles_are_told_apart(
+    feedback: Feedback, report: Status, complaint: str, fault: str
+) -> None:
+    feedback.take(report, 0)
+    assert complaint in feedback.complaint
+    assert fault in feedback.fault
+    assert bool(complaint) == bool(feedback.complaint)
+    assert bool(fault) == bool(feedback.fault)
+
+
+@pytest.mark.parametrize(
+    ("in_error", "code", "error"), [(1, 7, 7), (1, 0, -1), (0, 7, 0), (-1, 7, 0)]
+)
+def test_an_error_counts_where_the_controller_says_that_it_is_in_one(
+    feedback: Feedback, in_error: int, code: int, error: int
+) -> None:
+    feedback.take(Status(1, 0, code, in_error, 0, 2, 1), 0)
+    assert feedback.error == error
+
+
+def test_a_controller_without_status_is_not_trusted(feedback: Feedback) -> None:
+    assert feedback.complaint
+
+
+@pytest.mark.parametrize(("mode", "expected"), [(1, 1), (2, 2), (-1, -1), (0, -1), (77, -1)])
+def test_an_unknown_mode_is_unknown(feedback: Feedback, mode: int, expected: int) -> None:
+    report = status()
+    report.mode = mode
+    feedback.take(report, 0)
+    assert feedback.mode == expected

@@ -1,0 +1,146 @@
+"""A jog is held while server or emulator stalls again and again, exactly, on one clock."""
+
+from __future__ import annotations
+
+from random import Random
+
+import numpy as np
+import pytest
+from promises.promise_table import figure
+from rigs.cells.server_rig import MS
+from rigs.cells.stalling_cell import StallingCell, Who
+from rigs.peers.server_clients import Pendant
+
+from openpendant.server.cell.execution.tracking_tolerances import EMULATED
+from openpendant.simplemsg import JointTrajPtFull, joint_array
+from openpendant.simplemsg.pendant import (
+    Activity,
+    Enabling,
+    EnablingPosition,
+    JogBeat,
+    JogSpace,
+    JogStart,
+    OperatingMode,
+    SetMode,
+    State,
+    Subscribe,
+)
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+BEAT = 50
+"""Between two beats [ms]; each stall lasts a whole number of them."""
+
+ROUND = 0.015
+"""Between two looks of the server, and of the controller, the robot goes on [s]."""
+
+
+class HeldJog:
+    """A key of the first joint, held however either end stalls."""
+
+    def __init__(self, lead: float) -> None:
+        self.cell = StallingCell(jog={"lead": lead})
+        self.pendant: Pendant = self.cell.holder()
+        self.pendant.send(Subscribe(2, 100.0))
+        assert self.pendant.code(SetMode(3, OperatingMode.MANUAL_REDUCED)) is V.ACCEPTED
+        self._press = self._beats = 0
+        self.most_ahead = 0.0
+        self.press()
+
+    def press(self) -> None:
+        self.pendant.send(Enabling(EnablingPosition.RELEASED))
+        self.pendant.send(Enabling(EnablingPosition.HELD))
+        self.cell.wait(50)
+        self._press += 1
+        newest = self.pendant.all(State)[-1].sequence
+        share = joint_array((0.15, 0.0, 0.0, 0.0, 0.0, 0.0))
+        start = JogStart(
+            100 + self._press, self._press, newest, 0.25, JogSpace.JOINTS, "", 6, share
+        )
+        assert self.pendant.code(start) is V.ACCEPTED
+
+    def beat(self) -> None:
+        self._beats += 1
+        self.pendant.send(Enabling(EnablingPosition.HELD))
+        self.pendant.send(JogBeat(self._press, self._beats))
+
+    def hold(self, milliseconds: int) -> None:
+        for _ in range(0, milliseconds, BEAT):
+            self.beat()
+            self.cell.wait(BEAT)
+            self.most_ahead = max(self.most_ahead, self.ahead)
+
+    def stall(self, who: Who, milliseconds: int) -> None:
+        """Stall one end; the key is held on, and its beats wait for a server that stalls."""
+        self.cell.stall(who, milliseconds, (BEAT, self.beat))
+        self.most_ahead = max(self.most_ahead, self.ahead)
+
+    @property
+    def ahead(self) -> float:
+        """Return how much the controller has in stock, by where the robot is [s]."""
+        # Of a second: far more than is ever ahead.
+        points = [sent for sent in self.cell.sent[-100:] if isinstance(sent, JointTrajPtFull)]
+        times, places = zip(*((each.time, each.positions[0]) for each in points), strict=True)
+        return float(times[-1] - np.interp(self.cell.position[0], places, times))
+
+    @property
+    def is_held(self) -> bool:
+        return self.cell.core.cell.activity is Activity.JOGGING
+
+    @property
+    def ends(self) -> list[V]:
+        return [code for _, code in self.pendant.outcomes()]
+
+
+def stalls(jog: HeldJog, who: Who, lengths: list[int], between: int) -> None:
+    jog.hold(300)
+    for length in lengths:
+        jog.stall(who, length)
+        jog.hold(between)
+
+
+@pytest.mark.parametrize("lead", [0.05, 0.1])
+def test_twenty_stalls_of_an_emulator_end_no_jog(lead: float) -> None:
+    chance = Random(55)
+    jog = HeldJog(lead)
+    stalls(jog, "emulator", [chance.choice((100, 150, 200)) for _ in range(20)], 300)
+    assert jog.is_held
+    assert jog.ends == []
+    assert jog.cell.controller.referee.events["stalls"] == 20
+    assert not jog.cell.controller.referee.events["under-runs"]
+
+
+@pytest.mark.parametrize(("lead", "unseen"), [(0.05, 0.05), (0.1, 0.025)])
+def test_and_the_controller_has_no_more_in_stock_than_the_lead(lead: float, unseen: float) -> None:
+    """More only until it is seen that it stood still: 2.5 reports, or up to 100 ms in all."""
+    jog = HeldJog(lead)
+    stalls(jog, "emulator", [150] * 6, 300)
+    assert jog.most_ahead <= lead + unseen + EMULATED["lag"] + ROUND
+    assert lead - 0.02 <= jog.ahead <= lead + EMULATED["lag"] + ROUND
+
+
+def test_twenty_stalls_of_the_server_within_the_lead_end_no_jog() -> None:
+    jog = HeldJog(0.1)
+    stalls(jog, "server", [50] * 20, 300)
+    assert jog.is_held
+    assert jog.ends == []
+
+
+@pytest.mark.parametrize(("lead", "away"), [(0.05, 100), (0.1, 150), (0.1, 200)])
+def test_a_longer_one_ends_it_names_the_server_and_latches_nothing(lead: float, away: int) -> None:
+    """A jog has no more under way than its lead, so that the robot runs out of points."""
+    jog = HeldJog(lead)
+    jog.hold(300)
+    jog.stall("server", away)
+    jog.hold(300)
+    assert jog.ends == [V.SERVER_LATE]
+    assert jog.cell.core.cell.stop is None
+    jog.press()
+    jog.hold(300)
+    assert jog.is_held
+
+
+def test_a_robot_that_stands_more_than_half_of_the_time_does_not_follow() -> None:
+    jog = HeldJog(0.05)
+    stalls(jog, "emulator", [round(figure(55, "stall").ms)] * 6, 50)
+    assert jog.ends == [V.NOT_FOLLOWING]
+    assert jog.cell.now % (10 * MS) == 0

@@ -1,0 +1,173 @@
+"""When a robot counts as standing: by speeds, by places where speeds are noise, and since when."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import pytest
+
+from openpendant.server.cell.execution.feedback import Feedback
+from openpendant.server.settings.cell_settings import ControllerLink
+from openpendant.simplemsg import JointFeedback, JointPosition, Status, ValidField, joint_array
+
+MS = 1_000_000
+BOTH = ValidField.POSITION | ValidField.VELOCITY
+
+
+def take(
+    feedback: Feedback, at: int, position: Sequence[float], velocity: Sequence[float] = (0.0, 0.0)
+) -> None:
+    """Report joints at a time [ms]."""
+    nothing = joint_array(())
+    report = JointFeedback(0, BOTH, 0.0, joint_array(position), joint_array(velocity), nothing)
+    feedback.take(report, at * MS)
+
+
+def status(moving: int) -> Status:
+    return Status(1, 0, 0, 0, moving, 2, 1)
+
+
+@pytest.fixture
+def feedback() -> Feedback:
+    return Feedback(2, ControllerLink())
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("joint", [0, 1])
+@pytest.mark.parametrize(("speed", "stands"), [(0.0009, True), (0.0011, False), (0.3, False)])
+def test_each_joint_must_be_slower_than_a_thousandth(
+    feedback: Feedback, joint: int, sign: float, speed: float, stands: bool
+) -> None:
+    velocity = [0.0, 0.0]
+    velocity[joint] = sign * speed
+    take(feedback, 0, (0.0, 0.0), velocity)
+    assert feedback.is_standing is stands
+    assert feedback.joints_rest is stands
+
+
+def test_two_joints_that_stand_each_by_itself_stand() -> None:
+    feedback = Feedback(2, ControllerLink())
+    take(feedback, 0, (0.0, 0.0), (0.0009, 0.0009))  # together farther than a thousandth
+    assert feedback.is_standing
+
+
+def test_speeds_that_nobody_knows_tell_nothing(feedback: Feedback) -> None:
+    feedback.take(JointPosition(0, joint_array((0.0, 0.0))), 0)
+    assert not feedback.velocity_known
+    assert not feedback.joints_rest
+    assert not feedback.has_come_to_rest(-1)
+
+
+@pytest.mark.parametrize(("moving", "stands"), [(1, False), (0, True), (-1, True)])
+def test_a_controller_that_calls_itself_moving_moves(
+    feedback: Feedback, moving: int, stands: bool
+) -> None:
+    take(feedback, 0, (0.0, 0.0))
+    feedback.take(status(moving), 0)
+    assert feedback.is_standing is stands
+    assert feedback.has_come_to_rest(-1) is stands
+    assert feedback.joints_rest
+
+
+class TestNoisySpeeds:
+    """Below 0.05 rad/s the places decide: no joint farther than 0.0002 rad in 200 ms."""
+
+    @pytest.mark.parametrize(("ms", "rests"), [(190, False), (200, True), (500, True)])
+    def test_a_joint_rests_that_kept_its_place_for_200_ms(
+        self, feedback: Feedback, ms: int, rests: bool
+    ) -> None:
+        for at in range(0, ms + 10, 10):
+            take(feedback, at, (0.0, 0.00019 * (at % 20 == 0)), (0.04, -0.04))
+        assert feedback.joints_rest is rests
+
+    @pytest.mark.parametrize("joint", [0, 1])
+    @pytest.mark.parametrize("way", [0.00021, -0.00021])
+    def test_a_joint_that_left_its_place_begins_anew(
+        self, feedback: Feedback, joint: int, way: float
+    ) -> None:
+        place = [0.0, 0.0]
+        place[joint] = way
+        for at in range(0, 200, 10):
+            take(feedback, at, (0.0, 0.0), (0.04, 0.04))
+        take(feedback, 200, place, (0.04, 0.04))
+        assert not feedback.joints_rest
+        for at in range(210, 400, 10):
+            take(feedback, at, place, (0.04, 0.04))
+        assert not feedback.joints_rest
+        take(feedback, 400, place, (0.04, 0.04))
+        assert feedback.joints_rest
+
+    def test_two_joints_that_keep_their_places_each_by_itself_rest(
+        self, feedback: Feedback
+    ) -> None:
+        for at in range(0, 210, 10):
+            moved = 0.00019 * (at % 20 == 0)  # together farther than 0.0002
+            take(feedback, at, (moved, moved), (0.04, 0.04))
+        assert feedback.joints_rest
+
+    def test_a_joint_that_creeps_never_rests(self, feedback: Feedback) -> None:
+        for at in range(0, 3_000, 10):
+            take(feedback, at, (0.0, 2e-5 * at / 10), (0.002, 0.002))
+            assert not feedback.joints_rest
+
+    @pytest.mark.parametrize(("speed", "rests"), [(0.049, True), (0.051, False), (-0.051, False)])
+    def test_a_speed_from_0_05_on_is_none_that_noise_explains(
+        self, feedback: Feedback, speed: float, rests: bool
+    ) -> None:
+        for at in range(0, 310, 10):
+            take(feedback, at, (0.0, 0.0), (0.0, speed))
+        assert feedback.joints_rest is rests
+
+    def test_after_a_stop_its_places_count_from_then_on(self, feedback: Feedback) -> None:
+        for at in range(0, 500, 10):
+            take(feedback, at, (0.0, 0.0), (0.04, 0.04))
+        assert not feedback.has_come_to_rest(400 * MS)
+        for at in range(500, 610, 10):
+            take(feedback, at, (0.0, 0.0), (0.04, 0.04))
+        assert feedback.has_come_to_rest(400 * MS)
+
+    def test_nothing_of_before_a_lost_connection_counts(self, feedback: Feedback) -> None:
+        for at in range(0, 300, 10):
+            take(feedback, at, (0.0, 0.0), (0.04, 0.04))
+        feedback.forget()
+        take(feedback, 300, (0.0, 0.0), (0.04, 0.04))
+        assert not feedback.joints_rest
+
+
+def test_a_stop_ends_only_by_a_report_from_after_it(feedback: Feedback) -> None:
+    take(feedback, 100, (0.0, 0.0))
+    assert not feedback.has_come_to_rest(100 * MS)
+    take(feedback, 101, (0.0, 0.0))
+    assert feedback.has_come_to_rest(100 * MS)
+
+
+def test_a_motion_ends_only_by_a_report_from_its_end_on(feedback: Feedback) -> None:
+    take(feedback, 99, (0.0, 0.0))
+    assert not feedback.stands_after(100 * MS, 300 * MS)
+    take(feedback, 100, (0.0, 0.0))
+    assert feedback.stands_after(100 * MS, 300 * MS)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, 1001.0])
+def test_a_speed_that_no_joint_has_is_worked_out_from_places(
+    feedback: Feedback, value: float
+) -> None:
+    take(feedback, 0, (0.0, 0.0))
+    take(feedback, 10, (0.0, 0.01), (0.0, value))
+    assert feedback.velocity == pytest.approx((0.0, 1.0))
+    assert not feedback.is_standing
+
+
+@pytest.mark.parametrize(
+    ("period", "fresh", "lost"), [(0.01, 100, 250), (0.04, 100, 250), (0.1, 250, 400)]
+)
+def test_a_controller_that_reports_slowly_has_more_time(
+    period: float, fresh: int, lost: int
+) -> None:
+    feedback = Feedback(2, ControllerLink(state_period=period))
+    take(feedback, 0, (0.0, 0.0))
+    assert feedback.is_fresh(fresh * MS)
+    assert not feedback.is_fresh(fresh * MS + 1)
+    assert not feedback.is_lost(lost * MS)
+    assert feedback.is_lost(lost * MS + 1)

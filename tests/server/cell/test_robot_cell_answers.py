@@ -1,0 +1,177 @@
+"""Faults of the controller's answers and links, in every phase of a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from promises.promise_table import figure
+from rigs.cells.robot_cell_situations import (
+    GOAL,
+    codes,
+    in_idle,
+    in_motion,
+    in_planning,
+    in_settling,
+    in_stopping,
+    keep_beating,
+    moving,
+)
+from rigs.cells.server_rig import ServerRig, ready
+from rigs.peers.scripted_controller import Fault
+from rigs.peers.server_clients import Pendant
+
+from openpendant.server.events.effects import (
+    AnswerController,
+    Effect,
+    ReconnectController,
+    SendStop,
+    SendToController,
+)
+from openpendant.server.events.events import ControllerReport
+from openpendant.server.settings.cell_settings import ControllerPath
+from openpendant.simplemsg import (
+    HeaderOnly,
+    Malformed,
+    Message,
+    MsgType,
+    Ping,
+    Received,
+    ReplyCode,
+    Unasked,
+)
+from openpendant.simplemsg.errors import BodyFault
+from openpendant.simplemsg.pendant import SoftwareStop
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+FAULT_CODES = {
+    Fault.REFUSE: V.CONTROLLER_REFUSED,
+    Fault.WRONG_TYPE: V.CONTROLLER_MISMATCH,
+    Fault.SILENT: V.CONTROLLER_SILENT,
+    Fault.LATE: V.CONTROLLER_SILENT,
+    Fault.TWICE: V.CONTROLLER_MISMATCH,
+    Fault.LINK_LOST: V.CONTROLLER_LOST,
+}
+
+
+@pytest.mark.parametrize("fault", Fault)
+@pytest.mark.parametrize("place", ["first", "middle", "last"])
+def test_promise_6_a_faulty_answer_ends_the_motion_with_a_stop_and_no_further_point(
+    fault: Fault, place: str
+) -> None:
+    rig = ready()
+    pendant = rig.holder()
+    count = 101  # samples of this move
+    index = {"first": 0, "middle": 50, "last": count - 1}[place]
+    rig.controller.faults = {index: fault}
+    assert pendant.move(*GOAL) is V.ACCEPTED
+    keep_beating(rig, pendant, 5_000)
+    assert codes(pendant) == [FAULT_CODES[fault]]
+    assert len(rig.stops) >= 1
+    # A double answer lets one more point out: it is only known for one too many afterwards.
+    spare = count if fault is Fault.TWICE else 0
+    assert index + 1 <= len(rig.points) <= max(index + 1, spare)
+    rig.controller.faults.clear()
+    rig.path(ControllerPath.MOTION, True)
+    keep_beating(rig, pendant, 500)
+    assert pendant.move(0.2, 0.2) is V.ACCEPTED
+
+
+@pytest.mark.parametrize("fault", [Fault.SILENT, Fault.LATE])
+@pytest.mark.parametrize("index", [0, 50])
+def test_promise_6_silence_ends_the_motion_500_ms_after_the_point_left(
+    fault: Fault, index: int
+) -> None:
+    rig = ready()
+    pendant = rig.holder()
+    rig.controller.faults = {index: fault}
+    pendant.move(*GOAL)
+    rig.wait(1_500)
+    sent = next(time for time, item in rig.log if _is_point(item, index))
+    assert rig.stops[0] == sent + figure(6, "silence").ns
+    assert any(isinstance(item, ReconnectController) for _, item in rig.log)
+
+
+@pytest.mark.parametrize(
+    ("received", "code"),
+    [
+        (HeaderOnly(MsgType.JOINT_TRAJ_PT_FULL, reply_code=2), None),
+        (Unasked(HeaderOnly(MsgType.JOINT_TRAJ_PT_FULL)), V.CONTROLLER_MISMATCH),
+        (Malformed(14, 3, BodyFault("short", 14, 3, 1)), V.CONTROLLER_MISMATCH),
+    ],
+)
+@pytest.mark.parametrize("phase", [in_settling, in_stopping, in_idle, in_planning])
+def test_an_answer_nobody_asked_for_counts_only_while_points_are_at_stake(
+    phase: Callable[[ServerRig, Pendant], None], received: Received, code: V | None
+) -> None:
+    rig = ready()
+    pendant = rig.holder()
+    phase(rig, pendant)
+    settled = len(codes(pendant))
+    rig.hear(ControllerPath.MOTION, received)
+    expected = [code] if phase is in_settling and code is not None else []
+    assert codes(pendant)[settled:] == expected
+
+
+@pytest.mark.parametrize("path", [ControllerPath.MOTION, ControllerPath.STATE])
+@pytest.mark.parametrize("phase", [in_motion, in_settling])
+def test_promise_5_a_lost_link_aborts_at_once(
+    phase: Callable[[ServerRig, Pendant], None], path: ControllerPath
+) -> None:
+    rig = ready()
+    pendant = rig.holder()
+    phase(rig, pendant)
+    out = rig.path(path, False)
+    assert isinstance(out[0], SendStop)
+    assert codes(pendant) == [V.CONTROLLER_LOST]
+
+
+def test_losing_the_stop_connection_aborts_nothing() -> None:
+    rig, pendant = moving()
+    assert rig.path(ControllerPath.STOP, False) == []
+    rig.wait(2_000)
+    assert codes(pendant) == [V.ACCEPTED]
+
+
+def test_promise_5_nothing_resumes_when_the_link_is_back() -> None:
+    rig, pendant = moving()
+    rig.path(ControllerPath.MOTION, False)
+    before = len(rig.points)
+    rig.path(ControllerPath.MOTION, True)
+    keep_beating(rig, pendant, 1_000)
+    assert len(rig.points) == before
+
+
+def test_an_answer_that_comes_after_the_stop_is_not_taken_for_the_next_motions() -> None:
+    rig = ready()
+    pendant = rig.holder()
+    rig.controller.faults = {0: Fault.SILENT}
+    pendant.move(*GOAL)
+    rig.controller.faults.clear()
+    pendant.release()
+    pendant.take()
+    rig.wait(20)
+    assert rig.controller.awaited == 1
+    before = len(rig.points)
+    assert pendant.move(*GOAL) is V.ACCEPTED
+    # The answer to the first motion's point: still owed, and a failure.
+    rig.reply(HeaderOnly(MsgType.JOINT_TRAJ_PT_FULL, reply_code=2))
+    assert codes(pendant) == [V.AUTHORITY_LOST, V.CONTROLLER_REFUSED]
+    assert len(rig.points) - before <= 2
+
+
+@pytest.mark.parametrize("path", list(ControllerPath))
+@pytest.mark.parametrize(
+    ("request_", "code"), [(Ping(), ReplyCode.SUCCESS), (SoftwareStop(99, "x"), ReplyCode.FAILURE)]
+)
+def test_a_request_of_the_controller_is_answered_where_it_came_from(
+    path: ControllerPath, request_: Message, code: ReplyCode
+) -> None:
+    (answer,) = ready().core.handle(ControllerReport(path, request_, 0), 0)
+    assert isinstance(answer, AnswerController)
+    assert answer.path is path
+    assert answer.message.reply_code == code
+
+
+def _is_point(item: Effect, index: int) -> bool:
+    return isinstance(item, SendToController) and getattr(item.message, "sequence", None) == index

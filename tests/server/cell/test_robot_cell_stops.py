@@ -1,0 +1,159 @@
+"""Stops in every phase of a motion: they leave first, are repeated, and nothing follows them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from rigs.cells.robot_cell_situations import (
+    GOAL,
+    codes,
+    in_idle,
+    in_motion,
+    in_planning,
+    in_settling,
+    in_stopping,
+    keep_beating,
+    moving,
+)
+from rigs.cells.server_rig import MS, ServerRig, ready
+from rigs.peers.server_clients import Pendant
+
+from openpendant.server.events.effects import ReconnectController, SendStop, SendToController
+from openpendant.server.events.events import Received, ShutDown, Tick
+from openpendant.server.settings.cell_settings import ControllerPath
+from openpendant.simplemsg.pendant import Activity, Outcome, SoftwareStop, StopChanged
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+PHASES = [in_idle, in_planning, in_motion, in_settling, in_stopping]
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_a_stop_leaves_first_whatever_the_cell_is_doing(
+    phase: Callable[[ServerRig, Pendant], None],
+) -> None:
+    rig = ready()
+    pendant, observer = rig.holder(), rig.pendant("observer")
+    phase(rig, pendant)
+    out = rig.core.handle(Received(observer.session, SoftwareStop(1, "x")), rig.now)
+    assert isinstance(out[0], SendStop)
+    assert not any(isinstance(item, SendToController) for item in out)
+
+
+def test_a_motion_link_that_does_not_answer_a_stop_for_two_seconds_is_dropped() -> None:
+    rig = ready()
+    observer = rig.pendant("observer")
+    rig.core.handle(
+        Received(observer.session, SoftwareStop(1, "x")), rig.now
+    )  # and it goes nowhere
+    dropped = [
+        after
+        for after in range(0, 3_000, 10)
+        if any(
+            isinstance(item, ReconnectController)
+            for item in rig.core.handle(Tick(), rig.now + after * MS)
+        )
+    ]
+    assert dropped == [2_000]
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_after_a_stop_no_point_leaves_until_somebody_asks_again(
+    phase: Callable[[ServerRig, Pendant], None],
+) -> None:
+    rig = ready()
+    pendant = rig.holder()
+    phase(rig, pendant)
+    pendant.stop()
+    before = len(rig.points)
+    if rig.jobs:
+        rig.plan()
+    rig.controller.coasts = False
+    rig.controller.reports = True
+    rig.controller.stop(rig.now)
+    keep_beating(rig, pendant, 3_000)
+    assert pendant.reset() is V.ACCEPTED
+    keep_beating(rig, pendant, 1_000)
+    assert len(rig.points) == before
+    assert rig.activity() is Activity.IDLE
+    assert pendant.move(0.3, 0.3) is V.ACCEPTED
+
+
+def test_a_stop_while_planning_refuses_the_request_and_drops_the_late_plan() -> None:
+    rig = ready(plans_at_once=False)
+    pendant = rig.holder()
+    pendant.path((0.1, 0.1), GOAL)
+    planned = pendant.last_request
+    pendant.got.clear()
+    pendant.stop()
+    assert pendant.verdicts() == [(planned, V.STOPPED), (planned + 1, V.ACCEPTED)]
+    assert rig.plan() == []
+    assert rig.points == []
+
+
+def test_a_stop_in_motion_aborts_it_once() -> None:
+    rig, pendant = moving()
+    pendant.stop("look out")
+    pendant.stop("again")
+    rig.wait(500)
+    assert codes(pendant) == [V.STOPPED]
+    assert "look out" in pendant.all(Outcome)[0].text
+
+
+def test_a_stop_is_latched_once_and_told_to_all() -> None:
+    rig, pendant = moving()
+    other = rig.pendant("other")
+    other.stop("mine")
+    pendant.stop("too late")
+    assert [change.reason for change in pendant.all(StopChanged)] == ["mine"]
+    assert rig.core.cell.stop is not None
+    assert rig.core.cell.stop.reason == "mine"
+
+
+def test_a_stop_is_repeated_every_100_ms_until_the_robot_is_seen_at_rest() -> None:
+    rig, pendant = moving()
+    rig.controller.coasts = True
+    began = rig.now
+    pendant.stop()
+    rig.wait(350)
+    assert [time - began for time in rig.stops] == [0, 100 * MS, 200 * MS, 300 * MS]
+    assert pendant.reset() is V.MOVING
+    rig.controller.coasts = False
+    rig.controller.stop(rig.now)
+    rig.wait(10)
+    assert pendant.reset() is V.ACCEPTED
+
+
+def test_a_stop_of_a_robot_that_moves_without_us_is_repeated_as_well() -> None:
+    rig = ready()
+    pendant = rig.pendant()
+    rig.controller.coasts = True
+    report = rig.controller.feedback(rig.now)
+    report.velocities = (0.5,) + (0.0,) * 9
+    rig.controller.reports = False
+    rig.hear(ControllerPath.STATE, report)
+    pendant.stop()
+    rig.wait(100)
+    assert len(rig.stops) == 2
+
+
+def test_stopping_ends_5_s_after_the_reports_ended_because_nobody_can_see_it_stand() -> None:
+    rig, pendant = moving()
+    rig.path(ControllerPath.STATE, False)
+    began = rig.now
+    keep_beating(rig, pendant, 5_000)
+    assert rig.activity() is Activity.STOPPING
+    rig.wait(10)
+    assert rig.activity() is Activity.IDLE
+    assert rig.now == began + 5_010 * MS
+    assert pendant.move(*GOAL) is V.CONTROLLER_DOWN
+
+
+def test_shutting_down_stops_the_robot_and_aborts_the_motion() -> None:
+    rig, pendant = moving()
+    out = rig.perform(rig.core.handle(ShutDown(), rig.now))
+    assert isinstance(out[0], SendStop)
+    assert codes(pendant) == [V.SHUTTING_DOWN]
+    assert rig.core.cell.is_moving
+    rig.wait(20)
+    assert not rig.core.cell.is_moving

@@ -1,0 +1,245 @@
+"""Why is it not moving: the whole chain, the first broken condition, its cause and remedy."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from rigs.cells.guarded_rig import GuardedRig
+from rigs.cells.server_rig import ServerRig, ready
+from rigs.motion.jog_pad import JogPad
+from rigs.peers.server_clients import Pendant
+
+from openpendant.server.cell.interlocks import InterlockKind
+from openpendant.server.settings.cell_settings import ControllerPath
+from openpendant.simplemsg import ReplyCode, TriState
+from openpendant.simplemsg.pendant import Management
+from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
+
+V = VerdictCode
+
+
+def ask(pad: JogPad, **request: str) -> Any:
+    (reply,) = pad.pendant.send(Management(7, json.dumps({"op": "why", **request}).encode()))
+    assert isinstance(reply, Management)
+    assert reply.reply_code == ReplyCode.SUCCESS
+    return json.loads(reply.body)
+
+
+def nothing(rig: ServerRig, pad: JogPad) -> None:
+    return
+
+
+def no_authority(rig: ServerRig, pad: JogPad) -> None:
+    pad.pendant.release()
+
+
+def stopped(rig: ServerRig, pad: JogPad) -> None:
+    pad.pendant.stop("tea")
+
+
+def no_link(rig: ServerRig, pad: JogPad) -> None:
+    rig.path(ControllerPath.MOTION, False)
+
+
+def stale(rig: ServerRig, pad: JogPad) -> None:
+    rig.controller.reports = False
+    rig.wait(200)
+
+
+def moving(rig: ServerRig, pad: JogPad) -> None:
+    pad.pendant.move(1.0, 0.5)
+    pad.hold(100)
+
+
+def emergency_stop(rig: ServerRig, pad: JogPad) -> None:
+    rig.controller.e_stopped = True
+    rig.wait(20)
+
+
+def manual(rig: ServerRig, pad: JogPad) -> None:
+    pad.mode(1)
+
+
+def recovery(rig: ServerRig, pad: JogPad) -> None:
+    pad.mode(4)
+
+
+def outside(rig: ServerRig, pad: JogPad) -> None:
+    rig.controller.position = (2.1, 0.0)
+    rig.wait(20)
+
+
+def emergency_stop_in_manual(rig: ServerRig, pad: JogPad) -> None:
+    emergency_stop(rig, pad)
+    manual(rig, pad)
+
+
+def override_of_0(rig: ServerRig, pad: JogPad) -> None:
+    pad.speed(0.0)
+
+
+def lowered_to_0(rig: ServerRig, pad: JogPad) -> None:
+    """A motion was paused by it: raising comes before resuming."""
+    moving(rig, pad)
+    override_of_0(rig, pad)
+    pad.hold(500)
+
+
+def dead_and_free(rig: ServerRig, pad: JogPad) -> None:
+    for path in ControllerPath:
+        rig.path(path, False)
+    no_authority(rig, pad)
+
+
+CASES: list[tuple[Callable[[ServerRig, JogPad], None], str, V]] = [
+    (no_authority, "authority", V.NOT_IN_CONTROL),
+    (stopped, "stop", V.STOP_LATCHED),
+    (no_link, "link", V.CONTROLLER_DOWN),
+    (stale, "feedback", V.FEEDBACK_STALE),
+    (moving, "standing", V.MOVING),
+    (emergency_stop, "controller", V.CONTROLLER_NOT_READY),
+    (manual, "enabling", V.NOT_ENABLED),
+    (recovery, "mode", V.MODE_FORBIDS),
+    (outside, "limits", V.OUTSIDE_LIMITS),
+    (override_of_0, "override", V.OVERRIDE_ZERO),
+    (lowered_to_0, "override", V.OVERRIDE_ZERO),
+    (dead_and_free, "link", V.CONTROLLER_DOWN),
+    (emergency_stop_in_manual, "enabling", V.NOT_ENABLED),
+]
+
+
+@pytest.mark.parametrize(
+    ("happens", "condition", "code"), CASES, ids=[case[0].__name__ for case in CASES]
+)
+def test_the_first_broken_condition_is_named_with_cause_and_remedy(
+    happens: Callable[[ServerRig, JogPad], None], condition: str, code: V
+) -> None:
+    rig = ready()
+    pad = JogPad(rig)
+    happens(rig, pad)
+    answer = ask(pad)
+    assert (answer["ready"], answer["broken"]) == (False, condition)
+    report = next(each for each in answer["conditions"] if each["condition"] == condition)
+    assert (report["holds"], report["code"], report["name"]) == (False, code, code.name)
+    assert (report["cause"], report["remedy"]) == (CATALOGUE[code].cause, CATALOGUE[code].remedy)
+    assert report["text"]
+    # What it says is what a motion would be refused for.
+    assert pad.pendant.move(0.1, 0.1) is code
+
+
+def test_the_chain_is_complete_where_all_is_well() -> None:
+    rig = ready()
+    answer = ask(JogPad(rig))
+    assert (answer["ready"], answer["broken"], answer["cell"]) == (True, "", "cell")
+    assert {each["condition"] for each in answer["conditions"]} == {
+        condition.name.lower() for condition in InterlockKind
+    }
+
+
+@pytest.mark.parametrize("kind", ["jog", "program"])
+def test_an_override_of_0_is_told_of_every_kind_of_motion(kind: str) -> None:
+    rig = ready(modes={"initial": "manual_reduced"})
+    pad = JogPad(rig)
+    pad.squeeze()
+    assert ask(pad, kind=kind)["ready"]
+    override_of_0(rig, pad)
+    assert (ask(pad, kind=kind)["ready"], ask(pad, kind=kind)["broken"]) == (False, "override")
+
+
+def test_the_conditions_come_in_the_order_in_which_a_user_mends_them() -> None:
+    named = [each["condition"] for each in ask(JogPad(ready()))["conditions"]]
+    order = ["link", "authority", "limits", "mode", "stop", "enabling", "controller", "scene"]
+    assert [each for each in named if each in order] == order
+    assert named.index("program") > named.index("scene")
+
+
+def test_without_reports_nobody_says_that_the_robot_moves() -> None:
+    rig = ready()
+    pad = JogPad(rig)
+    dead_and_free(rig, pad)
+    conditions = {each["condition"]: each for each in ask(pad)["conditions"]}
+    assert conditions["standing"]["code"] == V.FEEDBACK_STALE
+    assert "nobody knows" in conditions["standing"]["text"]
+
+
+def test_when_reports_stop_coming_nobody_says_that_the_robot_still_stands() -> None:
+    rig = ready()
+    pad = JogPad(rig)
+    stale(rig, pad)
+    conditions = {each["condition"]: each for each in ask(pad)["conditions"]}
+    assert "nobody knows" in conditions["standing"]["text"]
+
+
+def test_a_controller_that_calls_itself_unable_while_it_moves_is_said_to_move() -> None:
+    rig = ready()
+    pad = JogPad(rig)
+    moving(rig, pad)
+    status = rig.controller.status(rig.now)
+    status.motion_possible = TriState.FALSE
+    rig.hear(ControllerPath.STATE, status)
+    assert ask(pad)["broken"] == "standing"
+
+
+def _role_of(pendant: Pendant) -> tuple[str, int]:
+    """Return what is broken first, and the code of the condition of the role."""
+    (reply,) = [
+        each
+        for each in pendant.send(Management(7, b'{"op": "why"}'))
+        if isinstance(each, Management)
+    ]
+    answer = json.loads(reply.body)
+    (role,) = [each for each in answer["conditions"] if each["condition"] == "role"]
+    return answer["broken"], role["code"]
+
+
+def test_whoever_has_not_logged_in_is_told_to_before_anything_of_the_authority() -> None:
+    rig = GuardedRig()
+    assert _role_of(rig.visitor("127.0.0.1")) == ("role", V.LOGIN_NEEDED)
+
+
+def test_a_role_that_may_not_move_the_robot_is_a_condition_of_its_own() -> None:
+    rig = GuardedRig()
+    assert _role_of(rig.user("vera")) == ("role", V.ROLE_TOO_LOW)
+    assert _role_of(rig.user("otto")) == ("authority", 0)
+
+
+def test_the_link_comes_before_the_role() -> None:
+    rig = GuardedRig()
+    rig.path(ControllerPath.MOTION, False)
+    assert _role_of(rig.user("vera")) == ("link", V.ROLE_TOO_LOW)
+
+
+def test_an_onlooker_asks_for_whoever_is_in_control_or_for_itself() -> None:
+    rig = ready()
+    JogPad(rig)
+    onlooker = JogPad(rig, "onlooker", takes=False)
+    assert ask(onlooker)["ready"]
+    assert ask(onlooker, whose="mine")["broken"] == "authority"
+
+
+def test_each_kind_of_motion_has_its_own_answer() -> None:
+    rig = ready()
+    pad = JogPad(rig)
+    assert ask(pad, kind="program")["ready"]
+    assert ask(pad, kind="jog")["broken"] == "mode"
+
+
+def test_asking_changes_nothing() -> None:
+    rig = ready()
+    pad = JogPad(rig)
+    moving(rig, pad)
+    before = len(rig.stops), rig.activity()
+    ask(pad)
+    assert (len(rig.stops), rig.activity()) == before
+
+
+@pytest.mark.parametrize("request_body", [{"kind": "fly"}, {"whose": "theirs"}, {"more": "1"}])
+def test_a_question_that_is_none_is_refused(request_body: dict[str, str]) -> None:
+    pad = JogPad(ready())
+    body = json.dumps({"op": "why", **request_body}).encode()
+    (reply,) = pad.pendant.send(Management(7, body))
+    assert isinstance(reply, Management)
+    assert reply.reply_code == ReplyCode.FAILURE

@@ -1,0 +1,227 @@
+"""Several cells behind one pendant port: hello names the cell, and a fault stays where it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import pytest
+from rigs.cells.server_rig import LIMITS, MS, NoTool
+from rigs.peers.server_clients import hello
+
+from openpendant.server.core.cell_core import CellCore
+from openpendant.server.core.server_core import ServerCore
+from openpendant.server.endpoints.pendant.hello import Identity
+from openpendant.server.events.effects import Close, Effect, Send, SendStop
+from openpendant.server.events.events import (
+    TICK,
+    ClientEvent,
+    Closed,
+    Opened,
+    Port,
+    Received,
+    ShutDown,
+)
+from openpendant.server.settings.cell_settings import make_settings
+from openpendant.simplemsg import Message, Ping
+from openpendant.simplemsg.pendant import (
+    PROTOCOL_VERSION,
+    Hello,
+    HelloReply,
+    SoftwareStop,
+    StopChanged,
+    StopKind,
+    Verdict,
+)
+from openpendant.simplemsg.verdicts import VerdictCode
+
+NOW = 1_000 * MS
+GUEST = 7
+
+
+def core(name: str) -> CellCore:
+    identity = Identity(name, "two-joints", "openpendant test")
+    return CellCore(make_settings({"name": name}, "test"), LIMITS, identity, NoTool())
+
+
+class Handled(NamedTuple):
+    """What followed from an event, and which cell it came from last."""
+
+    cell: int
+    outgoing: list[Effect]
+
+
+class Room:
+    """Several cells, and what an event of a connection leads to."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        self._server = ServerCore([core(name) for name in names])
+        self.cores = self._server.cores
+
+    def handle(self, event: ClientEvent, cell: int | None = None) -> Handled:
+        number, out = 0, []
+        for number, each in self._server.route(event, cell):
+            out += self.cores[number].handle(each, NOW)
+        return Handled(number, out)
+
+    @property
+    def is_moving(self) -> bool:
+        return self._server.is_moving
+
+
+def room(*names: str) -> Room:
+    cells = Room(names)
+    cells.handle(Opened(GUEST, Port.PENDANT, "127.0.0.1"))
+    return cells
+
+
+def asking_for(cell: str, version: int = PROTOCOL_VERSION) -> Hello:
+    return Hello(version, 0.0, cell, "tester")
+
+
+def sent(outgoing: list[Effect]) -> list[Message]:
+    return [item.message for item in outgoing if isinstance(item, Send)]
+
+
+def refusal(outgoing: list[Effect]) -> Verdict:
+    """Return the verdict of a hello that was refused, and see that the connection is closed."""
+    (answer,) = sent(outgoing)
+    assert isinstance(answer, Verdict)
+    assert any(item.session == GUEST for item in outgoing if isinstance(item, Close))
+    return answer
+
+
+@pytest.mark.parametrize(("name", "number"), [("left", 0), ("middle", 1), ("right", 2)])
+def test_hello_leads_to_the_cell_that_it_names(name: str, number: int) -> None:
+    cells = room("left", "middle", "right")
+    routed = cells.handle(Received(GUEST, asking_for(name)))
+    (answer,) = sent(routed.outgoing)
+    assert isinstance(answer, HelloReply)
+    assert (routed.cell, answer.cell) == (number, name)
+
+
+def test_what_follows_hello_reaches_that_cell_and_no_other() -> None:
+    cells = room("left", "right")
+    cells.handle(Received(GUEST, asking_for("right")))
+    routed = cells.handle(Received(GUEST, SoftwareStop(1, "enough")))
+    assert routed.cell == 1
+    assert [core.cell.stop is not None for core in cells.cores] == [False, True]
+
+
+def test_a_second_hello_does_not_lead_to_another_cell() -> None:
+    cells = room("left", "right")
+    cells.handle(Received(GUEST, asking_for("right")))
+    routed = cells.handle(Received(GUEST, asking_for("left")))
+    (answer,) = sent(routed.outgoing)
+    assert isinstance(answer, Verdict)
+    assert (routed.cell, answer.code) == (1, VerdictCode.BAD_ARGUMENT)
+
+
+def test_the_only_cell_needs_no_name() -> None:
+    (answer,) = sent(room("cell").handle(Received(GUEST, hello("tester", 0.0))).outgoing)
+    assert isinstance(answer, HelloReply)
+
+
+@pytest.mark.parametrize("name", ["", "nowhere"])
+def test_no_name_or_an_unknown_one_is_refused_with_the_names_there_are(name: str) -> None:
+    answer = refusal(room("left", "right").handle(Received(GUEST, asking_for(name))).outgoing)
+    assert answer.code == VerdictCode.UNKNOWN_CELL
+    assert "left, right" in answer.text
+
+
+def test_the_refusal_of_a_large_room_lists_some_names_and_counts_the_rest() -> None:
+    cells = room(*(f"robot {number}" for number in range(1, 31)))
+    answer = refusal(cells.handle(Received(GUEST, asking_for("nowhere"))).outgoing)
+    assert "robot 1, robot 2, " in answer.text
+    assert answer.text.endswith(" more")
+
+
+def test_a_refused_guest_is_heard_no_more() -> None:
+    cells = room("left", "right")
+    cells.handle(Received(GUEST, asking_for("nowhere")))
+    assert cells.handle(Received(GUEST, asking_for("left"))).outgoing == []
+    assert cells.handle(Closed(GUEST)).outgoing == []
+
+
+def test_before_hello_a_ping_is_answered_and_a_request_refused() -> None:
+    cells = room("left", "right")
+    (pong,) = sent(cells.handle(Received(GUEST, Ping())).outgoing)
+    (answer,) = sent(cells.handle(Received(GUEST, SoftwareStop(1, "enough"))).outgoing)
+    assert isinstance(pong, Ping)
+    assert isinstance(answer, Verdict)
+    assert answer.code == VerdictCode.HELLO_FIRST
+
+
+def test_another_version_is_refused_before_the_cell_is_looked_for() -> None:
+    cells = room("left", "right")
+    answer = refusal(cells.handle(Received(GUEST, asking_for("nowhere", 99))).outgoing)
+    assert answer.code == VerdictCode.VERSION
+
+
+def test_a_connection_that_says_no_hello_is_closed_in_time() -> None:
+    cells = room("left", "right")
+    late = NOW + 2_001 * MS
+    assert [core.handle(TICK, late) for core in cells.cores] == [
+        [Close(GUEST, "no hello in time")],
+        [],
+    ]
+
+
+def test_a_guest_that_went_on_counts_nowhere_else() -> None:
+    cells = room("left", "right")
+    cells.handle(Received(GUEST, asking_for("right")))
+    late = NOW + 2_001 * MS
+    assert [core.handle(TICK, late) for core in cells.cores] == [[], []]
+
+
+def test_a_ros_connection_belongs_to_the_cell_whose_port_it_is() -> None:
+    cells = room("left", "right")
+    assert cells.handle(Opened(8, Port.ROS_MOTION, "127.0.0.1"), cell=1).cell == 1
+    assert cells.handle(Closed(8)).cell == 1
+
+
+# A fault of the server in one cell.
+
+
+def faulted(*names: str) -> Room:
+    cells = room(*names)
+    cells.handle(Received(GUEST, asking_for(names[0])))
+    return cells
+
+
+def test_a_fault_stops_the_robot_first_and_parts_with_every_pendant() -> None:
+    cells = faulted("left", "right")
+    out = cells.cores[0].fail("ValueError: boom", NOW)
+    assert isinstance(out[0], SendStop)
+    (told,) = sent(out)
+    assert isinstance(told, StopChanged)
+    assert told.stop == StopKind.PROTECTIVE
+    assert isinstance(out[-1], Close)
+    assert "boom" in out[-1].reason
+
+
+def test_a_faulted_cell_says_nothing_more_and_welcomes_nobody() -> None:
+    cells = faulted("left", "right")
+    cells.cores[0].fail("ValueError: boom", NOW)
+    assert cells.cores[0].fail("again", NOW) == []
+    assert cells.cores[0].handle(TICK, NOW + 10 * MS) == []
+    cells.handle(Closed(GUEST))
+    cells.handle(Opened(GUEST, Port.PENDANT, "127.0.0.1"))
+    answer = refusal(cells.handle(Received(GUEST, asking_for("left"))).outgoing)
+    assert answer.code == VerdictCode.CELL_FAULTED
+
+
+def test_the_other_cells_go_on_beside_a_faulted_one() -> None:
+    cells = faulted("left", "right")
+    cells.cores[0].fail("ValueError: boom", NOW)
+    cells.handle(Opened(8, Port.PENDANT, "127.0.0.1"))
+    routed = cells.handle(Received(8, asking_for("right")))
+    assert routed.cell == 1
+    assert isinstance(sent(routed.outgoing)[0], HelloReply)
+
+
+def test_a_faulted_cell_does_not_hold_up_the_end_of_the_server() -> None:
+    cells = faulted("left", "right")
+    cells.cores[0].fail("ValueError: boom", NOW)
+    assert not cells.is_moving
+    assert cells.cores[0].handle(ShutDown(), NOW) == []

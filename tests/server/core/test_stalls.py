@@ -1,0 +1,127 @@
+"""Server or emulator is not run for a time amid a motion (promise 55), exactly, on one clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from promises.promise_table import figure
+from rigs.cells.stalling_cell import StallingCell, Who
+from rigs.peers.server_clients import Pendant
+
+from openpendant.server.settings.cell_settings import ControllerLink, ControllerPath
+from openpendant.simplemsg import Message
+from openpendant.simplemsg.pendant import Activity
+from openpendant.simplemsg.verdicts import CATALOGUE
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+
+def joint_move(cell: StallingCell, pendant: Pendant) -> None:
+    at = cell.position
+    assert pendant.move(at[0] + 0.6, *at[1:], speed=0.4) is V.ACCEPTED
+
+
+def planned_path(cell: StallingCell, pendant: Pendant) -> None:
+    at = cell.position
+    path = ((at[0] + 0.3, at[1] - 0.2, *at[2:]), (at[0] + 0.5, *at[1:]))
+    assert pendant.path(*path, speed=0.3) is V.ACCEPTED
+
+
+STALL = round(figure(55, "stall").ms)
+
+MOTIONS: tuple[Callable[[StallingCell, Pendant], None], ...] = (joint_move, planned_path)
+
+
+def finished(cell: StallingCell, pendant: Pendant) -> list[V]:
+    for _ in range(400):
+        if cell.core.cell.activity is Activity.IDLE:
+            break
+        cell.wait(50)
+    return [code for _, code in pendant.outcomes()]
+
+
+@pytest.mark.parametrize("who", ["server", "emulator"])
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("after", [50, 60, 300, 555, 900])
+def test_promise_55_a_stall_of_200_ms_ends_no_planned_motion(
+    who: Who, motion: Callable[[StallingCell, Pendant], None], after: int
+) -> None:
+    cell = StallingCell()
+    pendant = cell.holder()
+    motion(cell, pendant)
+    cell.wait(after)
+    cell.stall(who, STALL)
+    assert finished(cell, pendant) == [V.ACCEPTED]
+    assert cell.core.cell.stop is None
+    events, counts = cell.controller.referee.events, cell.controller.referee.counts
+    assert not events["under-runs"]
+    assert not counts
+
+
+def test_promise_55_planned_motions_leave_so_far_ahead_unless_told_otherwise() -> None:
+    assert round(ControllerLink().planned_lead * 1e3) == figure(55, "lead").ms
+
+
+@pytest.mark.parametrize("who", ["server", "emulator"])
+def test_promise_55_nor_do_many_of_them_one_after_the_other(who: Who) -> None:
+    cell = StallingCell()
+    pendant = cell.holder()
+    joint_move(cell, pendant)
+    for _ in range(8):
+        cell.wait(100)
+        cell.stall(who, STALL)
+    assert finished(cell, pendant) == [V.ACCEPTED]
+    assert not cell.controller.referee.events["under-runs"]
+
+
+@pytest.mark.parametrize("who", ["server", "emulator"])
+def test_the_robot_is_never_seen_to_jump(who: Who) -> None:
+    cell = StallingCell()
+    pendant = cell.holder()
+    joint_move(cell, pendant)
+    cell.wait(500)
+    before = cell.position[0]
+    cell.stall(who, STALL)
+    # 0.4 of the speed limit of a UR5's first joint, 3.15 rad/s, for 0.2 s.
+    assert 0.0 <= cell.position[0] - before <= 0.4 * cell.limits.velocity[0] * 0.2 + 1e-6
+
+
+def test_promise_26_a_real_controller_is_stopped_for_within_such_a_stall() -> None:
+    cell = StallingCell()
+    cell.core.cell.feedback.says_emulated = False
+    pendant = cell.holder()
+    joint_move(cell, pendant)
+    cell.wait(300)
+    cell.stall("server", STALL)
+    assert [code for _, code in pendant.outcomes()] == [V.SERVER_LATE]
+    assert cell.core.cell.stop is not None
+
+
+def test_a_queue_that_the_server_left_dry_names_the_server() -> None:
+    """Shorter than the watchdog waits for an emulated robot, longer than its points last."""
+    cell = StallingCell()
+    pendant = cell.holder()
+    joint_move(cell, pendant)
+    cell.wait(300)
+    cell.stall("server", 330)
+    cell.wait(50)
+    assert [code for _, code in pendant.outcomes()] == [V.SERVER_LATE]
+    assert cell.controller.referee.events["under-runs"] == 1
+    assert cell.core.cell.stop is None
+    assert "log" in CATALOGUE[V.SERVER_LATE].remedy
+
+
+def test_an_under_run_while_the_server_ticked_is_the_controllers() -> None:
+    """Its answers stay away: nobody may send more."""
+    cell = StallingCell()
+    pendant = cell.holder()
+    joint_move(cell, pendant)
+    cell.wait(300)
+    cell._awaited[ControllerPath.MOTION] = 0
+    held: list[tuple[int, Message]] = []
+    hear = cell._from_controller
+    cell._from_controller = lambda outgoing: held.extend(outgoing)  # type: ignore[method-assign]
+    cell.wait(400)
+    cell._from_controller = hear  # type: ignore[method-assign]
+    cell.wait(50)
+    assert [code for _, code in pendant.outcomes()] == [V.CONTROLLER_STOPPED]

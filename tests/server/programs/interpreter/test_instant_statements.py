@@ -1,0 +1,181 @@
+"""Statements that take no time: passed a few hundred at once, and never for ever."""
+
+from __future__ import annotations
+
+import pytest
+from rigs.cells.program_rig import ProgramRig
+
+from openpendant.server.programs.interpreter.control_flow import ControlFlow, Flags, Position
+from openpendant.server.programs.interpreter.motion_blocks import (
+    MOST_INSTANT_AT_ONCE,
+    MOST_INSTANT_STATEMENTS,
+    MOST_MOVES_IN_BLOCK,
+)
+from openpendant.server.programs.interpreter.run_events import (
+    Pause,
+    PauseReason,
+    Resume,
+    RunState,
+    StepBack,
+    StepForward,
+)
+
+MOST_WORK = 2 * MOST_INSTANT_AT_ONCE + 2 * MOST_MOVES_IN_BLOCK
+"""Statements looked behind in one event: passed, then looked ahead over with the moves."""
+
+COUNTED = "loop 9990\nend\n"
+FIRST = "move PTP a\n"
+ZONE = "move PTP b zone 1 deg\n"
+
+
+class Work:
+    """Counts how often a run looks behind a statement."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def taken(self) -> int:
+        count, self.count = self.count, 0
+        return count
+
+
+@pytest.fixture
+def work(monkeypatch: pytest.MonkeyPatch) -> Work:
+    counter, real = Work(), ControlFlow.after
+
+    def counted(flow: ControlFlow, position: Position, flags: Flags) -> Position | None:
+        counter.count += 1
+        return real(flow, position, flags)
+
+    monkeypatch.setattr(ControlFlow, "after", counted)
+    return counter
+
+
+@pytest.mark.parametrize(
+    "statements",
+    [
+        (ZONE + COUNTED) * 99,
+        COUNTED,
+        COUNTED + ZONE * MOST_MOVES_IN_BLOCK,
+        "loop\n" + COUNTED + "wait 0 s\nend\n",
+        "call x\n" * 3,
+        "loop\n" + "# nothing\n" * 900 + "end\n",
+    ],
+)
+def test_no_event_looks_behind_more_than_a_few_hundred_statements(
+    statements: str, work: Work
+) -> None:
+    rig = ProgramRig(FIRST + statements, {"x": COUNTED})
+    rig.start()
+    most = 0
+    for _ in range(100):
+        work.taken()
+        rig.done()
+        most = max(most, work.taken())
+        rig.after(0.01)
+        most = max(most, work.taken())
+    assert 0 < most <= MOST_WORK
+
+
+def test_a_run_goes_on_where_it_was_at_the_next_tick() -> None:
+    passes = MOST_INSTANT_AT_ONCE
+    rig = ProgramRig(f"loop {passes}\n# nothing\nend\nset output 1 on")
+    assert rig.start() == []
+    assert rig.runner.status.state is RunState.RUNNING
+    assert rig.here[0][1] in (1, 2)
+    assert [rig.after(0.01), rig.after(0.01)] == [[], ["output 1 on"]]
+
+
+@pytest.mark.parametrize("passes", [1, 50])
+def test_all_that_takes_no_time_is_passed_at_once_where_it_is_little(passes: int) -> None:
+    assert ProgramRig(f"loop {passes}\nend\nset output 1 on").start() == ["output 1 on"]
+
+
+@pytest.mark.parametrize(("passed", "stuck"), [(-1, False), (0, True)])
+def test_going_round_is_counted_over_all_ticks(passed: int, stuck: bool) -> None:
+    """One statement enters the loop; each pass is its end."""
+    passes = MOST_INSTANT_STATEMENTS - 1 + passed
+    rig = ProgramRig(f"loop {passes}\nend\nset output 1 on")
+    assert rig.start() == []
+    assert rig.ticks() == (["failed PROGRAM_STUCK"] if stuck else ["output 1 on"])
+    at_once = MOST_INSTANT_STATEMENTS / MOST_INSTANT_AT_ONCE
+    assert rig.now / 10_000_000 == pytest.approx(at_once, abs=1)
+
+
+def test_the_count_of_going_round_begins_anew_behind_what_takes_time() -> None:
+    rig = ProgramRig(f"{COUNTED}set output 1 on\n{COUNTED}set output 2 on")
+    rig.start()
+    assert rig.ticks() == ["output 1 on"]
+    assert rig.done() == []
+    assert rig.ticks() == ["output 2 on"]
+
+
+def test_a_look_ahead_that_is_used_up_ends_the_block_at_a_stop_point() -> None:
+    comments = "# nothing\n" * (MOST_INSTANT_AT_ONCE // 2)
+    rig = ProgramRig(FIRST + (ZONE + comments) * 4)
+    rig.start()
+    assert rig.done() == ["move b~ b~ b"]
+    assert rig.done() == ["move b"]
+
+
+@pytest.mark.parametrize(("between", "moves"), [(0, "move b~ b"), (1, "move b")])
+def test_the_look_ahead_passes_exactly_so_many_statements(between: int, moves: str) -> None:
+    comments = "# nothing\n" * (MOST_INSTANT_AT_ONCE + between)
+    rig = ProgramRig(FIRST + ZONE + comments + ZONE)
+    rig.start()
+    assert rig.done() == [moves]
+
+
+def test_a_pause_between_two_such_ticks_holds_the_run_there() -> None:
+    rig = ProgramRig(COUNTED + "set output 1 on")
+    rig.start()
+    rig.do(Pause())
+    here = rig.here
+    assert [rig.after(0.01) for _ in range(100)] == [[]] * 100
+    assert (rig.runner.status.state, rig.here) == (RunState.PAUSED, here)
+    assert rig.do(Resume()) == []
+    assert rig.ticks() == ["output 1 on"]
+
+
+def test_a_breakpoint_holds_wherever_the_ticks_fall() -> None:
+    rig = ProgramRig("# nothing\n" * (2 * MOST_INSTANT_AT_ONCE) + "set output 1 on")
+    index = 2 * MOST_INSTANT_AT_ONCE
+    for breakpoint_at in (MOST_INSTANT_AT_ONCE, MOST_INSTANT_AT_ONCE + 7, index):
+        rig.break_at(("main", breakpoint_at))
+        rig.start()
+        rig.after(0.01)
+        rig.after(0.01)
+        assert rig.runner.status.pause is PauseReason.BREAKPOINT
+        assert rig.here == [("main", breakpoint_at)]
+        rig.break_at()
+        rig.do(Resume())
+        while rig.runner.status.state is RunState.RUNNING:
+            rig.after(0.01)
+            rig.done()
+
+
+def test_a_step_that_was_held_between_two_such_ticks_passes_no_breakpoint() -> None:
+    rig = ProgramRig("# nothing\n" * 700 + "set output 1 on\nset output 2 on")
+    rig.start(step=True)
+    rig.do(Pause())
+    rig.break_at(("main", rig.here[0][1]))
+    assert rig.do(StepForward()) == []
+    pauses = [rig.runner.status.pause]
+    rig.do(StepForward())
+    assert rig.ticks() == ["output 1 on"]
+    assert rig.done() == []
+    pauses.append(rig.runner.status.pause)
+    assert pauses == [PauseReason.BREAKPOINT, PauseReason.STEP]
+
+
+def test_a_step_back_from_between_two_such_ticks_goes_along_the_last_move() -> None:
+    rig = ProgramRig(FIRST + "move PTP b\n" + COUNTED + "move PTP c")
+    rig.start()
+    rig.done()
+    rig.done()
+    rig.after(0.01)
+    rig.do(Pause())
+    assert rig.do(StepBack()) == ["move a"]
+    assert rig.done() == []
+    assert rig.here == [("main", 1)]
+    assert rig.do(Resume()) == ["move b"]

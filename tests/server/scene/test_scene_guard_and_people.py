@@ -1,0 +1,179 @@
+"""A robot that is held for its way, beside whoever pauses, resumes and enables it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from rigs.cells.program_cell import ProgramCell
+from rigs.cells.scene_guard_rig import BOX, GuardedRig
+
+from openpendant.server.events.effects import Ask, SendStop
+from openpendant.server.events.pending import Pending
+from openpendant.server.planning.jobs import PathFree, PlanAnswer, WayCheckJob
+from openpendant.server.scene.scene_monitor import DEADLINE_NS, SceneMonitor
+from openpendant.server.settings.cell_settings import ControllerLink
+from openpendant.simplemsg.pendant import Activity, MotionControlAction, ProgramState, Verdict
+from openpendant.simplemsg.verdicts import VerdictCode as V
+
+PAUSE, RESUME = MotionControlAction.PAUSE, MotionControlAction.RESUME
+
+
+@pytest.fixture
+def moving() -> GuardedRig:
+    return GuardedRig()
+
+
+def held(mode: str = "automatic") -> tuple[GuardedRig, WayCheckJob]:
+    """Return a robot that stands on its path because nobody knows yet whether its way is free."""
+    rig = GuardedRig(mode=mode)
+    job = rig.change()
+    rig.wait(1_500)
+    assert rig.rig.activity() is Activity.PAUSED
+    return rig, job
+
+
+def moves(rig: GuardedRig) -> bool:
+    """Tell whether the robot moves within half a second."""
+    before = rig.rig.controller.position
+    rig.wait(500)
+    return rig.rig.controller.position != before
+
+
+def pause(rig: GuardedRig) -> V | None:
+    return rig.pad.control(PAUSE)
+
+
+def override_of_0(rig: GuardedRig) -> V | None:
+    return rig.pad.speed(0.0)
+
+
+@pytest.mark.parametrize("stop", [pause, override_of_0])
+def test_what_somebody_paused_while_it_was_held_waits_for_its_resume(
+    stop: Callable[[GuardedRig], V | None],
+) -> None:
+    rig, job = held()
+    assert stop(rig) is V.ACCEPTED
+    rig.answer(job, PathFree())
+    assert not moves(rig)
+    assert rig.rig.activity() is Activity.PAUSED
+    rig.pad.speed(1.0)
+    assert not moves(rig)
+    assert rig.pad.control(RESUME) is V.ACCEPTED
+    assert moves(rig)
+
+
+def test_a_resume_does_not_move_a_robot_whose_way_nobody_has_looked_at() -> None:
+    rig, job = held()
+    rig.pad.control(PAUSE)
+    assert rig.pad.control(RESUME) is V.ACCEPTED
+    told = rig.pendant.all(Verdict)[-1].text
+    assert not moves(rig)
+    assert "whether the way" in told
+    assert rig.rig.activity() is Activity.PAUSED
+    rig.answer(job, PathFree())
+    assert moves(rig)
+
+
+def test_where_nobody_paused_there_is_nothing_to_resume_and_it_is_said_why_it_stands() -> None:
+    rig, job = held()
+    assert rig.pad.control(RESUME) is V.NOTHING_TO_CONTROL
+    assert "whether the way" in rig.pendant.all(Verdict)[-1].text
+    assert not moves(rig)
+    assert rig.pendant.move(0.0, 0.0) is V.PAUSED
+    assert "whether the way" in rig.pendant.all(Verdict)[-1].text
+    rig.answer(job, PathFree())
+    assert moves(rig)
+
+
+def test_a_resume_of_what_nobody_holds_says_nothing_more(moving: GuardedRig) -> None:
+    moving.pad.control(PAUSE)
+    assert moving.pad.control(RESUME) is V.ACCEPTED
+    assert moving.pendant.all(Verdict)[-1].text == ""
+
+
+def test_a_resume_while_the_answer_is_late_moves_nothing(moving: GuardedRig) -> None:
+    moving.pad.control(PAUSE)
+    moving.wait(1_500)
+    moving.change()
+    moving.wait(100)
+    assert moving.pad.control(RESUME) is V.ACCEPTED
+    assert not moves(moving)
+
+
+def test_a_second_change_of_the_scene_holds_on() -> None:
+    rig, first = held()
+    second = rig.change()
+    rig.answer(first, PathFree())
+    assert not moves(rig)
+    rig.answer(second, PathFree())
+    assert moves(rig)
+
+
+def test_to_let_go_of_enabling_ends_what_is_held_and_was_paused_by_nobody() -> None:
+    rig, job = held("manual_reduced")
+    rig.pad.let_go()
+    rig.wait(10)
+    assert rig.pendant.outcomes()[-1][1] is V.ENABLING_LOST
+    rig.pad.squeeze()
+    rig.answer(job, PathFree())
+    assert not moves(rig)
+
+
+def test_a_way_that_is_free_moves_nothing_that_is_not_enabled_any_more() -> None:
+    """No tick has come between."""
+    rig, job = held("manual_reduced")
+    rig.pad.let_go()
+    before = len(rig.rig.points)
+    assert isinstance(rig.answer(job, PathFree())[0], SendStop)
+    assert rig.pendant.outcomes()[-1][1] is V.ENABLING_LOST
+    assert len(rig.rig.points) == before
+
+
+def test_promise_32_what_somebody_paused_may_be_let_go_while_it_is_held_too() -> None:
+    rig, job = held("manual_reduced")
+    rig.pad.control(PAUSE)
+    rig.pad.let_go()
+    rig.wait(100)
+    rig.answer(job, PathFree())
+    assert not moves(rig)
+    assert rig.pad.control(RESUME) is V.NOT_ENABLED
+    rig.pad.squeeze()
+    assert rig.pad.control(RESUME) is V.ACCEPTED
+    assert moves(rig)
+
+
+def test_a_robot_to_which_all_was_sent_cannot_be_held_and_is_stopped() -> None:
+    """Slowed down, too, when it has a path to be held on until then."""
+    rig = GuardedRig()
+    rig.pad.speed(0.5)
+    playing = rig.rig.core.cell.motions.playing
+    assert playing is not None
+    while playing.next_time is not None:
+        rig.wait(10)
+    rig.change()
+    rig.rig.now += DEADLINE_NS
+    out = rig.guard.tick(rig.rig.now)
+    assert isinstance(out[0], SendStop)
+
+
+def test_a_program_that_is_paused_while_its_robot_is_held_stays_paused() -> None:
+    cell = ProgramCell(main="move PTP b speed 5 %\nmove PTP a speed 5 %\n")
+    pending = Pending()
+    guard = SceneMonitor(cell.core.cell, ControllerLink(), pending)
+    cell.run()
+    cell.pass_time(300)
+    (asked,) = guard.changed(BOX, cell.now)
+    assert isinstance(asked, Ask)
+    for _ in range(100):
+        cell.wait(10)
+        cell.perform(guard.tick(cell.now))
+    before = cell.position
+    assert cell.control(PAUSE) is V.ACCEPTED
+    cell.perform(pending.resume(asked, PlanAnswer(asked.id, PathFree(), 0.01), cell.now))
+    cell.pass_time(500)
+    assert cell.position == before
+    assert cell.reports()[-1].state == ProgramState.PAUSED
+    assert cell.control(RESUME) is V.ACCEPTED
+    cell.pass_time(500)
+    assert cell.position != before

@@ -1,0 +1,208 @@
+"""One server for two emulated robots, with real sockets on a virtual clock."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import AsyncIterator, Callable
+from contextlib import AsyncExitStack, asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from rigs.clock.virtual_clock import VirtualLoop
+from rigs.processes.bare_app import bare_app
+from rigs.processes.judged_server import running_emulator
+
+from openpendant.motion.description.robot import serial_robot
+from openpendant.server.cli import serve
+from openpendant.server.events.effects import Effect
+from openpendant.server.planning.jobs import Job
+from openpendant.server.planning.task import Deliver
+from openpendant.server.planning.worker.job_planner import answer
+from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
+from openpendant.server.shell.app import App
+from openpendant.server.shell.cell_shell import CellParts
+from openpendant.server.shell.inbox import loop_time
+from openpendant.simplemsg.journal import Journal
+from openpendant.tools.packets.rerun import main as rerun
+from openpendant.tools.pendants.client import ConnectionLost, PendantClient, Refused
+
+ROBOT = "ur5"
+NAMES = ("left", "right")
+
+
+class LaterPlanner:
+    """Plans at once, and delivers as late as a real planner would."""
+
+    def submit(self, job: Job, deliver: Deliver) -> None:
+        asyncio.get_running_loop().call_later(0.03, deliver, answer(ROBOT, job))
+
+    def withdraw(self, job_id: int) -> None:
+        """An answer nobody waits for is ignored by the cell."""
+
+
+@dataclass
+class Room:
+    """A server of two cells.
+
+    Attributes:
+        app: the server.
+        port: where it listens for pendants.
+    """
+
+    app: App
+    port: int
+
+    async def pendant(self, cell: str) -> PendantClient:
+        pendant = await PendantClient.connect("127.0.0.1", self.port, cell=cell, state_rate=50)
+        await pendant.wait_until(lambda state: state.motion_possible == 1)
+        return pendant
+
+
+@asynccontextmanager
+async def running_room(file: Path | None = None) -> AsyncIterator[Room]:
+    async with AsyncExitStack() as stack:
+        tables = []
+        for name in NAMES:
+            emulator = await stack.enter_async_context(running_emulator())
+            link = {"motion_port": emulator.motion_port, "state_port": emulator.state_port}
+            tables.append({"name": name, "robot": ROBOT, "controller": link})
+        settings = make_server_settings({"listen": {"pendant_port": 0}, "cells": tables}, "test")
+        journal = Journal(loop_time)
+        stack.enter_context(serve.kept_journal(journal, file, settings))
+        app = bare_app(_served(settings), journal)
+        ports = await stack.enter_async_context(app.running())
+        yield Room(app, ports.pendant)
+
+
+def _served(settings: ServerSettings) -> list[CellParts]:
+    return [CellParts(cell, serial_robot(ROBOT), LaterPlanner()) for cell in settings.cells]
+
+
+async def moved(pendant: PendantClient, joint: int) -> None:
+    goal = list(pendant.joints())
+    goal[joint] += 0.2
+    async with pendant.control():
+        await (await pendant.move_joints(goal, speed=0.5)).done()
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_each_pendant_moves_the_robot_of_its_cell() -> None:
+    async with running_room() as room:
+        left, right = [await room.pendant(name) for name in NAMES]
+        before = right.joints()
+        await asyncio.gather(moved(left, 0), moved(right, 1))
+        after = (await right.next_state()).positions
+        assert [left.hello.cell, right.hello.cell] == ["left", "right"]
+        assert after[0] == pytest.approx(before[0], abs=1e-6)
+        assert after[1] == pytest.approx(before[1] + 0.2, abs=1e-5)
+        await left.close()
+        await right.close()
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_a_software_stop_stays_in_its_cell() -> None:
+    async with running_room() as room:
+        left, right = [await room.pendant(name) for name in NAMES]
+        await left.stop("enough")
+        await moved(right, 0)
+        assert [cell.core.cell.stop is None for cell in room.app.cells] == [False, True]
+        await left.close()
+        await right.close()
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_a_pendant_that_names_no_cell_is_told_which_there_are() -> None:
+    async with running_room() as room:
+        with pytest.raises(Refused, match="left, right"):
+            await PendantClient.connect("127.0.0.1", room.port)
+
+
+def raising(after: int, tick: Callable[[int], list[Effect]]) -> Callable[[int], list[Effect]]:
+    """Return a tick that goes wrong after so many."""
+    ticks = 0
+
+    def broken(now: int) -> list[Effect]:
+        nonlocal ticks
+        ticks += 1
+        if ticks > after:
+            raise ZeroDivisionError("a fault for the test")
+        return tick(now)
+
+    return broken
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_a_fault_in_one_cells_tick_stops_that_robot_and_disturbs_no_other(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    async with running_room() as room:
+        left, right = [await room.pendant(name) for name in NAMES]
+        core = room.app.cells[0].core
+        first, *others = core._ticked
+        monkeypatch.setattr(core, "_ticked", (raising(20, first), *others))
+        with caplog.at_level(logging.ERROR):
+            doomed = asyncio.create_task(moved(left, 0))
+            await moved(right, 0)
+            with pytest.raises(ConnectionLost):
+                await doomed
+        assert [record.levelname for record in caplog.records] == ["ERROR"]
+        assert "cell left: A fault of the server itself stopped this cell" in caplog.text
+        assert "Traceback" not in caplog.text
+        with pytest.raises(Refused, match="fault of the server ended cell 'left'"):
+            await PendantClient.connect("127.0.0.1", room.port, cell="left")
+        await right.close()
+        await left.close()
+
+
+@pytest.mark.asyncio
+@pytest.mark.virtual_clock
+async def test_the_end_of_the_server_brings_every_robot_to_rest_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    at_the_end: list[bool] = []
+    async with running_room() as room:
+        pendants = [await room.pendant(name) for name in NAMES]
+        moves = [asyncio.create_task(moved(pendant, 0)) for pendant in pendants]
+        await asyncio.sleep(0.3)
+        assert [cell.core.is_moving for cell in room.app.cells] == [True, True]
+        cells, hang_up = room.app.cells, room.app.hang_up
+
+        def look_and_hang_up() -> None:
+            at_the_end.extend(cell.core.cell.feedback.is_standing for cell in cells)
+            hang_up()
+
+        monkeypatch.setattr(room.app, "hang_up", look_and_hang_up)
+    await asyncio.gather(*moves, return_exceptions=True)
+    for pendant in pendants:
+        await pendant.close()
+    assert at_the_end == [True, True]
+
+
+def test_the_journal_of_two_cells_runs_again_to_the_byte(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "server.journal"
+
+    async def live() -> None:
+        async with running_room(file) as room:
+            pendants = [await room.pendant(name) for name in NAMES]
+            for pendant in pendants:
+                await moved(pendant, 1)
+                goal = [[value + 0.05 for value in pendant.joints()], list(pendant.joints())]
+                async with pendant.control():
+                    await (await pendant.follow_joints(goal)).done()
+                await pendant.close()
+
+    loop = VirtualLoop()
+    try:
+        loop.run_until_complete(live())
+    finally:
+        loop.close()
+    assert rerun([str(file)]) == 0
+    assert "identical" in capsys.readouterr().out

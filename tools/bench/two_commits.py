@@ -1,0 +1,210 @@
+"""Two commits of the project, measured in turns by their own benchmarks.
+
+Owns the place of each side's sources and their import: the earlier commit is checked out into a
+temporary folder, and the first entry of each process's path is a folder in which the import name
+`openpendant` leads to that side's rooms. Interpreter and libraries are those of this process.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from .comparison import Comparison, compare
+
+ROOT = Path(__file__).resolve().parents[2]
+"""The sources that this process was started from."""
+
+TURNS = 10
+
+LEAST_TURNS = 3
+"""Of fewer turns quartiles say nothing."""
+
+_FAREWELL = 15.0
+"""Time for an interrupted benchmark to end [s]."""
+
+_PROGRAM = "openpendant.tools.bench"
+
+
+class NotComparable(Exception):
+    """The earlier commit does not exist, or one of the sides cannot be measured at all."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """Figure of a row from one side in one turn."""
+
+    value: float
+    unit: str
+
+
+class MeasuredCommit:
+    """The sources of one commit, and the processes that measure them."""
+
+    def __init__(self, name: str, root: Path, folder: Path) -> None:
+        """Link the import name to the sources.
+
+        Args:
+            name: of the commit, for who reads.
+            root: its sources.
+            folder: empty; for links.
+        """
+        self.name = name
+        self._root = root
+        path = [str(folder), *filter(None, [os.environ.get("PYTHONPATH")])]
+        self._environment = {**os.environ, "PYTHONPATH": os.pathsep.join(path)}
+        # Else each process would compile what it imports, on the side that was just checked out.
+        self._environment.pop("PYTHONDONTWRITEBYTECODE", None)
+        for source, target in _rooms(root).items():
+            link = folder / target
+            link.parent.mkdir(parents=True, exist_ok=True)
+            link.symlink_to(root / source, target_is_directory=True)
+
+    def measure(self, names: Sequence[str], *, quick: bool = False) -> dict[str, Figure]:
+        """Measure rows in one process; those that it does not have or that crashed are missing.
+
+        Args:
+            names: of the rows.
+            quick: take a third of the samples.
+
+        Raises:
+            NotComparable: the process did not end as it should.
+        """
+        options = ["--json", "--quick"] if quick else ["--json"]
+        command = [sys.executable, "-m", _PROGRAM, *options, "--only", *names]
+        said, complained = self._run(command)
+        try:
+            rows = json.loads(said)
+        except ValueError:
+            raise NotComparable(f"{self.name}: {_last_line(complained)}") from None
+        measured = {row["name"]: Figure(row["median"], row["unit"]) for row in rows}
+        return {name: measured[name] for name in names if name in measured}
+
+    def _run(self, command: Sequence[str]) -> tuple[str, str]:
+        """Return what a process wrote to its standard output and to its error output."""
+        with subprocess.Popen(
+            command,
+            cwd=self._root,
+            env=self._environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        ) as child:
+            try:
+                return child.communicate()
+            except BaseException:
+                # It has servers of its own, all in its session; they must not outlive the sources.
+                for farewell in (signal.SIGINT, signal.SIGKILL):
+                    with suppress(ProcessLookupError, subprocess.TimeoutExpired):
+                        os.killpg(child.pid, farewell)
+                        child.communicate(timeout=_FAREWELL)
+                raise
+
+
+def _rooms(root: Path) -> Mapping[str, str]:
+    """Return where the import name leads: folders of the sources by their places under it."""
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
+    rooms: dict[str, str] = project["tool"]["hatch"]["build"]["targets"]["wheel"]["sources"]
+    return rooms
+
+
+def _last_line(text: str) -> str:
+    lines = text.strip().splitlines()
+    return lines[-1] if lines else "it said nothing"
+
+
+@contextmanager
+def two_sides(base: str, root: Path = ROOT) -> Iterator[tuple[MeasuredCommit, MeasuredCommit]]:
+    """Check an earlier commit out for as long as the context lasts.
+
+    Args:
+        base: the commit, as git names it.
+        root: the later sources, as they are now; in a work tree of git.
+
+    Yields:
+        The earlier side and the later one.
+
+    Raises:
+        NotComparable: git does not know the commit, or this is no work tree.
+    """
+    commit = _git(root, "rev-parse", "--verify", f"{base}^{{commit}}")
+    with tempfile.TemporaryDirectory(prefix="openpendant-bench-") as name:
+        folder = Path(name)
+        tree = folder / "tree"
+        # By an index of its own: the repository then knows nothing of it, whatever ends this.
+        index = str(folder / "index")
+        _git(root, "read-tree", commit, index=index)
+        _git(root, "checkout-index", "--all", f"--prefix={tree}/", index=index)
+        yield (
+            MeasuredCommit(f"base {commit[:9]}", tree, folder / "base"),
+            MeasuredCommit("now", root, folder / "now"),
+        )
+
+
+def _git(root: Path, *arguments: str, index: str | None = None) -> str:
+    environment = os.environ if index is None else {**os.environ, "GIT_INDEX_FILE": index}
+    try:
+        ran = subprocess.run(
+            ["git", *arguments],
+            cwd=root,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+    except OSError as error:
+        raise NotComparable(f"git cannot be run: {error}") from None
+    if ran.returncode:
+        raise NotComparable(_last_line(ran.stderr))
+    return ran.stdout.strip()
+
+
+def measure_in_turns(
+    sides: tuple[MeasuredCommit, MeasuredCommit],
+    groups: Mapping[str, Sequence[str]],
+    progress: Callable[[str], None],
+    turns: int = TURNS,
+    *,
+    quick: bool = False,
+) -> Iterator[Comparison]:
+    """Measure groups of rows, both sides in each turn; the side that begins changes.
+
+    Args:
+        sides: the earlier and the later one.
+        groups: names of rows that are measured in one process, by the name of the group.
+        progress: told what is measured next.
+        turns: how often.
+        quick: take a third of the samples in each turn.
+
+    Yields:
+        Each row when its group is done.
+
+    Raises:
+        NotComparable: a side cannot be measured at all.
+    """
+    for number, (group, names) in enumerate(groups.items(), 1):
+        found: tuple[list[dict[str, Figure]], list[dict[str, Figure]]] = ([], [])
+        for turn in range(turns):
+            for at in (0, 1) if turn % 2 == 0 else (1, 0):
+                of_all = f"{number} of {len(groups)}, turn {turn + 1} of {turns}"
+                progress(f"{group} ({of_all}): {sides[at].name}")
+                found[at].append(sides[at].measure(names, quick=quick))
+        for name in names:
+            base, head = ([turn.get(name) for turn in side] for side in found)
+            unit = next((each.unit for each in (*head, *base) if each is not None), "")
+            yield compare(name, unit, _values(base), _values(head))
+
+
+def _values(figures: Sequence[Figure | None]) -> list[float | None]:
+    return [None if each is None else each.value for each in figures]

@@ -1,0 +1,139 @@
+"""Robots of a server in RoboAnalyzer's names and units: choice of a cell, joints, postures.
+
+Owns RoboAnalyzer's units, degrees and millimetres, the choice of a cell by its name or by its
+robot's, and the wording where there is none or more than one. Connects to nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from openpendant.simplemsg.pendant.management.cell import ServedCell, Snapshot
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ..connection_errors import Refused, WrongArgument
+from ..motions import Pose, roll_pitch_yaw
+
+
+@dataclass(frozen=True, slots=True)
+class JointDisplay:
+    """One joint.
+
+    Attributes:
+        name: its name.
+        unit: ° or mm.
+        lower: its lower limit, in that unit.
+        upper: its upper limit.
+    """
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True, slots=True)
+class RobotDisplay:
+    """A robot with its joints.
+
+    Attributes:
+        name: its name.
+        cell: name of its cell.
+        joints: base to tip.
+    """
+
+    name: str
+    cell: str
+    joints: tuple[JointDisplay, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RobotPosture:
+    """Posture of a robot.
+
+    Attributes:
+        joints: (n,) positions [°, mm for a linear axis].
+        x: of the tool in base [mm].
+        y: likewise.
+        z: likewise.
+        a: roll of the tool in base [°].
+        b: pitch [°].
+        c: yaw [°].
+    """
+
+    joints: tuple[float, ...]
+    x: float
+    y: float
+    z: float
+    a: float
+    b: float
+    c: float
+
+
+def display_of(snapshot: Snapshot) -> RobotDisplay:
+    """Return what the robot of a snapshot is."""
+    joints = []
+    for joint in snapshot["joints"]:
+        is_angle = joint["unit"] == "rad"
+        scale = math.degrees(1.0) if is_angle else 1000.0
+        joints.append(
+            JointDisplay(
+                name=joint["name"],
+                unit="°" if is_angle else "mm",
+                lower=joint["lower"] * scale,
+                upper=joint["upper"] * scale,
+            )
+        )
+    return RobotDisplay(snapshot["robot"], snapshot["cell"], tuple(joints))
+
+
+def posture_of(units: Sequence[float], joints: Sequence[float], tool: Pose) -> RobotPosture:
+    """Return a posture in degrees and millimetres.
+
+    Args:
+        units: (n,) one degree or one millimetre of each joint, in rad or m.
+        joints: (n,) positions [rad, m].
+        tool: pose of the tool in base.
+    """
+    positions = tuple(value / unit for value, unit in zip(joints, units, strict=True))
+    x, y, z = (1000.0 * value for value in tool.position)
+    a, b, c = (math.degrees(angle) for angle in roll_pitch_yaw(tool.orientation))
+    return RobotPosture(positions, x, y, z, a, b, c)
+
+
+_LISTED_AFTER = "; here: "
+
+
+def some_cell(refused: Refused) -> str:
+    """Return a cell that a server of several named when it refused a hello; empty for none.
+
+    Any of them tells all the others, by `PendantClient.cells`.
+    """
+    if refused.code != VerdictCode.UNKNOWN_CELL:
+        return ""
+    return refused.text.partition(_LISTED_AFTER)[2].partition(", ")[0]
+
+
+def chosen_cell(name: str, cells: Sequence[ServedCell]) -> str:
+    """Return the cell of a name, or the only one whose robot has it.
+
+    Args:
+        name: of a cell or a robot; empty for the only cell.
+        cells: all that are served.
+
+    Raises:
+        WrongArgument: there is none, or more than one; the text has the cells.
+    """
+    if name in [each["cell"] for each in cells]:
+        return name
+    found = [each["cell"] for each in cells if name in ("", each["robot"])]
+    if len(found) == 1:
+        return found[0]
+    if found and name:
+        raise WrongArgument(f"{len(found)} cells have a robot {name!r}: name {' or '.join(found)}")
+    known = ", ".join(f"{each['robot']} (cell {each['cell']})" for each in cells)
+    if found:
+        raise WrongArgument(f"the server has several robots: name one of {known}")
+    raise WrongArgument(f"no robot {name!r}; the server has {known}")
