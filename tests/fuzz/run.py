@@ -13,6 +13,7 @@ import importlib
 import importlib.util
 import os
 import re
+import resource
 import subprocess
 import sys
 import tempfile
@@ -31,6 +32,7 @@ TARGETS = (
 )
 REGRESSIONS = FOLDER / "regressions"
 _LONGEST_INPUT = 4_096
+_MOST_MEGABYTES = 1_024
 
 
 @dataclass(frozen=True)
@@ -44,12 +46,12 @@ class Outcome:
     exit_code: int
 
 
-def fuzz(target: str, seconds: int, keep: Path, seed: int = 0) -> Outcome:
+def fuzz(target: str, limit: str, keep: Path, seed: int = 0) -> Outcome:
     """Fuzz one target in a process of its own; what breaks it is kept in a folder.
 
     Args:
         target: its name.
-        seconds: for how long.
+        limit: the option of libFuzzer that ends it: `-max_total_time=SECONDS` or `-runs=INPUTS`.
         keep: the folder.
         seed: 0 tries other inputs each time, another number the same ones.
     """
@@ -61,7 +63,7 @@ def fuzz(target: str, seconds: int, keep: Path, seed: int = 0) -> Outcome:
             "--child",
             target,
             corpus,
-            str(seconds),
+            limit,
             str(keep),
             str(seed),
         ]
@@ -80,8 +82,8 @@ def fuzz(target: str, seconds: int, keep: Path, seed: int = 0) -> Outcome:
     return Outcome(target, int(runs[1]) if runs else 0, found, done.stdout, done.returncode)
 
 
-def _child(target: str, corpus: str, seconds: str, keep: str, seed: str) -> None:
-    """Run one target until its time is over or it breaks; does not return."""
+def _child(target: str, corpus: str, limit: str, keep: str, seed: str) -> None:
+    """Run one target to its limit or until it breaks; does not return."""
     # Looked up by name, because it is optional and has no types.
     atheris = importlib.import_module("atheris")
 
@@ -91,16 +93,24 @@ def _child(target: str, corpus: str, seconds: str, keep: str, seed: str) -> None
         (Path(corpus) / hashlib.sha1(first).hexdigest()).write_bytes(first)
     Path(keep).mkdir(parents=True, exist_ok=True)
     options = [
-        *(f"-max_total_time={seconds}", f"-max_len={_LONGEST_INPUT}", "-timeout=10"),
+        *(limit, f"-max_len={_LONGEST_INPUT}", "-timeout=10"),
         *(
             f"-seed={seed}",
-            "-rss_limit_mb=1024",
+            f"-rss_limit_mb={_inherited_megabytes() + _MOST_MEGABYTES}",
             "-print_final_stats=1",
             f"-artifact_prefix={keep}/",
         ),
     ]
     atheris.Setup([target, *options, corpus], module.TestOneInput)
     atheris.Fuzz()
+
+
+def _inherited_megabytes() -> int:
+    """Return the peak memory that this process was given by the one that started it [MB].
+
+    Linux keeps the peak over `exec`, so libFuzzer would count a large test worker as the target's.
+    """
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
 
 
 def main(argv: list[str]) -> int:
@@ -116,9 +126,9 @@ def main(argv: list[str]) -> int:
         return 2
     targets = (arguments.only,) if arguments.only else TARGETS
     side_by_side = min(2, len(targets))
-    each = max(1, arguments.seconds * side_by_side // len(targets))
+    limit = f"-max_total_time={max(1, arguments.seconds * side_by_side // len(targets))}"
     with ThreadPoolExecutor(side_by_side) as pool:
-        outcomes = list(pool.map(lambda name: fuzz(name, each, REGRESSIONS / name), targets))
+        outcomes = list(pool.map(lambda name: fuzz(name, limit, REGRESSIONS / name), targets))
     for outcome in outcomes:
         found = ", ".join(str(path) for path in outcome.found) or "nothing"
         sys.stdout.write(

@@ -103,7 +103,8 @@ class PointClauses:
             if len(angles) != 3:
                 problem = f"are {len(angles)} angles; accepted: roll, pitch and yaw"
                 raise BadValue("the turns", problem, place=_off(len(angles), 3))
-            quaternion = Pose.from_rpy(position, angles).quaternion.tolist()
+            # Of the turns alone: the point judges its coordinates, and names the one it refuses.
+            quaternion = Pose.from_rpy((0.0, 0.0, 0.0), angles).quaternion.tolist()
         frame, tool = self.header.frame, self.header.tool
         if clauses.skip("frame"):
             frame = clauses.name("the frame's name", "the frame")

@@ -217,6 +217,7 @@ def test_an_error_says_where_what_was_found_and_what_is_accepted(
         (f"point d joints {'0 ' * 17}deg", 48, "joints are 17; accepted: 1 to 16"),
         ("pose 1 2 3 4 mm quat 0 0 0 1", 12, "the position has 4 numbers"),
         ("pose 1 2e9 3 m quat 0 0 0 1", 8, "a coordinate is 2e+09 m"),
+        ("pose 1 2e9 3 m rpy 0 0 0 deg", 8, "a coordinate is 2e+09 m"),
         ("pose 1 2 3 mm rpy 0 0 deg", 21, "the turns are 2 angles"),
         ("pose 1 2 3 mm quat 0 0 0 1 frame x/y", 34, "the name of the frame has '/'"),
         ("pose 1 2 3 mm quat 0 0 0 1 tool x/y", 33, "the name of the tool has '/'"),
