@@ -163,10 +163,15 @@ class IkProblem:
         for found in self._restarted():
             if self._as_configured(found):
                 return found
-        # At a singularity the search converges slowly: its nearest position is worth continuing.
+        # At a singularity the search converges slowly: its nearest position is worth continuing. In a
+        # corner of the limits that position lies beside the answer, and a search from the seed that
+        # never steps to a greater error gets there.
         nearest = self.search.best
-        found = nearest and self.search.polished(nearest.joint_position)
-        return found if found and self._as_configured(found) else None
+        for start in (*((nearest.joint_position,) if nearest else ()), self.seed):
+            found = self.search.polished(start)
+            if found and self._as_configured(found):
+                return found
+        return None
 
     def _restarted(self) -> Iterator[Found]:
         random = np.random.default_rng(self.budget.random_seed)

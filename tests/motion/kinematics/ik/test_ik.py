@@ -119,6 +119,28 @@ def test_a_pose_with_joints_on_their_bounds_is_solved(name: str, count: int) -> 
         assert_solves(kinematics, solve(kinematics, target, seed), target, "base")
 
 
+@pytest.mark.parametrize(
+    ("position", "seed"),
+    [
+        (
+            (-2.9668, 1.91, -2.9668, 2.0942, -2.96, -2.0942, 3.0541),
+            (-2.99, 1.87, -3.01, 2.06, -2.97, -2.12, 3.07),
+        ),
+        (
+            (0.13, -2.0942, -2.9668, -0.86, -2.9668, -2.0942, 3.0541),
+            (0.17, -2.08, -2.95, -0.9, -3.01, -2.12, 3.05),
+        ),
+    ],
+    ids=["four on a bound", "five on a bound"],
+)
+def test_a_pose_in_a_corner_of_the_limits_is_solved(
+    position: tuple[float, ...], seed: tuple[float, ...]
+) -> None:
+    kinematics = Kinematics(serial_robot("kuka_iiwa14"))
+    target = kinematics.forward(position)
+    assert_solves(kinematics, solve(kinematics, target, seed), target, "base")
+
+
 @pytest.mark.parametrize("frame", ["base", "root"])
 @pytest.mark.parametrize("name", ["ur5", "fanuc_m10ia"])
 def test_the_target_is_read_in_the_frame_asked_for(name: str, frame: str) -> None:
