@@ -163,9 +163,9 @@ class IkProblem:
         for found in self._restarted():
             if self._as_configured(found):
                 return found
-        # At a singularity the search converges slowly: its nearest position is worth continuing. In a
-        # corner of the limits that position lies beside the answer, and a search from the seed that
-        # never steps to a greater error gets there.
+        # At a singularity the search converges slowly: its nearest position is worth continuing.
+        # In a corner of the limits that position lies beside the answer, and a search from the seed
+        # that never steps to a greater error gets there.
         nearest = self.search.best
         for start in (*((nearest.joint_position,) if nearest else ()), self.seed):
             found = self.search.polished(start)
