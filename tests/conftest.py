@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import os
 import signal
 from collections import Counter
@@ -106,3 +107,13 @@ def virtual_loop() -> Iterator[VirtualLoop]:
     loop = VirtualLoop()
     yield loop
     loop.close()
+
+
+def pytest_collection_finish() -> None:
+    """Take modules and items out of the garbage collector's sight.
+
+    They live as long as the run. Looking through them again and again took a tenth of the
+    processor time of the server's tests.
+    """
+    gc.collect()
+    gc.freeze()
