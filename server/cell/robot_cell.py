@@ -30,8 +30,7 @@ from ..events.pending import Pending
 from ..refusal import Refusal
 from ..settings.cell_settings import CellSettings, ControllerPath
 from .cell_motions import CellMotions
-from .execution.feedback import Feedback
-from .execution.interruption import interruption, shown
+from .execution.feedback import Feedback, interruption, shown
 from .execution.motion_watch import ArmPoints
 from .execution.trajectory_execution import Publish, TrajectoryExecution
 from .identification import Identification

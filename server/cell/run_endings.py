@@ -18,7 +18,7 @@ from ..events.cell_events import (
     StopLatchChanged,
 )
 from ..refusal import Refusal
-from .execution.interruption import lost
+from .execution.feedback import lost
 from .interlocks import stop_refusal
 from .robot_cell import RobotCell
 

@@ -20,12 +20,11 @@ from ...refusal import Refusal
 from ...settings.cell_settings import ControllerLink
 from ...uplinks.controller_errors import UNDER_RUNS, error_text
 from ...uplinks.uplink import Uplink
-from .feedback import Feedback
-from .interruption import lost
+from .feedback import Feedback, lost
 from .motion_watch import MotionWatch
 from .setpoint_guard import SetpointGuard
 from .setpoint_sources import SetpointSource
-from .tracking_monitor import LONGEST_LAG, JogPace, TrackingMonitor
+from .tracking import LONGEST_LAG, JogPace, TrackingMonitor
 
 ARRIVAL_TOLERANCE = 1e-3
 """A joint this close to the goal has arrived [rad or m]; the ROS-I client takes 0.005."""

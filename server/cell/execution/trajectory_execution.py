@@ -40,13 +40,10 @@ from ...uplinks import dialect_of
 from ..jog.jog_rows import JogRows
 from .active_motion import ActiveMotion
 from .feedback import Feedback
-from .motion_watch import ArmPoints, Cap, MotionWatch
+from .motion_watch import ArmPoints, Cap, MotionWatch, ReportTiming, StandstillWatch
 from .point_stream import START_TOLERANCE, PointStream, StreamPhase
-from .report_timing import ReportTiming
 from .setpoint_sources import StoredRows
-from .standstill_watch import StandstillWatch
-from .tracking_monitor import JogPace
-from .tracking_tolerances import TrackingTolerances, tracking_tolerances
+from .tracking import JogPace, TrackingTolerances, tracking_tolerances
 
 _STOPPING_NS = 5_000_000_000
 _STOP_REPEAT_NS = 100_000_000

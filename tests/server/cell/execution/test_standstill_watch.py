@@ -10,7 +10,7 @@ from rigs.cells.server_rig import LIMITS
 from rigs.cells.watched_motions import is_stop, moving, why
 
 from openpendant.server.access.audit import AuditEntry, AuditEvent
-from openpendant.server.cell.execution.standstill_watch import StandstillWatch
+from openpendant.server.cell.execution.motion_watch import StandstillWatch
 from openpendant.server.events.effects import Effect, LogLine
 from openpendant.simplemsg.pendant import Activity
 
