@@ -30,15 +30,17 @@ from ..events.effects import Effect
 from ..events.pending import Pending
 from ..planning.jobs import CertifiedTrajectory, JointPathJob, MotionJob, PlanAnswer
 from ..refusal import Refusal, refusal_of
-from .execution.active_motion import ActiveMotion
 from .execution.feedback import Feedback
 from .execution.point_stream import start_mismatch
-from .execution.setpoint_sources import StoredRows
-from .execution.trajectory_execution import Publish, TrajectoryExecution
+from .execution.setpoint_sources import JogRows, Press, StoredRows
+from .execution.trajectory_execution import (
+    ActiveMotion,
+    Publish,
+    TrajectoryExecution,
+    UndoPlan,
+    Waypoints,
+)
 from .interlocks import permission
-from .jog.jog_rows import JogRows
-from .jog.jog_undo import UndoPlan, Waypoints
-from .jog.press import Press
 
 if TYPE_CHECKING:
     from openpendant.motion.jog import JogTarget

@@ -28,8 +28,8 @@ from openpendant.simplemsg.verdicts import STATUS_ERROR_OFFSET, VerdictCode
 
 from ..events.replies import stop_kind
 from .execution.feedback import Feedback
+from .execution.setpoint_sources import JogRows
 from .interlocks import PASSING
-from .jog.jog_rows import JogRows
 from .robot_cell import RobotCell
 from .robot_model import RobotModel
 

@@ -23,8 +23,8 @@ from openpendant.simplemsg.pendant.management.recordings import PlaybackAccount 
 from openpendant.simplemsg.pendant.management.recordings import PlayRecording
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ..cell.interlocks import ending
 from ..cell.robot_cell import RobotCell
-from ..cell.run_endings import ending
 from ..control.authority import Holder
 from ..control.modes import MotionKind
 from ..events.cell_events import (

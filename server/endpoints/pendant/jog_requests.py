@@ -27,9 +27,8 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ...cell.jog.jog_rows import JogRows
-from ...cell.jog.jog_undo import UndoPlan, Waypoints
-from ...cell.jog.press import PressCounter
+from ...cell.execution.setpoint_sources import JogRows, PressCounter
+from ...cell.execution.trajectory_execution import UndoPlan, Waypoints
 from ...cell.joint_slots import JointSlots
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
