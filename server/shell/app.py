@@ -34,18 +34,14 @@ from ..planning.pool.planning_pool import PlanningPool
 from ..settings.cell_settings import ControllerPath
 from ..store.store_client import StoreClient
 from ..watchdog.watchdog_process import Watchdog
-from .cell_shell import CellParts, CellShell
+from .cell_shell import CellParts, CellShell, Outbox, backends
 from .client_connection import ClientConnection
 from .clients import Clients
 from .controller_connection import ControllerConnection
-from .inbox import Inbox, loop_time
-from .listening import Listening
-from .loop_log import LoopLog
-from .observations import Observations
-from .outbox import Outbox, SentFrames, backends
-from .ports import Ports, listen_for
+from .inbox import Inbox, Observations, loop_time
+from .listening import Listening, Ports, listen_for
+from .loop_timing import LoopLog, next_deadline
 from .robot_kinematics import RobotKinematics
-from .ticker import next_deadline
 
 log = logging.getLogger("openpendant.server")
 
@@ -88,7 +84,6 @@ class App:
         self._tls = tls
         self._journal = journal
         self._observations = Observations(journal)
-        self._sent = SentFrames(journal)
         self.overruns = 0
         self._period = 1.0 / served[0].settings.tick_rate
         self._served = served
@@ -102,7 +97,7 @@ class App:
         self.clients = Clients(self._settings, self.login)
         self.cells: list[CellShell] = []
         self.inbox = Inbox(journal, self._router, self.cells, self.clients)
-        self.connect = partial(ClientConnection, self.inbox, self._observations, self._sent)
+        self.connect = partial(ClientConnection, self.inbox, self._observations)
         self.cells += [self._shell(number) for number in range(len(served))]
         self._next_tick = 0.0
         self._loop_log = LoopLog(round(self._period * 1e9))
@@ -119,7 +114,7 @@ class App:
         paths = [ControllerPath.MOTION, ControllerPath.STATE]
         if link.stop_connection:
             paths.append(ControllerPath.STOP)
-        with_shell = self.inbox, self._observations, self._sent
+        with_shell = self.inbox, self._observations
         links = {
             path: ControllerConnection(*with_shell, number, label, path, link) for path in paths
         }

@@ -29,9 +29,7 @@ from openpendant.simplemsg.masking import SecretMask
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Hello
 
 from ..events.events import Port
-from .inbox import Inbox
-from .observations import Observations
-from .outbox import SentFrames
+from .inbox import Inbox, Observations
 
 log = logging.getLogger("openpendant.server")
 
@@ -72,7 +70,6 @@ class ClientConnection(asyncio.Protocol):
         self,
         inbox: Inbox,
         observations: Observations,
-        sent: SentFrames,
         port: Port,
         cell: int | None = None,
     ) -> None:
@@ -81,7 +78,6 @@ class ClientConnection(asyncio.Protocol):
         Args:
             inbox: takes what happens.
             observations: tell what became of the connection.
-            sent: notes what leaves.
             port: what it was accepted for.
             cell: number of the cell whose port that is; None for the pendant port of all.
         """
@@ -92,7 +88,6 @@ class ClientConnection(asyncio.Protocol):
         self.wire: Connection
         self._inbox = inbox
         self._observations = observations
-        self._sent = sent
         # For good, as each message would have to ask: a journal is kept from the start or never.
         self._is_noted = inbox.is_noted
         self._transport: asyncio.Transport | None = None
@@ -281,7 +276,7 @@ class ClientConnection(asyncio.Protocol):
             return
         if self._is_noted:
             noted = self._said_mask.feed(frame) if self._has_secrets else frame
-            self._sent.note(self.session, noted)
+            self._observations.sent(self.session, noted)
         transport.write(frame)
         unread = transport.get_write_buffer_size()
         self._is_behind = unread > STATE_BACKLOG

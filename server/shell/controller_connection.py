@@ -35,9 +35,7 @@ from ..settings.cell_settings import CellSettings, ControllerLink, ControllerPat
 from ..settings.config_file import ConfigurationError
 from ..settings.server_settings import ServerSettings
 from .client_connection import prepare_socket
-from .inbox import Inbox
-from .observations import Observations
-from .outbox import SentFrames
+from .inbox import Inbox, Observations
 
 log = logging.getLogger("openpendant.server")
 
@@ -64,7 +62,6 @@ class ControllerConnection(asyncio.Protocol):
         self,
         inbox: Inbox,
         observations: Observations,
-        sent: SentFrames,
         cell: int,
         label: str,
         path: ControllerPath,
@@ -75,7 +72,6 @@ class ControllerConnection(asyncio.Protocol):
         Args:
             inbox: takes what happens.
             observations: tell what became of the connection.
-            sent: notes what leaves.
             cell: number of the cell.
             label: begins the link's name; empty for the only cell.
             path: which of the paths.
@@ -85,7 +81,6 @@ class ControllerConnection(asyncio.Protocol):
         self.link = label + path.name.lower()
         self._inbox = inbox
         self._observations = observations
-        self._sent = sent
         self._cell = cell
         self._deliver: Callable[[Event, int], None]
         self._is_noted = False
@@ -201,7 +196,7 @@ class ControllerConnection(asyncio.Protocol):
             log.exception("controller %s link: not sent", self.link)
             return False
         if self._is_noted:
-            self._sent.note(self.link, frame)
+            self._observations.sent(self.link, frame)
         self._transport.write(frame)
         return True
 

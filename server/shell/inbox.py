@@ -1,8 +1,11 @@
-"""The inbox of a server: every event goes through it into the journal, and on to its cell's core.
+"""Inbox of a server: every event goes through it into the journal, and on to its cell's core.
 
 Owns the time of an event, one reading of the clock for all that follows from it, and in which cell
 it happens. Bytes are noted before they are decoded, so that a rerun covers their decoding as well.
 Decides nothing about what an event means.
+
+Owns what the shell asks of the operating system (`Observations`), with each answer that counts
+noted. A rerun asks nobody: it finds in the journal what the world answered then.
 """
 
 from __future__ import annotations
@@ -30,8 +33,39 @@ from ..events.events import (
     StopReceived,
 )
 from ..journal.event_records import ANSWERED, PasswordNumbers, answer_to_record
-from .client import Client
-from .clients import Clients
+from .clients import Client, Clients
+
+
+class Observations:
+    """What the operating system and the watchdog say, and the frames that leave."""
+
+    def __init__(self, journal: Journal) -> None:
+        """Note answers in a journal."""
+        self._journal = journal
+
+    def is_gone(self, link: str | int, transport: asyncio.BaseTransport) -> bool:
+        """Return True if the loop has closed a transport by itself, on an error of the kernel."""
+        return self._journal.answer("gone", link, transport.is_closing())
+
+    def is_clogged(self, session: int, is_behind: bool) -> bool:
+        """Return whether a client is behind with what was written to it."""
+        return self._journal.answer("clogged", session, is_behind)
+
+    def is_flooded(self, session: int, is_behind: bool) -> bool:
+        """Return whether a client is so far behind that it is cut off."""
+        return self._journal.answer("flooded", session, is_behind)
+
+    def is_paired(self, cell: str, is_typed: bool) -> bool:
+        """Return whether the code that was typed is the one of a cell, which no journal holds."""
+        return self._journal.answer("paired", cell, is_typed)
+
+    def has_stopped(self, link: str, has_stopped: bool) -> bool:
+        """Return whether the watchdog has sent a STOP to a robot."""
+        return self._journal.answer("stopped", link, has_stopped)
+
+    def sent(self, link: str | int, frame: bytes) -> None:
+        """Note a frame that leaves on a connection, without its secrets."""
+        self._journal.out(link, frame)
 
 
 def loop_time() -> int:

@@ -1,8 +1,11 @@
-"""The shell round the listening sockets: one connection a turn, and never too many a second.
+"""Listening sockets of a server: its ports, one connection a turn, and never too many a second.
 
 asyncio's own servers take up to a whole backlog of connections in one turn, which delays the
-control tick by what all of them cost. Here those that have to wait do so in the system's queue.
-Decides nothing about how many there may be; `accept_rate` does.
+control tick by what all of them cost. Here those that have to wait do so in the system's queue
+(promises 20 and 21).
+
+Owns the rate and the burst of connections, what is listened on where, and what is said where a
+port cannot be had. Must not know who connects; how many there may be is `clients`' business.
 """
 
 from __future__ import annotations
@@ -10,14 +13,54 @@ from __future__ import annotations
 import asyncio
 import errno
 import logging
+import os
 import socket
 import ssl
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-from .accept_rate import MOST_STRANGERS, AcceptRate
+from ..events.events import Port
+from ..settings.cell_settings import CellSettings
+from .clients import MOST_STRANGERS
+
+PER_SECOND = 50
+"""Connections taken in one second, all ports together."""
+
+BURST = 20
+"""Connections taken at once after a quiet time."""
+
+_INTERVAL_NS = 1_000_000_000 // PER_SECOND
+
+
+class AcceptRate:
+    """A token bucket: `BURST` connections at once, one more each 20 ms.
+
+    It is kept as one number, the time at which the bucket would be full again.
+    """
+
+    def __init__(self) -> None:
+        """Make a full bucket."""
+        self._full_at = 0
+
+    def take(self, now: int) -> int:
+        """Take a connection if one may be taken.
+
+        Args:
+            now: monotonic time, ns.
+
+        Returns:
+            0 where it is taken; else how long to wait before asking again [ns].
+        """
+        begin = max(self._full_at, now)
+        wait = begin - now - (BURST - 1) * _INTERVAL_NS
+        if wait > 0:
+            return wait
+        self._full_at = begin + _INTERVAL_NS
+        return 0
+
 
 log = logging.getLogger("openpendant.server")
 
@@ -199,3 +242,98 @@ def _bind(door: socket.socket, family: int, address: tuple[Any, ...]) -> None:
     door.setblocking(False)
     door.bind(address)
     door.listen(BACKLOG)
+
+
+Connect = Callable[[Port, int | None], asyncio.Protocol]
+"""Makes the protocol of a connection to a port of a cell; None for the port of all cells."""
+
+
+@dataclass(frozen=True, slots=True)
+class RosPorts:
+    """Where one cell listens for ROS-Industrial; None for nowhere.
+
+    Attributes:
+        motion: motion connections.
+        state: state connections.
+    """
+
+    motion: int | None
+    state: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Ports:
+    """The ports that the server listens on.
+
+    Attributes:
+        pendant: pendant protocol, for all cells.
+        ros: ROS-Industrial, by the name of the cell.
+    """
+
+    pendant: int
+    ros: dict[str, RosPorts]
+
+
+class ListenFailed(Exception):
+    """A port cannot be listened on.
+
+    Attributes:
+        host: the address.
+        port: the TCP port.
+        reason: why, in the words of the system.
+    """
+
+    def __init__(self, host: str, port: int, reason: str) -> None:
+        super().__init__(f"cannot listen on {host} port {port}: {reason}")
+        self.host = host
+        self.port = port
+        self.reason = reason
+
+
+async def listen_for(
+    cells: Sequence[CellSettings],
+    listening: Listening,
+    connect: Connect,
+    tls: ssl.SSLContext | None,
+) -> Ports:
+    """Listen for the pendants of all cells, and for each cell's ROS-Industrial clients.
+
+    Args:
+        cells: the cells; the pendant port is that of the first.
+        listening: takes the connections.
+        connect: makes their protocols.
+        tls: encrypts the pendant port; None for clear text.
+
+    Raises:
+        ListenFailed: a port cannot be bound; the others may be.
+    """
+    host, number = cells[0].listen.host, cells[0].listen.pendant_port
+    pendant = await _listen_on(listening, host, number, partial(connect, Port.PENDANT, None), tls)
+    ros = {}
+    for cell, settings in enumerate(cells):
+        bound = [
+            None
+            if wanted is None
+            else await _listen_on(listening, host, wanted, partial(connect, port, cell))
+            for port, wanted in (
+                (Port.ROS_MOTION, settings.listen.ros_motion_port),
+                (Port.ROS_STATE, settings.listen.ros_state_port),
+            )
+        ]
+        ros[settings.name] = RosPorts(*bound)
+    return Ports(pendant, ros)
+
+
+async def _listen_on(
+    listening: Listening,
+    host: str,
+    number: int,
+    connect: Callable[[], asyncio.Protocol],
+    tls: ssl.SSLContext | None = None,
+) -> int:
+    try:
+        return await listening.listen(host, number, connect, tls)
+    except OSError as error:
+        number_of_error = error.errno or 0
+        reason = os.strerror(number_of_error) if number_of_error > 0 else str(error)
+        raise ListenFailed(host, number, reason) from None

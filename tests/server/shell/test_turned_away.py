@@ -11,7 +11,7 @@ from rigs.peers.server_clients import hello
 from openpendant.server.events.events import Port
 from openpendant.server.refusal import Refusal
 from openpendant.server.shell.client_connection import ClientConnection
-from openpendant.server.shell.rejections import MOST_TURNED_AWAY, Rejections
+from openpendant.server.shell.clients import MOST_TURNED_AWAY, Rejections
 from openpendant.simplemsg import Message, Ping, Received
 from openpendant.simplemsg.pendant import Verdict
 from openpendant.simplemsg.verdicts import VerdictCode
