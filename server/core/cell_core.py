@@ -17,8 +17,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.robot_cell import SERVER, RobotCell
 from ..cell.robot_model import RobotModel
-from ..endpoints.pendant.access_requests import CoreAccess
-from ..endpoints.pendant.hello import Identity
+from ..endpoints.pendant.access_requests import CoreAccess, Identity
 from ..endpoints.pendant.pendant_endpoint import PendantEndpoint
 from ..endpoints.ros.ros_endpoint import RosEndpoint
 from ..endpoints.ros.ros_link import RosPort

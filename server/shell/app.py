@@ -27,8 +27,7 @@ from ..access.open_access import exposure_of
 from ..access.pairing import PairingCodes
 from ..core.cell_core import CellCore
 from ..core.server_core import ServerCore
-from ..endpoints.pendant.access_requests import CoreAccess
-from ..endpoints.pendant.hello import Identity
+from ..endpoints.pendant.access_requests import CoreAccess, Identity
 from ..events.events import TICK, ShutDown, WatchdogStopped
 from ..planning.pool.planning_pool import PlanningPool
 from ..settings.cell_settings import ControllerPath

@@ -1,7 +1,9 @@
-"""What the pendants of a cell ask about access: logging in, pairing, sessions and accounts.
+"""Access requests of a cell's pendants: hello, login, pairing, sessions and accounts.
 
 Owns the messages of it; the rules are those of `access`. A password is checked, and an account is
 changed, elsewhere: the core asks for it by an `Ask`, and is told by an event.
+
+Owns whom the server talks to at all (`Greeting`): the version, the cell and the rate of a hello.
 """
 
 from __future__ import annotations
@@ -13,12 +15,18 @@ from functools import partial
 from itertools import count
 
 from openpendant.simplemsg.pendant import (
+    MAX_PENDANT_FRAME,
+    PROTOCOL_VERSION,
     AccountRole,
+    Capability,
+    Hello,
+    HelloReply,
     LoginKind,
     Pairing,
     PairingAction,
     PairingReply,
     SetAccount,
+    Subscribe,
 )
 from openpendant.simplemsg.pendant import Login as LoginRequest
 from openpendant.simplemsg.pendant.management import access, users
@@ -35,12 +43,14 @@ from ...access.lockout import SECOND_NS
 from ...access.pairing import Chooser
 from ...access.request_gate import RequestGate
 from ...access.secret import Secret
-from ...events.effects import Effect, Send
+from ...events.effects import Close, Effect, Send
 from ...events.management_handlers import handles
 from ...events.pending import Pending
-from ...events.replies import claimed, verdict
+from ...events.replies import NAME_BYTES, claimed, cut, verdict
 from ...events.reply_to import ReplyTo
 from ...refusal import Refusal
+from ...settings.cell_settings import CellSettings
+from .notifications import Listener, Listeners
 
 _ROLES = {
     AccountRole.VIEWER: Role.VIEWER,
@@ -327,3 +337,126 @@ class AccessRequests:
             return reply.answer({}) if refusal is None else reply.refuse(refusal)
 
         return self._change(reply.session, answer, action, name, role)
+
+
+_ALWAYS = ~(Capability.RECORDING | Capability.SIGNALS | Capability.SCENE)
+"""The rest needs surroundings."""
+
+
+_LEAST_RATE, _GREATEST_RATE = 1.0, 125.0
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """What hello says of this server.
+
+    Attributes:
+        cell: name of the cell.
+        robot: name of the robot.
+        server: name and version of the program.
+        cells: name and robot of every cell of this server; empty for this one alone.
+    """
+
+    cell: str
+    robot: str
+    server: str
+    cells: tuple[tuple[str, str], ...] = ()
+
+
+class Greeting:
+    """The door of one cell: everybody comes in here, and nothing else is answered before.
+
+    Attributes:
+        offers: what the server offers to whoever comes in.
+    """
+
+    def __init__(
+        self,
+        identity: Identity,
+        dof: int,
+        settings: CellSettings,
+        listeners: Listeners,
+        access: AccessRequests,
+        offers: Capability,
+    ) -> None:
+        """Make a door.
+
+        Args:
+            identity: what the answer says of this server.
+            dof: driven joints of the robot.
+            settings: the cell's configuration.
+            listeners: the connections.
+            access: told who came in.
+            offers: what the surroundings of the robot add to what is always offered.
+        """
+        self.offers = _ALWAYS | offers
+        self._identity = identity
+        self._dof = dof
+        self._settings = settings
+        self._listeners = listeners
+        self._access = access
+
+    def hello(self, session: int, hello: Hello, now: int) -> list[Effect]:
+        """Welcome a connection, or refuse it and part with it."""
+        listener = self._listeners[session]
+        if listener.welcomed:
+            refusal = Refusal(VerdictCode.BAD_ARGUMENT, "hello was said already")
+            return [Send(session, verdict(0, refusal))]
+        refused_for = self._unwelcome(hello)
+        if refused_for is not None:
+            listener.leaving = True
+            return [Send(session, verdict(0, refused_for)), Close(session, refused_for.sentence)]
+        self._welcome(listener, hello, now)
+        return [Send(session, self._reply(session))]
+
+    def _unwelcome(self, hello: Hello) -> Refusal | None:
+        if hello.protocol_version != PROTOCOL_VERSION:
+            text = f"the server speaks version {PROTOCOL_VERSION}, not {hello.protocol_version}"
+            return Refusal(VerdictCode.VERSION, text)
+        if hello.cell not in ("", self._identity.cell):
+            text = f"no cell {hello.cell!r} here, only {self._identity.cell!r}"
+            return Refusal(VerdictCode.UNKNOWN_CELL, text)
+        return rate_fault(hello.state_rate)
+
+    def _welcome(self, listener: Listener, hello: Hello, now: int) -> None:
+        session = listener.session
+        listener.welcomed = True
+        listener.hello_name = cut(hello.client, NAME_BYTES)
+        self._access.welcomed(session, listener.address, listener.hello_name, now)
+        listener.client = self._access.name_of(session, listener.hello_name)
+        listener.looks_on = self._access.may(session, Permission.OBSERVE)
+        self._listeners.set_rate(session, hello.state_rate, now)
+
+    def _reply(self, session: int) -> HelloReply:
+        return HelloReply(
+            protocol_version=PROTOCOL_VERSION,
+            session=session,
+            capabilities=self.offers,
+            max_frame=MAX_PENDANT_FRAME,
+            dof=self._dof,
+            tick_rate=float(self._settings.tick_rate),
+            max_state_rate=self._listeners.max_rate,
+            authority_timeout=self._settings.pendants.authority_timeout,
+            cell=self._identity.cell,
+            robot=cut(self._identity.robot, NAME_BYTES),
+            server=cut(self._identity.server, NAME_BYTES),
+        )
+
+    def subscribe(self, session: int, message: Subscribe, now: int) -> Refusal | None:
+        """Set how often a pendant is sent state.
+
+        Returns:
+            Why the rate is refused.
+        """
+        refusal = rate_fault(message.state_rate)
+        if refusal is None:
+            self._listeners.set_rate(session, message.state_rate, now)
+        return refusal
+
+
+def rate_fault(rate: float) -> Refusal | None:
+    """Judge a wanted state rate [Hz]; 0 means none."""
+    if rate == 0 or _LEAST_RATE <= rate <= _GREATEST_RATE:
+        return None
+    text = f"a state rate of {rate:g} Hz; accepted: 0, or {_LEAST_RATE:g} to {_GREATEST_RATE:g}"
+    return Refusal(VerdictCode.BAD_ARGUMENT, text, value=rate, limit=_GREATEST_RATE)

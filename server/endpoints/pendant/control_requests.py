@@ -35,7 +35,7 @@ from ...recording.recording_service import RecordingService
 from ...refusal import Refusal
 from .access_requests import AccessRequests
 from .jog_requests import JogRequests
-from .listeners import Listener, Listeners
+from .notifications import Listener, Listeners
 
 
 class AuthorityRequests:

@@ -1,20 +1,24 @@
-"""Jog requests of pendants: presses, beats, releases, increments, undo.
+"""Jog requests of pendants: presses, beats, releases, increments, undo, and which key leads out.
 
 Owns the checks of the arguments, the translation of jog messages into questions to the cell, and
 who is pressing what. The checks are pure functions, made before anything else is done: values to
-the refusal that they deserve, None where they are in order. When a press dies is `press`' rule,
-whether a jog may start the cell's, how many joints the robot has is `joint_slots`' business, which
-frames there are the robot's, and the mathematics are behind `RobotModel`.
+the refusal that they deserve, None where they are in order. When a press dies is the rule of
+`Press`, whether a jog may start the cell's, how many joints the robot has is `joint_slots`'
+business, which frames there are the robot's, and the mathematics are behind `RobotModel`.
+
+Owns the request for the key that leads out of a limit, a singularity or a contact
+(`EscapeRequests`), the names of the keys, and what is said of each cause. A pendant may show the
+text, or press what the values say.
 """
 
 from __future__ import annotations
 
 import math
 import struct
-from collections import deque
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
+from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import MotionError
 from openpendant.simplemsg.pendant import (
     JogBeat,
@@ -25,6 +29,7 @@ from openpendant.simplemsg.pendant import (
     JogUndo,
     Motion,
 )
+from openpendant.simplemsg.pendant.management.cell import Retreat, RetreatRequest
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.execution.setpoint_sources import JogRows, PressCounter
@@ -35,12 +40,16 @@ from ...cell.robot_model import RobotModel
 from ...control.modes import MotionKind
 from ...events.cell_events import MotionRequest
 from ...events.effects import Effect
+from ...events.management_handlers import handles
+from ...events.reply_to import ReplyTo
 from ...planning.jobs import JointPathJob, MotionJob, PoseJob, speed_fault
-from ...refusal import NO_JOINT, Refusal, refusal_of
+from ...refusal import NO_JOINT, JsonBody, Refusal, refusal_of
 from ...settings.cell_settings import JogSettings
+from .notifications import RecentStates
 
 if TYPE_CHECKING:
-    from openpendant.motion.jog import JogCaps, JogTarget
+    from openpendant.motion.jog import EscapeDirection, JogCaps, JogTarget
+
 
 TOOL_VALUES = 6
 """Along x, y, z and about x, y, z."""
@@ -112,32 +121,6 @@ def told(value: float) -> str:
 def _as_four_bytes(value: float) -> float:
     rounded: float = _FOUR_BYTES.unpack(_FOUR_BYTES.pack(value))[0]
     return rounded
-
-
-RECENT_NS = 500_000_000
-"""A press must quote a state message that is no older than this."""
-
-
-class RecentStates:
-    """The state messages of the last half second, so that a press can quote one."""
-
-    def __init__(self) -> None:
-        self._sent: deque[tuple[int, int]] = deque()
-
-    def sent(self, sequence: int, now: int) -> None:
-        """Note a state message that left."""
-        self._sent.append((sequence, now))
-        while now - self._sent[0][1] > RECENT_NS:
-            self._sent.popleft()
-
-    def fault(self, sequence: int, now: int) -> Refusal | None:
-        """Return why a press must not quote this message."""
-        for number, at in self._sent:
-            if number == sequence and now - at <= RECENT_NS:
-                return None
-        newest = self._sent[-1][0] if self._sent else 0
-        text = f"the press quotes state {sequence}; the newest is {newest}"
-        return Refusal(VerdictCode.PRESS_STALE, text)
 
 
 class JogRequests:
@@ -331,3 +314,123 @@ class JogRequests:
     def _point_speed(self) -> float:
         cap = self._cell.modes.tool_speed_cap(self._cell.feedback.mode)
         return min(self._settings.tool_speed, cap or self._settings.tool_speed)
+
+
+_TOOL_KEYS = ("X", "Y", "Z", "A", "B", "C")
+
+
+class WayReport(JsonBody):
+    """A key that leads out, or several to hold together: names, and what a JOG_START holds."""
+
+    press: str
+    """As a person would say it: `joint 3 towards -`, `tool Z+ in base`; several with `and`."""
+    space: int
+    """1 joints, 2 tool, as in JOG_START."""
+    frame: str
+    """Empty for joints."""
+    values: tuple[float, ...]
+
+
+class HoldReport(JsonBody):
+    """One thing that the robot stands at."""
+
+    reason: str
+    """`joint-limit`, `singularity` or `collision`."""
+    text: str
+    ways: tuple[WayReport, ...]
+    """Keys that lead out, the opposite of the last press first; empty where none is known."""
+
+
+class RetreatReply(JsonBody):
+    """All that the robot stands at; empty where it stands free."""
+
+    holds: tuple[HoldReport, ...]
+
+
+class EscapeRequests:
+    """The retreats of one cell."""
+
+    def __init__(self, cell: RobotCell, view: RobotModel, jogs: JogRequests) -> None:
+        """Start with no request in progress.
+
+        Args:
+            cell: the cell.
+            view: the mathematics of its robot.
+            jogs: knows which key was pressed last.
+        """
+        self._cell = cell
+        self._view = view
+        self._jogs = jogs
+
+    @handles(RetreatRequest)
+    def _ways_out(self, asked: RetreatRequest, reply: ReplyTo[Retreat], now: int) -> list[Effect]:
+        found = self._retreat(now)
+        if isinstance(found, Refusal):
+            return reply.refuse(found)
+        return reply.answer(cast(Retreat, found.model_dump()))
+
+    def _retreat(self, now: int) -> RetreatReply | Refusal:
+        feedback = self._cell.feedback
+        position = feedback.position
+        if position is None or not feedback.is_fresh(now):
+            return Refusal(VerdictCode.FEEDBACK_STALE)
+        if not feedback.joints_rest:
+            return Refusal(VerdictCode.MOVING, "the way out is told once the robot stands")
+        found = self._view.escape_directions(position)
+        back = self._opposite(position) if found else None
+        return RetreatReply(holds=tuple(self._hold(each, back) for each in found))
+
+    def _hold(self, way: EscapeDirection, back: WayReport | None) -> HoldReport:
+        ways = [] if back is None else [back]
+        if way.rates is not None:
+            ways.append(_joint_keys(way.rates))
+        text = _told(way, self._cell.limits)
+        return HoldReport(reason=way.cause.reason, text=text, ways=tuple(ways))
+
+    def _opposite(self, position: Sequence[float]) -> WayReport | None:
+        """Return the opposite of the last press of the tool, if that leads out from here."""
+        pressed = self._jogs.pressed
+        if pressed is None or pressed.space != JogSpace.TOOL:
+            return None
+        values = tuple(-value for value in pressed.values[: pressed.value_count])
+        try:
+            is_out = self._view.leads_out(position, values, pressed.frame)
+        except MotionError:
+            return None  # the frame was removed since
+        return _tool_key(values, pressed) if is_out else None
+
+
+def _joint_keys(values: tuple[float, ...]) -> WayReport:
+    named = " and ".join(
+        f"joint {joint + 1} towards {_sign(value)}" for joint, value in enumerate(values) if value
+    )
+    return WayReport(press=named, space=JogSpace.JOINTS, frame="", values=values)
+
+
+def _tool_key(values: tuple[float, ...], pressed: JogStart) -> WayReport:
+    keys = zip(_TOOL_KEYS, values, strict=True)
+    named = " and ".join(f"{key}{_sign(value)}" for key, value in keys if value)
+    press = f"tool {named} in {pressed.frame}"
+    return WayReport(press=press, space=JogSpace.TOOL, frame=pressed.frame, values=values)
+
+
+def _sign(value: float) -> str:
+    return "+" if value > 0.0 else "-"
+
+
+def _told(way: EscapeDirection, limits: JointLimits) -> str:
+    """Return what is said of one cause, with its numbers."""
+    cause = way.cause
+    if cause.pair is not None:
+        first, second = cause.pair
+        return f"{first} and {second} are {1e3 * cause.value:.1f} mm apart"
+    if cause.joint >= 0:
+        unit = limits.unit(cause.joint)
+        at, limit = f"{cause.value:.4f} {unit}", f"{cause.limit:g} {unit}"
+        return f"joint {cause.joint + 1} stands at {at}, its limit is {limit}"
+    name = f"the {way.singularity} singularity" if way.singularity else "a singularity"
+    if way.rates is None:
+        return f"it stands at {name}; a motion of the joints leads out, such as to home"
+    if sum(map(abs, way.rates)) > 1.0:
+        return f"it stands at {name} and near another, so one joint alone does not lead out"
+    return f"it stands at {name}"

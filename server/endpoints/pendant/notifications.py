@@ -1,17 +1,27 @@
-"""What pendants are told unasked: what happened in the cell, and its state.
+"""Connections of a cell's pendants, and what they are told unasked: cell events and state.
 
-Owns who hears which news, and the numbering of state. How a message is worded is `replies`' and
-`state_report`'s business.
+Owns the deadlines of a connection, which are hello in time and no silence, and its state rate
+(`Listeners`). Must not know what a pendant asks for.
+
+Owns who is told which cell event, and the numbering of state (`Notifications`). How a message is
+worded is `replies`' and `state_report`'s business.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from openpendant.simplemsg import Message
+from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...cell.state_report import state_message
+from ...control.authority import Holder
 from ...events.cell_events import (
     AuthorityTransferred,
     CellEvent,
@@ -21,7 +31,7 @@ from ...events.cell_events import (
     OperatingModeChanged,
     StopLatchChanged,
 )
-from ...events.effects import Broadcast, Effect, Send
+from ...events.effects import Broadcast, Close, Effect, Send
 from ...events.replies import (
     authority_changed,
     jog_ended,
@@ -30,8 +40,156 @@ from ...events.replies import (
     stop_changed,
     verdict,
 )
-from .jog_requests import RecentStates
-from .listeners import Listener, Listeners
+from ...refusal import Refusal
+from ...settings.cell_settings import CellSettings
+from ..frame_faults import MOST_FAULTS, PeerFaults
+
+_SECOND_NS = 1_000_000_000
+
+
+@dataclass(slots=True)
+class Listener:
+    """One pendant's connection.
+
+    Attributes:
+        session: its number.
+        opened: when it was accepted [ns].
+        heard: when its last message came [ns].
+        address: of the peer.
+        faults: unknown and malformed frames of late.
+        client: its name, as others are shown it.
+        hello_name: its name as its hello says.
+        looks_on: it may see the state of the cell.
+        welcomed: hello was answered.
+        leaving: hello was refused; nothing more is taken.
+        period_ns: between two state messages, 0 for none.
+        due: when the next state message is [ns].
+        dropped: state messages that it was too slow for.
+    """
+
+    session: int
+    opened: int
+    heard: int
+    address: str
+    faults: PeerFaults = field(default_factory=PeerFaults)
+    client: str = ""
+    hello_name: str = ""
+    looks_on: bool = False
+    welcomed: bool = False
+    leaving: bool = False
+    period_ns: int = 0
+    due: int = 0
+    dropped: int = 0
+
+    @property
+    def holder(self) -> Holder:
+        """The connection as whoever else is told of it."""
+        return Holder(self.session, self.client)
+
+    def count_fault(self, now: int) -> list[Effect]:
+        """Count an unknown or malformed frame; the connection that sends too many is closed."""
+        if not self.faults.add(now):
+            return []
+        return [Close(self.session, f"{MOST_FAULTS} unknown or malformed requests")]
+
+
+class Listeners:
+    """All pendant connections of a cell.
+
+    Attributes:
+        max_rate: no pendant is sent state more often than this [Hz].
+    """
+
+    def __init__(self, settings: CellSettings) -> None:
+        """Know nobody yet."""
+        pendants = settings.pendants
+        self.max_rate = min(pendants.max_state_rate, float(settings.tick_rate))
+        self._hello_deadline_ns = round(pendants.hello_deadline * _SECOND_NS)
+        self._idle_timeout_ns = round(pendants.idle_timeout * _SECOND_NS)
+        self._by_session: dict[int, Listener] = {}
+
+    def __contains__(self, session: int) -> bool:
+        """Tell whether a connection is one of these."""
+        return session in self._by_session
+
+    def __getitem__(self, session: int) -> Listener:
+        """Return a connection."""
+        return self._by_session[session]
+
+    def __iter__(self) -> Iterator[Listener]:
+        """Go through all connections in the order in which they came."""
+        return iter(self._by_session.values())
+
+    def opened(self, session: int, address: str, now: int) -> None:
+        """Take note of a new connection."""
+        self._by_session[session] = Listener(session, opened=now, heard=now, address=address)
+
+    def closed(self, session: int) -> None:
+        """Forget a connection, also one that an incident ended before it was taken note of."""
+        self._by_session.pop(session, None)
+
+    def set_rate(self, session: int, rate: float, now: int) -> None:
+        """Send a connection state at a rate [Hz] from now on, 0 for never."""
+        listener = self._by_session[session]
+        listener.period_ns = round(_SECOND_NS / min(rate, self.max_rate)) if rate else 0
+        listener.due = now
+
+    def to_all(self, message: Message) -> list[Effect]:
+        """Send a message to everybody who may see what the cell does."""
+        return [
+            Send(listener.session, message)
+            for listener in self
+            if listener.welcomed and listener.looks_on
+        ]
+
+    def tick(self, now: int) -> tuple[list[Effect], list[Listener]]:
+        """Look at all deadlines.
+
+        Returns:
+            The ends of the conversations that never began or fell silent, and who of the others is
+            to be sent state now; each is due again after its period.
+        """
+        ends: list[Effect] = []
+        due: list[Listener] = []
+        for listener in self._by_session.values():
+            if listener.welcomed:
+                is_overdue = now - listener.heard > self._idle_timeout_ns
+            else:
+                is_overdue = now - listener.opened > self._hello_deadline_ns
+            if is_overdue:
+                missed = "silent for too long" if listener.welcomed else "no hello in time"
+                ends.append(Close(listener.session, missed))
+            elif listener.period_ns and now >= listener.due and listener.looks_on:
+                following = listener.due + listener.period_ns
+                listener.due = following if following > now else now
+                due.append(listener)
+        return ends, due
+
+
+RECENT_NS = 500_000_000
+"""A press must quote a state message that is no older than this."""
+
+
+class RecentStates:
+    """The state messages of the last half second, so that a press can quote one."""
+
+    def __init__(self) -> None:
+        self._sent: deque[tuple[int, int]] = deque()
+
+    def sent(self, sequence: int, now: int) -> None:
+        """Note a state message that left."""
+        self._sent.append((sequence, now))
+        while now - self._sent[0][1] > RECENT_NS:
+            self._sent.popleft()
+
+    def fault(self, sequence: int, now: int) -> Refusal | None:
+        """Return why a press must not quote this message."""
+        for number, at in self._sent:
+            if number == sequence and now - at <= RECENT_NS:
+                return None
+        newest = self._sent[-1][0] if self._sent else 0
+        text = f"the press quotes state {sequence}; the newest is {newest}"
+        return Refusal(VerdictCode.PRESS_STALE, text)
 
 
 class Notifications:

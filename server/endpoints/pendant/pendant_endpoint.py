@@ -66,16 +66,12 @@ from ...programs.execution.run_environment import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
 from ...settings.cell_settings import CellSettings
-from .access_requests import AccessRequests, CoreAccess
+from .access_requests import AccessRequests, CoreAccess, Greeting, Identity
 from .control_requests import AuthorityRequests, ControlRequests
-from .escape_request import EscapeRequests
-from .hello import Greeting, Identity
-from .jog_requests import JogRequests
-from .listeners import Listener, Listeners
-from .management import ManagementRequests
+from .jog_requests import EscapeRequests, JogRequests
+from .management import ManagementRequests, ServedCells
 from .motion_requests import PendantMotions
-from .notifications import Notifications
-from .snapshot import ServedCells
+from .notifications import Listener, Listeners, Notifications
 
 _Answered = Refusal | None | list[Effect]
 """Why a request is refused; None where it is done; else all that is to be written because of it,

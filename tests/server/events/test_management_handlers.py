@@ -8,7 +8,7 @@ import pytest
 from rigs.cells.emulated_cell import EmulatedCell
 
 from openpendant.server.endpoints.pendant.access_requests import AccessRequests
-from openpendant.server.endpoints.pendant.escape_request import EscapeRequests
+from openpendant.server.endpoints.pendant.jog_requests import EscapeRequests
 from openpendant.server.endpoints.pendant.management import ManagementRequests
 from openpendant.server.events.effects import Effect
 from openpendant.server.events.management_handlers import handlers_of, handles
