@@ -23,8 +23,7 @@ from openpendant.motion.trajectory.straight_certificate import certify_straight_
 from openpendant.simplemsg.pendant import JogEnd
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..control.authority import Holder, MotionAuthority
-from ..control.modes import MotionKind, OperatingModes
+from ..control import Holder, MotionAuthority, MotionKind, OperatingModes
 from ..events.cell_events import MotionEnded, MotionRefused, MotionRequest, MotionStarted
 from ..events.effects import Effect
 from ..events.pending import Pending

@@ -22,8 +22,7 @@ from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg.pendant import Activity, OperatingMode, ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..control.authority import Holder, MotionAuthority
-from ..control.modes import MotionKind, OperatingModes
+from ..control import Holder, MotionAuthority, MotionKind, OperatingModes
 from ..events.cell_events import (
     AuthorityTransferred,
     CellEvent,

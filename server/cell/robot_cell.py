@@ -25,8 +25,7 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..control.authority import AuthorityChange, Holder, MotionAuthority
-from ..control.modes import MotionKind, OperatingModes
+from ..control import AuthorityChange, Holder, MotionAuthority, MotionKind, OperatingModes
 from ..events.cell_events import (
     AuthorityTransferred,
     Interruption,

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from openpendant.simplemsg.pendant.management.cell import WhyRequest, Wish
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 
-from ..control.modes import MotionKind
+from ..control import MotionKind
 from ..events.cell_events import StopLatch
 from ..refusal import JsonBody, Refusal
 from .interlocks import Interlock, InterlockQuery, check_interlocks

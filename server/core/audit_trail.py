@@ -13,7 +13,7 @@ from ..access.admission import Admission
 from ..access.audit import AuditEntry, AuditEvent, Detail
 from ..access.grants import Record, Visitor
 from ..cell.robot_cell import RobotCell
-from ..control.authority import Holder
+from ..control import Holder
 from ..events.cell_events import (
     AuthorityTransferred,
     CellEvent,

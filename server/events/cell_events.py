@@ -15,7 +15,7 @@ from typing import TypeAlias
 from openpendant.simplemsg.pendant import Activity, JogEnd, OperatingMode, ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..control.authority import AuthorityChange, Holder
+from ..control import AuthorityChange, Holder
 from ..planning.jobs import PlaybackPlan
 from ..refusal import Refusal
 

@@ -22,7 +22,7 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..control.authority import Holder
+from ..control import Holder
 from ..refusal import Refusal
 from .cell_events import (
     AuthorityTransferred,

@@ -25,8 +25,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.interlocks import ending
 from ..cell.robot_cell import RobotCell
-from ..control.authority import Holder
-from ..control.modes import MotionKind
+from ..control import Holder, MotionKind
 from ..events.cell_events import (
     CellEvent,
     MotionEnded,

@@ -17,7 +17,7 @@ from openpendant.server.access.accounts import AccountBook
 from openpendant.server.access.process_backend import ProcessAccess
 from openpendant.server.cell.execution.motion_watch import MotionWatch, ReportTiming
 from openpendant.server.cell.execution.tracking import tracking_tolerances
-from openpendant.server.control.modes import REDUCED_SPEED
+from openpendant.server.control import REDUCED_SPEED
 from openpendant.server.events.events import TICK, ControllerReport, PathChanged, Port
 from openpendant.server.settings.cell_settings import (
     CellSettings,

@@ -19,7 +19,7 @@ from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import Activity, JogEnd
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ...control.modes import MotionKind
+from ...control import MotionKind
 from ...events.cell_events import (
     CellEvent,
     MotionEnded,

@@ -27,7 +27,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ...cell.cell_motions import CellMotions
 from ...cell.interlocks import permission
 from ...cell.robot_cell import RobotCell
-from ...control.authority import Holder
+from ...control import Holder
 from ...events.effects import Effect, Send
 from ...events.replies import REASON_BYTES, authority_wanted, cut, verdict
 from ...programs.execution.program_executor import ProgramExecutor

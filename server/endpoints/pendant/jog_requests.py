@@ -37,7 +37,7 @@ from ...cell.execution.trajectory_execution import UndoPlan, Waypoints
 from ...cell.joint_slots import JointSlots
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
-from ...control.modes import MotionKind
+from ...control import MotionKind
 from ...events.cell_events import MotionRequest
 from ...events.effects import Effect
 from ...events.management_handlers import handles

@@ -21,7 +21,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...cell.state_report import state_message
-from ...control.authority import Holder
+from ...control import Holder
 from ...events.cell_events import (
     AuthorityTransferred,
     CellEvent,

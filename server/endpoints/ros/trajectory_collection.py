@@ -25,8 +25,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ...cell.execution.point_stream import START_TOLERANCE
 from ...cell.interlocks import PASSING
 from ...cell.robot_cell import RobotCell
-from ...control.authority import Holder
-from ...control.modes import MotionKind
+from ...control import Holder, MotionKind
 from ...events.cell_events import MotionOwner, MotionRequest
 from ...events.effects import Close, Effect, Send
 from ...planning.jobs import RosPathJob

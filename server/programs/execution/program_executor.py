@@ -22,8 +22,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ...cell.interlocks import broken_condition, ending, permission
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
-from ...control.authority import Holder
-from ...control.modes import MotionKind
+from ...control import Holder, MotionKind
 from ...events.cell_events import (
     CellEvent,
     Interruption,

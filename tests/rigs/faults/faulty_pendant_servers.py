@@ -16,7 +16,7 @@ import pytest
 from openpendant.server.cell.execution.trajectory_execution import TrajectoryExecution
 from openpendant.server.cell.robot_cell import RobotCell
 from openpendant.server.cell.state_report import state_message
-from openpendant.server.control.authority import AuthorityChange, Holder, MotionAuthority
+from openpendant.server.control import AuthorityChange, Holder, MotionAuthority
 from openpendant.server.endpoints.pendant.management import ManagementRequests
 from openpendant.server.endpoints.pendant.motion_requests import PendantMotions
 from openpendant.server.endpoints.pendant.notifications import Listeners, Notifications
