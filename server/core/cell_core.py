@@ -1,18 +1,37 @@
-"""The pendant server as one pure core: both faces and the cell behind them.
+"""Core of one cell: both endpoints and the robot cell behind them, pure.
 
 Every event comes in through `handle` with its time and goes out as a list of `Effect`, so a
 packet's way from the transport to the controller is one call stack. No socket, clock, file or
 thread in here. Beside `handle` only `fail` changes anything: after a fault of ours nothing in here
 can be trusted, so the core stops the robot once and is deaf.
+
+Owns which message of a controller is an answer that was owed, one that nobody asked for, a
+question to us, or a report, on each of the three connections (`ControllerInput`). What follows
+from it is the cell's business.
+
+Owns what a server does that finds its event loop stood still: it latches a stop (promise 26,
+`LoopMonitor`). The watchdog process, which stops the robot meanwhile, has its own rule in
+`watchdog_rules`.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
 from openpendant.motion.description.limits import JointLimits
-from openpendant.simplemsg.pendant import Activity
+from openpendant.simplemsg import (
+    CommType,
+    Malformed,
+    Ping,
+    ReplyCode,
+    Unasked,
+    accepted,
+    message_type,
+    refused,
+)
+from openpendant.simplemsg.pendant import Activity, OperatorEvent
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.robot_cell import SERVER, RobotCell
@@ -31,7 +50,7 @@ from ..events.cell_events import (
     StopLatch,
     StopLatchChanged,
 )
-from ..events.effects import Ask, Backend, Close, Effect, Send, SendStop
+from ..events.effects import AnswerController, Ask, Backend, Close, Effect, Send, SendStop
 from ..events.events import (
     Answered,
     ClientFailed,
@@ -60,8 +79,121 @@ from ..settings.cell_settings import CellSettings, ControllerPath
 from ..store.documents import Heading
 from ..uplinks import dialect_of
 from .audit_trail import AuditTrail
-from .controller_input import ControllerInput
-from .loop_monitor import LoopMonitor, late_refusal
+
+# Each report of each robot comes by here, and members of an enumeration are slow to look up.
+_REPLY, _REQUEST = CommType.REPLY, CommType.REQUEST
+_NO_MESSAGE = (Unasked, Malformed)
+_MOTION, _STATE = ControllerPath.MOTION, ControllerPath.STATE
+_IDENTITY = OperatorEvent.PLACE.msg_type
+
+
+class ControllerInput:
+    """The messages of the controller of one cell."""
+
+    def __init__(self, cell: RobotCell, around: CellEnvironment | None) -> None:
+        """Join the cell with what surrounds its robot; None in a cell without."""
+        self._cell = cell
+        self._around = around
+
+    def take(self, event: ControllerReport, now: int) -> list[Effect]:
+        """Hand a message of the controller to whom it is for."""
+        cell, around = self._cell, self._around
+        path, received = event.path, event.message
+        if isinstance(received, _NO_MESSAGE):
+            return _misheard(cell, path, received, now)
+        is_motion = path is _MOTION
+        kind = received.comm_type
+        if kind == _REPLY:
+            if is_motion:
+                return cell.answered(received, event.pending, now)
+            if path is _STATE and message_type(received) == _IDENTITY:
+                return cell.identified(received.reply_code, now)
+            asked = around if path is _STATE else None
+            return [] if asked is None else asked.answered(received, now)
+        if kind == _REQUEST:
+            # But for a ping a controller has nothing to ask of us; an answer is still owed.
+            is_ping = isinstance(received, Ping)
+            return [AnswerController(path, accepted(received) if is_ping else refused(received))]
+        if path is not _STATE:
+            return []
+        out = cell.reported(received, now)
+        return out if around is None else out + around.reported(now)
+
+
+def _misheard(
+    cell: RobotCell, path: ControllerPath, received: Unasked | Malformed, now: int
+) -> list[Effect]:
+    """Take what is no message: an answer that nobody asked for, or one that cannot be read."""
+    if path is _STATE:
+        return _misidentified(cell, received, now)
+    if path is not _MOTION:
+        return []
+    if isinstance(received, Unasked):
+        return cell.misanswered("the controller answered although nothing was asked", now)
+    return cell.misanswered(str(received.error), now) if received.comm_type == _REPLY else []
+
+
+def _misidentified(cell: RobotCell, received: Unasked | Malformed, now: int) -> list[Effect]:
+    """Take an answer to whether the controller is emulated that came twice, or cannot be read."""
+    if isinstance(received, Malformed):
+        is_answer = received.msg_type == _IDENTITY and received.comm_type == _REPLY
+        return cell.identified(ReplyCode.FAILURE, now) if is_answer else []
+    again = received.message
+    return cell.identified(again.reply_code, now) if message_type(again) == _IDENTITY else []
+
+
+class LoopMonitor:
+    """The server's own look at its clock: was the loop away for longer than the watchdog waits?
+
+    Attributes:
+        late_from: of an event from then on `lateness` is asked [ns]; of none before the first tick.
+    """
+
+    def __init__(self, real_ns: int, emulated_ns: int) -> None:
+        """Make a watch that has seen no tick.
+
+        Args:
+            real_ns: how long the watchdog waits where the controller may be a real one.
+            emulated_ns: the same where it says that it is emulated.
+        """
+        self._deadlines_ns = real_ns, emulated_ns
+        self.late_from: float = math.inf
+        self._ticked = 0
+
+    def tick(self, now: int, *, says_emulated: bool) -> None:
+        """Take note of a tick.
+
+        Args:
+            now: monotonic time, ns.
+            says_emulated: whether the controller says that it is emulated, as the watchdog knows.
+        """
+        self._ticked = now
+        self.late_from = now + self._deadlines_ns[says_emulated]
+
+    def stopped(self) -> None:
+        """Take note that the watchdog has stopped the robots, whatever the clock says here.
+
+        It measures when beats arrive, so of a delay close to the deadline it may judge otherwise.
+        """
+        self.late_from = -math.inf
+
+    def lateness(self, now: int) -> int:
+        """Return for how long the loop was away [ns], and take note that this was found out.
+
+        To be asked before anything is done about an event from `late_from` on: the first one after
+        a freeze is as likely an answer of the controller as a tick, and no set-point may leave
+        because of it.
+        """
+        late = now - self._ticked
+        self.tick(now, says_emulated=False)
+        return late
+
+
+def late_refusal(late: int) -> Refusal:
+    """Return why a motion is ended by a server that was away for `late` [ns]."""
+    text = f"the server did not tick for {late / 1e6:.0f} ms; the robot was stopped"
+    return Refusal(VerdictCode.SERVER_LATE, text, value=late / 1e9)
+
 
 _ROS_PORTS = {Port.ROS_MOTION: RosPort.MOTION, Port.ROS_STATE: RosPort.STATE}
 

@@ -35,9 +35,9 @@ from ..events.cell_events import (
     MotionRequest,
 )
 from ..events.effects import Effect, Send
+from ..events.management_requests import ReplyTo
 from ..events.pending import Pending, Steps
 from ..events.replies import outcome
-from ..events.reply_to import ReplyTo
 from ..planning.jobs import PoseGoal, RecordingJob
 from ..refusal import Refusal
 from ..store.documents import Document, DocumentKind, Extent

@@ -25,8 +25,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.robot_cell import RobotCell
 from ..events.effects import Effect
-from ..events.management_handlers import handles
-from ..events.reply_to import ReplyTo
+from ..events.management_requests import ReplyTo, handles
 from ..refusal import Refusal
 from ..store.documents import DocumentKind
 from .planning_scene import FrameChange, PlanningScene, SceneChange, Told

@@ -44,10 +44,9 @@ from ...access.pairing import Chooser
 from ...access.request_gate import RequestGate
 from ...access.secret import Secret
 from ...events.effects import Close, Effect, Send
-from ...events.management_handlers import handles
+from ...events.management_requests import ReplyTo, handles
 from ...events.pending import Pending
 from ...events.replies import NAME_BYTES, claimed, cut, verdict
-from ...events.reply_to import ReplyTo
 from ...refusal import Refusal
 from ...settings.cell_settings import CellSettings
 from .notifications import Listener, Listeners

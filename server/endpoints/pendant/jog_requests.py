@@ -40,8 +40,7 @@ from ...cell.robot_model import RobotModel
 from ...control import MotionKind
 from ...events.cell_events import MotionRequest
 from ...events.effects import Effect
-from ...events.management_handlers import handles
-from ...events.reply_to import ReplyTo
+from ...events.management_requests import ReplyTo, handles
 from ...planning.jobs import JointPathJob, MotionJob, PoseJob, speed_fault
 from ...refusal import NO_JOINT, JsonBody, Refusal, refusal_of
 from ...settings.cell_settings import JogSettings

@@ -24,9 +24,14 @@ from ...cell.robot_cell import RobotCell
 from ...cell.why import why
 from ...environment import CellEnvironment
 from ...events.effects import Effect, Send
-from ...events.management_body import is_of_topic, unknown
-from ...events.management_handlers import Handler, handlers_of, handles
-from ...events.reply_to import ReplyTo
+from ...events.management_requests import (
+    Handler,
+    ReplyTo,
+    handlers_of,
+    handles,
+    is_of_topic,
+    unknown,
+)
 from ...programs.language.program_errors import ProgramError
 from ...programs.program_service import ProgramService
 from ...refusal import JsonBody, Refusal, refusal_of

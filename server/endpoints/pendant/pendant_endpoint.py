@@ -59,7 +59,7 @@ from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...environment import CellEnvironment
 from ...events.effects import Effect, Send
-from ...events.management_body import parse
+from ...events.management_requests import parse
 from ...events.pending import Pending
 from ...events.replies import sent_away, verdict
 from ...programs.execution.run_environment import BareEnvironment

@@ -16,10 +16,8 @@ from openpendant.server.endpoints.pendant.management import carry_out
 from openpendant.server.environment import CellEnvironment
 from openpendant.server.events.cell_events import CellEvent
 from openpendant.server.events.effects import Ask, Backend, Effect, QueryController, Send
-from openpendant.server.events.management_body import parse
-from openpendant.server.events.management_handlers import handlers_of
+from openpendant.server.events.management_requests import ReplyTo, handlers_of, parse
 from openpendant.server.events.pending import Pending
-from openpendant.server.events.reply_to import ReplyTo
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.robot_kinematics import RobotKinematics
