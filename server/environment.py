@@ -19,10 +19,9 @@ from .events.pending import Pending
 from .programs.interpreter.signal_offers import Offer
 from .recording.recording_service import RecordingService
 from .refusal import Refusal, refusal_of
-from .scene.planning_scene import PlanningScene
+from .scene.planning_scene import PlanningScene, RobotEnvironment
 from .scene.scene_monitor import SceneMonitor
 from .scene.scene_service import SceneService
-from .scene.scene_view import RobotEnvironment
 from .scene.signals import CellSignals
 from .scene.trace import ToolTrace
 from .settings.cell_settings import CellSettings

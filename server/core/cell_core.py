@@ -39,7 +39,7 @@ from ..cell.robot_model import RobotModel
 from ..endpoints.pendant.access_requests import CoreAccess, Identity
 from ..endpoints.pendant.pendant_endpoint import PendantEndpoint
 from ..endpoints.ros.ros_endpoint import RosEndpoint
-from ..endpoints.ros.ros_link import RosPort
+from ..endpoints.ros.ros_trajectory import RosPort
 from ..environment import CellEnvironment
 from ..events.cell_events import (
     CellEvent,
@@ -74,7 +74,7 @@ from ..events.pending import Pending
 from ..events.replies import stop_changed, verdict
 from ..planning.jobs import MotionJob
 from ..refusal import Refusal
-from ..scene.scene_view import RobotEnvironment
+from ..scene.planning_scene import RobotEnvironment
 from ..settings.cell_settings import CellSettings, ControllerPath
 from ..store.documents import Heading
 from ..uplinks import dialect_of

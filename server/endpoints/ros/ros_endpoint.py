@@ -44,9 +44,8 @@ from ...events.cell_events import CellEvent, Interruption, MotionEnded, MotionRe
 from ...events.effects import Broadcast, Effect, Send
 from ...refusal import Refusal
 from ...settings.cell_settings import CellSettings
-from .ros_link import RosLink, RosPort
+from .ros_trajectory import RosLink, RosOutcomes, RosPort
 from .trajectory_collection import RosTrajectories
-from .trajectory_outcomes import RosOutcomes
 
 
 class RosStatePort:

@@ -31,9 +31,17 @@ from ...events.effects import Close, Effect, Send
 from ...planning.jobs import RosPathJob
 from ...refusal import Refusal
 from ...settings.cell_settings import RosSettings as RosSettings
-from .ros_link import OrphanedPoints, RosLink, WaitingTrajectory
-from .ros_trajectory import Collection, PointMessage, begins, streamed
-from .trajectory_outcomes import RosOutcomes, Sender
+from .ros_trajectory import (
+    Collection,
+    OrphanedPoints,
+    PointMessage,
+    RosLink,
+    RosOutcomes,
+    Sender,
+    WaitingTrajectory,
+    begins,
+    streamed,
+)
 
 LATEST_BEGINNING_NS = 1_000_000_000
 """So long after its last point a trajectory may begin at the latest, and what planning takes.
