@@ -37,7 +37,8 @@ class CellEnvironment:
         signals: inputs and outputs.
         recordings: recordings.
         trace: the way of the tool.
-        desk: answers requests about all of these but recordings.
+        monitor: checks the motion under way where the scene changes.
+        service: answers requests about all of these but recordings.
     """
 
     def __init__(
@@ -51,7 +52,7 @@ class CellEnvironment:
         """Join the parts; from now on motions are checked against the scene."""
         self._cell = cell
         self._view = view
-        self._guard = SceneMonitor(cell, settings.controller, pending)
+        self.monitor = SceneMonitor(cell, settings.controller, pending)
         self.world = PlanningScene(settings.name, view, cell, pending.ask, self._scene_changed)
         self.signals = CellSignals(is_offered=settings.controller.signals == "openpendant")
         self.trace = ToolTrace()
@@ -62,7 +63,7 @@ class CellEnvironment:
             robot_name=robot_name,
             state_period=settings.controller.state_period,
         )
-        self.desk = SceneService(cell, self.world, view, self.signals, self.trace, robot_name)
+        self.service = SceneService(cell, self.world, view, self.signals, self.trace, robot_name)
         self._traced = 0
         self._reported = -1  # when the last report came that was taken
         cell.motions.scene = view.scene
@@ -84,7 +85,7 @@ class CellEnvironment:
 
     def _scene_changed(self, scene: Scene, now: int) -> list[Effect]:
         self._cell.motions.scene = scene
-        return self._guard.changed(scene, now)
+        return self.monitor.changed(scene, now)
 
     # What happens in the cell.
 
@@ -109,14 +110,11 @@ class CellEnvironment:
         """Take an answer on the controller's state connection."""
         return self.signals.answered(reply, now)
 
-    def began(self, now: int) -> list[Effect]:
-        """Take note that the cell took a plan."""
-        return self._guard.began(now)
-
     @property
     def ticked(self) -> tuple[Callable[[int], list[Effect]], ...]:
         """What is to be told of each tick but the first, in this order."""
-        return *self.recordings.ticked, self.signals.tick, self._guard.tick
+        signals = (self.signals.tick,) if self.signals.is_offered else ()
+        return *self.recordings.ticked, *signals, self.monitor.tick
 
     def shut_down(self) -> list[Effect]:
         """Have written what is recorded."""

@@ -390,7 +390,8 @@ class RobotCell:
 
     def tick(self, now: int) -> list[Effect]:
         """Advance by one control tick: deadlines, due set-points, arrival."""
-        out = self.authority_gone(self.authority.expire(now), now)
+        expired = self.authority.expire(now)
+        out = [] if expired is None else self.authority_gone(expired, now)
         out += self.driving.settle(now)
         lost = self.lost_enabling(now)
         return out + (self.driving.advance(now) if lost is None else self.end(lost, now))

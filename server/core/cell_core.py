@@ -42,11 +42,14 @@ from ..endpoints.ros.ros_endpoint import RosEndpoint
 from ..endpoints.ros.ros_trajectory import RosPort
 from ..environment import CellEnvironment
 from ..events.cell_events import (
+    AuthorityTransferred,
     CellEvent,
+    Interruption,
     MotionEnded,
     MotionEvent,
     MotionOwner,
     MotionRefused,
+    OperatingModeChanged,
     StopLatch,
     StopLatchChanged,
 )
@@ -269,24 +272,31 @@ class CellCore:
             MotionOwner.PROGRAM: programs.on_cell_event,
             MotionOwner.ROS: self.ros.on_cell_event,
         }
-        self._subscribers: list[_Hear] = [announcing.on_cell_event, programs.on_cell_event]
+        waiting: tuple[_Hear, ...] = (programs.on_cell_event,)
         if recordings is not None:
             self._owners[MotionOwner.RECORDING] = recordings.on_cell_event
-            self._subscribers.append(recordings.on_cell_event)
-        self._subscribers.append(self.ros.on_cell_event)
+            waiting += (recordings.on_cell_event,)
+        # Each event to those alone whom it concerns; the order is that of the bytes that leave.
+        self._subscribers: Mapping[type[CellEvent], tuple[_Hear, ...]] = {
+            AuthorityTransferred: (announcing.on_cell_event, *waiting),
+            StopLatchChanged: (announcing.on_cell_event, *waiting),
+            OperatingModeChanged: (announcing.on_cell_event, *waiting),
+            Interruption: (*waiting, self.ros.on_cell_event),
+        }
         # A second one, so that a stop can be made whatever became of the cell's own.
         self._last_resort = dialect_of(settings.controller).uplink(
             settings.controller, limits.velocity
         )
 
     def publish(self, event: CellEvent, now: int) -> list[Effect]:
-        """Tell whom an event of the cell concerns: a motion's owner, or all in their order."""
+        """Tell whom an event of the cell concerns: a motion's owner, or its subscribers."""
         self._trail.on_cell_event(event, now)  # first, whatever the others make of it
         if isinstance(event, MotionEvent):
             if not isinstance(event, MotionRefused):
                 self.cell.ended = event.refusal if isinstance(event, MotionEnded) else None
             return self._owners[event.request.owner](event, now)
-        return [item for hear in self._subscribers for item in hear(event, now)]
+        hearing = self._subscribers.get(type(event), ())
+        return [item for hear in hearing for item in hear(event, now)]
 
     def handle(self, event: Event, now: int) -> list[Effect]:
         """Take an event; return what follows from it, in order.
@@ -398,7 +408,8 @@ class CellCore:
         out = self._pending.resume(event.ask, event.answer, now)
         if self.environment is None or not isinstance(event.ask.question, MotionJob):
             return out
-        return out + self.environment.began(now)
+        monitor = self.environment.monitor
+        return out + monitor.began(now) if monitor.is_planned_before else out
 
     def _on_tick(self, event: Tick, now: int) -> list[Effect]:
         self._loop.tick(now, says_emulated=self.cell.feedback.says_emulated)

@@ -54,7 +54,11 @@ class _Look:
 
 
 class SceneMonitor:
-    """Watches the motion of one cell while its scene changes."""
+    """Watches the motion of one cell while its scene changes.
+
+    Attributes:
+        is_planned_before: the next motion may have been planned for an older scene.
+    """
 
     def __init__(self, cell: RobotCell, link: ControllerLink, pending: Pending) -> None:
         """Make a monitor without a check.
@@ -69,7 +73,7 @@ class SceneMonitor:
         # Longest time that the robot may be behind the last set-point sent [s].
         self._behind = link.planned_lead + link.abort_age_ns / 1e9
         self._look: _Look | None = None
-        self._is_planned_before = False  # the next motion may be planned for an older scene
+        self.is_planned_before = False
         self._job_id = 0
 
     def changed(self, scene: Scene, now: int) -> list[Effect]:
@@ -80,7 +84,7 @@ class SceneMonitor:
             jog.release(JogEnd.STOPPED, now)
             return []
         if cell.driving.activity is Activity.PLANNING:
-            self._is_planned_before = True
+            self.is_planned_before = True
             return []
         rows = cell.motions.playing
         return [] if rows is None else self._look_along(rows, scene, now)
@@ -94,9 +98,9 @@ class SceneMonitor:
         """
         motions = self._cell.motions
         rows = motions.playing
-        if not self._is_planned_before or rows is None or motions.scene is None:
+        if not self.is_planned_before or rows is None or motions.scene is None:
             return []
-        self._is_planned_before = False
+        self.is_planned_before = False
         return self._look_along(rows, motions.scene, now)
 
     def _look_along(self, rows: StoredRows, scene: Scene, now: int) -> list[Effect]:

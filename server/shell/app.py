@@ -122,7 +122,7 @@ class App:
             submit=backends(planner, self._store, self._access),
             answered=partial(self.inbox.answered, number),
             plans=served.plans,
-            watch=self._tell_watchdog,
+            watch=None if self._watchdog is None else self._tell_watchdog,
         )
         return CellShell(core, label, links, outbox)
 

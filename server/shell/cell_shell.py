@@ -176,7 +176,7 @@ class Outbox:
         submit: Mapping[type[Question], Submit],
         answered: Callable[[Ask, object], None],
         plans: PlanStore | None,
-        watch: Callable[[], None],
+        watch: Callable[[], None] | None,
     ) -> None:
         """Join what effects are carried out with.
 
@@ -190,7 +190,7 @@ class Outbox:
             submit: who answers which class of questions.
             answered: is told each question with its answer.
             plans: where motions are kept; None for nowhere.
-            watch: tells the watchdog what may move now.
+            watch: tells the watchdog what may move now; None where there is none.
         """
         self.is_watched = False
         self._journal = journal
@@ -215,7 +215,7 @@ class Outbox:
         for item in outgoing:
             match item:
                 case SendToController(message=message):
-                    if not self.is_watched:
+                    if not self.is_watched and self._watch is not None:
                         # Before the first point leaves, lest the loop hang behind it.
                         self._watch()
                         self.is_watched = True

@@ -99,9 +99,11 @@ class Feedback:
         self._full = False
         self._still_at: tuple[float, ...] = ()
         self._still_since = 0
+        self._stands: bool | None = None  # as the last message tells, once somebody asked
 
     def take(self, message: Message, now: int) -> None:
         """Take a report of the controller; other messages are none of our business."""
+        self._stands = None
         match message:
             case JointFeedback(valid_fields=valid, positions=positions):
                 if valid & _POSITION:
@@ -145,6 +147,7 @@ class Feedback:
 
     def forget(self) -> None:
         """Forget everything, because the state connection was lost."""
+        self._stands = None
         self.position = None
         self.status = None
         self.mode = ControllerMode.UNKNOWN
@@ -172,7 +175,9 @@ class Feedback:
     @property
     def is_standing(self) -> bool:
         """Whether the robot stands, as far as the controller and the joints tell."""
-        return not self._calls_itself_moving and self.joints_rest
+        if self._stands is None:
+            self._stands = not self._calls_itself_moving and self.joints_rest
+        return self._stands
 
     def stands_after(self, end: int, now: int) -> bool:
         """Tell whether the robot stands by what was reported from a time on.

@@ -205,7 +205,7 @@ class MotionWatch:
         self._cap = cap
         self._greatest_cap: float | None = 0.0
         self._path: PathTracking | None = PathTracking(tolerances)
-        self._last_speeds = [0.0] * limits.dof  # greatest commanded before the stop
+        self._last_speeds = [0.0] * len(start)  # greatest commanded before the stop
         beyond = tolerances.range
         ends = zip(limits.lower, limits.upper, start, beyond, strict=True)
         self._ends = [(min(low, at) - room, max(up, at) + room) for low, up, at, room in ends]

@@ -128,7 +128,8 @@ class PointStream:
         Returns:
             The message; None where none is due; a refusal where it failed the last look.
         """
-        self._look(now)
+        if now != self._looked:
+            self._look(now)
         rows, following = self.rows, self._following
         due = None if self._uplink.is_full else rows.next_time
         if due is None:

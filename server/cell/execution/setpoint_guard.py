@@ -40,7 +40,7 @@ class SetpointGuard:
         self._last: Row | None = None
         self._slowest = min(self._fastest) * _SURELY
         self._least_gain = min(self._hardest) * _SURELY
-        self._seen_at: Sequence[float] = [0.0] * limits.dof
+        self._seen_at = self._rest = [0.0] * len(limits.velocity)
         self._room = -1.0
         self._lower, self._upper = list(limits.lower), list(limits.upper)
         self._begins_outside = False
@@ -59,7 +59,7 @@ class SetpointGuard:
         last = self._last
         if last is None:
             # The first one is compared with rest at its own place.
-            last = Row(row.time, row.position, [0.0] * self._limits.dof, [])
+            last = Row(row.time, row.position, self._rest, [])
             step = 0.0
         else:
             step = row.time - last.time

@@ -278,7 +278,7 @@ class ManagementRequests:
     def surround(self, around: CellEnvironment) -> None:
         """Answer requests about the cell's surroundings too."""
         self._around = around
-        self._handlers |= handlers_of(around.desk, around.recordings)
+        self._handlers |= handlers_of(around.service, around.recordings)
 
     def answer(
         self,

@@ -12,7 +12,6 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from openpendant.simplemsg import Message
@@ -93,8 +92,8 @@ class Listener:
         return [Close(self.session, f"{MOST_FAULTS} unknown or malformed requests")]
 
 
-class Listeners:
-    """All pendant connections of a cell.
+class Listeners(dict[int, Listener]):
+    """All pendant connections of a cell by their numbers, in the order in which they came.
 
     Attributes:
         max_rate: no pendant is sent state more often than this [Hz].
@@ -102,35 +101,23 @@ class Listeners:
 
     def __init__(self, settings: CellSettings) -> None:
         """Know nobody yet."""
+        super().__init__()
         pendants = settings.pendants
         self.max_rate = min(pendants.max_state_rate, float(settings.tick_rate))
         self._hello_deadline_ns = round(pendants.hello_deadline * _SECOND_NS)
         self._idle_timeout_ns = round(pendants.idle_timeout * _SECOND_NS)
-        self._by_session: dict[int, Listener] = {}
-
-    def __contains__(self, session: int) -> bool:
-        """Tell whether a connection is one of these."""
-        return session in self._by_session
-
-    def __getitem__(self, session: int) -> Listener:
-        """Return a connection."""
-        return self._by_session[session]
-
-    def __iter__(self) -> Iterator[Listener]:
-        """Go through all connections in the order in which they came."""
-        return iter(self._by_session.values())
 
     def opened(self, session: int, address: str, now: int) -> None:
         """Take note of a new connection."""
-        self._by_session[session] = Listener(session, opened=now, heard=now, address=address)
+        self[session] = Listener(session, opened=now, heard=now, address=address)
 
     def closed(self, session: int) -> None:
         """Forget a connection, also one that an incident ended before it was taken note of."""
-        self._by_session.pop(session, None)
+        self.pop(session, None)
 
     def set_rate(self, session: int, rate: float, now: int) -> None:
         """Send a connection state at a rate [Hz] from now on, 0 for never."""
-        listener = self._by_session[session]
+        listener = self[session]
         listener.period_ns = round(_SECOND_NS / min(rate, self.max_rate)) if rate else 0
         listener.due = now
 
@@ -138,7 +125,7 @@ class Listeners:
         """Send a message to everybody who may see what the cell does."""
         return [
             Send(listener.session, message)
-            for listener in self
+            for listener in self.values()
             if listener.welcomed and listener.looks_on
         ]
 
@@ -151,7 +138,7 @@ class Listeners:
         """
         ends: list[Effect] = []
         due: list[Listener] = []
-        for listener in self._by_session.values():
+        for listener in self.values():
             if listener.welcomed:
                 is_overdue = now - listener.heard > self._idle_timeout_ns
             else:

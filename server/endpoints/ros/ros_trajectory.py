@@ -346,7 +346,8 @@ class RosOutcomes:
             if self._silence_ns:
                 # From when it saw last, so that no row of refusals keeps a client blind.
                 seen = self._seen.get(sender.address, now)
-                self._silent[sender.address] = seen + self._silence_ns
+                kept = ((who, until) for who, until in self._silent.items() if until > now)
+                self._silent = dict(kept) | {sender.address: seen + self._silence_ns}
         done, known = points
         whose = f"ROS-I trajectory of {sender.address} (session {sender.session})"
         what = f"{'broken off' if done else 'refused'}, {done} of {known} points done"
@@ -360,14 +361,9 @@ class RosOutcomes:
         if self._silent.get(address, now) > now:
             return False
         self._seen[address] = now
-        return True
-
-    def tick(self, now: int) -> None:
-        """Forget whom nothing is kept from any more, and who has not looked for long."""
-        if self._silent:
-            self._silent = {who: until for who, until in self._silent.items() if until > now}
         if len(self._seen) > _MOST_KNOWN:
             self._seen = {who: at for who, at in self._seen.items() if now - at < self._silence_ns}
+        return True
 
 
 class RosPort(Enum):

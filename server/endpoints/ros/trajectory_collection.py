@@ -410,7 +410,6 @@ class RosTrajectories:
     def tick(self, now: int) -> list[Effect]:
         """Plan what waited, end collections, and give idle authority back."""
         before, self._ticked = self._ticked, now
-        self.outcomes.tick(now)
         if self._leftovers:
             self._leftovers = {who: end for who, end in self._leftovers.items() if end > now}
         if not self._links and not self._orphans:
