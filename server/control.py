@@ -26,12 +26,7 @@ from .settings.cell_settings import Modes
 
 @dataclass(frozen=True, slots=True)
 class Holder:
-    """Who holds the authority.
-
-    Attributes:
-        session: number of the connection.
-        client: its name, shown to others.
-    """
+    """Who holds the authority."""
 
     session: int
     client: str
@@ -44,23 +39,14 @@ class Holder:
 
 @dataclass(frozen=True, slots=True)
 class AuthorityChange:
-    """The authority changed hands.
-
-    Attributes:
-        holder: who holds it now, None for nobody.
-        reason: why it changed.
-    """
+    """The authority changed hands."""
 
     holder: Holder | None
     reason: AuthorityReason
 
 
 class MotionAuthority:
-    """A lease with one holder.
-
-    Attributes:
-        holder: who holds it, None for nobody.
-    """
+    """A lease with one holder."""
 
     def __init__(self, timeout_ns: int) -> None:
         """Make a free lease that expires `timeout_ns` after its holder's last beat."""
@@ -76,8 +62,6 @@ class MotionAuthority:
         """Take the authority if it is free.
 
         Args:
-            holder: who asks.
-            now: monotonic time, ns.
             beats: whether the lease expires without beats; a ROS-Industrial link sends none.
 
         Returns:
@@ -160,7 +144,6 @@ class _Device:
     """The enabling device (training) of one connection.
 
     Attributes:
-        position: as last told.
         heard: when [ns].
         armed: it was let go since the last stop, panic, silence or change of mode.
     """
@@ -207,9 +190,6 @@ class OperatingModes:
         """Turn the selector; whoever enabled must let go and press again.
 
         To set the mode that is set already changes nothing, caps and enabling included.
-
-        Returns:
-            The mode now, or why it cannot be set.
         """
         if not self._is_ours:
             return Refusal(VerdictCode.MODE_NOT_OURS)

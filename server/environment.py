@@ -30,16 +30,7 @@ _TRACE_NS = 40_000_000
 
 
 class CellEnvironment:
-    """What belongs to a cell beside its motion; what a program does beside moving, too.
-
-    Attributes:
-        world: frames, tools and scene.
-        signals: inputs and outputs.
-        recordings: recordings.
-        trace: the way of the tool.
-        monitor: checks the motion under way where the scene changes.
-        service: answers requests about all of these but recordings.
-    """
+    """What belongs to a cell beside its motion; what a program does beside moving, too."""
 
     def __init__(
         self,

@@ -77,18 +77,7 @@ class CellMotions:
         publish: Publish,
         pending: Pending,
     ) -> None:
-        """Make one where nothing is planned.
-
-        Args:
-            limits: the robot's joint limits, controller side.
-            authority: the lease.
-            feedback: what the controller said last.
-            modes: the mode of operation and its speeds.
-            driving: plays what begins here.
-            recheck: the conditions, asked anew once a plan is there.
-            publish: tells everybody whom an event of the cell concerns; returns what follows.
-            pending: asks the planner.
-        """
+        """Make one where nothing is planned."""
         self.scene: Scene | None = None
         self.is_surely_free: FreeWay | None = None
         self._limits = limits
@@ -147,9 +136,6 @@ class CellMotions:
         """Have a motion planned that `check` permitted; its fate comes as news.
 
         Args:
-            request: whose it is.
-            job: what is to be planned.
-            kind: what it is for.
             back: how it is taken back once it has begun; None where it cannot be.
             begin_by: when it is too late to begin, not counting what planning takes [ns]; None
                 where it never is.
@@ -170,9 +156,7 @@ class CellMotions:
         Any other goes to the planning process, which looks along the way.
 
         Args:
-            request: whose it is.
             job: the move, from where the robot stands to a single goal.
-            now: monotonic time, ns.
         """
         if job.tool_speed is not None:
             return self.ask(request, job)
@@ -239,9 +223,6 @@ class CellMotions:
         """Set speed override and cap of the tool speed [m/s]; acts on the running motion.
 
         An override of 0 pauses it: raised again, it stands until somebody resumes it.
-
-        Returns:
-            Why a value is refused.
         """
         refusal = permission(self._authority, by.session, now)
         if refusal is None:

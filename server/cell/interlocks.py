@@ -139,10 +139,6 @@ def check_interlocks(
     """Yield every condition for a motion of a connection, in order.
 
     Args:
-        cell: the cell.
-        kind: what the motion is for.
-        session: who wants it.
-        now: monotonic time, ns.
         planned: the motion is the one that is being planned, which is then no obstacle.
         steered: the motion is the jog that is driven, which is then no obstacle either.
         asked: what is found elsewhere; None to look at the cell alone.
@@ -308,12 +304,7 @@ def outside_limits(cell: Situation) -> Refusal | None:
 
 
 def ending(news: CellEvent, by: Holder) -> Refusal | None:
-    """Return why news ends a program; None where it goes on.
-
-    Args:
-        news: what happened.
-        by: who runs the program.
-    """
+    """Return why news ends a program; None where it goes on."""
     match news:
         case Interruption(refusal=refusal):
             return refusal
@@ -328,13 +319,7 @@ def ending(news: CellEvent, by: Holder) -> Refusal | None:
 
 
 def broken_condition(cell: Situation, by: Holder, now: int) -> Refusal | None:
-    """Return why a program that will move by itself, once it has waited, may not; else None.
-
-    Args:
-        cell: the cell.
-        by: who runs the program.
-        now: monotonic time, ns.
-    """
+    """Return why a program that will move by itself, once it has waited, may not; else None."""
     if cell.modes.needs_enabling() and not cell.modes.is_enabled(by.session, now):
         return Refusal(VerdictCode.ENABLING_LOST)
     return lost(cell.feedback, now)

@@ -56,11 +56,7 @@ class Identification:
     """Asks the controller of a cell what it is, and keeps `Feedback.says_emulated`."""
 
     def __init__(self, feedback: Feedback) -> None:
-        """Have nobody to ask yet.
-
-        Args:
-            feedback: what the controller says of itself; forgets it all with the connection.
-        """
+        """Have nobody to ask yet."""
         self._feedback = feedback
         self._asked = 0
         self._said: bool | None = None  # what the first answer on this connection was taken for
@@ -118,18 +114,13 @@ class RobotCell:
     """One robot: who may move it, whether it may move now, and what it is doing.
 
     Attributes:
-        authority: the lease.
-        feedback: what the controller said last.
         modes: the mode of operation, enabling (training) and speeds.
-        driving: the motion that is under way.
         motions: what is planned and moved.
         stop: the latched stop, None where there is none.
         program: the program under way, None where there is none; `show_program` says it.
         awaited: what of frames and tools awaits the store's answer, in words; by `show_scene`.
         ended: why the last motion ended before its goal; None where it arrived or another began.
         unread: what is kept of frames, tools and scene and is not in force, in words; likewise.
-        limits: the robot's joint limits, controller side.
-        slots: reads the joint positions of messages.
     """
 
     def __init__(
@@ -143,10 +134,6 @@ class RobotCell:
         """Make a cell without a controller connection.
 
         Args:
-            settings: the cell's configuration.
-            limits: joint limits, controller side.
-            publish: tells everybody whom an event of the cell concerns; returns what follows.
-            pending: the questions of the cell.
             points: tool and elbow, held to the cap of the mode by what is reported, too.
         """
         self.limits = limits
@@ -313,11 +300,7 @@ class RobotCell:
         return self._publish(StopLatchChanged(stop, stop.by), now)
 
     def reset_stop(self, by: Holder, now: int) -> Refusal | list[Effect]:
-        """Unlatch the stop; moves nothing, and whoever enabled must press anew.
-
-        Returns:
-            Why it may not be reset, or the news.
-        """
+        """Unlatch the stop; moves nothing, and whoever enabled must press anew."""
         refusal = permission(self.authority, by.session, now)
         if refusal is not None:
             return refusal
@@ -330,11 +313,7 @@ class RobotCell:
         return self._publish(StopLatchChanged(None, by), now)
 
     def set_mode(self, by: Holder, mode: int, now: int) -> Refusal | list[Effect]:
-        """Set the mode of operation; what moves is stopped first.
-
-        Returns:
-            Why it may not be set, or what follows.
-        """
+        """Set the mode of operation; what moves is stopped first."""
         refusal = permission(self.authority, by.session, now)
         if refusal is not None:
             return refusal
@@ -351,11 +330,7 @@ class RobotCell:
     def take_authority(
         self, holder: Holder, now: int, *, beats: bool, force: bool = False
     ) -> Refusal | list[Effect]:
-        """Give the authority to a connection if it is free, or take it over by force at standstill.
-
-        Returns:
-            Why it may not have it, or the news; none where it has it already.
-        """
+        """Give the authority to a connection if it is free, or by force at standstill."""
         current = self.authority.holder
         if current is not None and current.session != holder.session:
             if not force:

@@ -18,11 +18,7 @@ if TYPE_CHECKING:
 
 
 class RobotModel(Protocol):
-    """The mathematics of one robot. Joint vectors are controller side, (n,) [rad or m].
-
-    Attributes:
-        frames: the named frames and tools.
-    """
+    """The mathematics of one robot. Joint vectors are controller side, (n,) [rad or m]."""
 
     frames: FrameTree
 

@@ -59,14 +59,7 @@ _UNKNOWN_STATUS = Status(
 
 
 def state_message(cell: RobotCell, tool: RobotModel, sequence: int, now: int) -> State:
-    """Return the state of a cell; `dropped` is left at 0.
-
-    Args:
-        cell: the cell.
-        tool: where its tool is.
-        sequence: number of the message.
-        now: monotonic time, ns.
-    """
+    """Return the state of a cell; `dropped` is left at 0."""
     # Field by field: to call the class with forty names takes six times as long, each tick.
     state = State.__new__(State)
     state.comm_type, state.reply_code = _TOPIC, _UNUSED
@@ -163,9 +156,7 @@ def status_message(cell: RobotCell, newest: Reason | None, now: int) -> Status:
     """Return the status for the ROS-I state port: the controller's, narrowed by our own.
 
     Args:
-        cell: the cell.
         newest: why the last trajectory of this face did not come to its end; None where it did.
-        now: monotonic time, ns.
 
     Returns:
         Our own obstacles make `motion_possible` false; they and a refusal are shown as an error,

@@ -75,11 +75,6 @@ def why(
     """Examine every condition of a motion.
 
     Args:
-        cell: the cell.
-        name: its name.
-        request: what somebody would like to do.
-        session: who asks.
-        now: monotonic time, ns.
         contact: tells what the robot touches; None where nothing is looked for.
         role: tells whose role is too low; None where everybody may move the robot.
     """

@@ -35,14 +35,7 @@ class AuditTrail:
     """Notes what happens in one cell."""
 
     def __init__(self, record: Record, login: Admission, cell: RobotCell, name: str) -> None:
-        """Watch a cell.
-
-        Args:
-            record: takes the entries; must not block.
-            login: who the connections are.
-            cell: the cell.
-            name: its name.
-        """
+        """Watch a cell."""
         self._record = record
         self._login = login
         self._cell = cell

@@ -164,12 +164,7 @@ class LoopMonitor:
         self._ticked = 0
 
     def tick(self, now: int, *, says_emulated: bool) -> None:
-        """Take note of a tick.
-
-        Args:
-            now: monotonic time, ns.
-            says_emulated: whether the controller says that it is emulated, as the watchdog knows.
-        """
+        """Take note of a tick."""
         self._ticked = now
         self.late_from = now + self._deadlines_ns[says_emulated]
 
@@ -209,8 +204,6 @@ class CellCore:
     """All connections of one cell, and the cell.
 
     Attributes:
-        name: of the cell.
-        cell: the robot cell.
         pendants: the pendant face.
         ros: the ROS-Industrial face.
         fault: why it serves nobody any more; None while it does.
@@ -229,10 +222,6 @@ class CellCore:
         """Make a server nobody is connected to.
 
         Args:
-            settings: the cell's configuration.
-            limits: the robot's joint limits, controller side.
-            identity: what hello says.
-            robot: the mathematics of the robot.
             environment: the same of the robot in its scene; where left out, the cell has no
                 frames, scene, signals and recordings, and no collision is looked for.
             access: who the pendants are; where left out, whoever is on this machine may do all.
@@ -299,12 +288,7 @@ class CellCore:
         return [item for hear in hearing for item in hear(event, now)]
 
     def handle(self, event: Event, now: int) -> list[Effect]:
-        """Take an event; return what follows from it, in order.
-
-        Args:
-            event: what happened.
-            now: monotonic time, ns.
-        """
+        """Take an event; return what follows from it, in order."""
         if self.fault is not None:
             if isinstance(event, Opened | ClientFailed):
                 return [Close(event.session, self.fault.sentence)]
@@ -460,10 +444,6 @@ class CellCore:
 
     def fail(self, problem: str, now: int) -> list[Effect]:
         """Stop the robot and part with everybody, because something in here went wrong.
-
-        Args:
-            problem: what went wrong.
-            now: monotonic time, ns.
 
         Returns:
             The stop first; nothing where it failed before.

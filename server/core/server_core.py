@@ -37,11 +37,7 @@ Routes: TypeAlias = Sequence[tuple[int, Event]]
 
 
 class ServerCore:
-    """The cells of a server, and whose each connection is.
-
-    Attributes:
-        cores: the core of each cell.
-    """
+    """The cells of a server, and whose each connection is."""
 
     def __init__(self, cores: Sequence[CellCore]) -> None:
         """Join cells of different names."""
@@ -54,7 +50,6 @@ class ServerCore:
         """Return which cells an event of a connection is for, and what to hand them, in order.
 
         Args:
-            event: what happened.
             cell: of a new connection whose port it is; None for the pendant port of all.
         """
         session = event.session

@@ -149,7 +149,6 @@ class ReplyTo(Generic[Answer]):
     """Sender of one request; makes its reply, a JSON object with the keys of `Answer`.
 
     Attributes:
-        session: number of the connection.
         name: of the author, as saved with a change.
         request_id: the client's own number for the request.
     """

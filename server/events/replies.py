@@ -107,9 +107,6 @@ def sent_away(refusal: Refusal) -> Outcome:
     """Return the notification of a pendant that it may not observe any more.
 
     It answers no request of the pendant, hence id 0.
-
-    Args:
-        refusal: why it may not.
     """
     return outcome(MotionEnded(MotionRequest(0, 0), refusal, plan_time=0.0, motion_time=0.0))
 
@@ -145,7 +142,6 @@ def jog_ended(account: StopAccount, tool_distance: float) -> JogEnded:
     """Return the message on the stop of a jog.
 
     Args:
-        account: the stop.
         tool_distance: straight distance that the tool moved in that time [m].
     """
     return JogEnded(

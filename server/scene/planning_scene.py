@@ -61,8 +61,6 @@ def with_frames(kind: DocumentKind, body: str, tree: FrameTree) -> FrameTree:
 
     Args:
         kind: frames or tools; those that the tree has of the kind are replaced.
-        body: the document's.
-        tree: what they are put into.
 
     Raises:
         MotionError: the document is none, or frames that stay hang from what goes.
@@ -108,12 +106,7 @@ def is_tool(tree: FrameTree, name: str) -> bool:
 
 
 class SceneModel(Protocol):
-    """The robot's mathematics, as far as the planning scene needs them.
-
-    Attributes:
-        frames: the named frames and tools in force.
-        scene: the objects in force.
-    """
+    """The robot's mathematics, as far as the planning scene needs them."""
 
     frames: FrameTree
     scene: Scene
@@ -205,15 +198,7 @@ class PlanningScene:
     def __init__(
         self, name: str, view: SceneModel, ground: Ground, ask: AskStore, watcher: Watcher
     ) -> None:
-        """Make a scene with the robot's own frames and no objects.
-
-        Args:
-            name: of the documents; the cell's.
-            view: the robot's mathematics.
-            ground: the cell, as far as its motions limit changes.
-            ask: sends a request to the store.
-            watcher: called when the scene changes.
-        """
+        """Make a scene with the robot's own frames and no objects."""
         self.revisions = dict.fromkeys(WORLD_KINDS, 0)
         self.problems: dict[DocumentKind, Refusal] = {}
         self.history = JointHistory(view.flange, view.frames)
@@ -281,13 +266,8 @@ class PlanningScene:
 
         Args:
             kind: frames or tools.
-            change: makes the new tree of the old one.
             expected: revision of the document that the change was made from.
-            author: who changes.
             told: called with the new revision, or why it was not saved.
-
-        Returns:
-            Why it may not be changed, or what follows.
         """
         refusal = self._not_now(kind) or self._stale(kind, expected)
         if refusal is not None:
@@ -313,9 +293,6 @@ class PlanningScene:
         """Change the scene; while the robot moves, objects may only be added to it.
 
         Added objects are in force at once, and after a restart once they are saved.
-
-        Returns:
-            Why it may not be changed, or what follows.
         """
         refusal = self._stale(DocumentKind.SCENE, expected)
         if refusal is not None:

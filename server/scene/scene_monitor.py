@@ -39,9 +39,6 @@ class _Look:
     """Check of the remaining path of a motion.
 
     Attributes:
-        rows: the motion.
-        scene: the scene that the path is checked against.
-        asked: time of the question [ns].
         near_end: end of the part that is checked first, as a time of the motion [s].
         free_until: time of the motion until which the path is known to be free [s].
     """
@@ -61,13 +58,7 @@ class SceneMonitor:
     """
 
     def __init__(self, cell: RobotCell, link: ControllerLink, pending: Pending) -> None:
-        """Make a monitor without a check.
-
-        Args:
-            cell: the cell whose motion it watches.
-            link: gives the lead of set-points, and the age of a report that aborts a motion.
-            pending: asks the planner.
-        """
+        """Make a monitor without a check."""
         self._cell = cell
         self._pending = pending
         # Longest time that the robot may be behind the last set-point sent [s].

@@ -51,9 +51,7 @@ class App:
     """A running server.
 
     Attributes:
-        cells: the shell of each cell.
         clients: the connections of pendants and of ROS-Industrial.
-        inbox: takes everything that happens.
         connect: makes the protocol of a connection that was accepted for a port, of a cell.
         overruns: ticks that were left out because the loop was late by more than a period.
     """
@@ -71,9 +69,6 @@ class App:
 
         Args:
             served: the cells, one or more; what they share is taken from the first.
-            journal: the time and the record.
-            store: keeps the documents of all cells.
-            access: accounts and audit log.
             watchdog: stops the robots where this process freezes; nobody does where left out.
             tls: encrypts the pendant port; nothing does where left out.
         """

@@ -61,8 +61,6 @@ class CellParts:
     """A cell that a server is to serve.
 
     Attributes:
-        settings: its configuration.
-        robot: its robot.
         planner: who plans for it; the server's planning processes where left out.
         plans: where its motions are kept; nowhere where left out.
     """
@@ -77,11 +75,8 @@ class CellShell:
     """One cell of a running server.
 
     Attributes:
-        core: its pure core.
         label: begins the names of its links, so that those of several cells differ; empty for the
             only cell.
-        links: the connections to the controller.
-        outbox: carries out what the core asks for.
     """
 
     def __init__(
@@ -181,13 +176,9 @@ class Outbox:
         """Join what effects are carried out with.
 
         Args:
-            journal: the record.
-            name: of the cell, for the log.
             label: begins the names of its links; empty for the only cell.
-            links: the connections to the controller.
             clients: all clients of the server by their numbers, as they come and go.
             planner: is told what nobody waits for any more.
-            submit: who answers which class of questions.
             answered: is told each question with its answer.
             plans: where motions are kept; None for nowhere.
             watch: tells the watchdog what may move now; None where there is none.

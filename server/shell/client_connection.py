@@ -59,11 +59,7 @@ class ClientConnection(asyncio.Protocol):
     """One accepted connection.
 
     Attributes:
-        session: its number.
-        port: what it was accepted for.
         cell: number of the cell whose port that is; None for the pendant port of all.
-        address: the peer's address.
-        wire: the conversation.
     """
 
     def __init__(
@@ -73,14 +69,7 @@ class ClientConnection(asyncio.Protocol):
         port: Port,
         cell: int | None = None,
     ) -> None:
-        """Make the protocol of a connection that was just accepted.
-
-        Args:
-            inbox: takes what happens.
-            observations: tell what became of the connection.
-            port: what it was accepted for.
-            cell: number of the cell whose port that is; None for the pendant port of all.
-        """
+        """Make the protocol of a connection that was just accepted."""
         self.port = port
         self.cell = cell
         self.session = 0
@@ -343,7 +332,6 @@ def unread(transport: asyncio.BaseTransport, most: int) -> Iterator[bytes]:
 
     Args:
         transport: it has ended, and its socket is still open.
-        most: bytes that are read at most.
     """
     if transport.get_extra_info("sslcontext") is not None:
         return
@@ -365,7 +353,6 @@ def prepare_socket(sock: socket.socket, unanswered: int = 1_500) -> None:
     """Send at once, keep little in the kernel, and find a dead peer within a few seconds.
 
     Args:
-        sock: a connected socket.
         unanswered: how long what is sent, a probe of an idle connection too, may stay unanswered
             [ms]. An idle connection is probed each second: up to 2,000 it ends with the first
             probe that is lost, beyond with the second.

@@ -34,11 +34,7 @@ class Client(Protocol):
     """One accepted connection; a `ClientConnection` is one.
 
     Attributes:
-        session: its number.
-        port: what it was accepted for.
         cell: number of the cell whose port that is; None for the pendant port of all.
-        address: the peer's address.
-        wire: the conversation.
     """
 
     session: int
@@ -91,10 +87,8 @@ def place_refusal(
     Its value is how long to wait before coming again [s].
 
     Args:
-        connections: how many there are.
         strangers: pendants among them that have not said hello.
         max_connections: how many there may be, as configured.
-        is_pendant: whether the new one came to the pendant port.
     """
     if connections >= max_connections:
         return _no_place(f"more than {max_connections} connections", _AGAIN_WHEN_FULL)
@@ -125,8 +119,6 @@ class _Waiting:
     """A connection that is to hear why.
 
     Attributes:
-        client: the connection.
-        refusal: why there is no place for it.
         until: when it is closed without an answer [ns].
     """
 
@@ -149,8 +141,6 @@ class Rejections:
 
         Args:
             client: a connection that is in no list.
-            refusal: why.
-            now: monotonic time, ns.
         """
         if client.port is not Port.PENDANT or len(self._waiting) >= MOST_TURNED_AWAY:
             client.abort(refusal.sentence)
@@ -198,7 +188,6 @@ class Clients:
     """All client connections of a server.
 
     Attributes:
-        by_session: the connections by their numbers.
         turned_away: those for which there is no place.
     """
 
@@ -207,7 +196,6 @@ class Clients:
 
         Args:
             settings: of each cell; the most connections are those of the first.
-            login: who completed hello.
         """
         self.by_session: dict[int, Client] = {}
         self.turned_away = Rejections()

@@ -54,7 +54,6 @@ class ControllerConnection(asyncio.Protocol):
     """One path to the controller, kept up for as long as the server runs.
 
     Attributes:
-        path: which of the paths.
         link: its name in the log and in the journal.
     """
 
@@ -70,12 +69,7 @@ class ControllerConnection(asyncio.Protocol):
         """Make a path that is not connected yet.
 
         Args:
-            inbox: takes what happens.
-            observations: tell what became of the connection.
-            cell: number of the cell.
             label: begins the link's name; empty for the only cell.
-            path: which of the paths.
-            link: where the controller is, and how it is spoken to.
         """
         self.path = path
         self.link = label + path.name.lower()
@@ -230,11 +224,7 @@ _THIS_MACHINE = "127.0.0.1"
 
 
 def addresses_of(host: str) -> frozenset[str]:
-    """Return all addresses of a host, each in one form only; its name where it has none.
-
-    Args:
-        host: address or name.
-    """
+    """Return all addresses of a host, each in one form only; its name where it has none."""
     name = host.lower().removesuffix(".")
     try:
         found = socket.getaddrinfo(name, None, type=socket.SOCK_STREAM)
@@ -259,7 +249,6 @@ def check_controllers_apart(settings: ServerSettings, source: str) -> None:
     """Refuse two cells that drive one controller, by whatever names.
 
     Args:
-        settings: of all cells.
         source: file name for the message.
 
     Raises:

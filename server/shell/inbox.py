@@ -93,7 +93,6 @@ class Inbox:
     """Where everything that happens to a server comes in.
 
     Attributes:
-        clients: the connections of pendants and of ROS-Industrial.
         wire_bytes: notes bytes that came on a link, secrets masked; returns the time [ns].
     """
 
@@ -103,10 +102,7 @@ class Inbox:
         """Join the parts.
 
         Args:
-            journal: the time and the record.
-            server: knows which cell a connection belongs to.
             cells: the shell of each cell; they may come later, but before any event.
-            clients: admits connections.
         """
         self.clients = clients
         # Each byte comes by here, so no function of ours stands between it and the journal.
@@ -173,13 +169,7 @@ class Inbox:
             self._route(Closed(client.session), now)
 
     def client_failed(self, client: Client, error: Exception, now: int) -> None:
-        """End a connection that we failed on, and stop its robot; everybody else goes on.
-
-        Args:
-            client: the connection.
-            error: the fault of ours.
-            now: monotonic time, ns.
-        """
+        """End a connection that we failed on, and stop its robot; everybody else goes on."""
         home = self._server.home_of(client.session)
         cell = self._cells[client.cell or 0 if home is None else home]
         cell.client_failed(client.session, error, now)

@@ -48,9 +48,6 @@ class AcceptRate:
     def take(self, now: int) -> int:
         """Take a connection if one may be taken.
 
-        Args:
-            now: monotonic time, ns.
-
         Returns:
             0 where it is taken; else how long to wait before asking again [ns].
         """
@@ -83,8 +80,6 @@ class _Door:
     """A listening socket.
 
     Attributes:
-        socket: the socket.
-        protocol: makes the protocol of a connection.
         tls: encrypts its connections; None for clear text.
     """
 
@@ -112,10 +107,7 @@ class Listening:
         """Listen on a port of every address that a host has.
 
         Args:
-            host: name or address.
             port: TCP port, 0 for any free one.
-            protocol: makes the protocol of a connection.
-            tls: encrypts the connections; None for clear text.
 
         Returns:
             The port; of several addresses that of the first.
@@ -250,12 +242,7 @@ Connect = Callable[[Port, int | None], asyncio.Protocol]
 
 @dataclass(frozen=True, slots=True)
 class RosPorts:
-    """Where one cell listens for ROS-Industrial; None for nowhere.
-
-    Attributes:
-        motion: motion connections.
-        state: state connections.
-    """
+    """Where one cell listens for ROS-Industrial; None for nowhere."""
 
     motion: int | None
     state: int | None
@@ -278,8 +265,6 @@ class ListenFailed(Exception):
     """A port cannot be listened on.
 
     Attributes:
-        host: the address.
-        port: the TCP port.
         reason: why, in the words of the system.
     """
 
@@ -300,9 +285,6 @@ async def listen_for(
 
     Args:
         cells: the cells; the pendant port is that of the first.
-        listening: takes the connections.
-        connect: makes their protocols.
-        tls: encrypts the pendant port; None for clear text.
 
     Raises:
         ListenFailed: a port cannot be bound; the others may be.

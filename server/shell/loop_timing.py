@@ -25,7 +25,6 @@ def next_deadline(last: float, now: float, period: float) -> tuple[float, int]:
     Args:
         last: when the last tick was due [s].
         now: the time after it [s].
-        period: between two ticks [s].
 
     Returns:
         The latest deadline that has passed since, or else the next to come [s]; and the number of
@@ -69,7 +68,6 @@ class LoopLog:
         """Take note of a tick.
 
         Args:
-            now: monotonic time [ns].
             computed: processor time that the loop's thread has had so far [ns].
             gap: the longest time without an event since the tick before.
 

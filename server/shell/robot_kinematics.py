@@ -58,7 +58,6 @@ class RobotKinematics:
 
     Attributes:
         frames: the named frames and tools in force; `surround` changes them.
-        scene: what stands around, in force.
         lever_arms: for the tool and the elbow, if any, (n,) how fast each joint can make it
             [m/rad or 1].
     """
@@ -173,7 +172,6 @@ class RobotKinematics:
         """Return where the tool is to be in base to be at a pose of a frame.
 
         Args:
-            goal: the pose of the selected tool.
             frame: the frame that it is given in; one that stands still.
 
         Raises:

@@ -89,7 +89,6 @@ def provide_files(settings: ServerSettings, source: str) -> None:
     """Make sure that so many may be open, raising the soft limit where it is too low.
 
     Args:
-        settings: of the server.
         source: file name for the message.
 
     Raises:

@@ -188,7 +188,6 @@ class Feedback:
 
         Args:
             end: when the motion was to end [ns].
-            now: monotonic time, ns.
         """
         if self.received < end or not self.is_standing:
             return False
@@ -309,8 +308,6 @@ class JointHistory:
         """Return where the frame `source` is, or was, in the frame `target`.
 
         Args:
-            source: the frame that something is given in.
-            target: the frame that it is wanted in.
             time: [ns]; None for the last report, in the frames as they are now.
 
         Raises:
@@ -342,7 +339,6 @@ class Shown(NamedTuple):
     """What of a status may end what is under way.
 
     Attributes:
-        mode: the controller's own mode.
         fault: its emergency stop or the loss of drive power, in words; empty for neither.
         error: the error that it shows; 0 for none.
     """
@@ -358,12 +354,7 @@ def shown(feedback: Feedback) -> Shown:
 
 
 def interruption(before: Shown, after: Shown) -> Refusal | None:
-    """Return why a status ends what is under way; None where it shows nothing new.
-
-    Args:
-        before: what the controller showed until then.
-        after: what it shows now.
-    """
+    """Return why a status ends what is under way; None where it shows nothing new."""
     if after.fault and after.fault != before.fault:
         return Refusal(VerdictCode.CONTROLLER_STOPPED, after.fault)
     if after.mode is not before.mode:
@@ -377,12 +368,7 @@ def interruption(before: Shown, after: Shown) -> Refusal | None:
 
 
 def lost(feedback: Feedback, now: int) -> Refusal | None:
-    """Return why nothing may go on by what is known of the robot now; None where it may.
-
-    Args:
-        feedback: what the controller said last.
-        now: monotonic time, ns.
-    """
+    """Return why nothing may go on by what is known of the robot now; None where it may."""
     if feedback.is_lost(now):
         age = feedback.age(now)
         seen = "never" if age is None else f"{age / 1e6:.0f} ms ago"

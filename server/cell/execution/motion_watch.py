@@ -75,7 +75,6 @@ class ReportTiming:
     """The newest report and those that it is compared with.
 
     Attributes:
-        newest: the report that was taken last.
         is_sure: whether it may be compared: neither the first one, nor after a silence.
         joint_base: the youngest report that is at least `JOINT_SPAN_NS` older; None for none.
         point_base: the youngest that is at least `POINT_SPAN_NS` older; None for none.
@@ -191,12 +190,9 @@ class MotionWatch:
         """Begin with no set-point.
 
         Args:
-            limits: the robot's joint limits.
-            tolerances: what is accepted.
             timing: has taken each report before it is judged here.
             start: (n,) where the robot is as it begins; a joint outside its range may be there.
             points: tool and elbow; None where nobody knows them.
-            cap: of their speed.
         """
         self._limits = limits
         self._tolerances = tolerances

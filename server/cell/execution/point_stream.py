@@ -68,8 +68,6 @@ class PointStream:
     """One motion under way.
 
     Attributes:
-        rows: where its set-points come from.
-        phase: how far it has come.
         started: time of the first set-point [ns].
     """
 
@@ -91,10 +89,6 @@ class PointStream:
 
         Args:
             rows: where the set-points come from; the first is at rest.
-            limits: joint limits for the last look at each set-point.
-            uplink: writes set-points and reads answers.
-            link: how to talk to the controller.
-            now: monotonic time, ns.
             lead: how far set-points leave ahead of the robot [s]; the link's where left out.
             pace: of a jog; None for a planned motion.
             known_error: error that the controller shows already; it ends no motion by itself.
@@ -123,11 +117,7 @@ class PointStream:
         return self._following.reached
 
     def next_point(self, now: int) -> Message | Refusal | None:
-        """Return the next set-point where one is due and the link has room for it.
-
-        Returns:
-            The message; None where none is due; a refusal where it failed the last look.
-        """
+        """Return the next set-point where one is due and the link has room for it."""
         if now != self._looked:
             self._look(now)
         rows, following = self.rows, self._following
@@ -228,7 +218,6 @@ class PointStream:
         Args:
             refusal: what it says by itself, or a point that it refused.
             feedback: what it shows.
-            now: monotonic time, ns.
         """
         self._look(now)
         when, away = self._left_dry

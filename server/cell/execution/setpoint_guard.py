@@ -30,7 +30,6 @@ class SetpointGuard:
         """Make a check that has seen no sample yet; the first one must be at rest.
 
         Args:
-            limits: the joints' limits.
             start: (n,) where a jog begins [rad or m]. A joint that is beyond its limit there may
                 come back and never go farther; None where all joints must be inside.
         """
@@ -51,11 +50,7 @@ class SetpointGuard:
             self._begins_outside = bounds != (*limits.lower, *limits.upper)
 
     def check(self, row: Row) -> Refusal | None:
-        """Check the next sample.
-
-        Returns:
-            Why it must not leave; None where it may.
-        """
+        """Check the next sample."""
         last = self._last
         if last is None:
             # The first one is compared with rest at its own place.

@@ -267,12 +267,8 @@ class Press:
     """A key that is held.
 
     Attributes:
-        session: the connection that pressed.
-        number: of the press.
         deadline_ns: the press ends so long after its last beat.
         heard: when the last beat came [ns].
-        beat: number of the last beat.
-        ended: why it ended, None while it is held.
         ended_at: when [ns].
     """
 
@@ -312,10 +308,7 @@ class PressCounter:
         """Begin a press.
 
         Args:
-            session: the connection.
-            number: of the press.
             deadline: declared, s.
-            now: monotonic time, ns.
 
         Returns:
             The press, or why it is refused. A number that was refused for another reason later is
@@ -349,8 +342,6 @@ class JogRows:
     """The set-points of a jog, made one by one.
 
     Attributes:
-        last: the set-point that was taken last.
-        press: the press that drives it now.
         step: the last step of the mathematics, with scale and reason; None before the first.
         start: (n,) where it began [rad or m].
         is_urgent: the press has ended since the last set-point, so that the next one slows down.

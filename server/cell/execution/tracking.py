@@ -80,8 +80,6 @@ def tracking_tolerances(
 
     Args:
         link: the cell's `[controller]` table; a key that its file names counts as it is.
-        limits: the robot's joint limits; which joints slide.
-        says_emulated: the controller says that it is emulated.
     """
     close = EMULATED if says_emulated else {}
     path, lag, noise = (
@@ -136,7 +134,6 @@ class TrackingMonitor:
 
         Args:
             started: when the first set-point leaves [ns].
-            jog: how a jog is paced; None for a planned motion.
         """
         self.base = self.clock = started
         self._started = started
@@ -267,7 +264,6 @@ class Deviation(NamedTuple):
     """The joint that is farthest beyond its tolerance, at the point of the path next to it.
 
     Attributes:
-        joint: its index.
         value: its distance from there [rad or m].
         limit: what is accepted [rad or m].
         speed: its greatest commanded speed on the piece [rad/s or m/s].
@@ -302,7 +298,6 @@ class PathTracking:
 
         Args:
             due: when it is due at the earliest [ns].
-            row: the set-point.
         """
         if not self._times:
             self._began = due

@@ -65,12 +65,7 @@ class UndoPlan:
     is_undo: bool = False
 
     def left(self, passed: int, *, has_arrived: bool) -> Waypoints:
-        """Return what is still to go; empty where nothing is.
-
-        Args:
-            passed: how many waypoints the set-points of the motion have passed.
-            has_arrived: the robot stood at the motion's end.
-        """
+        """Return what is still to go; empty where nothing is."""
         way = self.waypoints()
         if not self.is_undo:
             return way
@@ -85,16 +80,12 @@ class ActiveMotion:
     """A motion between its request and its end.
 
     Attributes:
-        request: who asked for it.
-        kind: what for.
-        job_id: number of its planning job.
         planned_cap: cap of the tool speed that it was planned with [m/s]; None for none.
         plan_time: how long it was planned [s].
         playback: of a recording, what was asked and what is possible.
         duration: of the certified trajectory [s]; 0 of a jog.
         back: how it is taken back; None where it is no jog, no increment and no undo of one.
         begin_by: latest time at which it may begin, not counting `plan_time` [ns]; None for any.
-        has_arrived: the robot stood at its end.
         execution: sends its set-points; None while it is planned.
         stored: the certified trajectory that is played; None while planning and in a jog.
         jog: the jog that is driven; None for all else.
@@ -191,15 +182,8 @@ class TrajectoryExecution:
         """Make a drive that stands.
 
         Args:
-            link: how to talk to the controller.
-            limits: joint limits, controller side.
-            feedback: what the controller says of itself.
-            publish: tells everybody whom an event of the cell concerns; returns what follows.
             on_fault: told where a set-point failed its last look, or the robot is not where it was
                 commanded to be; returns the protective stop.
-            cancel: has nobody wait for a planning job any more.
-            cap: of the speed of tool and elbow in the mode.
-            points: see the attribute.
         """
         self.undoable: ActiveMotion | None = None
         self._rested_at: tuple[float, ...] | None = None  # after the last motion that began
@@ -387,9 +371,7 @@ class TrajectoryExecution:
         """Take an answer of the controller on the motion link.
 
         Args:
-            reply: the answer.
             pending: answers that the link still owes.
-            now: monotonic time, ns.
         """
         work = self.work
         refusal = self._uplink.answer(reply, pending)

@@ -72,7 +72,6 @@ class CoreAccess:
     """What a core needs to know who is who; left out, everybody on this machine is its user.
 
     Attributes:
-        login: who the connections are; one for all cells of a process.
         record: takes what is to be noted in the audit log; must not block.
         chooser: where pairing codes come from.
         numbers: of changes of accounts.
@@ -103,10 +102,7 @@ class AccessRequests:
         """Know nobody yet.
 
         Args:
-            access: the login of the process.
-            cell: name of the cell.
             regranted: called when what a session may do has changed.
-            pending: has passwords checked and accounts changed.
         """
         self._login = access.login
         self._record = access.record
@@ -141,12 +137,7 @@ class AccessRequests:
         return self._login.may(session, Permission.MOVE)
 
     def name_of(self, session: int, client: str) -> str:
-        """Return how others are shown a connection; a name that no login proved says so.
-
-        Args:
-            session: the connection.
-            client: its name in the hello.
-        """
+        """Return how others are shown a connection; a name that no login proved says so."""
         grant = self._login.grant_of(session)
         if grant is None:
             return client and claimed(client)
@@ -350,8 +341,6 @@ class Identity:
     """What hello says of this server.
 
     Attributes:
-        cell: name of the cell.
-        robot: name of the robot.
         server: name and version of the program.
         cells: name and robot of every cell of this server; empty for this one alone.
     """
@@ -381,11 +370,6 @@ class Greeting:
         """Make a door.
 
         Args:
-            identity: what the answer says of this server.
-            dof: driven joints of the robot.
-            settings: the cell's configuration.
-            listeners: the connections.
-            access: told who came in.
             offers: what the surroundings of the robot add to what is always offered.
         """
         self.offers = _ALWAYS | offers
@@ -442,11 +426,7 @@ class Greeting:
         )
 
     def subscribe(self, session: int, message: Subscribe, now: int) -> Refusal | None:
-        """Set how often a pendant is sent state.
-
-        Returns:
-            Why the rate is refused.
-        """
+        """Set how often a pendant is sent state."""
         refusal = rate_fault(message.state_rate)
         if refusal is None:
             self._listeners.set_rate(session, message.state_rate, now)

@@ -109,10 +109,6 @@ class ControlRequests:
         """Start with no request in progress.
 
         Args:
-            cell: the cell.
-            listeners: the connections.
-            jogs: told of a new speed.
-            programs: runs programs.
             recordings: loads what is to be played; None where the cell has none.
         """
         self._cell = cell

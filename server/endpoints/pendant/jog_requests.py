@@ -211,11 +211,7 @@ class JogRequests:
         self._cell.authority.beat(session, now)
 
     def release(self, session: int, press: int, now: int) -> Refusal | None:
-        """End a press; the robot ramps to rest.
-
-        Returns:
-            Why there is nothing to release.
-        """
+        """End a press; the robot ramps to rest."""
         jog = self._cell.driving.driven_jog
         if jog is None or (jog.press.session, jog.press.number) != (session, press):
             return Refusal(VerdictCode.NOTHING_TO_CONTROL, f"press {press} is not held")
@@ -350,13 +346,7 @@ class EscapeRequests:
     """The retreats of one cell."""
 
     def __init__(self, cell: RobotCell, view: RobotModel, jogs: JogRequests) -> None:
-        """Start with no request in progress.
-
-        Args:
-            cell: the cell.
-            view: the mathematics of its robot.
-            jogs: knows which key was pressed last.
-        """
+        """Start with no request in progress."""
         self._cell = cell
         self._view = view
         self._jogs = jogs

@@ -256,17 +256,7 @@ class ManagementRequests:
         served: ServedCells,
         retreats: EscapeRequests,
     ) -> None:
-        """Start without the environment of the cell.
-
-        Args:
-            cell: the cell.
-            settings: its configuration.
-            listeners: the connections.
-            access: answers what is about access.
-            programs: answers what is about programs.
-            served: all cells of the server.
-            retreats: tells which key leads out of what holds a jog.
-        """
+        """Start without the environment of the cell."""
         self._cell = cell
         self._settings = settings
         self._listeners = listeners
@@ -291,11 +281,7 @@ class ManagementRequests:
         """Have a request answered by whom it is about, at once or later.
 
         Args:
-            session: who asks.
-            message: the message.
             operation: what its body names; empty for nothing.
-            asked: the request that its body holds, or what is wrong with it.
-            now: monotonic time, ns.
         """
         reply = self.reply_to(session, message)
         if isinstance(asked, Refusal):

@@ -51,15 +51,9 @@ class Listener:
     """One pendant's connection.
 
     Attributes:
-        session: its number.
         opened: when it was accepted [ns].
         heard: when its last message came [ns].
-        address: of the peer.
         faults: unknown and malformed frames of late.
-        client: its name, as others are shown it.
-        hello_name: its name as its hello says.
-        looks_on: it may see the state of the cell.
-        welcomed: hello was answered.
         leaving: hello was refused; nothing more is taken.
         period_ns: between two state messages, 0 for none.
         due: when the next state message is [ns].
@@ -188,9 +182,6 @@ class Notifications:
         """Make one that has told nothing yet.
 
         Args:
-            cell: the cell.
-            robot: the mathematics of the robot.
-            listeners: the connections.
             recent: noted there is each state message, so that a jog can quote it.
         """
         self._cell = cell

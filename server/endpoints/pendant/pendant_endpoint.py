@@ -85,13 +85,7 @@ _Topic = Callable[[int, Any, int], None]
 
 
 class PendantEndpoint:
-    """All pendant connections of a cell.
-
-    Attributes:
-        access: who they are.
-        programs: the programs of the cell.
-        announcing: tells them what happened.
-    """
+    """All pendant connections of a cell."""
 
     def __init__(
         self,
@@ -103,17 +97,7 @@ class PendantEndpoint:
         access: CoreAccess,
         around: CellEnvironment | None,
     ) -> None:
-        """Make a face nobody is connected to.
-
-        Args:
-            cell: the cell.
-            settings: its configuration.
-            identity: what hello says.
-            robot: the mathematics of the robot.
-            pending: the questions of the cell.
-            access: who the pendants are.
-            around: what surrounds the robot; None in a cell without.
-        """
+        """Make a face nobody is connected to."""
         self.access = AccessRequests(access, identity.cell, self.regranted, pending)
         self._cell = cell
         self._listeners = listeners = Listeners(settings)

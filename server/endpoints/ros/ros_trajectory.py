@@ -53,10 +53,6 @@ class Collection:
     """The points of one trajectory so far.
 
     Attributes:
-        slots: reads the joint positions of the robot.
-        max_points: most points that are taken.
-        points: what they ask for, in order.
-        complete: the point that ends the trajectory came.
         last_byte: when its last point came, or earlier [ns].
     """
 
@@ -216,12 +212,7 @@ _MOST_KNOWN = 64
 
 @dataclass(frozen=True, slots=True)
 class Sender:
-    """Whose trajectory it is.
-
-    Attributes:
-        session: number of the motion connection.
-        address: of the client.
-    """
+    """Whose trajectory it is."""
 
     session: int
     address: str
@@ -232,9 +223,6 @@ class HandedOn:
     """A trajectory that is planned or moved.
 
     Attributes:
-        request: under which the cell knows it.
-        sender: whose it is.
-        points: how many it has.
         is_unwanted: its own client stopped it, or sent another.
     """
 
@@ -246,11 +234,7 @@ class HandedOn:
 
 @dataclass(slots=True)
 class NewestReason:
-    """Why the last trajectory was refused or broken off.
-
-    Attributes:
-        code: the verdict.
-    """
+    """Why the last trajectory was refused or broken off."""
 
     code: VerdictCode
     _beside: VerdictCode | None = None
@@ -335,10 +319,7 @@ class RosOutcomes:
         """Tell of a trajectory that was refused or broken off; to be called once for each.
 
         Args:
-            sender: whose it was.
             points: how many of its points the robot had passed, and how many had come.
-            refusal: why.
-            now: monotonic time, ns.
             is_wanted: its own client ended it, which is no error.
         """
         if not is_wanted:
@@ -378,11 +359,7 @@ class RosLink:
     """One connection of a ROS-I client.
 
     Attributes:
-        port: what it was accepted for.
-        session: its number.
-        address: the client's address.
         faults: unknown and malformed frames of late.
-        collection: points of an unfinished trajectory.
         gap_ends: when the trajectory counts as finished [ns].
         rejecting: a trajectory was discarded; its further points are refused without a new reason.
         overtaken: points of this connection that a STOP behind them has overtaken, not told of yet.
@@ -428,8 +405,6 @@ class OrphanedPoints:
     """Points of a lost connection that wait for it to come back.
 
     Attributes:
-        collection: the points.
-        sender: whose they are.
         until: when they are forgotten [ns].
     """
 
@@ -440,12 +415,7 @@ class OrphanedPoints:
 
 @dataclass(frozen=True, slots=True)
 class WaitingTrajectory:
-    """A complete trajectory that waits for the robot to stand.
-
-    Attributes:
-        sender: whose it is.
-        collection: its points.
-    """
+    """A complete trajectory that waits for the robot to stand."""
 
     sender: Sender
     collection: Collection

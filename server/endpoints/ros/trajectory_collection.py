@@ -57,20 +57,10 @@ The next one does, however late, or on a machine that is always late nothing wou
 
 
 class RosTrajectories:
-    """All unfinished and waiting trajectories of a cell.
-
-    Attributes:
-        outcomes: what is told of those that did not come to their end.
-    """
+    """All unfinished and waiting trajectories of a cell."""
 
     def __init__(self, cell: RobotCell, settings: RosSettings, links: dict[int, RosLink]) -> None:
-        """Make a place without trajectories.
-
-        Args:
-            cell: the cell.
-            settings: of this face.
-            links: the connections by their numbers, as they come and go.
-        """
+        """Make a place without trajectories."""
         self.outcomes = RosOutcomes(settings.abort_silence)
         self._cell = cell
         self._settings = settings
@@ -300,8 +290,6 @@ class RosTrajectories:
         """Forget every point that does not move the robot yet.
 
         Args:
-            refusal: why.
-            now: monotonic time, ns.
             by: number of the connection whose client wants it so; 0 for none.
         """
         dropped = [(orphan.sender, orphan.collection) for orphan in self._orphans.values()]
