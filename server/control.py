@@ -55,7 +55,7 @@ class MotionAuthority:
         self._deadline: int | None = None
 
     def is_held_by(self, session: int) -> bool:
-        """Tell whether a connection holds the authority."""
+        """Return True if a connection holds the authority."""
         return self.holder is not None and self.holder.session == session
 
     def request(self, holder: Holder, now: int, *, beats: bool) -> AuthorityChange | None:
@@ -82,7 +82,7 @@ class MotionAuthority:
             self._deadline = now + self._timeout_ns
 
     def is_overdue(self, now: int) -> bool:
-        """Tell whether the holder has been silent for too long."""
+        """Return True if the holder has been silent for too long."""
         return self._deadline is not None and now >= self._deadline
 
     def release(self, session: int, reason: AuthorityReason) -> AuthorityChange | None:
@@ -269,7 +269,7 @@ class OperatingModes:
         return _RELEASED if device is None or self._is_silent(device, now) else device.position
 
     def is_enabled(self, session: int, now: int) -> bool:
-        """Tell whether a connection holds its device half pressed, pressed anew since a stop."""
+        """Return True if a connection holds its device half pressed, pressed anew since a stop."""
         device = self._devices.get(session)
         if device is None or not device.armed or device.position is not _HELD:
             return False
@@ -278,7 +278,7 @@ class OperatingModes:
     # What may move.
 
     def needs_enabling(self) -> bool:
-        """Tell whether the mode lets nothing move without an enabling device of ours."""
+        """Return True if the mode lets nothing move without an enabling device of ours."""
         return self._is_ours and self._mode is not OperatingMode.AUTOMATIC
 
     def forbids(self, kind: MotionKind, controller: ControllerMode) -> Refusal | None:

@@ -1,4 +1,4 @@
-"""The motions of one robot cell: asked for, planned, begun, steered and ended by their owner.
+"""Motions of one robot cell: requested, planned, started, steered and ended by their owner.
 
 Owns which plan is waited for, at what share of its planned speed a motion runs, and pause, resume
 and program stop. Whether a motion may start is `interlocks`' chain, asked through the cell; how a

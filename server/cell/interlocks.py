@@ -186,12 +186,12 @@ _DOING = {
 
 
 def _is_paused(program: RunningProgram | None) -> bool:
-    """Tell whether a program will not leave the start of what is planned for it."""
+    """Return True if a program will not leave the start of what is planned for it."""
     return program is not None and program.is_paused
 
 
 def _recovers(cell: Situation, kind: MotionKind) -> bool:
-    """Tell whether a motion may start outside the limits: a jog that leads back inside.
+    """Return True if a motion may start outside the limits: a jog that leads back inside.
 
     A controller with its own selector has no recovery mode of ours, so any jog may there.
     """

@@ -1,4 +1,4 @@
-"""What the server says of a cell: the pendants' state message and the ROS-I topics.
+"""State reports of a cell: the pendants' state message and the ROS-I topics.
 
 Owns the filling of these messages from the cell; knows nothing of who listens or how often.
 """

@@ -1,4 +1,4 @@
-"""The answer to "why is it not moving?": every condition of a motion, and the first broken one.
+"""Answer to "why is it not moving?": every condition of a motion, and the first broken one.
 
 Owns how the chain of `interlocks` is told. The conditions themselves, and their order, are
 `interlocks`'; cause and remedy are the catalogue's.
@@ -57,10 +57,10 @@ class WhyReply(JsonBody):
 
 
 Contact = Callable[[], Refusal | None]
-"""Tells what the robot touches where it stands."""
+"""Returns what the robot touches where it stands."""
 
 RoleFault = Callable[[int], Refusal | None]
-"""Tells why the role of a connection does not let it move the robot."""
+"""Returns why the role of a connection does not let it move the robot."""
 
 
 def why(

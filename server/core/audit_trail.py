@@ -1,6 +1,6 @@
-"""What happens in a cell, as entries of the audit log: who moved, stopped, changed what, and when.
+"""Audit trail of a cell: who moved, stopped, changed what, and when, as entries of the audit log.
 
-Owns which news is noted and in what words. It watches and never decides; logins and refusals are
+Owns which event is noted and in what words. It watches and never decides; logins and refusals are
 noted by `access` itself.
 """
 
@@ -150,7 +150,7 @@ class AuditTrail:
         self._record(entry)
 
     def _had_another_name(self, by: Holder | None, visitor: Visitor) -> bool:
-        """Tell whether somebody got the authority by a login that he has no more.
+        """Return True if somebody got the authority by a login that he has no more.
 
         What ends because of that was still his.
         """

@@ -124,7 +124,7 @@ class ServerCore:
 
 
 def _names_a_cell(received: Arrival) -> bool:
-    """Tell whether this is a hello that can be read; the pendant face refuses any other."""
+    """Return True if this is a hello that can be read; the pendant face refuses any other."""
     if not isinstance(received, Hello) or received.comm_type != CommType.REQUEST:
         return False
     return received.protocol_version == PROTOCOL_VERSION

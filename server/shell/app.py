@@ -1,4 +1,4 @@
-"""The server as a program: builds the parts, joins them, runs the one timer.
+"""Server as a program: builds the parts, joins them, runs the one timer.
 
 The only place that knows all parts and the clock. Each cell's shell carries out what its core
 returns and `clients` knows the connections; this one ticks every cell to absolute deadlines, and

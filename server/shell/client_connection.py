@@ -1,4 +1,4 @@
-"""The shell round one client's TCP connection: bytes to the core, messages back.
+"""Shell of one client's TCP connection: bytes to the core, messages back.
 
 Owns the socket's options, the deadline of a begun frame and back-pressure, and that a STOP acts in
 the turn that reads it: what a pendant says is handled in parts, so that nobody holds up the others,
@@ -277,7 +277,7 @@ class ClientConnection(asyncio.Protocol):
             self.abort("does not read its replies")
 
     def is_clogged(self) -> bool:
-        """Tell whether the client reads too slowly for another state message."""
+        """Return True if the client reads too slowly for another state message."""
         transport = self._transport
         if transport is None:
             return True

@@ -215,7 +215,7 @@ class ControllerConnection(asyncio.Protocol):
 
 
 def _is_answer(received: Received) -> bool:
-    """Tell whether a message answers a request of ours, readable or not."""
+    """Return True if a message answers a request of ours, readable or not."""
     return not isinstance(received, Unasked) and received.comm_type == _REPLY
 
 

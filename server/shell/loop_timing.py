@@ -94,7 +94,7 @@ class LoopLog:
 
 
 def _cause(gap: Gap, used: int, whole: int) -> str:
-    """Say what held a loop that did not tick for a time [ns], of which it computed for another."""
+    """Return what held a loop for `whole` [ns], of which it computed for `used`."""
     computed = f"{used / 1e6:.0f} ms of processor time in {whole / 1e6:.0f} ms"
     behind = f"{gap.lasted / 1e6:.0f} ms went by behind {event_text(gap)}"
     if used >= _COMPUTING * whole:
@@ -103,7 +103,7 @@ def _cause(gap: Gap, used: int, whole: int) -> str:
 
 
 def event_text(gap: Gap) -> str:
-    """Say which event a time without any began with."""
+    """Return which event a time without any began with."""
     if gap.event != "in":
         return f"{_EVENTS.get(gap.event, repr(gap.event))}{f' of {gap.link}' if gap.link else ''}"
     order = detect_byte_order(gap.data)

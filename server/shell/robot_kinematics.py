@@ -1,4 +1,4 @@
-"""The mathematics of one robot, as the shell supplies them to the cores (`robot_model`)."""
+"""Mathematics of one robot, as the shell supplies them to the cores (`robot_model`)."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ class RobotKinematics:
         return self._collision.distance(position)
 
     def is_surely_free(self, start: Sequence[float], goal: Sequence[float]) -> bool:
-        """Tell whether a straight move between (n,) joints surely touches nothing in the scene.
+        """Return True if a straight move between (n,) joints surely touches nothing in the scene.
 
         Takes a millisecond or so at most; a no says only that more must be looked at.
         """
@@ -230,7 +230,7 @@ class RobotKinematics:
         return find_escapes(self._jogs, position)
 
     def leads_out(self, position: Sequence[float], values: Sequence[float], frame: str) -> bool:
-        """Tell whether a tool jog of (6,) shares leads out of all that it stands at."""
+        """Return True if a tool jog of (6,) shares leads out of all that it stands at."""
         return leads_out(self._jogs, position, self.tool(values, frame))
 
     def stepped_pose(self, start: Sequence[float], values: Sequence[float], frame: str) -> PoseGoal:

@@ -165,11 +165,11 @@ class Feedback:
         return None if self.position is None else now - self.received
 
     def is_fresh(self, now: int) -> bool:
-        """Tell whether a new motion may start from the last report."""
+        """Return True if a new motion may start from the last report."""
         return self.position is not None and now - self.received <= self._fresh_age
 
     def is_lost(self, now: int) -> bool:
-        """Tell whether the last report is so old that a motion must be aborted."""
+        """Return True if the last report is so old that a motion must be aborted."""
         return self.position is None or now - self.received > self._abort_age
 
     @property
@@ -180,7 +180,7 @@ class Feedback:
         return self._stands
 
     def stands_after(self, end: int, now: int) -> bool:
-        """Tell whether the robot stands by what was reported from a time on.
+        """Return True if the robot stands by what was reported from a time on.
 
         The status comes in a message of its own, behind the joints. One from before tells nothing
         of a short motion, unless none has come for as long as a report is fresh: some controllers
@@ -197,7 +197,7 @@ class Feedback:
         return now - end >= self._fresh_age
 
     def has_come_to_rest(self, since: int) -> bool:
-        """Tell whether the robot stands by what was reported after a time [ns], a stop's say."""
+        """Return True if the robot stands by what was reported after a time [ns], a stop's say."""
         if self.received <= since or self._calls_itself_moving:
             return False
         return self._has_resting_speeds or self._has_kept_still(since)
@@ -252,7 +252,7 @@ def _fault_of(status: Status) -> str:
 
 
 def _are_within(values: tuple[float, ...], most: float) -> bool:
-    """Tell whether no value is beyond ± that; what is not a number is."""
+    """Return True if no value is beyond ± that; what is not a number is."""
     if math.hypot(*values) <= most:
         # Their length is no less than the greatest, so that this tells nearly always, and quickly.
         return True
@@ -261,7 +261,7 @@ def _are_within(values: tuple[float, ...], most: float) -> bool:
 
 
 def _is_beyond(way: float, one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    """Tell whether any joint is farther than a way from where it was."""
+    """Return True if any joint is farther than a way from where it was."""
     apart = math.dist(one, other)
     # Between them lies the greatest of the joints' ways, so that one of both tells nearly always.
     if apart <= way or apart > way * math.sqrt(len(one)):

@@ -172,7 +172,7 @@ POINTS = ("the tool", "the elbow")
 """What the points of `ArmPoints` are, in their order."""
 
 Cap = Callable[[], float | None]
-"""Tells the greatest speed of tool and elbow in the mode as it is now [m/s]; None for none."""
+"""Returns the greatest speed of tool and elbow in the mode as it is now [m/s]; None for none."""
 
 
 class MotionWatch:

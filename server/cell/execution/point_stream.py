@@ -1,4 +1,4 @@
-"""Playing one motion through an uplink, at most `lead` ahead of the robot.
+"""Point stream: one motion sent through an uplink, at most `lead` ahead of the robot.
 
 Owns when the next set-point is due, when a motion has arrived and what aborts it. It never makes a
 set-point: it sends those of its source, in order, each once, after a last look at each.
@@ -174,7 +174,7 @@ class PointStream:
         return None
 
     def _new_error(self, feedback: Feedback) -> str:
-        """Say which error appeared since the motion began; empty for none."""
+        """Return which error appeared since the motion began; empty for none."""
         error = feedback.error
         if error == self._known_error:
             return ""
@@ -267,7 +267,7 @@ class PointStream:
 
 
 def start_mismatch(trajectory: Trajectory, feedback: Feedback) -> Refusal | None:
-    """Tell whether a planned motion still starts where the robot stands."""
+    """Return why a planned motion starts elsewhere than the robot stands; None where it does."""
     if feedback.position is None or not feedback.is_standing:
         return Refusal(VerdictCode.NOT_STANDING, "the robot is not at rest")
     for joint, (planned, actual) in enumerate(

@@ -1,4 +1,4 @@
-"""The last look at each set-point before it leaves for the controller.
+"""Set-point guard: an independent check of each sample just before it is sent.
 
 A trajectory was certified as a whole; this checks every single sample once more, against the limits
 and against the sample that left before it, with its own few lines of arithmetic. What fails here is
@@ -70,7 +70,7 @@ class SetpointGuard:
         return None
 
     def _is_surely_sound(self, row: Row, last: Row, step: float) -> bool:
-        """Tell whether a sample breaks nothing that `_fault` looks at, as far as a glance tells.
+        """Return True if a sample breaks nothing that `_fault` looks at, as far as a glance tells.
 
         A glance takes half the time, and nearly every sample passes it. No joint differs by more
         than the plain distance of all of them, so that none breaks its own limit where that

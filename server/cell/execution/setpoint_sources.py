@@ -288,7 +288,7 @@ class Press:
                 self.heard = now
 
     def is_overdue(self, now: int) -> bool:
-        """Tell whether the deadline has passed without a beat."""
+        """Return True if the deadline has passed without a beat."""
         return now - self.heard >= self.deadline_ns
 
     def end(self, why: JogEnd, now: int) -> None:

@@ -338,7 +338,7 @@ class PathTracking:
         return at
 
     def _is_close(self, position: tuple[float, ...], at: int) -> bool:
-        """Tell whether a report surely fits: the speeds at one sample are not the greatest."""
+        """Return True if a report surely fits: the speeds at one sample are not the greatest."""
         place = self._places[at]
         if math.dist(place, position) <= self._closest:
             return True
@@ -401,7 +401,7 @@ class PathTracking:
     def _passes(
         self, number: int, position: tuple[float, ...], most: list[float], until: int
     ) -> bool:
-        """Tell whether the way from a sample to the next, as far as due, fits a report anywhere."""
+        """Return True if a report fits the way from a sample to the next, as far as due."""
         here, times = self._places[number], self._times
         there, most_share = here, 0.0
         if number + 1 < len(times):

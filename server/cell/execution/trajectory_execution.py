@@ -226,7 +226,7 @@ class TrajectoryExecution:
         return Activity.PAUSED if self._has_paused(work.stored) else Activity.PAUSING
 
     def _has_paused(self, rows: StoredRows) -> bool:
-        """Tell whether a pause has come to rest."""
+        """Return True if a pause has come to rest."""
         # What has left may still be ahead of the robot, so that its own report decides; but one
         # that shivers for ever, by its reports, goes nowhere when all it is sent stands still.
         rests = self._feedback.joints_rest or rows.rest_time >= _LONGEST_SHIVER

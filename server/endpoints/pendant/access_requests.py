@@ -125,7 +125,7 @@ class AccessRequests:
         self._login.closed(session, now)
 
     def may(self, session: int, permission: Permission) -> bool:
-        """Tell whether a connection may do something."""
+        """Return True if a connection may do something."""
         return self._login.may(session, permission) is None
 
     def look_on_fault(self, session: int) -> Refusal | None:
@@ -434,7 +434,7 @@ class Greeting:
 
 
 def rate_fault(rate: float) -> Refusal | None:
-    """Judge a wanted state rate [Hz]; 0 means none."""
+    """Return why a wanted state rate [Hz] is refused; 0 means none."""
     if rate == 0 or _LEAST_RATE <= rate <= _GREATEST_RATE:
         return None
     text = f"a state rate of {rate:g} Hz; accepted: 0, or {_LEAST_RATE:g} to {_GREATEST_RATE:g}"

@@ -72,7 +72,7 @@ def count_fault(slots: JointSlots, space: int, count: int) -> Refusal | None:
 
 
 def shares_fault(space: int, values: Sequence[float]) -> Refusal | None:
-    """Judge the shares of a press, each -1 to 1 of the jog speed; the faulty one is named."""
+    """Return which share of a press is not -1 to 1 of the jog speed; None for none."""
     for index, value in enumerate(values):
         if not -1.0 <= value <= 1.0:
             joint, name = _named(space, index)
@@ -86,7 +86,7 @@ def shares_fault(space: int, values: Sequence[float]) -> Refusal | None:
 
 
 def increment_fault(space: int, values: Sequence[float]) -> Refusal | None:
-    """Judge the increments of a step: each must be a number; the faulty one is named."""
+    """Return which increment of a step is no number; None for none."""
     for index, value in enumerate(values):
         if not math.isfinite(value):
             joint, name = _named(space, index)

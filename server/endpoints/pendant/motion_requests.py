@@ -30,14 +30,14 @@ _NORM_TOLERANCE = 0.01
 
 
 def motion_fault(motion: int) -> Refusal | None:
-    """Judge how the tool is to get to a pose."""
+    """Return why the tool cannot get to a pose in such a way."""
     if motion in (Motion.PTP, Motion.LIN):
         return None
     return Refusal(VerdictCode.BAD_ARGUMENT, f"motion {motion}; accepted: 1 PTP, 2 LIN")
 
 
 def pose_fault(goals: Sequence[PoseGoal]) -> Refusal | None:
-    """Judge tool poses: finite, not absurdly far, quaternions of length 1."""
+    """Return what is wrong with tool poses: finite, not absurdly far, quaternions of length 1."""
     for number, goal in enumerate(goals, start=1):
         if not all(map(math.isfinite, (*goal.position, *goal.orientation))):
             return Refusal(VerdictCode.NOT_FINITE, f"pose {number} holds no finite numbers")

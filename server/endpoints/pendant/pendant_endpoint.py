@@ -1,4 +1,4 @@
-"""The pendant face: the conversation with pendant apps, as a pure core.
+"""Pendant endpoint: the conversation with pendant apps, as a pure core.
 
 Owns the order in which a message is examined (hello said, known, permitted), the one table from the
 class of a request to who answers it, and the verdicts of what was refused. What a request means is
@@ -214,7 +214,7 @@ class PendantEndpoint:
     # Messages.
 
     def may_stop(self, session: int) -> bool:
-        """Tell whether a pendant has said hello, logged in or not."""
+        """Return True if a pendant has said hello, logged in or not."""
         return self._listeners[session].welcomed
 
     def stop_first(self, session: int, stop: Message, now: int) -> list[Effect]:

@@ -1,4 +1,4 @@
-"""The ROS-Industrial endpoint: to an unmodified ROS-I client the server looks like a controller.
+"""ROS-Industrial endpoint: to an unmodified ROS-I client the server looks like a controller.
 
 Owns the answers to each message, and what STATUS shows of a trajectory. What becomes of points is
 the business of `trajectory_collection`. The rules are those of the architecture page, "The public

@@ -78,11 +78,11 @@ class Collection:
         return self._announced and not self.complete
 
     def repeats(self, message: PointMessage) -> bool:
-        """Tell whether a point is the last one again, as after a reconnection."""
+        """Return True if a point is the last one again, as after a reconnection."""
         return self._last is not None and same_point(self._last, message)
 
     def continues(self, message: PointMessage) -> bool:
-        """Tell whether a point may follow the last one."""
+        """Return True if a point may follow the last one."""
         return message.sequence in (self._sequence + 1, SpecialSequence.END)
 
     def take(self, message: PointMessage) -> Refusal | None:
@@ -176,7 +176,7 @@ class Collection:
 
 
 def begins(message: PointMessage) -> bool:
-    """Tell whether a point may be the first of a trajectory."""
+    """Return True if a point may be the first of a trajectory."""
     return message.sequence in _BEGINNINGS
 
 
@@ -185,7 +185,7 @@ def _joints(message: PointMessage) -> tuple[float, ...]:
 
 
 def same_point(one: PointMessage, other: PointMessage) -> bool:
-    """Tell whether two points are the same one, sent twice."""
+    """Return True if two points are the same one, sent twice."""
     return (
         type(one) is type(other)
         and one.sequence == other.sequence
@@ -289,7 +289,7 @@ class RosOutcomes:
             self.handed_on.is_unwanted = True
 
     def is_of(self, session: int) -> bool:
-        """Tell whether what is planned or moved is of a connection."""
+        """Return True if what is planned or moved is of a connection."""
         return self.handed_on is not None and self.handed_on.sender.session == session
 
     def ended(self, news: MotionRefused | MotionEnded, now: int) -> list[Effect]:
@@ -338,7 +338,7 @@ class RosOutcomes:
     # What is told.
 
     def sees(self, address: str, now: int) -> bool:
-        """Tell whether an address is told joint positions now, which it then is."""
+        """Return True if an address is told joint positions now, which it then is."""
         if self._silent.get(address, now) > now:
             return False
         self._seen[address] = now
@@ -379,7 +379,7 @@ class RosLink:
     idle_since: int | None = None
 
     def repeats_finished(self, message: PointMessage) -> bool:
-        """Tell whether a point ended the last trajectory; one that can begin one is a new one."""
+        """Return True if a point ended the last trajectory; one that can begin one is a new one."""
         last = self.finished
         return last is not None and not begins(message) and same_point(last, message)
 

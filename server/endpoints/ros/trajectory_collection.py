@@ -1,4 +1,4 @@
-"""The trajectories of ROS-Industrial clients: collected point by point, completed, handed on.
+"""Trajectories of ROS-Industrial clients: collected point by point, completed, handed on.
 
 Owns when a trajectory is complete, what happens to it when its link is lost or somebody stops, and
 who may send one. Whether the robot may move is the cell's rule, what one point means
@@ -187,7 +187,7 @@ class RosTrajectories:
         return unmoved
 
     def _is_left_over(self, link: RosLink, now: int) -> bool:
-        """Tell whether a point belongs to a trajectory that was refused, and told of, before.
+        """Return True if a point belongs to a trajectory that was refused, and told of, before.
 
         The real client goes on with its points after a failure reply, and on a new link where the
         old one was closed for it; what it is told must stay the first reason.
@@ -199,7 +199,7 @@ class RosTrajectories:
         return link.rejecting
 
     def _is_under_way(self, session: int) -> bool:
-        """Tell whether the last trajectory of a connection waits, is planned or is moved."""
+        """Return True if the last trajectory of a connection waits, is planned or is moved."""
         waiting = self._waiting
         return self.outcomes.is_of(session) or (
             waiting is not None and waiting.sender.session == session
