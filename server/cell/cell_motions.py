@@ -133,7 +133,7 @@ class CellMotions:
         back: UndoPlan | None = None,
         begin_by: int | None = None,
     ) -> list[Effect]:
-        """Have a motion planned that `check` permitted; its fate comes as news.
+        """Have a motion planned that `check` permitted; its fate comes as a cell event.
 
         Args:
             back: how it is taken back once it has begun; None where it cannot be.

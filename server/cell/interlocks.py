@@ -36,7 +36,7 @@ from ..refusal import Refusal
 from .execution.feedback import Feedback, lost
 
 PASSING = (VerdictCode.MOVING, VerdictCode.PLANNING, VerdictCode.CHANGE_WHILE_MOVING)
-"""Obstacles that end by themselves, so that a face that keeps what was sent may wait for it."""
+"""Obstacles that end by themselves, so that an endpoint that keeps what was sent may wait."""
 
 _UNDRIVEN = (Activity.IDLE, Activity.PLANNING)
 """With any other activity a motion of ours is under way or being stopped."""
@@ -303,9 +303,9 @@ def outside_limits(cell: Situation) -> Refusal | None:
     return None
 
 
-def ending(news: CellEvent, by: Holder) -> Refusal | None:
-    """Return why news ends a program; None where it goes on."""
-    match news:
+def ending(event: CellEvent, by: Holder) -> Refusal | None:
+    """Return why an event ends a program; None where it goes on."""
+    match event:
         case Interruption(refusal=refusal):
             return refusal
         case StopLatchChanged(stop=StopLatch() as stop):

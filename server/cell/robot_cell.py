@@ -42,7 +42,7 @@ from ..events.pending import Pending
 from ..refusal import Refusal
 from ..settings.cell_settings import CellSettings, ControllerPath
 from .cell_motions import CellMotions
-from .execution.feedback import Feedback, interruption, shown
+from .execution.feedback import Feedback, interruption
 from .execution.motion_watch import ArmPoints
 from .execution.trajectory_execution import Publish, TrajectoryExecution
 from .interlocks import check_interlocks, examine_cell, held_by, permission
@@ -231,9 +231,9 @@ class RobotCell:
         if not isinstance(message, Status):
             self.feedback.take(message, now)
             return self.driving.reported(now)
-        before = shown(self.feedback)
+        before = self.feedback.shown
         self.feedback.take(message, now)
-        after = shown(self.feedback)
+        after = self.feedback.shown
         refusal = interruption(before, after)
         if refusal is None:
             return []
@@ -276,9 +276,9 @@ class RobotCell:
         """Send a stop whether or not we know of a motion, and end what is under way."""
         return self.driving.halt(refusal, now) + self._publish(Interruption(refusal), now)
 
-    def announce(self, news: ProgramStarted | ProgramEnded, now: int) -> list[Effect]:
-        """Tell everybody what became of a program; its desk knows."""
-        return self._publish(news, now)
+    def announce(self, event: ProgramStarted | ProgramEnded, now: int) -> list[Effect]:
+        """Tell everybody what became of a program; its executor knows."""
+        return self._publish(event, now)
 
     def software_stop(self, by: Holder, reason: str, now: int) -> list[Effect]:
         """Stop the robot and latch; anyone may, at any time. The stop leaves first."""

@@ -156,7 +156,7 @@ def status_message(cell: RobotCell, newest: Reason | None, now: int) -> Status:
     """Return the status for the ROS-I state port: the controller's, narrowed by our own.
 
     Args:
-        newest: why the last trajectory of this face did not come to its end; None where it did.
+        newest: why the last trajectory of this endpoint did not come to its end; None where it did.
 
     Returns:
         Our own obstacles make `motion_possible` false; they and a refusal are shown as an error,

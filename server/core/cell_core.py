@@ -103,7 +103,7 @@ class ControllerInput:
         cell, around = self._cell, self._around
         path, received = event.path, event.message
         if isinstance(received, _NO_MESSAGE):
-            return _misheard(cell, path, received, now)
+            return _bad_message(cell, path, received, now)
         is_motion = path is _MOTION
         kind = received.comm_type
         if kind == _REPLY:
@@ -123,7 +123,7 @@ class ControllerInput:
         return out if around is None else out + around.reported(now)
 
 
-def _misheard(
+def _bad_message(
     cell: RobotCell, path: ControllerPath, received: Unasked | Malformed, now: int
 ) -> list[Effect]:
     """Take what is no message: an answer that nobody asked for, or one that cannot be read."""
@@ -196,7 +196,7 @@ def late_refusal(late: int) -> Refusal:
 _ROS_PORTS = {Port.ROS_MOTION: RosPort.MOTION, Port.ROS_STATE: RosPort.STATE}
 
 
-_Hear: TypeAlias = Callable[[CellEvent, int], list[Effect]]
+_Subscriber: TypeAlias = Callable[[CellEvent, int], list[Effect]]
 """Takes an event of the cell and the time [ns]; returns what follows."""
 
 
@@ -204,8 +204,8 @@ class CellCore:
     """All connections of one cell, and the cell.
 
     Attributes:
-        pendants: the pendant face.
-        ros: the ROS-Industrial face.
+        pendants: the pendant endpoint.
+        ros: the ROS-Industrial endpoint.
         fault: why it serves nobody any more; None while it does.
         environment: recordings, frames, tools, scene and signals; None where it has none.
     """
@@ -256,17 +256,17 @@ class CellCore:
         )
         programs, announcing = self.pendants.programs.desk, self.pendants.announcing
         recordings = None if self.environment is None else self.environment.recordings
-        self._owners: dict[MotionOwner, _Hear] = {
+        self._owners: dict[MotionOwner, _Subscriber] = {
             MotionOwner.PENDANT: announcing.on_cell_event,
             MotionOwner.PROGRAM: programs.on_cell_event,
             MotionOwner.ROS: self.ros.on_cell_event,
         }
-        waiting: tuple[_Hear, ...] = (programs.on_cell_event,)
+        waiting: tuple[_Subscriber, ...] = (programs.on_cell_event,)
         if recordings is not None:
             self._owners[MotionOwner.RECORDING] = recordings.on_cell_event
             waiting += (recordings.on_cell_event,)
         # Each event to those alone whom it concerns; the order is that of the bytes that leave.
-        self._subscribers: Mapping[type[CellEvent], tuple[_Hear, ...]] = {
+        self._subscribers: Mapping[type[CellEvent], tuple[_Subscriber, ...]] = {
             AuthorityTransferred: (announcing.on_cell_event, *waiting),
             StopLatchChanged: (announcing.on_cell_event, *waiting),
             OperatingModeChanged: (announcing.on_cell_event, *waiting),
@@ -284,8 +284,8 @@ class CellCore:
             if not isinstance(event, MotionRefused):
                 self.cell.ended = event.refusal if isinstance(event, MotionEnded) else None
             return self._owners[event.request.owner](event, now)
-        hearing = self._subscribers.get(type(event), ())
-        return [item for hear in hearing for item in hear(event, now)]
+        subscribers = self._subscribers.get(type(event), ())
+        return [item for subscriber in subscribers for item in subscriber(event, now)]
 
     def handle(self, event: Event, now: int) -> list[Effect]:
         """Take an event; return what follows from it, in order."""
@@ -393,7 +393,7 @@ class CellCore:
         if self.environment is None or not isinstance(event.ask.question, MotionJob):
             return out
         monitor = self.environment.monitor
-        return out + monitor.began(now) if monitor.is_planned_before else out
+        return out + monitor.motion_started(now) if monitor.is_planned_before else out
 
     def _on_tick(self, event: Tick, now: int) -> list[Effect]:
         self._loop.tick(now, says_emulated=self.cell.feedback.says_emulated)

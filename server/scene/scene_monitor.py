@@ -80,7 +80,7 @@ class SceneMonitor:
         rows = cell.motions.playing
         return [] if rows is None else self._look_along(rows, scene, now)
 
-    def began(self, now: int) -> list[Effect]:
+    def motion_started(self, now: int) -> list[Effect]:
         """Check a motion that started after the scene changed during its planning.
 
         The answer of the planning process may be a cancelled one: while nothing moves, a motion

@@ -134,7 +134,7 @@ class Rejections:
         """Turn nobody away yet."""
         self._waiting: dict[int, _Waiting] = {}
 
-    def turn_away(self, client: Client, refusal: Refusal, now: int) -> None:
+    def reject(self, client: Client, refusal: Refusal, now: int) -> None:
         """End a connection; a pendant is told why if its hello comes soon.
 
         ROS-Industrial has no message for it, so that its clients are closed at once.
@@ -188,7 +188,7 @@ class Clients:
     """All client connections of a server.
 
     Attributes:
-        turned_away: those for which there is no place.
+        rejections: those for which there is no place.
     """
 
     def __init__(self, settings: Sequence[CellSettings], login: Admission) -> None:
@@ -198,7 +198,7 @@ class Clients:
             settings: of each cell; the most connections are those of the first.
         """
         self.by_session: dict[int, Client] = {}
-        self.turned_away = Rejections()
+        self.rejections = Rejections()
         self._settings = settings
         self._login = login
         self._orders: dict[tuple[int | None, str], ByteOrder] = {}
@@ -217,14 +217,14 @@ class Clients:
             return False
         refusal = self._place_refusal(client.port)
         if refusal is not None:
-            self.turned_away.turn_away(client, refusal, now)
+            self.rejections.reject(client, refusal, now)
             return False
         self.by_session[client.session] = client
         return True
 
     def forget(self, session: int) -> bool:
         """Forget a connection that ended; return False if it was not let in."""
-        self.turned_away.forget(session)
+        self.rejections.forget(session)
         return self.by_session.pop(session, None) is not None
 
     def _place_refusal(self, port: Port) -> Refusal | None:
@@ -254,7 +254,7 @@ class Clients:
 
     def hang_up(self, reason: str) -> None:
         """Close every connection."""
-        self.turned_away.hang_up()
+        self.rejections.hang_up()
         for client in list(self.by_session.values()):
             client.close(reason)
 

@@ -154,7 +154,7 @@ class Inbox:
         if cell is not None:
             cell.deliver(event, now)
         elif session not in self.clients.by_session:
-            self.clients.turned_away.receive(session, message)
+            self.clients.rejections.receive(session, message)
         else:
             self._route(event, now)
             home = self._server.settled(session)
@@ -178,7 +178,7 @@ class Inbox:
 
     def check_deadlines(self, now: int) -> None:
         """Close the connections that read or write too slowly."""
-        self.clients.turned_away.check_deadlines(now)
+        self.clients.rejections.check_deadlines(now)
         for client in list(self.clients.by_session.values()):
             try:
                 client.check_deadlines(now)

@@ -76,7 +76,7 @@ Protocol = Callable[[], asyncio.Protocol]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Door:
+class _ListeningSocket:
     """A listening socket.
 
     Attributes:
@@ -95,8 +95,8 @@ class Listening:
         """Listen nowhere yet."""
         self._loop = asyncio.get_running_loop()
         self._rate = AcceptRate()
-        self._doors: list[_Door] = []
-        self._waiting: deque[_Door] = deque()
+        self._sockets: list[_ListeningSocket] = []
+        self._waiting: deque[_ListeningSocket] = deque()
         self._timer: asyncio.TimerHandle | None = None
         self._greetings: set[asyncio.Task[None]] = set()
         self._is_exhausted = False
@@ -118,19 +118,21 @@ class Listening:
         found = await self._loop.getaddrinfo(
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )
-        doors: list[_Door] = []
+        sockets: list[_ListeningSocket] = []
         try:
             for family, _, _, _, address in dict.fromkeys(found):
-                doors.append(_Door(socket.socket(family, socket.SOCK_STREAM), protocol, tls))
-                _bind(doors[-1].socket, family, address)
+                sockets.append(
+                    _ListeningSocket(socket.socket(family, socket.SOCK_STREAM), protocol, tls)
+                )
+                _bind(sockets[-1].socket, family, address)
         except OSError:
-            for door in doors:
-                door.socket.close()
+            for listener in sockets:
+                listener.socket.close()
             raise
-        for door in doors:
-            self._doors.append(door)
-            self._loop.add_reader(door.socket, self._knocked, door)
-        bound: int = doors[0].socket.getsockname()[1]
+        for listener in sockets:
+            self._sockets.append(listener)
+            self._loop.add_reader(listener.socket, self._on_readable, listener)
+        bound: int = sockets[0].socket.getsockname()[1]
         return bound
 
     def close(self) -> None:
@@ -138,21 +140,21 @@ class Listening:
         if self._timer is not None:
             self._timer.cancel()
         self._waiting.clear()
-        for door in self._doors:
-            self._loop.remove_reader(door.socket)
-            door.socket.close()
-        self._doors.clear()
+        for listener in self._sockets:
+            self._loop.remove_reader(listener.socket)
+            listener.socket.close()
+        self._sockets.clear()
 
     # Who is let in when.
 
-    def _knocked(self, door: _Door) -> None:
+    def _on_readable(self, listener: _ListeningSocket) -> None:
         """Take one connection, or have its port wait behind those that wait already."""
         wait = 0 if self._waiting else self._rate.take(self._now())
         if not self._waiting and not wait:
-            self._take(door)
+            self._take(listener)
             return
-        self._loop.remove_reader(door.socket)
-        self._waiting.append(door)
+        self._loop.remove_reader(listener.socket)
+        self._waiting.append(listener)
         if self._timer is None:
             self._go_on_in(wait / 1e9)
 
@@ -164,9 +166,9 @@ class Listening:
             if wait:
                 self._go_on_in(wait / 1e9)
                 return
-            door = self._waiting.popleft()
-            self._loop.add_reader(door.socket, self._knocked, door)
-            if not self._take(door):
+            listener = self._waiting.popleft()
+            self._loop.add_reader(listener.socket, self._on_readable, listener)
+            if not self._take(listener):
                 return
 
     def _go_on_in(self, pause: float) -> None:
@@ -178,10 +180,10 @@ class Listening:
     def _now(self) -> int:
         return int(self._loop.time() * 1e9)
 
-    def _take(self, door: _Door) -> bool:
+    def _take(self, listener: _ListeningSocket) -> bool:
         """Take a connection that may be there; tell whether the system has means for more."""
         try:
-            accepted, address = door.socket.accept()
+            accepted, address = listener.socket.accept()
         except OSError as error:
             if error.errno in _EXHAUSTED:
                 self._pause(error)
@@ -195,7 +197,7 @@ class Listening:
             log.info("%s: more than %d connections agree on TLS", address[0], MOST_STRANGERS)
             accepted.close()
             return True
-        greeting = self._loop.create_task(self._greet(accepted, door))
+        greeting = self._loop.create_task(self._greet(accepted, listener))
         self._greetings.add(greeting)
         greeting.add_done_callback(self._greetings.discard)
         return True
@@ -206,19 +208,19 @@ class Listening:
             log.error("no connection can be taken now: %s", error.strerror)
         self._is_exhausted = True
         self._waiting.clear()
-        for door in self._doors:
-            self._loop.remove_reader(door.socket)
-            self._waiting.append(door)
+        for listener in self._sockets:
+            self._loop.remove_reader(listener.socket)
+            self._waiting.append(listener)
         self._go_on_in(EXHAUSTED_PAUSE)
 
-    async def _greet(self, accepted: socket.socket, door: _Door) -> None:
+    async def _greet(self, accepted: socket.socket, listener: _ListeningSocket) -> None:
         """Join a connection with its protocol, which may take until TLS is agreed on."""
-        deadline = None if door.tls is None else _HANDSHAKE_DEADLINE
+        deadline = None if listener.tls is None else _HANDSHAKE_DEADLINE
         try:
             await self._loop.connect_accepted_socket(
-                door.protocol,
+                listener.protocol,
                 accepted,
-                ssl=door.tls,
+                ssl=listener.tls,
                 ssl_handshake_timeout=deadline,
                 ssl_shutdown_timeout=deadline,
             )
@@ -226,14 +228,14 @@ class Listening:
             log.info("a connection ended before it began: %s", error)
 
 
-def _bind(door: socket.socket, family: int, address: tuple[Any, ...]) -> None:
-    door.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+def _bind(listener: socket.socket, family: int, address: tuple[Any, ...]) -> None:
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     if family == socket.AF_INET6:
         # Else "::" would take the port of "0.0.0.0" as well.
-        door.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
-    door.setblocking(False)
-    door.bind(address)
-    door.listen(BACKLOG)
+        listener.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
+    listener.setblocking(False)
+    listener.bind(address)
+    listener.listen(BACKLOG)
 
 
 Connect = Callable[[Port, int | None], asyncio.Protocol]

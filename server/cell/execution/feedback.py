@@ -61,6 +61,23 @@ LARGEST_VALUE = 1e3
 """No joint is reported beyond this [rad, m or their rates]; a greater number is an error."""
 
 
+class Shown(NamedTuple):
+    """What of a status may end what is under way.
+
+    Attributes:
+        fault: its emergency stop or the loss of drive power, in words; empty for neither.
+        error: the error that it shows; 0 for none.
+    """
+
+    mode: ControllerMode
+    fault: str
+    error: int
+
+
+NOTHING_SHOWN = Shown(ControllerMode.UNKNOWN, "", 0)
+"""What a controller shows that has not said anything yet."""
+
+
 class Feedback:
     """The newest joint state and status of the controller.
 
@@ -72,6 +89,7 @@ class Feedback:
         mode: the controller's own operating mode.
         error: the error that the controller shows, 0 for none, -1 for one without a number.
         fault: what ended a running motion, in the controller's words; empty for nothing.
+        shown: mode, fault and error together.
         received: time of the last joint report [ns].
         reports: how many joint reports were taken.
         broken: a report held a value that no joint has; motion is impossible until one is sound.
@@ -88,6 +106,7 @@ class Feedback:
         self.mode = ControllerMode.UNKNOWN
         self.error = 0
         self.fault = ""
+        self.shown = NOTHING_SHOWN
         self.received = 0
         self.reports = 0
         self.broken = False
@@ -120,6 +139,7 @@ class Feedback:
                 self.mode = _MODES.get(message.mode, ControllerMode.UNKNOWN)
                 self.error = message.error_code or -1 if message.in_error == _TRUE else 0
                 self.fault = _fault_of(message)
+                self.shown = Shown(self.mode, self.fault, self.error)
 
     def _take_joints(
         self, positions: tuple[float, ...], velocities: tuple[float, ...] | None, now: int
@@ -153,6 +173,7 @@ class Feedback:
         self.mode = ControllerMode.UNKNOWN
         self.error = 0
         self.fault = ""
+        self.shown = NOTHING_SHOWN
         self.velocity_known = False
         self.velocity = (0.0,) * self._dof
         self.broken = False
@@ -333,24 +354,6 @@ class JointHistory:
         after = bisect_right(self._reports, time, key=lambda report: report[0])
         first = min(max(after - 1, 0), len(self._reports) - 1)
         return list(islice(self._reports, first, first + 2))
-
-
-class Shown(NamedTuple):
-    """What of a status may end what is under way.
-
-    Attributes:
-        fault: its emergency stop or the loss of drive power, in words; empty for neither.
-        error: the error that it shows; 0 for none.
-    """
-
-    mode: ControllerMode
-    fault: str
-    error: int
-
-
-def shown(feedback: Feedback) -> Shown:
-    """Return what the controller shows."""
-    return Shown(feedback.mode, feedback.fault, feedback.error)
 
 
 def interruption(before: Shown, after: Shown) -> Refusal | None:

@@ -124,7 +124,12 @@ class ReportTiming:
         silence = now - before.time
         if silence:
             self.is_sure = silence <= _SILENCE * self._period
-            self._learn(now, silence)
+            since, number = self._anchor
+            if silence > _LEARN_NS // 5:
+                self._anchor = (now, self._count)  # whoever paused tells nothing of the rhythm
+            elif now - since >= _LEARN_NS:
+                self._period = (now - since) // (self._count - number)
+                self._anchor = (now, self._count)
         if self.is_sure:
             recent.append(report)
         older = self._older
@@ -134,14 +139,6 @@ class ReportTiming:
         while older and older[0].time <= now - POINT_SPAN_NS:
             self.point_base = older.popleft()
         return report
-
-    def _learn(self, now: int, silence: int) -> None:
-        since, number = self._anchor
-        if silence > _LEARN_NS // 5:
-            self._anchor = (now, self._count)  # whoever paused tells nothing of the rhythm
-        elif now - since >= _LEARN_NS:
-            self._period = (now - since) // (self._count - number)
-            self._anchor = (now, self._count)
 
     def elapsed(self, base: TimedReport) -> float:
         """Return the longest time that may lie between an older report and the newest one [s]."""

@@ -432,7 +432,7 @@ class TrajectoryExecution:
         """End whatever is planned or moving, and have the robot stopped.
 
         Returns:
-            The stop first, then the news for whoever asked for the motion.
+            The stop first, then the cell event for whoever asked for the motion.
         """
         work = self.work
         if work is None:

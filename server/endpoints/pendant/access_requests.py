@@ -352,7 +352,7 @@ class Identity:
 
 
 class Greeting:
-    """The door of one cell: everybody comes in here, and nothing else is answered before.
+    """The hello of one cell: nothing of a connection is answered before it.
 
     Attributes:
         offers: what the server offers to whoever comes in.
@@ -367,7 +367,7 @@ class Greeting:
         access: AccessRequests,
         offers: Capability,
     ) -> None:
-        """Make a door.
+        """Offer what a cell has.
 
         Args:
             offers: what the surroundings of the robot add to what is always offered.

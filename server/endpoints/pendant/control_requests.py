@@ -126,7 +126,7 @@ class ControlRequests:
         return out
 
     def reset_stop(self, session: int, message: ResetStop, now: int) -> Refusal | list[Effect]:
-        """Unlatch the stop; whoever asked hears the verdict before the news."""
+        """Unlatch the stop; whoever asked gets the verdict before the notification."""
         reset = self._cell.reset_stop(self._listeners[session].holder, now)
         if isinstance(reset, Refusal):
             return reset

@@ -138,7 +138,7 @@ class JogRequests:
         self._settings = settings
         self._model = model
         self._presses = PressCounter()
-        self._begun_with: object = None  # the model of the robot that the last jog began with
+        self._started_with: object = None  # the model of the robot that the last jog began with
 
     # Presses.
 
@@ -149,7 +149,7 @@ class JogRequests:
         comes to rest, and the next begins in those of now.
 
         Returns:
-            Why it is refused, or what follows; the verdict comes as news.
+            Why it is refused, or what follows; the verdict comes with a cell event.
         """
         press = self._presses.begin(session, message.press, message.deadline, now)
         if isinstance(press, Refusal):
@@ -174,7 +174,7 @@ class JogRequests:
         out = self._cell.motions.jog(request, rows, self._settings.lead, now)
         if self._cell.driving.driven_jog is rows:
             self.pressed = message
-            self._begun_with = self._model.jog_model
+            self._started_with = self._model.jog_model
         return out
 
     def _to_take_over(self, session: int) -> JogRows | None:
@@ -182,7 +182,7 @@ class JogRequests:
         running = self._cell.driving.driven_jog
         if running is None or running.press.session != session:
             return None
-        return running if self._begun_with is self._model.jog_model else None
+        return running if self._started_with is self._model.jog_model else None
 
     def _caps(self) -> JogCaps:
         modes = self._cell.modes
@@ -238,7 +238,7 @@ class JogRequests:
         """Move by one increment.
 
         Returns:
-            Why it is refused, or what follows; the verdict comes as news.
+            Why it is refused, or what follows; the verdict comes with a cell event.
         """
         values = message.values[: message.value_count]
         refusal = (
@@ -281,7 +281,7 @@ class JogRequests:
         An undo that was ended on its way is gone on with where it is asked for again.
 
         Returns:
-            Why it is refused, or what follows; the verdict comes as news.
+            Why it is refused, or what follows; the verdict comes with a cell event.
         """
         refusal = self._cell.check(session, now, MotionKind.JOG) or speed_fault(message.speed)
         if refusal is not None:

@@ -66,7 +66,7 @@ class PendantMotions:
         """Examine a request and have it planned; what needs no planning begins at once.
 
         Returns:
-            Why it is refused, or what follows; the verdict comes as news.
+            Why it is refused, or what follows; the verdict comes with a cell event.
         """
         match message:
             case PoseMove():

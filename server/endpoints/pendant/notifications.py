@@ -190,30 +190,30 @@ class Notifications:
         self._recent = recent
         self._sequence = 0
 
-    def on_cell_event(self, news: CellEvent, now: int) -> list[Effect]:
+    def on_cell_event(self, event: CellEvent, now: int) -> list[Effect]:
         """Tell whoever asked for a motion its fate, and everybody what concerns all."""
-        match news:
+        match event:
             case MotionStarted(request=request) if request.session in self._listeners:
                 return [Send(request.session, verdict(request.request_id))]
             case MotionRefused(request=request) if request.session in self._listeners:
-                return [Send(request.session, verdict(request.request_id, news.refusal))]
+                return [Send(request.session, verdict(request.request_id, event.refusal))]
             case MotionEnded(request=request) if request.session in self._listeners:
-                return [*self._jog_account(news), Send(request.session, outcome(news))]
+                return [*self._jog_account(event), Send(request.session, outcome(event))]
             case OperatingModeChanged():
-                return self._listeners.to_all(mode_changed(news))
+                return self._listeners.to_all(mode_changed(event))
             case AuthorityTransferred():
-                return self._listeners.to_all(authority_changed(news))
+                return self._listeners.to_all(authority_changed(event))
             case StopLatchChanged():
-                return self._listeners.to_all(stop_changed(news))
+                return self._listeners.to_all(stop_changed(event))
         return []
 
-    def _jog_account(self, news: MotionEnded) -> list[Effect]:
+    def _jog_account(self, event: MotionEnded) -> list[Effect]:
         """Tell a pendant how its jog came to rest, before its outcome."""
-        account = news.jog
+        account = event.jog
         if account is None:
             return []
         began, ended = (self._robot.tool_pose(at)[0] for at in (account.began_at, account.ended_at))
-        return [Send(news.request.session, jog_ended(account, math.dist(began, ended)))]
+        return [Send(event.request.session, jog_ended(account, math.dist(began, ended)))]
 
     def state(self, due: list[Listener], now: int) -> list[Effect]:
         """Send the state once for all whose drop counters are alike; each is told its own."""

@@ -75,7 +75,7 @@ from .notifications import Listener, Listeners, Notifications
 
 _Answered = Refusal | None | list[Effect]
 """Why a request is refused; None where it is done; else all that is to be written because of it,
-with a verdict among it where none comes as news."""
+with a verdict among it where none comes with a cell event."""
 
 _Request = Callable[[int, Any, int], _Answered]
 """Answers a request of a session at a time [ns]."""
@@ -97,7 +97,7 @@ class PendantEndpoint:
         access: CoreAccess,
         around: CellEnvironment | None,
     ) -> None:
-        """Make a face nobody is connected to."""
+        """Make an endpoint that nobody is connected to."""
         self.access = AccessRequests(access, identity.cell, self.regranted, pending)
         self._cell = cell
         self._listeners = listeners = Listeners(settings)

@@ -97,7 +97,7 @@ class RosEndpoint:
     """All ROS-I connections of a cell."""
 
     def __init__(self, cell: RobotCell, settings: CellSettings) -> None:
-        """Make a face nobody is connected to."""
+        """Make an endpoint that nobody is connected to."""
         self._cell = cell
         self._links: dict[int, RosLink] = {}
         self._trajectories = RosTrajectories(cell, settings.ros_i, self._links)
@@ -203,14 +203,14 @@ class RosEndpoint:
             out += self._trajectories.discard(link, refusal, now)
         return out + link.count_fault(now)
 
-    def on_cell_event(self, news: CellEvent, now: int) -> list[Effect]:
+    def on_cell_event(self, event: CellEvent, now: int) -> list[Effect]:
         """Take note of what became of a trajectory; the client learns it from STATUS."""
         outcomes = self._trajectories.outcomes
-        match news:
+        match event:
             case MotionStarted(request=request) if outcomes.is_of(request.session):
                 outcomes.newest = None
             case MotionRefused() | MotionEnded():
-                return outcomes.ended(news, now)
+                return outcomes.ended(event, now)
             case Interruption(refusal=refusal):
                 return self._trajectories.interrupt(refusal, now)
         return []

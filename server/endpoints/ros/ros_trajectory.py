@@ -292,18 +292,18 @@ class RosOutcomes:
         """Return True if what is planned or moved is of a connection."""
         return self.handed_on is not None and self.handed_on.sender.session == session
 
-    def ended(self, news: MotionRefused | MotionEnded, now: int) -> list[Effect]:
+    def ended(self, event: MotionRefused | MotionEnded, now: int) -> list[Effect]:
         """Take note that what was handed on ended, or was refused by the planner."""
         known = self.handed_on
-        if known is None or known.request != news.request:
+        if known is None or known.request != event.request:
             return []
         self.handed_on = None
-        refusal = news.refusal
+        refusal = event.refusal
         if refusal is None or refusal.code is VerdictCode.NO_MOTION:
             # A trajectory that ends where the robot stands is no error.
             self.newest = None
             return []
-        done = known.points - news.waypoints_left if isinstance(news, MotionEnded) else 0
+        done = known.points - event.waypoints_left if isinstance(event, MotionEnded) else 0
         points = (done, known.points)
         return self.tell(known.sender, points, refusal, now, is_wanted=known.is_unwanted)
 
@@ -348,7 +348,7 @@ class RosOutcomes:
 
 
 class RosPort(Enum):
-    """The two ports of this face."""
+    """The two ports of this endpoint."""
 
     MOTION = "points and stop"
     STATE = "joint positions and status"

@@ -107,10 +107,10 @@ class RosTrajectories:
                 return _answer(session, message, Refusal(VerdictCode.SEQUENCE))
             if not begins(message) and self._is_under_way(session):
                 return self._cut_off(link, message, now)
-            begun = self._begin(link, message, session, now)
-            if isinstance(begun, Refusal):
-                return self._turn_away(session, link, message, begun, now)
-            collection, out = begun
+            started = self._begin(link, message, session, now)
+            if isinstance(started, Refusal):
+                return self._refuse_at_start(session, link, message, started, now)
+            collection, out = started
         refusal = collection.take(message)
         if refusal is not None:
             out += self.discard(link, refusal, now)
@@ -133,10 +133,10 @@ class RosTrajectories:
         if holds_stop(message):
             return self.stop(link, now) + _answer(session, message, None)
         points = streamed(message)
-        begun = self._begin(link, points[0], session, now)
-        if isinstance(begun, Refusal):
-            return self._turn_away(session, link, message, begun, now)
-        collection, out = begun
+        started = self._begin(link, points[0], session, now)
+        if isinstance(started, Refusal):
+            return self._refuse_at_start(session, link, message, started, now)
+        collection, out = started
         for point in points:
             refusal = collection.take(point)
             if refusal is not None:
@@ -247,7 +247,7 @@ class RosTrajectories:
         holder = Holder(session, f"ROS-I {link.address}")
         return self._cell.take_authority(holder, now, beats=False)
 
-    def _turn_away(
+    def _refuse_at_start(
         self,
         session: int,
         link: RosLink,
