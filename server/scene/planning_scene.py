@@ -115,7 +115,7 @@ class SceneModel(Protocol):
     def flange_link(self) -> str:
         """Name of the link that tools are bolted to."""
 
-    def surround(self, frames: FrameTree, scene: Scene) -> None:
+    def apply_scene(self, frames: FrameTree, scene: Scene) -> None:
         """Put frames, tools and scene in force.
 
         Raises:
@@ -345,7 +345,7 @@ class PlanningScene:
         """Put frames and scene in force."""
         changed = scene != self.scene
         new_frames = frames is not self.frames
-        self._view.surround(frames, scene)
+        self._view.apply_scene(frames, scene)
         if new_frames:
             self.history.define(now, frames)
         return self._watcher(scene, now) if changed else []

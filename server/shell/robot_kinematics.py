@@ -57,7 +57,7 @@ class RobotKinematics:
     """Kinematics, frames and jog mathematics of a serial robot.
 
     Attributes:
-        frames: the named frames and tools in force; `surround` changes them.
+        frames: the named frames and tools in force; `apply_scene` changes them.
         lever_arms: for the tool and the elbow, if any, (n,) how fast each joint can make it
             [m/rad or 1].
     """
@@ -75,7 +75,7 @@ class RobotKinematics:
         self._clear_path = ClearPath(self._collision)
         self._jogs = JogModel(self._kinematics, collision=self._collision)
 
-    def surround(self, frames: FrameTree, scene: Scene) -> None:
+    def apply_scene(self, frames: FrameTree, scene: Scene) -> None:
         """Let frames, tools and scene rule from now on; a jog under way keeps those that it has.
 
         Raises:

@@ -43,6 +43,7 @@ from ...access.lockout import SECOND_NS
 from ...access.pairing import Chooser
 from ...access.request_gate import RequestGate
 from ...access.secret import Secret
+from ...control import Holder
 from ...events.effects import Close, Effect, Send
 from ...events.management_requests import ReplyTo, handles
 from ...events.pending import Pending
@@ -406,7 +407,7 @@ class Greeting:
         listener.welcomed = True
         listener.hello_name = cut(hello.client, NAME_BYTES)
         self._access.welcomed(session, listener.address, listener.hello_name, now)
-        listener.client = self._access.name_of(session, listener.hello_name)
+        listener.holder = Holder(session, self._access.name_of(session, listener.hello_name))
         listener.looks_on = self._access.may(session, Permission.OBSERVE)
         self._listeners.set_rate(session, hello.state_rate, now)
 

@@ -71,7 +71,7 @@ class AuthorityRequests:
         session, holder = listener.session, self._cell.authority.holder
         if holder is None or holder.session != session:
             return []
-        if holder.client == listener.client and access.may(session, Permission.MOVE):
+        if holder == listener.holder and access.may(session, Permission.MOVE):
             return []
         # Whoever is still logged in by that name has lost the role alone.
         is_in = "" != access.name_of(session, "") == holder.client

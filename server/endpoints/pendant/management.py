@@ -255,20 +255,17 @@ class ManagementRequests:
         programs: ProgramService,
         served: ServedCells,
         retreats: EscapeRequests,
+        around: CellEnvironment | None,
     ) -> None:
-        """Start without the environment of the cell."""
+        """Join those who answer; a cell without an environment has no scene and no recordings."""
         self._cell = cell
         self._settings = settings
         self._listeners = listeners
         self._served = served
         self._access = access
-        self._around: CellEnvironment | None = None
-        self._handlers = handlers_of(self, access, retreats) | dict(programs.handlers)
-
-    def surround(self, around: CellEnvironment) -> None:
-        """Answer requests about the cell's surroundings too."""
         self._around = around
-        self._handlers |= handlers_of(around.service, around.recordings)
+        services = () if around is None else (around.service, around.recordings)
+        self._handlers = handlers_of(self, access, retreats, *services) | dict(programs.handlers)
 
     def answer(
         self,
@@ -293,7 +290,7 @@ class ManagementRequests:
 
     def reply_to(self, session: int, message: Management) -> ReplyTo[Any]:
         """Return who asks, under the name that stands beside what it saves."""
-        name = unicodedata.normalize("NFC", self._listeners[session].client).strip()
+        name = unicodedata.normalize("NFC", self._listeners[session].holder.client).strip()
         return ReplyTo(session, message.request_id, name or f"session {session}")
 
     # The cell as a whole.

@@ -51,6 +51,7 @@ class Listener:
     """One pendant's connection.
 
     Attributes:
+        holder: the connection as others are told of it.
         opened: when it was accepted [ns].
         heard: when its last message came [ns].
         faults: unknown and malformed frames of late.
@@ -61,11 +62,11 @@ class Listener:
     """
 
     session: int
+    holder: Holder
     opened: int
     heard: int
     address: str
     faults: PeerFaults = field(default_factory=PeerFaults)
-    client: str = ""
     hello_name: str = ""
     looks_on: bool = False
     welcomed: bool = False
@@ -73,11 +74,6 @@ class Listener:
     period_ns: int = 0
     due: int = 0
     dropped: int = 0
-
-    @property
-    def holder(self) -> Holder:
-        """The connection as whoever else is told of it."""
-        return Holder(self.session, self.client)
 
     def count_fault(self, now: int) -> list[Effect]:
         """Count an unknown or malformed frame; the connection that sends too many is closed."""
@@ -103,7 +99,9 @@ class Listeners(dict[int, Listener]):
 
     def opened(self, session: int, address: str, now: int) -> None:
         """Take note of a new connection."""
-        self[session] = Listener(session, opened=now, heard=now, address=address)
+        self[session] = Listener(
+            session, Holder(session, ""), opened=now, heard=now, address=address
+        )
 
     def closed(self, session: int) -> None:
         """Forget a connection, also one that an incident ended before it was taken note of."""

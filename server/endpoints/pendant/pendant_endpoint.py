@@ -57,6 +57,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ...access.permissions import is_overtaken
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
+from ...control import Holder
 from ...environment import CellEnvironment
 from ...events.effects import Effect, Send
 from ...events.management_requests import parse
@@ -122,18 +123,11 @@ class PendantEndpoint:
             None if around is None else around.recordings,
         )
         served = ServedCells.of(identity.cells or [(identity.cell, identity.robot)])
+        escapes = EscapeRequests(cell, robot, self._jogs)
         self._management = ManagementRequests(
-            cell,
-            settings,
-            listeners,
-            self.access,
-            self.programs,
-            served,
-            EscapeRequests(cell, robot, self._jogs),
+            *(cell, settings, listeners, self.access, self.programs, served, escapes, around)
         )
         self.announcing = Notifications(cell, robot, listeners, self._jogs.states)
-        if around is not None:
-            self._management.surround(around)
         self._requests = self._request_table()
         self._topics = self._topic_table()
 
@@ -197,7 +191,7 @@ class PendantEndpoint:
         listener = self._listeners[session] if session in self._listeners else None
         if listener is None or not listener.welcomed:
             return []
-        listener.client = self.access.name_of(session, listener.hello_name)
+        listener.holder = Holder(session, self.access.name_of(session, listener.hello_name))
         # While it still looks on: the end of its authority concerns it more than anybody.
         out = self._authority.follow(listener, self.access, now)
         looked_on, fault = listener.looks_on, self.access.look_on_fault(session)
