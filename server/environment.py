@@ -9,7 +9,6 @@ from collections.abc import Callable
 
 from openpendant.motion.errors import StartInCollision
 from openpendant.motion.scene.scene import Scene
-from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import Capability
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -92,14 +91,6 @@ class CellEnvironment:
                 # With the speed, which nobody asks for here: the state message asks for the same.
                 self.trace.add(self._view.tool_motion(position, feedback.velocity)[0])
         return self.recordings.recorder.reported(feedback, now)
-
-    def state_link(self, up: bool, now: int) -> list[Effect]:
-        """Take note that the controller's state connection came or went."""
-        return self.signals.link_changed(up, now)
-
-    def answered(self, reply: Message, now: int) -> list[Effect]:
-        """Take an answer on the controller's state connection."""
-        return self.signals.answered(reply, now)
 
     @property
     def ticked(self) -> tuple[Callable[[int], list[Effect]], ...]:

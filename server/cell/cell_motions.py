@@ -251,11 +251,7 @@ class CellMotions:
         return refusal
 
     def resume(self, by: Holder, now: int) -> Refusal | None:
-        """End a pause, so that the motion goes on along its path, or does once `hold` is over.
-
-        Returns:
-            Why it is refused; a motion that is only held has no pause to be ended.
-        """
+        """End a pause, so that the motion goes on along its path, or does once `hold` is over."""
         work = self._driving.work
         refusal = permission(self._authority, by.session, now)
         if refusal is not None:

@@ -35,7 +35,6 @@ from ..events.cell_events import (
     RunningProgram,
     StopLatch,
     StopLatchChanged,
-    UncommandedMotion,
 )
 from ..events.effects import Effect, LogLine, QueryController
 from ..events.pending import Pending
@@ -171,11 +170,6 @@ class RobotCell:
         return self.modes.tool_speed_cap(self.feedback.mode)
 
     @property
-    def uncommanded(self) -> UncommandedMotion | None:
-        """How the robot moved last while nobody commanded it, since the last motion."""
-        return self.driving.uncommanded
-
-    @property
     def activity(self) -> Activity:
         """What the cell is doing; between the motions of a program, what that says."""
         activity = self.driving.activity
@@ -214,14 +208,6 @@ class RobotCell:
         """Where the robot stands, (n,) controller side; only meaningful when `check` said None."""
         assert self.feedback.position is not None
         return self.feedback.position
-
-    def answered(self, reply: Message, pending: int, now: int) -> list[Effect]:
-        """Take an answer on the motion link; see `TrajectoryExecution.answered`."""
-        return self.driving.answered(reply, pending, now)
-
-    def misanswered(self, problem: str, now: int) -> list[Effect]:
-        """Take an answer of the controller that cannot belong to anything."""
-        return self.driving.misanswered(problem, now)
 
     def reported(self, message: Message, now: int) -> list[Effect]:
         """Take a report of the controller on the state link.

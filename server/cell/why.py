@@ -107,7 +107,7 @@ def _end(refusal: Refusal) -> EndReport:
 
 
 def _remarks(cell: RobotCell, now: int) -> tuple[str, ...]:
-    moved = cell.uncommanded
+    moved = cell.driving.uncommanded
     if moved is None:
         return ()
     ago = (now - moved.at) / 1e9

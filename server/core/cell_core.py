@@ -6,8 +6,8 @@ thread in here. Beside `handle` only `fail` changes anything: after a fault of o
 can be trusted, so the core stops the robot once and is deaf.
 
 Owns which message of a controller is an answer that was owed, one that nobody asked for, a
-question to us, or a report, on each of the three connections (`ControllerInput`). What follows
-from it is the cell's business.
+question to us, or a report, on each of the three connections. What follows from it is the cell's
+business.
 
 Owns what a server does that finds its event loop stood still: it latches a stop (promise 26,
 `LoopMonitor`). The watchdog process, which stops the robot meanwhile, has its own rule in
@@ -90,39 +90,6 @@ _MOTION, _STATE = ControllerPath.MOTION, ControllerPath.STATE
 _IDENTITY = OperatorEvent.PLACE.msg_type
 
 
-class ControllerInput:
-    """The messages of the controller of one cell."""
-
-    def __init__(self, cell: RobotCell, around: CellEnvironment | None) -> None:
-        """Join the cell with what surrounds its robot; None in a cell without."""
-        self._cell = cell
-        self._around = around
-
-    def take(self, event: ControllerReport, now: int) -> list[Effect]:
-        """Hand a message of the controller to whom it is for."""
-        cell, around = self._cell, self._around
-        path, received = event.path, event.message
-        if isinstance(received, _NO_MESSAGE):
-            return _bad_message(cell, path, received, now)
-        is_motion = path is _MOTION
-        kind = received.comm_type
-        if kind == _REPLY:
-            if is_motion:
-                return cell.answered(received, event.pending, now)
-            if path is _STATE and message_type(received) == _IDENTITY:
-                return cell.identified(received.reply_code, now)
-            asked = around if path is _STATE else None
-            return [] if asked is None else asked.answered(received, now)
-        if kind == _REQUEST:
-            # But for a ping a controller has nothing to ask of us; an answer is still owed.
-            is_ping = isinstance(received, Ping)
-            return [AnswerController(path, accepted(received) if is_ping else refused(received))]
-        if path is not _STATE:
-            return []
-        out = cell.reported(received, now)
-        return out if around is None else out + around.reported(now)
-
-
 def _bad_message(
     cell: RobotCell, path: ControllerPath, received: Unasked | Malformed, now: int
 ) -> list[Effect]:
@@ -132,8 +99,10 @@ def _bad_message(
     if path is not _MOTION:
         return []
     if isinstance(received, Unasked):
-        return cell.misanswered("the controller answered although nothing was asked", now)
-    return cell.misanswered(str(received.error), now) if received.comm_type == _REPLY else []
+        return cell.driving.on_bad_reply("the controller answered although nothing was asked", now)
+    if received.comm_type != _REPLY:
+        return []
+    return cell.driving.on_bad_reply(str(received.error), now)
 
 
 def _misidentified(cell: RobotCell, received: Unasked | Malformed, now: int) -> list[Effect]:
@@ -242,7 +211,6 @@ class CellCore:
         self._trail = AuditTrail(access.record, access.login, self.cell, self.name)
         self.ros = RosEndpoint(self.cell, settings)
         self._endpoint_of: dict[int, PendantEndpoint | RosEndpoint] = {}
-        self._controller = ControllerInput(self.cell, self.environment)
         rule = settings.watchdog
         self._loop = LoopMonitor(
             round(rule.real_deadline * 1e9), round(rule.emulated_deadline * 1e9)
@@ -311,7 +279,7 @@ class CellCore:
             Skipped: self._on_skipped,
             Regranted: self._on_regranted,
             PathChanged: self._on_path_changed,
-            ControllerReport: self._controller.take,
+            ControllerReport: self._on_report,
             ControllerGarbled: self._on_garbled,
             Answered: self._on_answered,
             Tick: self._on_tick,
@@ -377,12 +345,37 @@ class CellCore:
         out = self.cell.path_changed(event.path, event.up, now)
         if self.environment is None or event.path is not ControllerPath.STATE:
             return out
-        return out + self.environment.state_link(event.up, now)
+        return out + self.environment.signals.link_changed(event.up, now)
+
+    def _on_report(self, event: ControllerReport, now: int) -> list[Effect]:
+        """Hand a message of the controller to whom it is for."""
+        cell, around = self.cell, self.environment
+        path, received = event.path, event.message
+        if isinstance(received, _NO_MESSAGE):
+            return _bad_message(cell, path, received, now)
+        is_motion = path is _MOTION
+        kind = received.comm_type
+        if kind == _REPLY:
+            if is_motion:
+                return cell.driving.answered(received, event.pending, now)
+            if path is _STATE and message_type(received) == _IDENTITY:
+                return cell.identified(received.reply_code, now)
+            if around is None or path is not _STATE:
+                return []
+            return around.signals.answered(received, now)
+        if kind == _REQUEST:
+            # But for a ping a controller has nothing to ask of us; an answer is still owed.
+            is_ping = isinstance(received, Ping)
+            return [AnswerController(path, accepted(received) if is_ping else refused(received))]
+        if path is not _STATE:
+            return []
+        out = cell.reported(received, now)
+        return out if around is None else out + around.reported(now)
 
     def _on_garbled(self, event: ControllerGarbled, now: int) -> list[Effect]:
         if event.path is ControllerPath.STOP:
             return []
-        return self.cell.misanswered(event.problem, now)
+        return self.cell.driving.on_bad_reply(event.problem, now)
 
     # The server's own parts.
 

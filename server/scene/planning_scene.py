@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from openpendant.motion.errors import FrameInUse, MotionError, SceneFileError
 from openpendant.motion.frames.frame_file import frames_from_json, frames_to_json
-from openpendant.motion.frames.frame_tree import FLANGE, FrameTree
+from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.attachments import left, taken
 from openpendant.motion.scene.scene import Mesh, Scene
@@ -98,11 +98,6 @@ def scene_from_json(body: str) -> Scene:
             problem = "is a mesh; accepted: box, sphere, cylinder, capsule"
             raise SceneFileError("scene", f"object {each.name!r}", problem)
     return scene
-
-
-def is_tool(tree: FrameTree, name: str) -> bool:
-    """Return True if a frame is a tool, and so in the document of tools."""
-    return tree[name].parent == FLANGE
 
 
 class SceneModel(Protocol):

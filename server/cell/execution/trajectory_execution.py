@@ -398,7 +398,7 @@ class TrajectoryExecution:
                 break
         return out
 
-    def misanswered(self, problem: str, now: int) -> list[Effect]:
+    def on_bad_reply(self, problem: str, now: int) -> list[Effect]:
         """Take an answer that nobody asked for, or that cannot be read, on the motion link.
 
         From then on nobody knows which answer belongs to which point, so a motion ends.

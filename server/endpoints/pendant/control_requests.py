@@ -47,11 +47,7 @@ class AuthorityRequests:
         self._listeners = listeners
 
     def authority(self, session: int, message: Authority, now: int) -> Refusal | list[Effect]:
-        """Give the authority, take it over or take it back.
-
-        Returns:
-            Why it is refused, or everything that is to be written, the verdict included.
-        """
+        """Give the authority, take it over or take it back."""
         match message.action:
             case AuthorityAction.REQUEST:
                 return self._take(session, message.request_id, now)

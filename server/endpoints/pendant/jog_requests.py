@@ -147,9 +147,6 @@ class JogRequests:
 
         A jog is not taken over once frames, tool or scene are others than those it began with: it
         comes to rest, and the next begins in those of now.
-
-        Returns:
-            Why it is refused, or what follows; the verdict comes with a cell event.
         """
         press = self._presses.begin(session, message.press, message.deadline, now)
         if isinstance(press, Refusal):
@@ -235,11 +232,7 @@ class JogRequests:
     # Increments and undo.
 
     def step(self, session: int, message: JogStep, now: int) -> Refusal | list[Effect]:
-        """Move by one increment.
-
-        Returns:
-            Why it is refused, or what follows; the verdict comes with a cell event.
-        """
+        """Move by one increment."""
         values = message.values[: message.value_count]
         refusal = (
             self._cell.check(session, now, MotionKind.JOG)
@@ -279,9 +272,6 @@ class JogRequests:
         """Move back along the way of the jog that moved last; a second undo has nothing to do.
 
         An undo that was ended on its way is gone on with where it is asked for again.
-
-        Returns:
-            Why it is refused, or what follows; the verdict comes with a cell event.
         """
         refusal = self._cell.check(session, now, MotionKind.JOG) or speed_fault(message.speed)
         if refusal is not None:

@@ -63,11 +63,7 @@ class PendantMotions:
     def ask(
         self, session: int, message: PoseMove | PosePath | JointPath | Home, now: int
     ) -> Refusal | list[Effect]:
-        """Examine a request and have it planned; what needs no planning begins at once.
-
-        Returns:
-            Why it is refused, or what follows; the verdict comes with a cell event.
-        """
+        """Examine a request and have it planned; what needs no planning begins at once."""
         match message:
             case PoseMove():
                 goals: tuple[PoseGoal, ...] = (PoseGoal(message.position, message.orientation),)

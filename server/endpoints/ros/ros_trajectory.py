@@ -86,11 +86,7 @@ class Collection:
         return message.sequence in (self._sequence + 1, SpecialSequence.END)
 
     def take(self, message: PointMessage) -> Refusal | None:
-        """Take the next point.
-
-        Returns:
-            Why the trajectory must be discarded; None where the point was taken.
-        """
+        """Take the next point."""
         sequence = message.sequence
         if self._last is not None and self.repeats(message):
             return None
