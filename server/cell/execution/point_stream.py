@@ -100,8 +100,8 @@ class PointStream:
         self.started = now
         self._uplink = uplink
         self._lead = round((link.planned_lead if lead is None else lead) * 1e9)
-        self._departure = SetpointGuard(limits, start)
-        self._following = TrackingMonitor(now, pace)
+        self._guard = SetpointGuard(limits, start)
+        self._tracking = TrackingMonitor(now, pace)
         self._watch = watch
         self._known_error = known_error
         self._sent = 0
@@ -114,35 +114,35 @@ class PointStream:
     @property
     def reached(self) -> float:
         """Time of the set-point where the robot is, as far as its reports tell [s]."""
-        return self._following.reached
+        return self._tracking.reached
 
     def next_point(self, now: int) -> Message | Refusal | None:
         """Return the next set-point where one is due and the link has room for it."""
         if now != self._looked:
             self._look(now)
-        rows, following = self.rows, self._following
+        rows, tracking = self.rows, self._tracking
         due = None if self._uplink.is_full else rows.next_time
         if due is None:
             return None
         if self.phase is _SETTLING:
             # A new press after all had left: the pause between must not be caught up with.
             self.phase = _SENDING
-            following.go_on(due, now)
+            tracking.go_on(due, now)
         lead = self._lead if self._is_turn else self._lead - _HALF_TICK_NS
-        is_due = round(due * 1e9) <= following.time(now) + lead
+        is_due = round(due * 1e9) <= tracking.time(now) + lead
         # Where the reports just moved the robot back, none is due in a tick: a ramp must not wait.
         if not is_due and not (self._is_turn and rows.is_urgent):
             return None
         self._is_turn = False
         last = rows.last
         row = rows.take()
-        refusal = self._departure.check(row)
+        refusal = self._guard.check(row)
         if refusal is not None:
             return refusal
         point = self._uplink.point(self._sent, row, row.time - last.time, now)
-        following.sent(row)
+        tracking.sent(row)
         if self._watch is not None:
-            self._watch.commanded(following.earliest(row.time), row)
+            self._watch.commanded(tracking.earliest(row.time), row)
         self._before = last
         self._sent += 1
         return point
@@ -166,8 +166,8 @@ class PointStream:
             return self.blamed(Refusal(VerdictCode.CONTROLLER_STOPPED, error), feedback, now)
         if self.rows.next_time is None and not self._uplink.awaiting:
             return self._settle(feedback, now)
-        self._following.update(feedback)
-        lag = self._following.lag
+        self._tracking.update(feedback)
+        lag = self._tracking.lag
         if lag > LONGEST_LAG:
             text = f"the robot is {lag:.2f} s behind the points that it was sent"
             return Refusal(VerdictCode.NOT_FOLLOWING, text, value=lag, limit=LONGEST_LAG)
@@ -189,7 +189,7 @@ class PointStream:
         if blamed is not refusal:
             return blamed
         # By the server's clock: reports that are as late as the points make the robot seem behind.
-        dry = (now - self._following.earliest(0.0)) / 1e9 - self._stock
+        dry = (now - self._tracking.earliest(0.0)) / 1e9 - self._stock
         if feedback.error:
             known = f"; it shows {error_text(feedback.error)}"
         elif dry > 0.0:
@@ -208,7 +208,7 @@ class PointStream:
         if away < _AWAY_NS:
             return
         last = self.rows.last
-        end = self._following.base + round(last.time * 1e9)
+        end = self._tracking.base + round(last.time * 1e9)
         if any(last.velocity) and end <= now + _TOO_LATE_NS:
             self._left_dry = now, away
 
@@ -242,7 +242,7 @@ class PointStream:
     def _settle(self, feedback: Feedback, now: int) -> Refusal | None:
         if self.phase is not _SETTLING:
             self.phase, self._all_taken = _SETTLING, now
-        end = self._following.base + round(self.rows.last.time * 1e9)
+        end = self._tracking.base + round(self.rows.last.time * 1e9)
         final = self.rows.last.position
         # A report from before the end of the motion says nothing about its end, and none from
         # before the last point was taken: a robot that waited for it stood as well.

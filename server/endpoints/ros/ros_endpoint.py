@@ -6,7 +6,7 @@ protocol"; what the real clients do is in `docs/ros-i.md`.
 
 Owns the state port: joint positions and status at a fixed rate, and who is due when. What the
 messages say is the business of `state_report`; from whom positions are withheld, that of
-`trajectory_outcomes`.
+`RosOutcomes`.
 """
 
 from __future__ import annotations
