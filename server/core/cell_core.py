@@ -349,7 +349,7 @@ class CellCore:
 
     def _on_report(self, event: ControllerReport, now: int) -> list[Effect]:
         """Hand a message of the controller to whom it is for."""
-        cell, around = self.cell, self.environment
+        cell, environment = self.cell, self.environment
         path, received = event.path, event.message
         if isinstance(received, _NO_MESSAGE):
             return _bad_message(cell, path, received, now)
@@ -360,9 +360,9 @@ class CellCore:
                 return cell.driving.answered(received, event.pending, now)
             if path is _STATE and message_type(received) == _IDENTITY:
                 return cell.identified(received.reply_code, now)
-            if around is None or path is not _STATE:
+            if environment is None or path is not _STATE:
                 return []
-            return around.signals.answered(received, now)
+            return environment.signals.answered(received, now)
         if kind == _REQUEST:
             # But for a ping a controller has nothing to ask of us; an answer is still owed.
             is_ping = isinstance(received, Ping)
@@ -370,7 +370,7 @@ class CellCore:
         if path is not _STATE:
             return []
         out = cell.reported(received, now)
-        return out if around is None else out + around.reported(now)
+        return out if environment is None else out + environment.reported(now)
 
     def _on_garbled(self, event: ControllerGarbled, now: int) -> list[Effect]:
         if event.path is ControllerPath.STOP:

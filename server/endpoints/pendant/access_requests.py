@@ -331,7 +331,7 @@ class AccessRequests:
 
 
 _ALWAYS = ~(Capability.RECORDING | Capability.SIGNALS | Capability.SCENE)
-"""The rest needs surroundings."""
+"""The rest needs an environment."""
 
 
 _LEAST_RATE, _GREATEST_RATE = 1.0, 125.0
@@ -371,7 +371,7 @@ class Greeting:
         """Offer what a cell has.
 
         Args:
-            offers: what the surroundings of the robot add to what is always offered.
+            offers: what the environment adds to what is always offered.
         """
         self.offers = _ALWAYS | offers
         self._identity = identity

@@ -147,16 +147,16 @@ class Snapshot(JsonBody):
 
 
 def snapshot(
-    cell: RobotCell, settings: CellSettings, now: int, around: CellEnvironment | None = None
+    cell: RobotCell, settings: CellSettings, now: int, environment: CellEnvironment | None = None
 ) -> Snapshot:
-    """Return the cell as it is now; without surroundings it has no frames of users and no tool."""
+    """Return the cell as it is now; without an environment it has no user frames and no tool."""
     holder, stop, obstacle = cell.authority.holder, cell.stop, cell.obstacle(now)
     program = cell.program
     return Snapshot(
         cell=settings.name,
         robot=settings.robot,
         joints=_joints(cell.limits),
-        frames=_ROBOTS_OWN if around is None else tuple(around.world.frames.frames),
+        frames=_ROBOTS_OWN if environment is None else tuple(environment.world.frames.frames),
         activity=cell.activity.name.lower(),
         link=cell.link_state(now).name.lower(),
         mode=cell.feedback.mode.name.lower(),
@@ -165,10 +165,10 @@ def snapshot(
             override=cell.modes.override,
             tool_speed_cap=cell.modes.tool_speed_cap(cell.feedback.mode),
         ),
-        tool=None if around is None else around.world.frames.selected_tool,
-        signals=_signals(around),
-        recording=_recording(around),
-        recording_problem=_recording_problem(around),
+        tool=None if environment is None else environment.world.frames.selected_tool,
+        signals=_signals(environment),
+        recording=_recording(environment),
+        recording_problem=_recording_problem(environment),
         program=None
         if program is None or program.is_loading
         else ProgramDescription(
@@ -201,22 +201,22 @@ def _joints(limits: JointLimits) -> tuple[JointDescription, ...]:
     )
 
 
-def _recording(around: CellEnvironment | None) -> RecordingDescription | None:
-    status = None if around is None else around.recordings.recorder.status
+def _recording(environment: CellEnvironment | None) -> RecordingDescription | None:
+    status = None if environment is None else environment.recordings.recorder.status
     if status is None:
         return None
     return RecordingDescription(name=status.name, duration=status.duration, samples=status.samples)
 
 
-def _recording_problem(around: CellEnvironment | None) -> str:
-    broken_off = None if around is None else around.recordings.recorder.broken_off
+def _recording_problem(environment: CellEnvironment | None) -> str:
+    broken_off = None if environment is None else environment.recordings.recorder.broken_off
     return "" if broken_off is None else broken_off.refusal.sentence
 
 
-def _signals(around: CellEnvironment | None) -> SignalsDescription:
-    if around is None:
+def _signals(environment: CellEnvironment | None) -> SignalsDescription:
+    if environment is None:
         return SignalsDescription(offered=False, inputs=(), outputs=())
-    signals = around.signals
+    signals = environment.signals
     return SignalsDescription(
         offered=signals.is_offered, inputs=signals.inputs, outputs=signals.outputs
     )
@@ -255,7 +255,7 @@ class ManagementRequests:
         programs: ProgramService,
         served: ServedCells,
         retreats: EscapeRequests,
-        around: CellEnvironment | None,
+        environment: CellEnvironment | None,
     ) -> None:
         """Join those who answer; a cell without an environment has no scene and no recordings."""
         self._cell = cell
@@ -263,8 +263,8 @@ class ManagementRequests:
         self._listeners = listeners
         self._served = served
         self._access = access
-        self._around = around
-        services = () if around is None else (around.service, around.recordings)
+        self._environment = environment
+        services = () if environment is None else (environment.service, environment.recordings)
         self._handlers = handlers_of(self, access, retreats, *services) | dict(programs.handlers)
 
     def answer(
@@ -299,7 +299,7 @@ class ManagementRequests:
     def _snapshot(
         self, asked: op.SnapshotRequest, reply: ReplyTo[op.Snapshot], now: int
     ) -> list[Effect]:
-        found = snapshot(self._cell, self._settings, now, self._around)
+        found = snapshot(self._cell, self._settings, now, self._environment)
         return reply.answer(cast(op.Snapshot, found.model_dump(mode="json")))
 
     @handles(op.CellsRequest)
@@ -310,7 +310,7 @@ class ManagementRequests:
 
     @handles(op.WhyRequest)
     def _why(self, asked: op.WhyRequest, reply: ReplyTo[op.Why], now: int) -> list[Effect]:
-        contact = None if self._around is None else self._around.contact
+        contact = None if self._environment is None else self._environment.contact
         role = self._access.move_fault
         name = self._settings.name
         found = why(self._cell, name, asked, reply.session, now, contact, role)

@@ -96,13 +96,13 @@ class PendantEndpoint:
         robot: RobotModel,
         pending: Pending,
         access: CoreAccess,
-        around: CellEnvironment | None,
+        environment: CellEnvironment | None,
     ) -> None:
         """Make an endpoint that nobody is connected to."""
         self.access = AccessRequests(access, identity.cell, self.regranted, pending)
         self._cell = cell
         self._listeners = listeners = Listeners(settings)
-        offers = Capability(0) if around is None else around.capabilities
+        offers = Capability(0) if environment is None else environment.capabilities
         self._greeting = Greeting(
             identity, cell.limits.dof, settings, listeners, self.access, offers
         )
@@ -115,17 +115,17 @@ class PendantEndpoint:
             listeners.to_all,
             cell_name=identity.cell,
             robot_name=identity.robot,
-            environment=BareEnvironment() if around is None else around,
+            environment=BareEnvironment() if environment is None else environment,
         )
         self._authority = AuthorityRequests(cell, listeners)
         self._control = ControlRequests(
             *(cell, listeners, self._jogs, self.programs.desk),
-            None if around is None else around.recordings,
+            None if environment is None else environment.recordings,
         )
         served = ServedCells.of(identity.cells or [(identity.cell, identity.robot)])
         escapes = EscapeRequests(cell, robot, self._jogs)
         self._management = ManagementRequests(
-            *(cell, settings, listeners, self.access, self.programs, served, escapes, around)
+            *(cell, settings, listeners, self.access, self.programs, served, escapes, environment)
         )
         self.announcing = Notifications(cell, robot, listeners, self._jogs.states)
         self._requests = self._request_table()
