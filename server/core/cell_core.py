@@ -89,29 +89,11 @@ _NO_MESSAGE = (Unasked, Malformed)
 _MOTION, _STATE = ControllerPath.MOTION, ControllerPath.STATE
 _IDENTITY = OperatorEvent.PLACE.msg_type
 
-
-def _bad_message(
-    cell: RobotCell, path: ControllerPath, received: Unasked | Malformed, now: int
-) -> list[Effect]:
-    """Take what is no message: an answer that nobody asked for, or one that cannot be read."""
-    if path is _STATE:
-        return _misidentified(cell, received, now)
-    if path is not _MOTION:
-        return []
-    if isinstance(received, Unasked):
-        return cell.driving.on_bad_reply("the controller answered although nothing was asked", now)
-    if received.comm_type != _REPLY:
-        return []
-    return cell.driving.on_bad_reply(str(received.error), now)
+_ROS_PORTS = {Port.ROS_MOTION: RosPort.MOTION, Port.ROS_STATE: RosPort.STATE}
 
 
-def _misidentified(cell: RobotCell, received: Unasked | Malformed, now: int) -> list[Effect]:
-    """Take an answer to whether the controller is emulated that came twice, or cannot be read."""
-    if isinstance(received, Malformed):
-        is_answer = received.msg_type == _IDENTITY and received.comm_type == _REPLY
-        return cell.identified(ReplyCode.FAILURE, now) if is_answer else []
-    again = received.message
-    return cell.identified(again.reply_code, now) if message_type(again) == _IDENTITY else []
+_Subscriber: TypeAlias = Callable[[CellEvent, int], list[Effect]]
+"""Takes an event of the cell and the time [ns]; returns what follows."""
 
 
 class LoopMonitor:
@@ -160,13 +142,6 @@ def late_refusal(late: int) -> Refusal:
     """Return why a motion is ended by a server that was away for `late` [ns]."""
     text = f"the server did not tick for {late / 1e6:.0f} ms; the robot was stopped"
     return Refusal(VerdictCode.SERVER_LATE, text, value=late / 1e9)
-
-
-_ROS_PORTS = {Port.ROS_MOTION: RosPort.MOTION, Port.ROS_STATE: RosPort.STATE}
-
-
-_Subscriber: TypeAlias = Callable[[CellEvent, int], list[Effect]]
-"""Takes an event of the cell and the time [ns]; returns what follows."""
 
 
 class CellCore:
@@ -454,3 +429,27 @@ class CellCore:
             out.append(Close(session, fault.sentence))
         self._endpoint_of.clear()
         return out
+
+
+def _bad_message(
+    cell: RobotCell, path: ControllerPath, received: Unasked | Malformed, now: int
+) -> list[Effect]:
+    """Take what is no message: an answer that nobody asked for, or one that cannot be read."""
+    if path is _STATE:
+        return _misidentified(cell, received, now)
+    if path is not _MOTION:
+        return []
+    if isinstance(received, Unasked):
+        return cell.driving.on_bad_reply("the controller answered although nothing was asked", now)
+    if received.comm_type != _REPLY:
+        return []
+    return cell.driving.on_bad_reply(str(received.error), now)
+
+
+def _misidentified(cell: RobotCell, received: Unasked | Malformed, now: int) -> list[Effect]:
+    """Take an answer to whether the controller is emulated that came twice, or cannot be read."""
+    if isinstance(received, Malformed):
+        is_answer = received.msg_type == _IDENTITY and received.comm_type == _REPLY
+        return cell.identified(ReplyCode.FAILURE, now) if is_answer else []
+    again = received.message
+    return cell.identified(again.reply_code, now) if message_type(again) == _IDENTITY else []

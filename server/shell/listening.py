@@ -26,6 +26,8 @@ from ..events.events import Port
 from ..settings.cell_settings import CellSettings
 from .clients import MOST_STRANGERS
 
+log = logging.getLogger("openpendant.server")
+
 PER_SECOND = 50
 """Connections taken in one second, all ports together."""
 
@@ -33,6 +35,19 @@ BURST = 20
 """Connections taken at once after a quiet time."""
 
 _INTERVAL_NS = 1_000_000_000 // PER_SECOND
+
+BACKLOG = 32
+"""Connections that wait in the system's queue of each port; the system turns away any more."""
+
+EXHAUSTED_PAUSE = 1.0
+"""So long nobody is taken after the system had no descriptor or memory for one [s]."""
+
+_HANDSHAKE_DEADLINE = 2.0
+"""TLS has to be agreed on by then, and taken leave of [s]; as long as hello may take."""
+
+_EXHAUSTED = {errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM}
+
+Protocol = Callable[[], asyncio.Protocol]
 
 
 class AcceptRate:
@@ -57,22 +72,6 @@ class AcceptRate:
             return wait
         self._full_at = begin + _INTERVAL_NS
         return 0
-
-
-log = logging.getLogger("openpendant.server")
-
-BACKLOG = 32
-"""Connections that wait in the system's queue of each port; the system turns away any more."""
-
-EXHAUSTED_PAUSE = 1.0
-"""So long nobody is taken after the system had no descriptor or memory for one [s]."""
-
-_HANDSHAKE_DEADLINE = 2.0
-"""TLS has to be agreed on by then, and taken leave of [s]; as long as hello may take."""
-
-_EXHAUSTED = {errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM}
-
-Protocol = Callable[[], asyncio.Protocol]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

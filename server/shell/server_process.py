@@ -31,6 +31,8 @@ from ..settings.config_file import ConfigurationError
 from ..settings.server_settings import ServerSettings
 from .clients import MOST_STRANGERS, MOST_TURNED_AWAY
 
+log = logging.getLogger(__name__)
+
 
 def loop_factory(wanted: EventLoop) -> Callable[[], asyncio.AbstractEventLoop] | None:
     """Return what makes the event loop, as `asyncio.Runner` takes it; None for Python's own.
@@ -45,9 +47,6 @@ def loop_factory(wanted: EventLoop) -> Callable[[], asyncio.AbstractEventLoop] |
     except ImportError:
         raise LibraryMissing("uvloop", "fast") from None
     return uvloop.new_event_loop
-
-
-log = logging.getLogger(__name__)
 
 
 @contextmanager
