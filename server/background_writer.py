@@ -32,9 +32,7 @@ class BackgroundWriter(Generic[Entry]):
         """Start the thread.
 
         Args:
-            name: of the thread.
             run: what the thread does: call `take` until it returns the last entries.
-            most_waiting: entries that may wait.
             farewell: for how long the end waits for what is left [s].
         """
         self._most_waiting = most_waiting

@@ -9,7 +9,6 @@ from collections.abc import Callable
 
 from openpendant.motion.errors import StartInCollision
 from openpendant.motion.scene.scene import Scene
-from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import Capability
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -19,10 +18,9 @@ from .events.pending import Pending
 from .programs.interpreter.signal_offers import Offer
 from .recording.recording_service import RecordingService
 from .refusal import Refusal, refusal_of
-from .scene.planning_scene import PlanningScene
+from .scene.planning_scene import PlanningScene, RobotEnvironment
 from .scene.scene_monitor import SceneMonitor
 from .scene.scene_service import SceneService
-from .scene.scene_view import RobotEnvironment
 from .scene.signals import CellSignals
 from .scene.trace import ToolTrace
 from .settings.cell_settings import CellSettings
@@ -31,15 +29,7 @@ _TRACE_NS = 40_000_000
 
 
 class CellEnvironment:
-    """What belongs to a cell beside its motion; what a program does beside moving, too.
-
-    Attributes:
-        world: frames, tools and scene.
-        signals: inputs and outputs.
-        recordings: recordings.
-        trace: the way of the tool.
-        desk: answers requests about all of these but recordings.
-    """
+    """What belongs to a cell beside its motion; what a program does beside moving, too."""
 
     def __init__(
         self,
@@ -52,7 +42,7 @@ class CellEnvironment:
         """Join the parts; from now on motions are checked against the scene."""
         self._cell = cell
         self._view = view
-        self._guard = SceneMonitor(cell, settings.controller, pending)
+        self.monitor = SceneMonitor(cell, settings.controller, pending)
         self.world = PlanningScene(settings.name, view, cell, pending.ask, self._scene_changed)
         self.signals = CellSignals(is_offered=settings.controller.signals == "openpendant")
         self.trace = ToolTrace()
@@ -63,7 +53,7 @@ class CellEnvironment:
             robot_name=robot_name,
             state_period=settings.controller.state_period,
         )
-        self.desk = SceneService(cell, self.world, view, self.signals, self.trace, robot_name)
+        self.service = SceneService(cell, self.world, view, self.signals, self.trace, robot_name)
         self._traced = 0
         self._reported = -1  # when the last report came that was taken
         cell.motions.scene = view.scene
@@ -85,7 +75,7 @@ class CellEnvironment:
 
     def _scene_changed(self, scene: Scene, now: int) -> list[Effect]:
         self._cell.motions.scene = scene
-        return self._guard.changed(scene, now)
+        return self.monitor.changed(scene, now)
 
     # What happens in the cell.
 
@@ -102,22 +92,11 @@ class CellEnvironment:
                 self.trace.add(self._view.tool_motion(position, feedback.velocity)[0])
         return self.recordings.recorder.reported(feedback, now)
 
-    def state_link(self, up: bool, now: int) -> list[Effect]:
-        """Take note that the controller's state connection came or went."""
-        return self.signals.link_changed(up, now)
-
-    def answered(self, reply: Message, now: int) -> list[Effect]:
-        """Take an answer on the controller's state connection."""
-        return self.signals.answered(reply, now)
-
-    def began(self, now: int) -> list[Effect]:
-        """Take note that the cell took a plan."""
-        return self._guard.began(now)
-
     @property
     def ticked(self) -> tuple[Callable[[int], list[Effect]], ...]:
         """What is to be told of each tick but the first, in this order."""
-        return *self.recordings.ticked, self.signals.tick, self._guard.tick
+        signals = (self.signals.tick,) if self.signals.is_offered else ()
+        return *self.recordings.ticked, *signals, self.monitor.tick
 
     def shut_down(self) -> list[Effect]:
         """Have written what is recorded."""

@@ -24,7 +24,6 @@ class Refusal:
     """One reason.
 
     Attributes:
-        code: entry of the catalogue.
         text: one sentence with the numbers; the catalogue's cause where there are none.
         joint: index of the joint at fault, -1 for none.
         value: the value at fault, SI.

@@ -55,7 +55,7 @@ HOMES = {
     "toppra": {"motion/timing/toppra_solver.py"},
     "ompl": {"motion/planning/ompl_planner.py"},
     "ruckig": {"motion/trajectory/jerk_limited.py"},
-    "uvloop": {"controller_emulator/shell/cli.py", "server/shell/event_loop.py"},
+    "uvloop": {"controller_emulator/shell/cli.py", "server/shell/server_process.py"},
     "textual": {"tools/pendants/terminal/app.py"},
     "matplotlib": {
         "motion/cli/plan_plot.py",
@@ -79,14 +79,12 @@ SHELLS = {
     "server/cli/serve.py",
     "server/shell/client_connection.py",
     "server/shell/controller_connection.py",
-    "server/shell/event_loop.py",
+    "server/shell/server_process.py",
     "server/shell/inbox.py",
     "server/shell/listening.py",
-    "server/shell/observations.py",
     "server/planning/plan_store.py",
     "server/planning/pool/planning_pool.py",
     "server/planning/pool/planning_process.py",
-    "server/shell/ports.py",
     "server/access/process_backend.py",
     "server/store/writer.py",
     "server/store/store_client.py",
@@ -116,7 +114,7 @@ FOLDER_ORDER = {
         *("refusal", "background_writer", "settings", "store", "uplinks", "access"),
         *("programs/language", "programs/editing", "programs/interpreter"),
         *("planning", "planning/worker", "planning/pool", "control", "events"),
-        *("cell/jog", "cell/execution", "cell", "scene", "recording", "environment"),
+        *("cell/execution", "cell", "scene", "recording", "environment"),
         *("programs/library", "programs/dry_run", "programs/execution", "programs"),
         *("endpoints", "endpoints/pendant", "endpoints/ros", "watchdog", "core", "journal"),
         *("exchange", "shell", "cli"),
@@ -140,7 +138,7 @@ NO_DIALECTS = {
 }
 
 # The files of the server that write to its journal or read what it says; `cli/serve` opens it.
-JOURNAL_USERS = {"server/shell/inbox.py", "server/shell/outbox.py", "server/shell/observations.py"}
+JOURNAL_USERS = {"server/shell/inbox.py", "server/shell/cell_shell.py"}
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The motions of one robot cell: asked for, planned, begun, steered and ended by their owner.
+"""Motions of one robot cell: requested, planned, started, steered and ended by their owner.
 
 Owns which plan is waited for, at what share of its planned speed a motion runs, and pause, resume
 and program stop. Whether a motion may start is `interlocks`' chain, asked through the cell; how a
@@ -23,22 +23,23 @@ from openpendant.motion.trajectory.straight_certificate import certify_straight_
 from openpendant.simplemsg.pendant import JogEnd
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..control.authority import Holder, MotionAuthority
-from ..control.modes import MotionKind, OperatingModes
+from ..control import Holder, MotionAuthority, MotionKind, OperatingModes
 from ..events.cell_events import MotionEnded, MotionRefused, MotionRequest, MotionStarted
 from ..events.effects import Effect
 from ..events.pending import Pending
 from ..planning.jobs import CertifiedTrajectory, JointPathJob, MotionJob, PlanAnswer
 from ..refusal import Refusal, refusal_of
-from .execution.active_motion import ActiveMotion
 from .execution.feedback import Feedback
 from .execution.point_stream import start_mismatch
-from .execution.setpoint_sources import StoredRows
-from .execution.trajectory_execution import Publish, TrajectoryExecution
+from .execution.setpoint_sources import JogRows, Press, StoredRows
+from .execution.trajectory_execution import (
+    ActiveMotion,
+    Publish,
+    TrajectoryExecution,
+    UndoPlan,
+    Waypoints,
+)
 from .interlocks import permission
-from .jog.jog_rows import JogRows
-from .jog.jog_undo import UndoPlan, Waypoints
-from .jog.press import Press
 
 if TYPE_CHECKING:
     from openpendant.motion.jog import JogTarget
@@ -76,18 +77,7 @@ class CellMotions:
         publish: Publish,
         pending: Pending,
     ) -> None:
-        """Make one where nothing is planned.
-
-        Args:
-            limits: the robot's joint limits, controller side.
-            authority: the lease.
-            feedback: what the controller said last.
-            modes: the mode of operation and its speeds.
-            driving: plays what begins here.
-            recheck: the conditions, asked anew once a plan is there.
-            publish: tells everybody whom an event of the cell concerns; returns what follows.
-            pending: asks the planner.
-        """
+        """Make one where nothing is planned."""
         self.scene: Scene | None = None
         self.is_surely_free: FreeWay | None = None
         self._limits = limits
@@ -143,12 +133,9 @@ class CellMotions:
         back: UndoPlan | None = None,
         begin_by: int | None = None,
     ) -> list[Effect]:
-        """Have a motion planned that `check` permitted; its fate comes as news.
+        """Have a motion planned that `check` permitted; its fate comes as a cell event.
 
         Args:
-            request: whose it is.
-            job: what is to be planned.
-            kind: what it is for.
             back: how it is taken back once it has begun; None where it cannot be.
             begin_by: when it is too late to begin, not counting what planning takes [ns]; None
                 where it never is.
@@ -169,9 +156,7 @@ class CellMotions:
         Any other goes to the planning process, which looks along the way.
 
         Args:
-            request: whose it is.
             job: the move, from where the robot stands to a single goal.
-            now: monotonic time, ns.
         """
         if job.tool_speed is not None:
             return self.ask(request, job)
@@ -238,9 +223,6 @@ class CellMotions:
         """Set speed override and cap of the tool speed [m/s]; acts on the running motion.
 
         An override of 0 pauses it: raised again, it stands until somebody resumes it.
-
-        Returns:
-            Why a value is refused.
         """
         refusal = permission(self._authority, by.session, now)
         if refusal is None:
@@ -269,11 +251,7 @@ class CellMotions:
         return refusal
 
     def resume(self, by: Holder, now: int) -> Refusal | None:
-        """End a pause, so that the motion goes on along its path, or does once `hold` is over.
-
-        Returns:
-            Why it is refused; a motion that is only held has no pause to be ended.
-        """
+        """End a pause, so that the motion goes on along its path, or does once `hold` is over."""
         work = self._driving.work
         refusal = permission(self._authority, by.session, now)
         if refusal is not None:

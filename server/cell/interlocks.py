@@ -1,11 +1,15 @@
-"""What must hold before a robot moves: the conditions, in the order in which they are mended.
+"""Motion interlocks: what must hold before a robot moves, in the order in which it is mended.
 
-Owns the chain and its order: to mend one breaks none before it. A reset and a change of mode demand
-that enabling devices are pressed anew, and a joint outside its limits comes back in a mode of its
-own; so limits, mode, stop and enabling come in that order. `RobotCell` asks for the first condition
-that is broken; the question "why is it not moving?" is answered with all of them. Two of them are
-found elsewhere and handed in for that answer: a role is asked for before a request gets here, and a
-motion is held to the scene by its planner. Decides nothing else and changes nothing.
+Owns the chain and its order: to mend one breaks none before it. A reset and a change of mode
+demand that enabling devices are pressed anew, and a joint outside its limits comes back in a mode
+of its own; so limits, mode, stop and enabling come in that order. `RobotCell` asks for the first
+condition that is broken; the question "why is it not moving?" is answered with all of them. Two of
+them are found elsewhere and handed in for that answer: a role is asked for before a request gets
+here, and a motion is held to the scene by its planner.
+
+Owns what ends a program from outside, whether it is loaded, runs or waits, and which conditions
+must hold on while no motion of it is under way: a motion has its own watch. Decides nothing else
+and changes nothing.
 """
 
 from __future__ import annotations
@@ -18,14 +22,21 @@ from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg.pendant import Activity, OperatingMode, ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..control.authority import Holder, MotionAuthority
-from ..control.modes import MotionKind, OperatingModes
-from ..events.cell_events import RunningProgram, StopLatch
+from ..control import Holder, MotionAuthority, MotionKind, OperatingModes
+from ..events.cell_events import (
+    AuthorityTransferred,
+    CellEvent,
+    Interruption,
+    OperatingModeChanged,
+    RunningProgram,
+    StopLatch,
+    StopLatchChanged,
+)
 from ..refusal import Refusal
-from .execution.feedback import Feedback
+from .execution.feedback import Feedback, lost
 
 PASSING = (VerdictCode.MOVING, VerdictCode.PLANNING, VerdictCode.CHANGE_WHILE_MOVING)
-"""Obstacles that end by themselves, so that a face that keeps what was sent may wait for it."""
+"""Obstacles that end by themselves, so that an endpoint that keeps what was sent may wait."""
 
 _UNDRIVEN = (Activity.IDLE, Activity.PLANNING)
 """With any other activity a motion of ours is under way or being stopped."""
@@ -128,10 +139,6 @@ def check_interlocks(
     """Yield every condition for a motion of a connection, in order.
 
     Args:
-        cell: the cell.
-        kind: what the motion is for.
-        session: who wants it.
-        now: monotonic time, ns.
         planned: the motion is the one that is being planned, which is then no obstacle.
         steered: the motion is the jog that is driven, which is then no obstacle either.
         asked: what is found elsewhere; None to look at the cell alone.
@@ -179,12 +186,12 @@ _DOING = {
 
 
 def _is_paused(program: RunningProgram | None) -> bool:
-    """Tell whether a program will not leave the start of what is planned for it."""
+    """Return True if a program will not leave the start of what is planned for it."""
     return program is not None and program.is_paused
 
 
 def _recovers(cell: Situation, kind: MotionKind) -> bool:
-    """Tell whether a motion may start outside the limits: a jog that leads back inside.
+    """Return True if a motion may start outside the limits: a jog that leads back inside.
 
     A controller with its own selector has no recovery mode of ours, so any jog may there.
     """
@@ -294,3 +301,25 @@ def outside_limits(cell: Situation) -> Refusal | None:
             text = f"joint {joint + 1} stands at {value:.6f}, outside its limit {bound:g}"
             return Refusal(VerdictCode.OUTSIDE_LIMITS, text, joint, value, bound)
     return None
+
+
+def ending(event: CellEvent, by: Holder) -> Refusal | None:
+    """Return why an event ends a program; None where it goes on."""
+    match event:
+        case Interruption(refusal=refusal):
+            return refusal
+        case StopLatchChanged(stop=StopLatch() as stop):
+            return stop_refusal(stop)
+        case OperatingModeChanged(mode=mode):
+            text = f"the mode changed to {mode.name.lower().replace('_', ' ')}"
+            return Refusal(VerdictCode.MODE_CHANGED, text)
+        case AuthorityTransferred(change=change) if change.holder != by:
+            return Refusal(VerdictCode.AUTHORITY_LOST)
+    return None
+
+
+def broken_condition(cell: Situation, by: Holder, now: int) -> Refusal | None:
+    """Return why a program that will move by itself, once it has waited, may not; else None."""
+    if cell.modes.needs_enabling() and not cell.modes.is_enabled(by.session, now):
+        return Refusal(VerdictCode.ENABLING_LOST)
+    return lost(cell.feedback, now)

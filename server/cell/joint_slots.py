@@ -1,4 +1,4 @@
-"""Reading the ten joint slots of a message for one robot.
+"""Joint slots: the ten joint values of a message, read for one robot.
 
 Owns the rule that slots the robot does not have are zero, and the rule of 4-byte reals: a target
 exactly on a limit may arrive rounded beyond it and is then taken as the limit, so that everything

@@ -1,19 +1,31 @@
-"""The core of one robot cell: authority, stop, mode and the conditions of motion.
+"""Core of one robot cell: authority, stop, mode and the conditions of motion.
 
 Owns who may move the robot and whether it may move now, and what ends a motion against its will.
-Both faces ask it; it never looks at their messages. It owns no socket and no clock: each call takes
-`now` and returns what is to be done. How a motion begins and is steered: `cell_motions`.
+Both endpoints ask it; it never looks at their messages. It owns no socket and no clock: each call
+takes `now` and returns what is to be done. How a motion begins and is steered: `cell_motions`.
+
+Owns the question whether the controller is emulated, and what its answers are worth
+(`Identification`). The question is OPERATOR_EVENT with the action IDENTIFY, which does nothing. It
+is asked once at each connect, and on the state connection only: there vendors' programs read
+nothing, while some of their motion servers end on a message that they do not know. Silence means a
+real one.
 """
 
 from __future__ import annotations
 
 from openpendant.motion.description.limits import JointLimits
-from openpendant.simplemsg import Message, Status, TriState
-from openpendant.simplemsg.pendant import Activity, AuthorityReason, LinkState, OperatingMode
+from openpendant.simplemsg import Message, ReplyCode, Status, TriState
+from openpendant.simplemsg.pendant import (
+    Activity,
+    AuthorityReason,
+    LinkState,
+    OperatingMode,
+    OperatorAction,
+    OperatorEvent,
+)
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..control.authority import AuthorityChange, Holder, MotionAuthority
-from ..control.modes import MotionKind, OperatingModes
+from ..control import AuthorityChange, Holder, MotionAuthority, MotionKind, OperatingModes
 from ..events.cell_events import (
     AuthorityTransferred,
     Interruption,
@@ -23,20 +35,70 @@ from ..events.cell_events import (
     RunningProgram,
     StopLatch,
     StopLatchChanged,
-    UncommandedMotion,
 )
-from ..events.effects import Effect, LogLine
+from ..events.effects import Effect, LogLine, QueryController
 from ..events.pending import Pending
 from ..refusal import Refusal
 from ..settings.cell_settings import CellSettings, ControllerPath
 from .cell_motions import CellMotions
-from .execution.feedback import Feedback
-from .execution.interruption import interruption, shown
+from .execution.feedback import Feedback, interruption
 from .execution.motion_watch import ArmPoints
 from .execution.trajectory_execution import Publish, TrajectoryExecution
-from .identification import Identification
 from .interlocks import check_interlocks, examine_cell, held_by, permission
 from .joint_slots import JointSlots
+
+PATIENCE_NS = 2_000_000_000
+"""An answer that takes longer says nothing: whoever gives it is taken for a real controller."""
+
+
+class Identification:
+    """Asks the controller of a cell what it is, and keeps `Feedback.says_emulated`."""
+
+    def __init__(self, feedback: Feedback) -> None:
+        """Have nobody to ask yet."""
+        self._feedback = feedback
+        self._asked = 0
+        self._said: bool | None = None  # what the first answer on this connection was taken for
+        self._is_told = False  # that an answer too many or too late came
+
+    def link(self, up: bool, now: int) -> list[Effect]:
+        """Take note that the state connection came or went; ask on a new one."""
+        self._feedback.says_emulated = False
+        self._said, self._is_told, self._asked = None, False, now
+        return [QueryController(OperatorEvent(OperatorAction.IDENTIFY))] if up else []
+
+    def answered(self, reply_code: int, now: int) -> list[Effect] | Refusal:
+        """Take an answer, asked for or not.
+
+        The first one in time counts. No later one makes a controller emulated; one that says
+        otherwise takes that back until the next connect.
+
+        Returns:
+            A line for the log where it is odd, once a connection; why nothing may move on where
+            the controller contradicts what it was believed.
+        """
+        says_so = reply_code == ReplyCode.SUCCESS
+        late = now - self._asked
+        if self._said is None and late <= PATIENCE_NS:
+            self._said = self._feedback.says_emulated = says_so
+            return []
+        if self._said is None:
+            self._said = False
+            after = f"{late / 1e9:.1f} s after it was asked, more than {PATIENCE_NS / 1e9:g} s"
+            return self._odd(f"the controller said whether it is emulated {after}")
+        if self._feedback.says_emulated and not says_so:
+            self._said = self._feedback.says_emulated = False
+            text = "the controller said that it is emulated, and then that it is not"
+            return Refusal(VerdictCode.CONTROLLER_MISMATCH, text)
+        return self._odd("the controller said more than once whether it is emulated")
+
+    def _odd(self, what: str) -> list[Effect]:
+        if self._is_told:
+            return []
+        self._is_told = True
+        taken_for = "emulated" if self._feedback.says_emulated else "a real one"
+        return [LogLine(f"{what}; it is taken for {taken_for}")]
+
 
 _IDLE, _LINK_UP = Activity.IDLE, LinkState.UP  # asked for each tick, and slow to look up
 
@@ -51,18 +113,13 @@ class RobotCell:
     """One robot: who may move it, whether it may move now, and what it is doing.
 
     Attributes:
-        authority: the lease.
-        feedback: what the controller said last.
         modes: the mode of operation, enabling (training) and speeds.
-        driving: the motion that is under way.
         motions: what is planned and moved.
         stop: the latched stop, None where there is none.
         program: the program under way, None where there is none; `show_program` says it.
         awaited: what of frames and tools awaits the store's answer, in words; by `show_scene`.
         ended: why the last motion ended before its goal; None where it arrived or another began.
         unread: what is kept of frames, tools and scene and is not in force, in words; likewise.
-        limits: the robot's joint limits, controller side.
-        slots: reads the joint positions of messages.
     """
 
     def __init__(
@@ -76,10 +133,6 @@ class RobotCell:
         """Make a cell without a controller connection.
 
         Args:
-            settings: the cell's configuration.
-            limits: joint limits, controller side.
-            publish: tells everybody whom an event of the cell concerns; returns what follows.
-            pending: the questions of the cell.
             points: tool and elbow, held to the cap of the mode by what is reported, too.
         """
         self.limits = limits
@@ -115,11 +168,6 @@ class RobotCell:
 
     def _tool_speed_cap(self) -> float | None:
         return self.modes.tool_speed_cap(self.feedback.mode)
-
-    @property
-    def uncommanded(self) -> UncommandedMotion | None:
-        """How the robot moved last while nobody commanded it, since the last motion."""
-        return self.driving.uncommanded
 
     @property
     def activity(self) -> Activity:
@@ -161,14 +209,6 @@ class RobotCell:
         assert self.feedback.position is not None
         return self.feedback.position
 
-    def answered(self, reply: Message, pending: int, now: int) -> list[Effect]:
-        """Take an answer on the motion link; see `TrajectoryExecution.answered`."""
-        return self.driving.answered(reply, pending, now)
-
-    def misanswered(self, problem: str, now: int) -> list[Effect]:
-        """Take an answer of the controller that cannot belong to anything."""
-        return self.driving.misanswered(problem, now)
-
     def reported(self, message: Message, now: int) -> list[Effect]:
         """Take a report of the controller on the state link.
 
@@ -177,9 +217,9 @@ class RobotCell:
         if not isinstance(message, Status):
             self.feedback.take(message, now)
             return self.driving.reported(now)
-        before = shown(self.feedback)
+        before = self.feedback.shown
         self.feedback.take(message, now)
-        after = shown(self.feedback)
+        after = self.feedback.shown
         refusal = interruption(before, after)
         if refusal is None:
             return []
@@ -222,9 +262,9 @@ class RobotCell:
         """Send a stop whether or not we know of a motion, and end what is under way."""
         return self.driving.halt(refusal, now) + self._publish(Interruption(refusal), now)
 
-    def announce(self, news: ProgramStarted | ProgramEnded, now: int) -> list[Effect]:
-        """Tell everybody what became of a program; its desk knows."""
-        return self._publish(news, now)
+    def announce(self, event: ProgramStarted | ProgramEnded, now: int) -> list[Effect]:
+        """Tell everybody what became of a program; its executor knows."""
+        return self._publish(event, now)
 
     def software_stop(self, by: Holder, reason: str, now: int) -> list[Effect]:
         """Stop the robot and latch; anyone may, at any time. The stop leaves first."""
@@ -246,11 +286,7 @@ class RobotCell:
         return self._publish(StopLatchChanged(stop, stop.by), now)
 
     def reset_stop(self, by: Holder, now: int) -> Refusal | list[Effect]:
-        """Unlatch the stop; moves nothing, and whoever enabled must press anew.
-
-        Returns:
-            Why it may not be reset, or the news.
-        """
+        """Unlatch the stop; moves nothing, and whoever enabled must press anew."""
         refusal = permission(self.authority, by.session, now)
         if refusal is not None:
             return refusal
@@ -263,11 +299,7 @@ class RobotCell:
         return self._publish(StopLatchChanged(None, by), now)
 
     def set_mode(self, by: Holder, mode: int, now: int) -> Refusal | list[Effect]:
-        """Set the mode of operation; what moves is stopped first.
-
-        Returns:
-            Why it may not be set, or what follows.
-        """
+        """Set the mode of operation; what moves is stopped first."""
         refusal = permission(self.authority, by.session, now)
         if refusal is not None:
             return refusal
@@ -284,11 +316,7 @@ class RobotCell:
     def take_authority(
         self, holder: Holder, now: int, *, beats: bool, force: bool = False
     ) -> Refusal | list[Effect]:
-        """Give the authority to a connection if it is free, or take it over by force at standstill.
-
-        Returns:
-            Why it may not have it, or the news; none where it has it already.
-        """
+        """Give the authority to a connection if it is free, or by force at standstill."""
         current = self.authority.holder
         if current is not None and current.session != holder.session:
             if not force:
@@ -323,7 +351,8 @@ class RobotCell:
 
     def tick(self, now: int) -> list[Effect]:
         """Advance by one control tick: deadlines, due set-points, arrival."""
-        out = self.authority_gone(self.authority.expire(now), now)
+        expired = self.authority.expire(now)
+        out = [] if expired is None else self.authority_gone(expired, now)
         out += self.driving.settle(now)
         lost = self.lost_enabling(now)
         return out + (self.driving.advance(now) if lost is None else self.end(lost, now))

@@ -1,4 +1,4 @@
-"""What the cores ask of a robot's mathematics.
+"""Interface of the cores to a robot's mathematics.
 
 The shell supplies it, so that the cores load no kinematics and their tests can do without.
 """
@@ -18,11 +18,7 @@ if TYPE_CHECKING:
 
 
 class RobotModel(Protocol):
-    """The mathematics of one robot. Joint vectors are controller side, (n,) [rad or m].
-
-    Attributes:
-        frames: the named frames and tools.
-    """
+    """The mathematics of one robot. Joint vectors are controller side, (n,) [rad or m]."""
 
     frames: FrameTree
 
@@ -83,7 +79,7 @@ class RobotModel(Protocol):
         """Return at what a jog stands at joints (n,), and which joint leads out of each."""
 
     def leads_out(self, position: Sequence[float], values: Sequence[float], frame: str) -> bool:
-        """Tell whether a tool jog of (6,) shares leads out of all that it stands at.
+        """Return True if a tool jog of (6,) shares leads out of all that it stands at.
 
         Raises:
             MotionError: nobody knows the frame any more.

@@ -1,4 +1,4 @@
-"""What the server says of a cell: the pendants' state message and the ROS-I topics.
+"""State reports of a cell: the pendants' state message and the ROS-I topics.
 
 Owns the filling of these messages from the cell; knows nothing of who listens or how often.
 """
@@ -28,8 +28,8 @@ from openpendant.simplemsg.verdicts import STATUS_ERROR_OFFSET, VerdictCode
 
 from ..events.replies import stop_kind
 from .execution.feedback import Feedback
+from .execution.setpoint_sources import JogRows
 from .interlocks import PASSING
-from .jog.jog_rows import JogRows
 from .robot_cell import RobotCell
 from .robot_model import RobotModel
 
@@ -59,22 +59,21 @@ _UNKNOWN_STATUS = Status(
 
 
 def state_message(cell: RobotCell, tool: RobotModel, sequence: int, now: int) -> State:
-    """Return the state of a cell; `dropped` is left at 0.
-
-    Args:
-        cell: the cell.
-        tool: where its tool is.
-        sequence: number of the message.
-        now: monotonic time, ns.
-    """
+    """Return the state of a cell; `dropped` is left at 0."""
     # Field by field: to call the class with forty names takes six times as long, each tick.
     state = State.__new__(State)
     state.comm_type, state.reply_code = _TOPIC, _UNUSED
     state.sequence, state.dropped = sequence, 0
     state.time_s, state.time_ns = divmod(now, 1_000_000_000)
+    work = cell.driving.work
+    state.request_id = 0 if work is None else work.request.request_id
     _tell_cell(state, cell, now)
-    _tell_jog(state, cell.driving.driven_jog)
-    _tell_status(state, cell.feedback.status or _UNKNOWN_STATUS)
+    _tell_jog(state, None if work is None else work.jog)
+    status = cell.feedback.status or _UNKNOWN_STATUS
+    state.drives_powered, state.e_stopped = status.drives_powered, status.e_stopped
+    state.error_code, state.in_error = status.error_code, status.in_error
+    state.in_motion, state.motion_possible = status.in_motion, status.motion_possible
+    state.mode = status.mode
     _tell_motion(state, cell.feedback, tool, now)
     return state
 
@@ -82,10 +81,8 @@ def state_message(cell: RobotCell, tool: RobotModel, sequence: int, now: int) ->
 def _tell_cell(state: State, cell: RobotCell, now: int) -> None:
     """Fill in what the cell does, who is in control of it, and what rules its motions."""
     modes, controller_mode = cell.modes, cell.feedback.mode
-    holder, request = cell.authority.holder, cell.driving.request
-    program, stop = cell.program, cell.stop
+    holder, program, stop = cell.authority.holder, cell.program, cell.stop
     state.activity = cell.activity
-    state.request_id = 0 if request is None else request.request_id
     state.stop = _NO_STOP if stop is None else stop_kind(stop)
     state.operating_mode = modes.mode(controller_mode)
     if holder is None:
@@ -110,17 +107,6 @@ def _tell_jog(state: State, jog: JogRows | None) -> None:
         state.jog_reason, state.jog_joint = _NO_REASON, -1
     else:
         state.jog_reason, state.jog_joint = _REASONS[cause.reason], cause.joint
-
-
-def _tell_status(state: State, status: Status) -> None:
-    """Fill in the controller's own status."""
-    state.drives_powered = status.drives_powered
-    state.e_stopped = status.e_stopped
-    state.error_code = status.error_code
-    state.in_error = status.in_error
-    state.in_motion = status.in_motion
-    state.mode = status.mode
-    state.motion_possible = status.motion_possible
 
 
 def _tell_motion(state: State, feedback: Feedback, tool: RobotModel, now: int) -> None:
@@ -163,9 +149,7 @@ def status_message(cell: RobotCell, newest: Reason | None, now: int) -> Status:
     """Return the status for the ROS-I state port: the controller's, narrowed by our own.
 
     Args:
-        cell: the cell.
-        newest: why the last trajectory of this face did not come to its end; None where it did.
-        now: monotonic time, ns.
+        newest: why the last trajectory of this endpoint did not come to its end; None where it did.
 
     Returns:
         Our own obstacles make `motion_possible` false; they and a refusal are shown as an error,

@@ -1,4 +1,4 @@
-"""The answer to "why is it not moving?": every condition of a motion, and the first broken one.
+"""Answer to "why is it not moving?": every condition of a motion, and the first broken one.
 
 Owns how the chain of `interlocks` is told. The conditions themselves, and their order, are
 `interlocks`'; cause and remedy are the catalogue's.
@@ -11,7 +11,7 @@ from collections.abc import Callable
 from openpendant.simplemsg.pendant.management.cell import WhyRequest, Wish
 from openpendant.simplemsg.verdicts import CATALOGUE, VerdictCode
 
-from ..control.modes import MotionKind
+from ..control import MotionKind
 from ..events.cell_events import StopLatch
 from ..refusal import JsonBody, Refusal
 from .interlocks import Interlock, InterlockQuery, check_interlocks
@@ -57,10 +57,10 @@ class WhyReply(JsonBody):
 
 
 Contact = Callable[[], Refusal | None]
-"""Tells what the robot touches where it stands."""
+"""Returns what the robot touches where it stands."""
 
 RoleFault = Callable[[int], Refusal | None]
-"""Tells why the role of a connection does not let it move the robot."""
+"""Returns why the role of a connection does not let it move the robot."""
 
 
 def why(
@@ -75,11 +75,6 @@ def why(
     """Examine every condition of a motion.
 
     Args:
-        cell: the cell.
-        name: its name.
-        request: what somebody would like to do.
-        session: who asks.
-        now: monotonic time, ns.
         contact: tells what the robot touches; None where nothing is looked for.
         role: tells whose role is too low; None where everybody may move the robot.
     """
@@ -112,7 +107,7 @@ def _end(refusal: Refusal) -> EndReport:
 
 
 def _remarks(cell: RobotCell, now: int) -> tuple[str, ...]:
-    moved = cell.uncommanded
+    moved = cell.driving.uncommanded
     if moved is None:
         return ()
     ago = (now - moved.at) / 1e9

@@ -32,14 +32,13 @@ from ..settings.cell_settings import settings_as_data
 from ..settings.config_file import OFF, ConfigurationError, load_settings
 from ..settings.server_settings import ServerSettings, make_server_settings, server_settings_as_toml
 from ..shell.controller_connection import check_controllers_apart
-from ..shell.event_loop import loop_factory
-from ..shell.open_files import provide_files
+from ..shell.server_process import loop_factory, provide_files
 
 if TYPE_CHECKING:
     from ..access.open_access import OpenedAccess
     from ..planning.plan_store import PlanStore
     from ..shell.cell_shell import CellParts
-    from ..shell.ports import Ports
+    from ..shell.listening import Ports
 
 app = command()
 
@@ -128,7 +127,7 @@ def serve(
     logging.basicConfig(level=logging.INFO if verbose else logging.WARNING, handlers=[handler])
     # Imported here so that --help and a wrong configuration answer without loading pinocchio.
     from ..access.open_access import opened_access
-    from ..shell.ports import ListenFailed
+    from ..shell.listening import ListenFailed
 
     try:
         with opened_access(settings, source) as access:
@@ -219,8 +218,8 @@ async def _run(
     journal_file: Path | None,
 ) -> None:
     from ..shell.app import App  # here for the same reason as in `serve`
-    from ..shell.event_loop import asked_niceness
     from ..shell.inbox import loop_time
+    from ..shell.server_process import asked_niceness
     from ..store.store_client import opened_store
     from ..watchdog.stop_targets import watchdog_of
 

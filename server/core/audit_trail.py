@@ -1,6 +1,6 @@
-"""What happens in a cell, as entries of the audit log: who moved, stopped, changed what, and when.
+"""Audit trail of a cell: who moved, stopped, changed what, and when, as entries of the audit log.
 
-Owns which news is noted and in what words. It watches and never decides; logins and refusals are
+Owns which event is noted and in what words. It watches and never decides; logins and refusals are
 noted by `access` itself.
 """
 
@@ -13,7 +13,7 @@ from ..access.admission import Admission
 from ..access.audit import AuditEntry, AuditEvent, Detail
 from ..access.grants import Record, Visitor
 from ..cell.robot_cell import RobotCell
-from ..control.authority import Holder
+from ..control import Holder
 from ..events.cell_events import (
     AuthorityTransferred,
     CellEvent,
@@ -35,14 +35,7 @@ class AuditTrail:
     """Notes what happens in one cell."""
 
     def __init__(self, record: Record, login: Admission, cell: RobotCell, name: str) -> None:
-        """Watch a cell.
-
-        Args:
-            record: takes the entries; must not block.
-            login: who the connections are.
-            cell: the cell.
-            name: its name.
-        """
+        """Watch a cell."""
         self._record = record
         self._login = login
         self._cell = cell
@@ -50,11 +43,11 @@ class AuditTrail:
         self._holder: Holder | None = None
         self._program: ProgramStarted | None = None
 
-    def on_cell_event(self, news: CellEvent, now: int) -> None:
+    def on_cell_event(self, cell_event: CellEvent, now: int) -> None:
         """Note what happened."""
-        match news:
+        match cell_event:
             case AuthorityTransferred():
-                self._authority(news, now)
+                self._authority(cell_event, now)
             case MotionStarted(request=request):
                 event = AuditEvent.MOTION_BEGAN
                 if self._cell.driving.driven_jog is not None:
@@ -64,9 +57,9 @@ class AuditTrail:
                 code, text = int(refusal.code), refusal.sentence
                 self._of_request(AuditEvent.REFUSED, request, now, code=code, text=text)
             case MotionEnded(request=request):
-                event = AuditEvent.MOTION_ENDED if news.jog is None else AuditEvent.JOG_ENDED
-                told = news.refusal or Refusal(VerdictCode.ACCEPTED)
-                text = "" if news.refusal is None else told.sentence
+                event = AuditEvent.MOTION_ENDED if cell_event.jog is None else AuditEvent.JOG_ENDED
+                told = cell_event.refusal or Refusal(VerdictCode.ACCEPTED)
+                text = "" if cell_event.refusal is None else told.sentence
                 about: dict[str, Detail] = {"code": int(told.code), "text": text}
                 self._of_request(event, request, now, **about, at=self._place())
             case StopLatchChanged(stop=None, by=by):
@@ -77,10 +70,10 @@ class AuditTrail:
             case OperatingModeChanged(mode=mode, by=by):
                 self._note(AuditEvent.MODE, by, now, mode=mode.name.lower())
             case ProgramStarted(name=name, revision=revision, by=by):
-                self._program = news
+                self._program = cell_event
                 self._note(AuditEvent.PROGRAM_BEGAN, by, now, program=name, revision=revision)
             case ProgramEnded():
-                self._program_ended(news, now)
+                self._program_ended(cell_event, now)
             case UncommandedMotionSeen(motion=motion):
                 text, at = motion.sentence, self._place()
                 self._note(AuditEvent.MOVED_UNCOMMANDED, None, now, text=text, at=at)
@@ -90,8 +83,8 @@ class AuditTrail:
         position = self._cell.feedback.position or ()
         return " ".join(f"{value:.4f}" for value in position)
 
-    def _authority(self, news: AuthorityTransferred, now: int) -> None:
-        holder, reason = news.change.holder, news.change.reason
+    def _authority(self, transferred: AuthorityTransferred, now: int) -> None:
+        holder, reason = transferred.change.holder, transferred.change.reason
         if holder is None:
             how = reason.name.lower().replace("_", " ")
             self._note(AuditEvent.AUTHORITY_ENDED, self._holder, now, reason=how)
@@ -101,12 +94,12 @@ class AuditTrail:
             self._note(AuditEvent.AUTHORITY_TAKEN, holder, now)
         self._holder = holder
 
-    def _program_ended(self, news: ProgramEnded, now: int) -> None:
-        begun, refusal = news.run, news.refusal
-        detail: dict[str, Detail] = {"program": begun.name, "revision": begun.revision}
+    def _program_ended(self, ended: ProgramEnded, now: int) -> None:
+        run, refusal = ended.run, ended.refusal
+        detail: dict[str, Detail] = {"program": run.name, "revision": run.revision}
         detail["code"] = int(VerdictCode.ACCEPTED if refusal is None else refusal.code)
         detail["text"] = "" if refusal is None else refusal.sentence
-        self._note(AuditEvent.PROGRAM_ENDED, begun.by, now, **detail)
+        self._note(AuditEvent.PROGRAM_ENDED, run.by, now, **detail)
         self._program = None
 
     def _of_request(
@@ -157,7 +150,7 @@ class AuditTrail:
         self._record(entry)
 
     def _had_another_name(self, by: Holder | None, visitor: Visitor) -> bool:
-        """Tell whether somebody got the authority by a login that he has no more.
+        """Return True if somebody got the authority by a login that he has no more.
 
         What ends because of that was still his.
         """

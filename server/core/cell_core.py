@@ -1,38 +1,59 @@
-"""The pendant server as one pure core: both faces and the cell behind them.
+"""Core of one cell: both endpoints and the robot cell behind them, pure.
 
 Every event comes in through `handle` with its time and goes out as a list of `Effect`, so a
 packet's way from the transport to the controller is one call stack. No socket, clock, file or
 thread in here. Beside `handle` only `fail` changes anything: after a fault of ours nothing in here
 can be trusted, so the core stops the robot once and is deaf.
+
+Owns which message of a controller is an answer that was owed, one that nobody asked for, a
+question to us, or a report, on each of the three connections. What follows from it is the cell's
+business.
+
+Owns what a server does that finds its event loop stood still: it latches a stop (promise 26,
+`LoopMonitor`). The watchdog process, which stops the robot meanwhile, has its own rule in
+`watchdog_rules`.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
 from openpendant.motion.description.limits import JointLimits
-from openpendant.simplemsg.pendant import Activity
+from openpendant.simplemsg import (
+    CommType,
+    Malformed,
+    Ping,
+    ReplyCode,
+    Unasked,
+    accepted,
+    message_type,
+    refused,
+)
+from openpendant.simplemsg.pendant import Activity, OperatorEvent
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.robot_cell import SERVER, RobotCell
 from ..cell.robot_model import RobotModel
-from ..endpoints.pendant.access_requests import CoreAccess
-from ..endpoints.pendant.hello import Identity
+from ..endpoints.pendant.access_requests import CoreAccess, Identity
 from ..endpoints.pendant.pendant_endpoint import PendantEndpoint
 from ..endpoints.ros.ros_endpoint import RosEndpoint
-from ..endpoints.ros.ros_link import RosPort
+from ..endpoints.ros.ros_trajectory import RosPort
 from ..environment import CellEnvironment
 from ..events.cell_events import (
+    AuthorityTransferred,
     CellEvent,
+    Interruption,
     MotionEnded,
     MotionEvent,
     MotionOwner,
     MotionRefused,
+    OperatingModeChanged,
     StopLatch,
     StopLatchChanged,
 )
-from ..events.effects import Ask, Backend, Close, Effect, Send, SendStop
+from ..events.effects import AnswerController, Ask, Backend, Close, Effect, Send, SendStop
 from ..events.events import (
     Answered,
     ClientFailed,
@@ -56,29 +77,79 @@ from ..events.pending import Pending
 from ..events.replies import stop_changed, verdict
 from ..planning.jobs import MotionJob
 from ..refusal import Refusal
-from ..scene.scene_view import RobotEnvironment
+from ..scene.planning_scene import RobotEnvironment
 from ..settings.cell_settings import CellSettings, ControllerPath
 from ..store.documents import Heading
 from ..uplinks import dialect_of
 from .audit_trail import AuditTrail
-from .controller_input import ControllerInput
-from .loop_monitor import LoopMonitor, late_refusal
+
+# Each report of each robot comes by here, and members of an enumeration are slow to look up.
+_REPLY, _REQUEST = CommType.REPLY, CommType.REQUEST
+_NO_MESSAGE = (Unasked, Malformed)
+_MOTION, _STATE = ControllerPath.MOTION, ControllerPath.STATE
+_IDENTITY = OperatorEvent.PLACE.msg_type
 
 _ROS_PORTS = {Port.ROS_MOTION: RosPort.MOTION, Port.ROS_STATE: RosPort.STATE}
 
 
-_Hear: TypeAlias = Callable[[CellEvent, int], list[Effect]]
+_Subscriber: TypeAlias = Callable[[CellEvent, int], list[Effect]]
 """Takes an event of the cell and the time [ns]; returns what follows."""
+
+
+class LoopMonitor:
+    """The server's own look at its clock: was the loop away for longer than the watchdog waits?
+
+    Attributes:
+        late_from: of an event from then on `lateness` is asked [ns]; of none before the first tick.
+    """
+
+    def __init__(self, real_ns: int, emulated_ns: int) -> None:
+        """Make a watch that has seen no tick.
+
+        Args:
+            real_ns: how long the watchdog waits where the controller may be a real one.
+            emulated_ns: the same where it says that it is emulated.
+        """
+        self._deadlines_ns = real_ns, emulated_ns
+        self.late_from: float = math.inf
+        self._ticked = 0
+
+    def tick(self, now: int, *, says_emulated: bool) -> None:
+        """Take note of a tick."""
+        self._ticked = now
+        self.late_from = now + self._deadlines_ns[says_emulated]
+
+    def stopped(self) -> None:
+        """Take note that the watchdog has stopped the robots, whatever the clock says here.
+
+        It measures when beats arrive, so of a delay close to the deadline it may judge otherwise.
+        """
+        self.late_from = -math.inf
+
+    def lateness(self, now: int) -> int:
+        """Return for how long the loop was away [ns], and take note that this was found out.
+
+        To be asked before anything is done about an event from `late_from` on: the first one after
+        a freeze is as likely an answer of the controller as a tick, and no set-point may leave
+        because of it.
+        """
+        late = now - self._ticked
+        self.tick(now, says_emulated=False)
+        return late
+
+
+def late_refusal(late: int) -> Refusal:
+    """Return why a motion is ended by a server that was away for `late` [ns]."""
+    text = f"the server did not tick for {late / 1e6:.0f} ms; the robot was stopped"
+    return Refusal(VerdictCode.SERVER_LATE, text, value=late / 1e9)
 
 
 class CellCore:
     """All connections of one cell, and the cell.
 
     Attributes:
-        name: of the cell.
-        cell: the robot cell.
-        pendants: the pendant face.
-        ros: the ROS-Industrial face.
+        pendants: the pendant endpoint.
+        ros: the ROS-Industrial endpoint.
         fault: why it serves nobody any more; None while it does.
         environment: recordings, frames, tools, scene and signals; None where it has none.
     """
@@ -95,10 +166,6 @@ class CellCore:
         """Make a server nobody is connected to.
 
         Args:
-            settings: the cell's configuration.
-            limits: the robot's joint limits, controller side.
-            identity: what hello says.
-            robot: the mathematics of the robot.
             environment: the same of the robot in its scene; where left out, the cell has no
                 frames, scene, signals and recordings, and no collision is looked for.
             access: who the pendants are; where left out, whoever is on this machine may do all.
@@ -119,7 +186,6 @@ class CellCore:
         self._trail = AuditTrail(access.record, access.login, self.cell, self.name)
         self.ros = RosEndpoint(self.cell, settings)
         self._endpoint_of: dict[int, PendantEndpoint | RosEndpoint] = {}
-        self._controller = ControllerInput(self.cell, self.environment)
         rule = settings.watchdog
         self._loop = LoopMonitor(
             round(rule.real_deadline * 1e9), round(rule.emulated_deadline * 1e9)
@@ -133,37 +199,39 @@ class CellCore:
         )
         programs, announcing = self.pendants.programs.desk, self.pendants.announcing
         recordings = None if self.environment is None else self.environment.recordings
-        self._owners: dict[MotionOwner, _Hear] = {
+        self._owners: dict[MotionOwner, _Subscriber] = {
             MotionOwner.PENDANT: announcing.on_cell_event,
             MotionOwner.PROGRAM: programs.on_cell_event,
             MotionOwner.ROS: self.ros.on_cell_event,
         }
-        self._subscribers: list[_Hear] = [announcing.on_cell_event, programs.on_cell_event]
+        waiting: tuple[_Subscriber, ...] = (programs.on_cell_event,)
         if recordings is not None:
             self._owners[MotionOwner.RECORDING] = recordings.on_cell_event
-            self._subscribers.append(recordings.on_cell_event)
-        self._subscribers.append(self.ros.on_cell_event)
+            waiting += (recordings.on_cell_event,)
+        # Each event to those alone whom it concerns; the order is that of the bytes that leave.
+        self._subscribers: Mapping[type[CellEvent], tuple[_Subscriber, ...]] = {
+            AuthorityTransferred: (announcing.on_cell_event, *waiting),
+            StopLatchChanged: (announcing.on_cell_event, *waiting),
+            OperatingModeChanged: (announcing.on_cell_event, *waiting),
+            Interruption: (*waiting, self.ros.on_cell_event),
+        }
         # A second one, so that a stop can be made whatever became of the cell's own.
         self._last_resort = dialect_of(settings.controller).uplink(
             settings.controller, limits.velocity
         )
 
     def publish(self, event: CellEvent, now: int) -> list[Effect]:
-        """Tell whom an event of the cell concerns: a motion's owner, or all in their order."""
+        """Tell whom an event of the cell concerns: a motion's owner, or its subscribers."""
         self._trail.on_cell_event(event, now)  # first, whatever the others make of it
         if isinstance(event, MotionEvent):
             if not isinstance(event, MotionRefused):
                 self.cell.ended = event.refusal if isinstance(event, MotionEnded) else None
             return self._owners[event.request.owner](event, now)
-        return [item for hear in self._subscribers for item in hear(event, now)]
+        subscribers = self._subscribers.get(type(event), ())
+        return [item for subscriber in subscribers for item in subscriber(event, now)]
 
     def handle(self, event: Event, now: int) -> list[Effect]:
-        """Take an event; return what follows from it, in order.
-
-        Args:
-            event: what happened.
-            now: monotonic time, ns.
-        """
+        """Take an event; return what follows from it, in order."""
         if self.fault is not None:
             if isinstance(event, Opened | ClientFailed):
                 return [Close(event.session, self.fault.sentence)]
@@ -186,7 +254,7 @@ class CellCore:
             Skipped: self._on_skipped,
             Regranted: self._on_regranted,
             PathChanged: self._on_path_changed,
-            ControllerReport: self._controller.take,
+            ControllerReport: self._on_report,
             ControllerGarbled: self._on_garbled,
             Answered: self._on_answered,
             Tick: self._on_tick,
@@ -252,12 +320,37 @@ class CellCore:
         out = self.cell.path_changed(event.path, event.up, now)
         if self.environment is None or event.path is not ControllerPath.STATE:
             return out
-        return out + self.environment.state_link(event.up, now)
+        return out + self.environment.signals.link_changed(event.up, now)
+
+    def _on_report(self, event: ControllerReport, now: int) -> list[Effect]:
+        """Hand a message of the controller to whom it is for."""
+        cell, environment = self.cell, self.environment
+        path, received = event.path, event.message
+        if isinstance(received, _NO_MESSAGE):
+            return _bad_message(cell, path, received, now)
+        is_motion = path is _MOTION
+        kind = received.comm_type
+        if kind == _REPLY:
+            if is_motion:
+                return cell.driving.answered(received, event.pending, now)
+            if path is _STATE and message_type(received) == _IDENTITY:
+                return cell.identified(received.reply_code, now)
+            if environment is None or path is not _STATE:
+                return []
+            return environment.signals.answered(received, now)
+        if kind == _REQUEST:
+            # But for a ping a controller has nothing to ask of us; an answer is still owed.
+            is_ping = isinstance(received, Ping)
+            return [AnswerController(path, accepted(received) if is_ping else refused(received))]
+        if path is not _STATE:
+            return []
+        out = cell.reported(received, now)
+        return out if environment is None else out + environment.reported(now)
 
     def _on_garbled(self, event: ControllerGarbled, now: int) -> list[Effect]:
         if event.path is ControllerPath.STOP:
             return []
-        return self.cell.misanswered(event.problem, now)
+        return self.cell.driving.on_bad_reply(event.problem, now)
 
     # The server's own parts.
 
@@ -267,7 +360,8 @@ class CellCore:
         out = self._pending.resume(event.ask, event.answer, now)
         if self.environment is None or not isinstance(event.ask.question, MotionJob):
             return out
-        return out + self.environment.began(now)
+        monitor = self.environment.monitor
+        return out + monitor.motion_started(now) if monitor.is_planned_before else out
 
     def _on_tick(self, event: Tick, now: int) -> list[Effect]:
         self._loop.tick(now, says_emulated=self.cell.feedback.says_emulated)
@@ -319,10 +413,6 @@ class CellCore:
     def fail(self, problem: str, now: int) -> list[Effect]:
         """Stop the robot and part with everybody, because something in here went wrong.
 
-        Args:
-            problem: what went wrong.
-            now: monotonic time, ns.
-
         Returns:
             The stop first; nothing where it failed before.
         """
@@ -339,3 +429,27 @@ class CellCore:
             out.append(Close(session, fault.sentence))
         self._endpoint_of.clear()
         return out
+
+
+def _bad_message(
+    cell: RobotCell, path: ControllerPath, received: Unasked | Malformed, now: int
+) -> list[Effect]:
+    """Take what is no message: an answer that nobody asked for, or one that cannot be read."""
+    if path is _STATE:
+        return _misidentified(cell, received, now)
+    if path is not _MOTION:
+        return []
+    if isinstance(received, Unasked):
+        return cell.driving.on_bad_reply("the controller answered although nothing was asked", now)
+    if received.comm_type != _REPLY:
+        return []
+    return cell.driving.on_bad_reply(str(received.error), now)
+
+
+def _misidentified(cell: RobotCell, received: Unasked | Malformed, now: int) -> list[Effect]:
+    """Take an answer to whether the controller is emulated that came twice, or cannot be read."""
+    if isinstance(received, Malformed):
+        is_answer = received.msg_type == _IDENTITY and received.comm_type == _REPLY
+        return cell.identified(ReplyCode.FAILURE, now) if is_answer else []
+    again = received.message
+    return cell.identified(again.reply_code, now) if message_type(again) == _IDENTITY else []

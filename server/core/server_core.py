@@ -2,8 +2,8 @@
 
 Owns which cell a connection belongs to, and so which core an event of it is for. A pendant names
 its cell in its hello and stays there for good; until then it is the guest of any cell that serves,
-whose pendant face knows the rules of a conversation that has not begun. Knows nothing else of what
-cells do.
+whose pendant endpoint knows the rules of a conversation that has not begun. Knows nothing else of
+what cells do.
 """
 
 from __future__ import annotations
@@ -37,11 +37,7 @@ Routes: TypeAlias = Sequence[tuple[int, Event]]
 
 
 class ServerCore:
-    """The cells of a server, and whose each connection is.
-
-    Attributes:
-        cores: the core of each cell.
-    """
+    """The cells of a server, and whose each connection is."""
 
     def __init__(self, cores: Sequence[CellCore]) -> None:
         """Join cells of different names."""
@@ -54,7 +50,6 @@ class ServerCore:
         """Return which cells an event of a connection is for, and what to hand them, in order.
 
         Args:
-            event: what happened.
             cell: of a new connection whose port it is; None for the pendant port of all.
         """
         session = event.session
@@ -62,7 +57,7 @@ class ServerCore:
             if session in self._guests and _names_a_cell(event.message):
                 return self._introduced(session, event)
         elif isinstance(event, Opened):
-            self._home[session] = self._doorkeeper() if cell is None else cell
+            self._home[session] = self._hosting_cell() if cell is None else cell
             if cell is None and len(self.cores) > 1:
                 self._guests[session] = event.address
         elif isinstance(event, Closed):
@@ -72,7 +67,7 @@ class ServerCore:
         home = self._home.get(session)
         return () if home is None else ((home, event),)
 
-    def _doorkeeper(self) -> int:
+    def _hosting_cell(self) -> int:
         """Return a cell that serves; the first where none does."""
         serving = (number for number, core in enumerate(self.cores) if core.fault is None)
         return next(serving, 0)
@@ -129,7 +124,7 @@ class ServerCore:
 
 
 def _names_a_cell(received: Arrival) -> bool:
-    """Tell whether this is a hello that can be read; the pendant face refuses any other."""
+    """Return True if this is a hello that can be read; the pendant endpoint refuses any other."""
     if not isinstance(received, Hello) or received.comm_type != CommType.REQUEST:
         return False
     return received.protocol_version == PROTOCOL_VERSION

@@ -1,4 +1,4 @@
-"""How many unknown and malformed frames a connection may send before it is closed (promise 7)."""
+"""Frame faults: the unknown and malformed frames that a connection may send (promise 7)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class PeerFaults:
         self._times: tuple[int, ...] = ()
 
     def add(self, now: int) -> bool:
-        """Count one fault at `now` [ns]; tell whether the connection must be closed."""
+        """Count one fault at `now` [ns]; return True if the connection must be closed."""
         recent = tuple(time for time in self._times if now - time < FAULT_WINDOW_NS)
         self._times = (*recent, now)
         return len(self._times) >= MOST_FAULTS

@@ -15,7 +15,7 @@ from typing import TypeAlias
 from openpendant.simplemsg.pendant import Activity, JogEnd, OperatingMode, ProgramState
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..control.authority import AuthorityChange, Holder
+from ..control import AuthorityChange, Holder
 from ..planning.jobs import PlaybackPlan
 from ..refusal import Refusal
 
@@ -52,8 +52,6 @@ class StopAccount:
     """Stop of a jog, from the end of its press to rest.
 
     Attributes:
-        press: number of the press.
-        reason: why the press ended.
         time: from its end to rest, by the set-points sent after it [s].
         joint_distance: greatest distance that a joint moved in that time [rad or m].
         began_at: (n,) joints at the end of the press, as sent [rad or m].
@@ -82,7 +80,6 @@ class MotionRequest:
     """Request for a motion: its sender and its owner.
 
     Attributes:
-        session: number of the connection.
         request_id: the client's own number for it.
         program: number of the block, where a program asked on behalf of its client; else 0.
         owner: the part that asked for it.
@@ -100,9 +97,7 @@ class StopLatch:
 
     Attributes:
         by: who stopped; session 0 is the server itself.
-        reason: as given.
         at: time of the stop [ns].
-        is_protective: True if the server stopped the robot by itself.
         code: cause of a protective stop; its remedy is that of the stop.
     """
 
@@ -124,7 +119,6 @@ class MotionStarted:
     """A request was planned, certified and started.
 
     Attributes:
-        request: the request.
         playback: for a recording, the speed asked for and the one possible.
     """
 
@@ -134,12 +128,7 @@ class MotionStarted:
 
 @dataclass(frozen=True, slots=True)
 class MotionRefused:
-    """A request was refused after planning; nothing moved.
-
-    Attributes:
-        request: the request.
-        refusal: why.
-    """
+    """A request was refused after planning; nothing moved."""
 
     request: MotionRequest
     refusal: Refusal
@@ -150,11 +139,9 @@ class MotionEnded:
     """A motion ended.
 
     Attributes:
-        request: the request.
         refusal: why it was aborted; None if it arrived.
         plan_time: wall time that planning took [s].
         motion_time: planned duration [s].
-        jog: stop of a jog; None for any other motion.
         waypoints_left: number of waypoints that the robot had not passed.
     """
 
@@ -168,11 +155,7 @@ class MotionEnded:
 
 @dataclass(frozen=True, slots=True)
 class AuthorityTransferred:
-    """The motion authority changed hands.
-
-    Attributes:
-        change: to whom and why.
-    """
+    """The motion authority changed hands."""
 
     change: AuthorityChange
 
@@ -183,7 +166,6 @@ class StopLatchChanged:
 
     Attributes:
         stop: the latched stop, None after a reset.
-        by: who did it.
     """
 
     stop: StopLatch | None
@@ -195,7 +177,6 @@ class OperatingModeChanged:
     """The mode of operation changed.
 
     Attributes:
-        mode: the mode now.
         by: who did it; session 0 is the controller.
     """
 
@@ -208,9 +189,6 @@ class Interruption:
     """Interruption of every motion and of every request that waits for one, if there is any.
 
     A motion has been stopped by then, and its end was published.
-
-    Attributes:
-        refusal: the cause.
     """
 
     refusal: Refusal
@@ -222,8 +200,6 @@ class ProgramStarted:
 
     Attributes:
         name: of the program that was requested, not of one that it calls.
-        revision: its revision that runs.
-        by: who runs it.
     """
 
     name: str
@@ -236,7 +212,6 @@ class ProgramEnded:
     """A run of a program ended.
 
     Attributes:
-        run: its start.
         refusal: why, where it did not come to its end; else None.
     """
 
@@ -246,11 +221,7 @@ class ProgramEnded:
 
 @dataclass(frozen=True, slots=True)
 class UncommandedMotionSeen:
-    """The robot moved without a command; nothing was stopped.
-
-    Attributes:
-        motion: how it moved.
-    """
+    """The robot moved without a command; nothing was stopped."""
 
     motion: UncommandedMotion
 

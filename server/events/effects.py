@@ -44,12 +44,7 @@ BACKENDS: Mapping[type[Question], Backend] = {
 
 @dataclass(frozen=True, slots=True)
 class Send:
-    """Write a message to one connection; never dropped.
-
-    Attributes:
-        session: number of the connection.
-        message: what to write.
-    """
+    """Write a message to one connection; never dropped."""
 
     session: int
     message: Message
@@ -57,12 +52,7 @@ class Send:
 
 @dataclass(slots=True)
 class Broadcast:
-    """Write state to connections of one port, encoded once; slow readers are skipped.
-
-    Attributes:
-        sessions: numbers of the connections.
-        message: what to write.
-    """
+    """Write state to connections of one port, encoded once; slow readers are skipped."""
 
     sessions: tuple[int, ...]
     message: Message
@@ -73,7 +63,6 @@ class Close:
     """Close a connection after what was written.
 
     Attributes:
-        session: number of the connection.
         reason: for the log.
     """
 
@@ -83,34 +72,21 @@ class Close:
 
 @dataclass(slots=True)
 class SendToController:
-    """Write a message to the controller's motion connection.
-
-    Attributes:
-        message: what to write.
-    """
+    """Write a message to the controller's motion connection."""
 
     message: Message
 
 
 @dataclass(frozen=True, slots=True)
 class SendStop:
-    """Write a STOP on every open motion connection to the controller, at once.
-
-    Attributes:
-        message: the STOP in the controller's dialect.
-    """
+    """Write a STOP on every open motion connection to the controller, at once."""
 
     message: Message
 
 
 @dataclass(frozen=True, slots=True)
 class AnswerController:
-    """Write the answer to a controller's own request, on the connection that it came from.
-
-    Attributes:
-        path: the connection.
-        message: the answer.
-    """
+    """Write the answer to a controller's own request, on the connection that it came from."""
 
     path: ControllerPath
     message: Message
@@ -133,7 +109,6 @@ class Ask:
 
     Attributes:
         id: number of the question among those to the same backend.
-        question: what is asked.
     """
 
     id: int
@@ -150,9 +125,6 @@ class Cancel:
     """Withdraw a question from the planner; only a planner's question can be cancelled.
 
     An answer that arrives later is ignored.
-
-    Attributes:
-        id: number of the question.
     """
 
     id: int
@@ -160,11 +132,7 @@ class Cancel:
 
 @dataclass(frozen=True, slots=True)
 class StorePlan:
-    """Store a started motion with its certificate.
-
-    Attributes:
-        motion: the motion.
-    """
+    """Store a started motion with its certificate."""
 
     motion: StoredMotion
 
@@ -174,9 +142,6 @@ class QueryController:
     """Ask the controller something beside motion, on its state connection.
 
     On that connection neither the question nor a point waits for the other's answer.
-
-    Attributes:
-        message: the question.
     """
 
     message: Message
@@ -184,11 +149,7 @@ class QueryController:
 
 @dataclass(frozen=True, slots=True)
 class LogLine:
-    """Write a line to the server's log, as a warning; the shell says of which cell.
-
-    Attributes:
-        text: the line.
-    """
+    """Write a line to the server's log, as a warning; the shell says of which cell."""
 
     text: str
 

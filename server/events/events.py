@@ -35,8 +35,6 @@ class Opened:
 
     Attributes:
         session: number of the connection, unique among all cells.
-        port: protocol that it was accepted for.
-        address: the peer's address.
     """
 
     checks_freeze: ClassVar[bool] = False
@@ -48,11 +46,7 @@ class Opened:
 
 @dataclass(frozen=True, slots=True)
 class Closed:
-    """A client's connection ended, by itself or by us; a second one is ignored.
-
-    Attributes:
-        session: number of the connection.
-    """
+    """A client's connection ended, by itself or by us; a second one is ignored."""
 
     checks_freeze: ClassVar[bool] = False
 
@@ -65,7 +59,6 @@ class StopReceived:
 
     Attributes:
         session: number of the connection, which `may_stop`.
-        message: what the STOP says.
     """
 
     checks_freeze: ClassVar[bool] = True
@@ -79,7 +72,6 @@ class Received:
     """A client sent a message.
 
     Attributes:
-        session: number of the connection.
         message: the message, or what came in its place.
     """
 
@@ -91,12 +83,7 @@ class Received:
 
 @dataclass(frozen=True, slots=True)
 class Misdirected:
-    """A client that no cell has welcomed asked for a cell that cannot serve it.
-
-    Attributes:
-        session: number of the connection.
-        refusal: why that cell cannot.
-    """
+    """A client that no cell has welcomed asked for a cell that cannot serve it."""
 
     checks_freeze: ClassVar[bool] = False
 
@@ -109,7 +96,6 @@ class ClientFailed:
     """The server failed on a client's message: the robot is stopped, then the connection closed.
 
     Attributes:
-        session: number of the connection.
         incident: its number in the log.
     """
 
@@ -134,11 +120,7 @@ class Skipped:
 
 @dataclass(frozen=True, slots=True)
 class Regranted:
-    """The grant of a connection changed, because its account was changed.
-
-    Attributes:
-        session: number of the connection.
-    """
+    """The grant of a connection changed, because its account was changed."""
 
     checks_freeze: ClassVar[bool] = False
 
@@ -150,12 +132,7 @@ class Regranted:
 
 @dataclass(frozen=True, slots=True)
 class PathChanged:
-    """A connection to the controller was made or lost.
-
-    Attributes:
-        path: the connection.
-        up: True if it was made.
-    """
+    """A connection to the controller was made or lost."""
 
     checks_freeze: ClassVar[bool] = False
 
@@ -168,7 +145,6 @@ class ControllerReport:
     """The controller sent a message.
 
     Attributes:
-        path: on which connection.
         message: the message, or what came in its place.
         pending: replies that the connection still owes us.
     """
@@ -184,12 +160,7 @@ class ControllerReport:
 
 @dataclass(frozen=True, slots=True)
 class ControllerGarbled:
-    """The bytes of a connection to the controller cannot be decoded any more.
-
-    Attributes:
-        path: which connection.
-        problem: what is wrong.
-    """
+    """The bytes of a connection to the controller cannot be decoded any more."""
 
     checks_freeze: ClassVar[bool] = False
 
@@ -205,7 +176,6 @@ class Answered:
     """A question was answered.
 
     Attributes:
-        ask: the question.
         answer: the backend's answer: a `PlanAnswer` for a job, an `Answer` for a request to the
             store; for a password True if it is right, None if not checked; for a change of an
             account the refusal, None if it was made.

@@ -121,9 +121,7 @@ class Pending:
         """Start work of several steps.
 
         Args:
-            steps: the work.
             then: called once with what it returns, unless it is dropped before.
-            now: monotonic time, ns.
         """
         self._running[steps] = then
         return self._advance(steps, None, now)

@@ -22,7 +22,7 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..control.authority import Holder
+from ..control import Holder
 from ..refusal import Refusal
 from .cell_events import (
     AuthorityTransferred,
@@ -107,19 +107,16 @@ def sent_away(refusal: Refusal) -> Outcome:
     """Return the notification of a pendant that it may not observe any more.
 
     It answers no request of the pendant, hence id 0.
-
-    Args:
-        refusal: why it may not.
     """
     return outcome(MotionEnded(MotionRequest(0, 0), refusal, plan_time=0.0, motion_time=0.0))
 
 
-def authority_changed(news: AuthorityTransferred) -> AuthorityChanged:
+def authority_changed(event: AuthorityTransferred) -> AuthorityChanged:
     """Return the message on the present holder of the motion authority."""
-    holder = news.change.holder
+    holder = event.change.holder
     return AuthorityChanged(
         holder=0 if holder is None else holder.session,
-        reason=news.change.reason,
+        reason=event.change.reason,
         client="" if holder is None else cut(holder.client, NAME_BYTES),
     )
 
@@ -131,9 +128,9 @@ def stop_kind(stop: StopLatch | None) -> StopKind:
     return StopKind.PROTECTIVE if stop.is_protective else StopKind.SOFTWARE
 
 
-def mode_changed(news: OperatingModeChanged) -> ModeChanged:
+def mode_changed(event: OperatingModeChanged) -> ModeChanged:
     """Return the message on a new mode of operation."""
-    return ModeChanged(news.mode, news.by.session, cut(news.by.client, NAME_BYTES))
+    return ModeChanged(event.mode, event.by.session, cut(event.by.client, NAME_BYTES))
 
 
 def authority_wanted(by: Holder) -> AuthorityWanted:
@@ -145,7 +142,6 @@ def jog_ended(account: StopAccount, tool_distance: float) -> JogEnded:
     """Return the message on the stop of a jog.
 
     Args:
-        account: the stop.
         tool_distance: straight distance that the tool moved in that time [m].
     """
     return JogEnded(
@@ -158,9 +154,9 @@ def jog_ended(account: StopAccount, tool_distance: float) -> JogEnded:
     )
 
 
-def stop_changed(news: StopLatchChanged) -> StopChanged:
+def stop_changed(event: StopLatchChanged) -> StopChanged:
     """Return the message on a stop or its reset."""
-    stop, by = news.stop, news.by
+    stop, by = event.stop, event.by
     return StopChanged(
         stop=stop_kind(stop),
         session=by.session,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from ..cell.robot_cell import RobotCell
 from ..cell.robot_model import RobotModel
-from ..events.management_handlers import Handlers, handlers_of
+from ..events.management_requests import Handlers, handlers_of
 from ..events.pending import Pending
 from .dry_run.dry_run_service import DryRunService
 from .execution.breakpoints import Breakpoints

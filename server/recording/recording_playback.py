@@ -23,10 +23,9 @@ from openpendant.simplemsg.pendant.management.recordings import PlaybackAccount 
 from openpendant.simplemsg.pendant.management.recordings import PlayRecording
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ..cell.interlocks import ending
 from ..cell.robot_cell import RobotCell
-from ..cell.run_endings import ending
-from ..control.authority import Holder
-from ..control.modes import MotionKind
+from ..control import Holder, MotionKind
 from ..events.cell_events import (
     CellEvent,
     MotionEnded,
@@ -36,9 +35,9 @@ from ..events.cell_events import (
     MotionRequest,
 )
 from ..events.effects import Effect, Send
+from ..events.management_requests import ReplyTo
 from ..events.pending import Pending, Steps
 from ..events.replies import outcome
-from ..events.reply_to import ReplyTo
 from ..planning.jobs import PoseGoal, RecordingJob
 from ..refusal import Refusal
 from ..store.documents import Document, DocumentKind, Extent

@@ -17,10 +17,9 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..cell.robot_cell import RobotCell
 from ..events.cell_events import CellEvent, MotionEnded, MotionRequest
 from ..events.effects import Effect, Send
-from ..events.management_handlers import handles
+from ..events.management_requests import ReplyTo, handles
 from ..events.pending import AskStore, Pending
 from ..events.replies import outcome
-from ..events.reply_to import ReplyTo
 from ..planning.jobs import PoseGoal
 from ..refusal import Refusal
 from ..store.documents import DocumentKind, Heading

@@ -1,32 +1,173 @@
 """Planning scene of one cell: its stored frames, tools and objects, with revisions.
 
 Owns when each may change and in which order a change takes effect. Frames and tools change only
-while the robot is at rest, and only once they are on the disk, so that a published change is always
-stored; until the store has acknowledged or refused it, no motion starts. An object that is added to
-the scene counts at once, because it may be in the path. Knows no files; the mathematics are behind
-`SceneModel`.
+while the robot is at rest, and only once they are on the disk, so that a published change is
+always stored; until the store has acknowledged or refused it, no motion starts. An object that is
+added to the scene counts at once, because it may be in the path. Knows no files; the mathematics
+are behind `SceneModel`.
+
+Owns which document of the store holds what: `frames` the user frames, `tools` the tools and which
+is selected, `scene` the objects and the pairs that may touch; each is named after its cell.
+`motion` owns what the values mean. Meshes are files of the server, so a document from outside must
+not name one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TypeAlias
+import json
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
-from openpendant.motion.errors import FrameInUse, MotionError
+from openpendant.motion.errors import FrameInUse, MotionError, SceneFileError
+from openpendant.motion.frames.frame_file import frames_from_json, frames_to_json
 from openpendant.motion.frames.frame_tree import FrameTree
+from openpendant.motion.pose import Pose
 from openpendant.motion.scene.attachments import left, taken
-from openpendant.motion.scene.scene import Scene
+from openpendant.motion.scene.scene import Mesh, Scene
+from openpendant.motion.scene.scene_file import scene_from_data, scene_to_data
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.execution.feedback import JointHistory, JointVector
 from ..events.effects import Effect
 from ..events.pending import AskStore
+from ..planning.jobs import PoseGoal
 from ..refusal import Refusal, refusal_of
 from ..store.documents import Document, DocumentKind, Heading
 from ..store.requests import Answer, Load, Save
 from ..store.store_errors import NotFound, StoreError
-from .scene_documents import WORLD_KINDS, document_of, scene_from_json, with_frames
-from .scene_view import Ground, SceneModel
+
+if TYPE_CHECKING:
+    from openpendant.motion.scene.collision import Proximity
+
+
+WORLD_KINDS = (DocumentKind.TOOLS, DocumentKind.FRAMES, DocumentKind.SCENE)
+"""In the order in which they are read: a user frame may hang from a tool."""
+
+
+def document_of(kind: DocumentKind, frames: FrameTree, scene: Scene) -> str:
+    """Return the body of a document of the planning scene."""
+    if kind is DocumentKind.SCENE:
+        return json.dumps(scene_to_data(scene), ensure_ascii=False)
+    whole = json.loads(frames_to_json(frames))
+    if kind is DocumentKind.TOOLS:
+        whole["frames"] = []
+    else:
+        whole["tools"], whole["selected_tool"] = [], None
+    return json.dumps(whole, ensure_ascii=False)
+
+
+def with_frames(kind: DocumentKind, body: str, tree: FrameTree) -> FrameTree:
+    """Return a tree whose user frames, or tools, are those of a document.
+
+    Args:
+        kind: frames or tools; those that the tree has of the kind are replaced.
+
+    Raises:
+        MotionError: the document is none, or frames that stay hang from what goes.
+    """
+    selected = tree.selected_tool
+    if kind is DocumentKind.TOOLS:
+        bare = tree.select_tool(None)
+        for tool in tree.tools:
+            bare = bare.remove(tool.name)
+        grown = frames_from_json(body, "tools", bare)
+        return grown
+    bare = tree
+    for frame in reversed(tree.user_frames):
+        bare = bare.remove(frame.name)
+    grown = frames_from_json(body, "frames", bare)
+    # A document of frames selects no tool, which is not to say that none is selected.
+    return grown if grown.selected_tool == selected else grown.select_tool(selected)
+
+
+def scene_from_json(body: str) -> Scene:
+    """Return the scene of a document or of a file's text.
+
+    Raises:
+        MotionError: it is none, or has a mesh.
+    """
+    try:
+        content = json.loads(body)
+    except (ValueError, RecursionError) as error:
+        raise SceneFileError("scene", "", f"is not JSON: {error}"[:200]) from None
+    if not isinstance(content, dict):
+        raise SceneFileError("scene", "", "is not an object; accepted: one with a schema")
+    scene = scene_from_data(content, "scene")
+    for each in scene.objects:
+        if isinstance(each.shape, Mesh):
+            problem = "is a mesh; accepted: box, sphere, cylinder, capsule"
+            raise SceneFileError("scene", f"object {each.name!r}", problem)
+    return scene
+
+
+class SceneModel(Protocol):
+    """The robot's mathematics, as far as the planning scene needs them."""
+
+    frames: FrameTree
+    scene: Scene
+
+    @property
+    def flange_link(self) -> str:
+        """Name of the link that tools are bolted to."""
+
+    def apply_scene(self, frames: FrameTree, scene: Scene) -> None:
+        """Put frames, tools and scene in force.
+
+        Raises:
+            MotionError: the scene does not fit the robot; all stays as it was.
+        """
+
+    def flange(self, position: JointVector) -> Pose:
+        """Return the flange in the base frame at (n,) joints."""
+
+    def link_pose(self, position: JointVector, link: str) -> Pose:
+        """Return a link of the robot in the base frame at (n,) joints.
+
+        Raises:
+            FrameUnknown: there is no such link.
+        """
+
+
+class Ground(Protocol):
+    """The cell, as far as the planning scene asks it and reports to it."""
+
+    def show_scene(self, awaited: str, unread: str) -> None:
+        """Take the reasons why no motion may start.
+
+        Args:
+            awaited: which frames and tools the store is asked about, in words; empty for none.
+            unread: what the store keeps and could not be put in force, in words; empty for nothing.
+        """
+
+    def under_way(self) -> str:
+        """Return what is planned or moves, in words; empty where nothing is."""
+
+
+class RobotEnvironment(SceneModel, Protocol):
+    """The mathematics of one robot in its scene."""
+
+    @property
+    def specification(self) -> Mapping[str, Any]:
+        """Limits, Denavit-Hartenberg table and home of the robot, as JSON can hold them."""
+
+    @property
+    def tool_in_flange(self) -> PoseGoal | None:
+        """The centre point of the selected tool in the flange; None for the flange itself."""
+
+    def nearest(self, position: Sequence[float]) -> Proximity | None:
+        """Return the nearest two bodies at (n,) joints; None where there is nothing to check."""
+
+    def is_surely_free(self, start: Sequence[float], goal: Sequence[float]) -> bool:
+        """Return True if a straight move between (n,) joints surely touches nothing in the scene.
+
+        Takes about 1 ms at most; False means only that the full check is needed.
+        """
+
+    def tool_motion(
+        self, position: Sequence[float], velocity: Sequence[float]
+    ) -> tuple[tuple[float, ...], tuple[float, ...], float]:
+        """Return place [m], quaternion and speed [m/s] of the tool in the base frame."""
+
 
 Told: TypeAlias = Callable[[int | Refusal, int], list[Effect]]
 """Takes the new revision of a document, or why it was not changed, and the time."""
@@ -52,15 +193,7 @@ class PlanningScene:
     def __init__(
         self, name: str, view: SceneModel, ground: Ground, ask: AskStore, watcher: Watcher
     ) -> None:
-        """Make a scene with the robot's own frames and no objects.
-
-        Args:
-            name: of the documents; the cell's.
-            view: the robot's mathematics.
-            ground: the cell, as far as its motions limit changes.
-            ask: sends a request to the store.
-            watcher: called when the scene changes.
-        """
+        """Make a scene with the robot's own frames and no objects."""
         self.revisions = dict.fromkeys(WORLD_KINDS, 0)
         self.problems: dict[DocumentKind, Refusal] = {}
         self.history = JointHistory(view.flange, view.frames)
@@ -128,13 +261,8 @@ class PlanningScene:
 
         Args:
             kind: frames or tools.
-            change: makes the new tree of the old one.
             expected: revision of the document that the change was made from.
-            author: who changes.
             told: called with the new revision, or why it was not saved.
-
-        Returns:
-            Why it may not be changed, or what follows.
         """
         refusal = self._not_now(kind) or self._stale(kind, expected)
         if refusal is not None:
@@ -160,9 +288,6 @@ class PlanningScene:
         """Change the scene; while the robot moves, objects may only be added to it.
 
         Added objects are in force at once, and after a restart once they are saved.
-
-        Returns:
-            Why it may not be changed, or what follows.
         """
         refusal = self._stale(DocumentKind.SCENE, expected)
         if refusal is not None:
@@ -215,7 +340,7 @@ class PlanningScene:
         """Put frames and scene in force."""
         changed = scene != self.scene
         new_frames = frames is not self.frames
-        self._view.surround(frames, scene)
+        self._view.apply_scene(frames, scene)
         if new_frames:
             self.history.define(now, frames)
         return self._watcher(scene, now) if changed else []

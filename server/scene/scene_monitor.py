@@ -39,9 +39,6 @@ class _Look:
     """Check of the remaining path of a motion.
 
     Attributes:
-        rows: the motion.
-        scene: the scene that the path is checked against.
-        asked: time of the question [ns].
         near_end: end of the part that is checked first, as a time of the motion [s].
         free_until: time of the motion until which the path is known to be free [s].
     """
@@ -54,22 +51,20 @@ class _Look:
 
 
 class SceneMonitor:
-    """Watches the motion of one cell while its scene changes."""
+    """Watches the motion of one cell while its scene changes.
+
+    Attributes:
+        is_planned_before: the next motion may have been planned for an older scene.
+    """
 
     def __init__(self, cell: RobotCell, link: ControllerLink, pending: Pending) -> None:
-        """Make a monitor without a check.
-
-        Args:
-            cell: the cell whose motion it watches.
-            link: gives the lead of set-points, and the age of a report that aborts a motion.
-            pending: asks the planner.
-        """
+        """Make a monitor without a check."""
         self._cell = cell
         self._pending = pending
         # Longest time that the robot may be behind the last set-point sent [s].
         self._behind = link.planned_lead + link.abort_age_ns / 1e9
         self._look: _Look | None = None
-        self._is_planned_before = False  # the next motion may be planned for an older scene
+        self.is_planned_before = False
         self._job_id = 0
 
     def changed(self, scene: Scene, now: int) -> list[Effect]:
@@ -80,12 +75,12 @@ class SceneMonitor:
             jog.release(JogEnd.STOPPED, now)
             return []
         if cell.driving.activity is Activity.PLANNING:
-            self._is_planned_before = True
+            self.is_planned_before = True
             return []
         rows = cell.motions.playing
         return [] if rows is None else self._look_along(rows, scene, now)
 
-    def began(self, now: int) -> list[Effect]:
+    def motion_started(self, now: int) -> list[Effect]:
         """Check a motion that started after the scene changed during its planning.
 
         The answer of the planning process may be a cancelled one: while nothing moves, a motion
@@ -94,9 +89,9 @@ class SceneMonitor:
         """
         motions = self._cell.motions
         rows = motions.playing
-        if not self._is_planned_before or rows is None or motions.scene is None:
+        if not self.is_planned_before or rows is None or motions.scene is None:
             return []
-        self._is_planned_before = False
+        self.is_planned_before = False
         return self._look_along(rows, motions.scene, now)
 
     def _look_along(self, rows: StoredRows, scene: Scene, now: int) -> list[Effect]:

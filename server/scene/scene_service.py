@@ -25,13 +25,18 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.robot_cell import RobotCell
 from ..events.effects import Effect
-from ..events.management_handlers import handles
-from ..events.reply_to import ReplyTo
+from ..events.management_requests import ReplyTo, handles
 from ..refusal import Refusal
 from ..store.documents import DocumentKind
-from .planning_scene import FrameChange, PlanningScene, SceneChange, Told
-from .scene_documents import scene_from_json, with_frames
-from .scene_view import RobotEnvironment
+from .planning_scene import (
+    FrameChange,
+    PlanningScene,
+    RobotEnvironment,
+    SceneChange,
+    Told,
+    scene_from_json,
+    with_frames,
+)
 from .signals import CellSignals
 from .trace import ToolTrace
 

@@ -39,13 +39,7 @@ Told = Callable[[Refusal | None, int], list[Effect]]
 
 @dataclass(slots=True)
 class _Asked:
-    """A question under way; answers come in order.
-
-    Attributes:
-        message: the question.
-        at: time when it was sent [ns].
-        told: called with the outcome.
-    """
+    """A question under way; answers come in order."""
 
     message: ReadSignals | WriteOutputs
     at: int
@@ -60,11 +54,7 @@ class _Bank:
 
 
 class CellSignals:
-    """Inputs and outputs of one cell.
-
-    Attributes:
-        is_offered: True if the controller offers them.
-    """
+    """Inputs and outputs of one cell."""
 
     def __init__(self, *, is_offered: bool) -> None:
         """Know nothing yet."""
@@ -182,8 +172,6 @@ class CellSignals:
 
         Args:
             signal: its number, from 0.
-            value: on or off.
-            now: monotonic time, ns.
             told: called once the controller has set it or not.
         """
         refusal = self._absent("output", signal)

@@ -1,4 +1,4 @@
-"""The server as a program: builds the parts, joins them, runs the one timer.
+"""Server as a program: builds the parts, joins them, runs the one timer.
 
 The only place that knows all parts and the clock. Each cell's shell carries out what its core
 returns and `clients` knows the connections; this one ticks every cell to absolute deadlines, and
@@ -27,25 +27,20 @@ from ..access.open_access import exposure_of
 from ..access.pairing import PairingCodes
 from ..core.cell_core import CellCore
 from ..core.server_core import ServerCore
-from ..endpoints.pendant.access_requests import CoreAccess
-from ..endpoints.pendant.hello import Identity
+from ..endpoints.pendant.access_requests import CoreAccess, Identity
 from ..events.events import TICK, ShutDown, WatchdogStopped
 from ..planning.pool.planning_pool import PlanningPool
 from ..settings.cell_settings import ControllerPath
 from ..store.store_client import StoreClient
 from ..watchdog.watchdog_process import Watchdog
-from .cell_shell import CellParts, CellShell
+from .cell_shell import CellParts, CellShell, Outbox, backends
 from .client_connection import ClientConnection
 from .clients import Clients
 from .controller_connection import ControllerConnection
-from .inbox import Inbox, loop_time
-from .listening import Listening
-from .loop_log import LoopLog
-from .observations import Observations
-from .outbox import Outbox, SentFrames, backends
-from .ports import Ports, listen_for
+from .inbox import Inbox, Observations, loop_time
+from .listening import Listening, Ports, listen_for
+from .loop_timing import LoopLog, next_deadline
 from .robot_kinematics import RobotKinematics
-from .ticker import next_deadline
 
 log = logging.getLogger("openpendant.server")
 
@@ -56,9 +51,7 @@ class App:
     """A running server.
 
     Attributes:
-        cells: the shell of each cell.
         clients: the connections of pendants and of ROS-Industrial.
-        inbox: takes everything that happens.
         connect: makes the protocol of a connection that was accepted for a port, of a cell.
         overruns: ticks that were left out because the loop was late by more than a period.
     """
@@ -76,9 +69,6 @@ class App:
 
         Args:
             served: the cells, one or more; what they share is taken from the first.
-            journal: the time and the record.
-            store: keeps the documents of all cells.
-            access: accounts and audit log.
             watchdog: stops the robots where this process freezes; nobody does where left out.
             tls: encrypts the pendant port; nothing does where left out.
         """
@@ -88,7 +78,6 @@ class App:
         self._tls = tls
         self._journal = journal
         self._observations = Observations(journal)
-        self._sent = SentFrames(journal)
         self.overruns = 0
         self._period = 1.0 / served[0].settings.tick_rate
         self._served = served
@@ -102,7 +91,7 @@ class App:
         self.clients = Clients(self._settings, self.login)
         self.cells: list[CellShell] = []
         self.inbox = Inbox(journal, self._router, self.cells, self.clients)
-        self.connect = partial(ClientConnection, self.inbox, self._observations, self._sent)
+        self.connect = partial(ClientConnection, self.inbox, self._observations)
         self.cells += [self._shell(number) for number in range(len(served))]
         self._next_tick = 0.0
         self._loop_log = LoopLog(round(self._period * 1e9))
@@ -119,7 +108,7 @@ class App:
         paths = [ControllerPath.MOTION, ControllerPath.STATE]
         if link.stop_connection:
             paths.append(ControllerPath.STOP)
-        with_shell = self.inbox, self._observations, self._sent
+        with_shell = self.inbox, self._observations
         links = {
             path: ControllerConnection(*with_shell, number, label, path, link) for path in paths
         }
@@ -128,7 +117,7 @@ class App:
             submit=backends(planner, self._store, self._access),
             answered=partial(self.inbox.answered, number),
             plans=served.plans,
-            watch=self._tell_watchdog,
+            watch=None if self._watchdog is None else self._tell_watchdog,
         )
         return CellShell(core, label, links, outbox)
 

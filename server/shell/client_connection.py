@@ -1,4 +1,4 @@
-"""The shell round one client's TCP connection: bytes to the core, messages back.
+"""Shell of one client's TCP connection: bytes to the core, messages back.
 
 Owns the socket's options, the deadline of a begun frame and back-pressure, and that a STOP acts in
 the turn that reads it: what a pendant says is handled in parts, so that nobody holds up the others,
@@ -29,9 +29,7 @@ from openpendant.simplemsg.masking import SecretMask
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Hello
 
 from ..events.events import Port
-from .inbox import Inbox
-from .observations import Observations
-from .outbox import SentFrames
+from .inbox import Inbox, Observations
 
 log = logging.getLogger("openpendant.server")
 
@@ -61,30 +59,17 @@ class ClientConnection(asyncio.Protocol):
     """One accepted connection.
 
     Attributes:
-        session: its number.
-        port: what it was accepted for.
         cell: number of the cell whose port that is; None for the pendant port of all.
-        address: the peer's address.
-        wire: the conversation.
     """
 
     def __init__(
         self,
         inbox: Inbox,
         observations: Observations,
-        sent: SentFrames,
         port: Port,
         cell: int | None = None,
     ) -> None:
-        """Make the protocol of a connection that was just accepted.
-
-        Args:
-            inbox: takes what happens.
-            observations: tell what became of the connection.
-            sent: notes what leaves.
-            port: what it was accepted for.
-            cell: number of the cell whose port that is; None for the pendant port of all.
-        """
+        """Make the protocol of a connection that was just accepted."""
         self.port = port
         self.cell = cell
         self.session = 0
@@ -92,7 +77,6 @@ class ClientConnection(asyncio.Protocol):
         self.wire: Connection
         self._inbox = inbox
         self._observations = observations
-        self._sent = sent
         # For good, as each message would have to ask: a journal is kept from the start or never.
         self._is_noted = inbox.is_noted
         self._transport: asyncio.Transport | None = None
@@ -281,7 +265,7 @@ class ClientConnection(asyncio.Protocol):
             return
         if self._is_noted:
             noted = self._said_mask.feed(frame) if self._has_secrets else frame
-            self._sent.note(self.session, noted)
+            self._observations.sent(self.session, noted)
         transport.write(frame)
         unread = transport.get_write_buffer_size()
         self._is_behind = unread > STATE_BACKLOG
@@ -293,7 +277,7 @@ class ClientConnection(asyncio.Protocol):
             self.abort("does not read its replies")
 
     def is_clogged(self) -> bool:
-        """Tell whether the client reads too slowly for another state message."""
+        """Return True if the client reads too slowly for another state message."""
         transport = self._transport
         if transport is None:
             return True
@@ -348,7 +332,6 @@ def unread(transport: asyncio.BaseTransport, most: int) -> Iterator[bytes]:
 
     Args:
         transport: it has ended, and its socket is still open.
-        most: bytes that are read at most.
     """
     if transport.get_extra_info("sslcontext") is not None:
         return
@@ -370,7 +353,6 @@ def prepare_socket(sock: socket.socket, unanswered: int = 1_500) -> None:
     """Send at once, keep little in the kernel, and find a dead peer within a few seconds.
 
     Args:
-        sock: a connected socket.
         unanswered: how long what is sent, a probe of an idle connection too, may stay unanswered
             [ms]. An idle connection is probed each second: up to 2,000 it ends with the first
             probe that is lost, beyond with the second.

@@ -35,9 +35,7 @@ from ..settings.cell_settings import CellSettings, ControllerLink, ControllerPat
 from ..settings.config_file import ConfigurationError
 from ..settings.server_settings import ServerSettings
 from .client_connection import prepare_socket
-from .inbox import Inbox
-from .observations import Observations
-from .outbox import SentFrames
+from .inbox import Inbox, Observations
 
 log = logging.getLogger("openpendant.server")
 
@@ -56,7 +54,6 @@ class ControllerConnection(asyncio.Protocol):
     """One path to the controller, kept up for as long as the server runs.
 
     Attributes:
-        path: which of the paths.
         link: its name in the log and in the journal.
     """
 
@@ -64,7 +61,6 @@ class ControllerConnection(asyncio.Protocol):
         self,
         inbox: Inbox,
         observations: Observations,
-        sent: SentFrames,
         cell: int,
         label: str,
         path: ControllerPath,
@@ -73,19 +69,12 @@ class ControllerConnection(asyncio.Protocol):
         """Make a path that is not connected yet.
 
         Args:
-            inbox: takes what happens.
-            observations: tell what became of the connection.
-            sent: notes what leaves.
-            cell: number of the cell.
             label: begins the link's name; empty for the only cell.
-            path: which of the paths.
-            link: where the controller is, and how it is spoken to.
         """
         self.path = path
         self.link = label + path.name.lower()
         self._inbox = inbox
         self._observations = observations
-        self._sent = sent
         self._cell = cell
         self._deliver: Callable[[Event, int], None]
         self._is_noted = False
@@ -201,7 +190,7 @@ class ControllerConnection(asyncio.Protocol):
             log.exception("controller %s link: not sent", self.link)
             return False
         if self._is_noted:
-            self._sent.note(self.link, frame)
+            self._observations.sent(self.link, frame)
         self._transport.write(frame)
         return True
 
@@ -226,7 +215,7 @@ class ControllerConnection(asyncio.Protocol):
 
 
 def _is_answer(received: Received) -> bool:
-    """Tell whether a message answers a request of ours, readable or not."""
+    """Return True if a message answers a request of ours, readable or not."""
     return not isinstance(received, Unasked) and received.comm_type == _REPLY
 
 
@@ -235,11 +224,7 @@ _THIS_MACHINE = "127.0.0.1"
 
 
 def addresses_of(host: str) -> frozenset[str]:
-    """Return all addresses of a host, each in one form only; its name where it has none.
-
-    Args:
-        host: address or name.
-    """
+    """Return all addresses of a host, each in one form only; its name where it has none."""
     name = host.lower().removesuffix(".")
     try:
         found = socket.getaddrinfo(name, None, type=socket.SOCK_STREAM)
@@ -264,7 +249,6 @@ def check_controllers_apart(settings: ServerSettings, source: str) -> None:
     """Refuse two cells that drive one controller, by whatever names.
 
     Args:
-        settings: of all cells.
         source: file name for the message.
 
     Raises:

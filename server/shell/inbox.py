@@ -1,8 +1,11 @@
-"""The inbox of a server: every event goes through it into the journal, and on to its cell's core.
+"""Inbox of a server: every event goes through it into the journal, and on to its cell's core.
 
 Owns the time of an event, one reading of the clock for all that follows from it, and in which cell
 it happens. Bytes are noted before they are decoded, so that a rerun covers their decoding as well.
 Decides nothing about what an event means.
+
+Owns what the shell asks of the operating system (`Observations`), with each answer that counts
+noted. A rerun asks nobody: it finds in the journal what the world answered then.
 """
 
 from __future__ import annotations
@@ -30,8 +33,39 @@ from ..events.events import (
     StopReceived,
 )
 from ..journal.event_records import ANSWERED, PasswordNumbers, answer_to_record
-from .client import Client
-from .clients import Clients
+from .clients import Client, Clients
+
+
+class Observations:
+    """What the operating system and the watchdog say, and the frames that leave."""
+
+    def __init__(self, journal: Journal) -> None:
+        """Note answers in a journal."""
+        self._journal = journal
+
+    def is_gone(self, link: str | int, transport: asyncio.BaseTransport) -> bool:
+        """Return True if the loop has closed a transport by itself, on an error of the kernel."""
+        return self._journal.answer("gone", link, transport.is_closing())
+
+    def is_clogged(self, session: int, is_behind: bool) -> bool:
+        """Return whether a client is behind with what was written to it."""
+        return self._journal.answer("clogged", session, is_behind)
+
+    def is_flooded(self, session: int, is_behind: bool) -> bool:
+        """Return whether a client is so far behind that it is cut off."""
+        return self._journal.answer("flooded", session, is_behind)
+
+    def is_paired(self, cell: str, is_typed: bool) -> bool:
+        """Return whether the code that was typed is the one of a cell, which no journal holds."""
+        return self._journal.answer("paired", cell, is_typed)
+
+    def has_stopped(self, link: str, has_stopped: bool) -> bool:
+        """Return whether the watchdog has sent a STOP to a robot."""
+        return self._journal.answer("stopped", link, has_stopped)
+
+    def sent(self, link: str | int, frame: bytes) -> None:
+        """Note a frame that leaves on a connection, without its secrets."""
+        self._journal.out(link, frame)
 
 
 def loop_time() -> int:
@@ -59,7 +93,6 @@ class Inbox:
     """Where everything that happens to a server comes in.
 
     Attributes:
-        clients: the connections of pendants and of ROS-Industrial.
         wire_bytes: notes bytes that came on a link, secrets masked; returns the time [ns].
     """
 
@@ -69,10 +102,7 @@ class Inbox:
         """Join the parts.
 
         Args:
-            journal: the time and the record.
-            server: knows which cell a connection belongs to.
             cells: the shell of each cell; they may come later, but before any event.
-            clients: admits connections.
         """
         self.clients = clients
         # Each byte comes by here, so no function of ours stands between it and the journal.
@@ -124,7 +154,7 @@ class Inbox:
         if cell is not None:
             cell.deliver(event, now)
         elif session not in self.clients.by_session:
-            self.clients.turned_away.receive(session, message)
+            self.clients.rejections.receive(session, message)
         else:
             self._route(event, now)
             home = self._server.settled(session)
@@ -139,13 +169,7 @@ class Inbox:
             self._route(Closed(client.session), now)
 
     def client_failed(self, client: Client, error: Exception, now: int) -> None:
-        """End a connection that we failed on, and stop its robot; everybody else goes on.
-
-        Args:
-            client: the connection.
-            error: the fault of ours.
-            now: monotonic time, ns.
-        """
+        """End a connection that we failed on, and stop its robot; everybody else goes on."""
         home = self._server.home_of(client.session)
         cell = self._cells[client.cell or 0 if home is None else home]
         cell.client_failed(client.session, error, now)
@@ -154,7 +178,7 @@ class Inbox:
 
     def check_deadlines(self, now: int) -> None:
         """Close the connections that read or write too slowly."""
-        self.clients.turned_away.check_deadlines(now)
+        self.clients.rejections.check_deadlines(now)
         for client in list(self.clients.by_session.values()):
             try:
                 client.check_deadlines(now)

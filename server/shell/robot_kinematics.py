@@ -1,4 +1,4 @@
-"""The mathematics of one robot, as the shell supplies them to the cores (`robot_model`)."""
+"""Mathematics of one robot, as the shell supplies them to the cores (`robot_model`)."""
 
 from __future__ import annotations
 
@@ -57,8 +57,7 @@ class RobotKinematics:
     """Kinematics, frames and jog mathematics of a serial robot.
 
     Attributes:
-        frames: the named frames and tools in force; `surround` changes them.
-        scene: what stands around, in force.
+        frames: the named frames and tools in force; `apply_scene` changes them.
         lever_arms: for the tool and the elbow, if any, (n,) how fast each joint can make it
             [m/rad or 1].
     """
@@ -76,7 +75,7 @@ class RobotKinematics:
         self._clear_path = ClearPath(self._collision)
         self._jogs = JogModel(self._kinematics, collision=self._collision)
 
-    def surround(self, frames: FrameTree, scene: Scene) -> None:
+    def apply_scene(self, frames: FrameTree, scene: Scene) -> None:
         """Let frames, tools and scene rule from now on; a jog under way keeps those that it has.
 
         Raises:
@@ -135,7 +134,7 @@ class RobotKinematics:
         return self._collision.distance(position)
 
     def is_surely_free(self, start: Sequence[float], goal: Sequence[float]) -> bool:
-        """Tell whether a straight move between (n,) joints surely touches nothing in the scene.
+        """Return True if a straight move between (n,) joints surely touches nothing in the scene.
 
         Takes a millisecond or so at most; a no says only that more must be looked at.
         """
@@ -173,7 +172,6 @@ class RobotKinematics:
         """Return where the tool is to be in base to be at a pose of a frame.
 
         Args:
-            goal: the pose of the selected tool.
             frame: the frame that it is given in; one that stands still.
 
         Raises:
@@ -232,7 +230,7 @@ class RobotKinematics:
         return find_escapes(self._jogs, position)
 
     def leads_out(self, position: Sequence[float], values: Sequence[float], frame: str) -> bool:
-        """Tell whether a tool jog of (6,) shares leads out of all that it stands at."""
+        """Return True if a tool jog of (6,) shares leads out of all that it stands at."""
         return leads_out(self._jogs, position, self.tool(values, frame))
 
     def stepped_pose(self, start: Sequence[float], values: Sequence[float], frame: str) -> PoseGoal:

@@ -20,7 +20,7 @@ from openpendant.server.access.passwords import ScryptCost, hash_password
 from openpendant.server.access.secret import Secret
 from openpendant.server.programs.language.parser import parse
 from openpendant.server.programs.language.program_json import program_to_json
-from openpendant.server.scene.scene_documents import document_of
+from openpendant.server.scene.planning_scene import document_of
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.recording_format import RecordingDocument
 from openpendant.server.store.samples import pack_rows

@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 from promises.promise_table import figure
 from rigs.processes.app_on_loop import app_on_loop, said, until
 
-from openpendant.server.shell.accept_rate import AcceptRate
-from openpendant.server.shell.listening import Listening
+from openpendant.server.shell.listening import AcceptRate, Listening
 
 MS = 1_000_000
 BURST, PER_SECOND = figure(20, "burst").count, figure(20, "rate").count

@@ -15,9 +15,8 @@ from openpendant.server.cli.serve import main
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.settings.config_file import ConfigurationError
 from openpendant.server.settings.server_settings import ServerSettings, make_server_settings
-from openpendant.server.shell.accept_rate import place_refusal
-from openpendant.server.shell.open_files import files_needed, provide_files
-from openpendant.server.shell.rejections import MOST_TURNED_AWAY
+from openpendant.server.shell.clients import MOST_TURNED_AWAY, place_refusal
+from openpendant.server.shell.server_process import files_needed, provide_files
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Received, Role
 from openpendant.simplemsg.pendant import Verdict
 from openpendant.simplemsg.verdicts import VerdictCode

@@ -27,10 +27,9 @@ from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.point_speed import elbow_link, reduced_speed
 from openpendant.motion.trajectory.ptp import straight_move
 from openpendant.motion.trajectory.straight_certificate import certify_straight_move
-from openpendant.server.cell.execution.active_motion import ActiveMotion
-from openpendant.server.cell.jog.jog_rows import JogRows
-from openpendant.server.cell.jog.press import Press
-from openpendant.server.control.modes import REDUCED_SPEED, MotionKind
+from openpendant.server.cell.execution.setpoint_sources import JogRows, Press
+from openpendant.server.cell.execution.trajectory_execution import ActiveMotion
+from openpendant.server.control import REDUCED_SPEED, MotionKind
 from openpendant.server.events.cell_events import MotionRequest
 from openpendant.server.planning.jobs import CertifiedTrajectory
 from openpendant.server.refusal import Refusal

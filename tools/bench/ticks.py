@@ -15,10 +15,9 @@ from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.trajectory.ptp import straight_move
 from openpendant.server.access.accounts import AccountBook
 from openpendant.server.access.process_backend import ProcessAccess
-from openpendant.server.cell.execution.motion_watch import MotionWatch
-from openpendant.server.cell.execution.report_timing import ReportTiming
-from openpendant.server.cell.execution.tracking_tolerances import tracking_tolerances
-from openpendant.server.control.modes import REDUCED_SPEED
+from openpendant.server.cell.execution.motion_watch import MotionWatch, ReportTiming
+from openpendant.server.cell.execution.tracking import tracking_tolerances
+from openpendant.server.control import REDUCED_SPEED
 from openpendant.server.events.events import TICK, ControllerReport, PathChanged, Port
 from openpendant.server.settings.cell_settings import (
     CellSettings,

@@ -16,8 +16,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from openpendant.server.cell.why import WhyReply
-from openpendant.server.endpoints.pendant.escape_request import RetreatReply
-from openpendant.server.endpoints.pendant.snapshot import ServedCells, Snapshot
+from openpendant.server.endpoints.pendant.jog_requests import RetreatReply
+from openpendant.server.endpoints.pendant.management import ServedCells, Snapshot
 from openpendant.simplemsg.pendant.management import OPERATIONS as DECLARED
 from openpendant.simplemsg.pendant.management.declaration import Request
 from openpendant.simplemsg.pendant.roles import LEAST_ROLE, Permission, Role

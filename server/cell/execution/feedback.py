@@ -1,7 +1,12 @@
 """Feedback of the controller: its newest report with its age, and the joints of the last seconds.
 
-Owns the rule when a report is fresh enough to start from and when it is too old to go on
-(promise 5). Positions are controller side.
+Owns the rule when a report is fresh enough to start from and when it is too old to go on (promise
+5). Positions are controller side.
+
+Owns what of the reports ends what is under way, and in which words: one rule for each status that
+comes (`interruption`), so that a fault which is gone before the next tick is not missed, and one
+for what holds now (`lost`). They are the same for what moves and for what waits to move, such as a
+program in a wait.
 
 Owns how far back the history of the joints reaches, and where they put the flange. The flange is
 worked out when somebody asks, because nobody asks for nearly all of the samples.
@@ -15,6 +20,7 @@ from collections import deque
 from collections.abc import Callable
 from itertools import islice
 from operator import sub
+from typing import NamedTuple
 
 from openpendant.motion.frames.frame_history import SPAN, FrameHistory
 from openpendant.motion.frames.frame_tree import FLANGE, FrameTree
@@ -28,7 +34,9 @@ from openpendant.simplemsg import (
     TriState,
     ValidField,
 )
+from openpendant.simplemsg.verdicts import VerdictCode
 
+from ...refusal import Refusal
 from ...settings.cell_settings import ControllerLink
 from ...uplinks.controller_errors import error_text
 
@@ -53,6 +61,23 @@ LARGEST_VALUE = 1e3
 """No joint is reported beyond this [rad, m or their rates]; a greater number is an error."""
 
 
+class Shown(NamedTuple):
+    """What of a status may end what is under way.
+
+    Attributes:
+        fault: its emergency stop or the loss of drive power, in words; empty for neither.
+        error: the error that it shows; 0 for none.
+    """
+
+    mode: ControllerMode
+    fault: str
+    error: int
+
+
+NOTHING_SHOWN = Shown(ControllerMode.UNKNOWN, "", 0)
+"""What a controller shows that has not said anything yet."""
+
+
 class Feedback:
     """The newest joint state and status of the controller.
 
@@ -64,6 +89,7 @@ class Feedback:
         mode: the controller's own operating mode.
         error: the error that the controller shows, 0 for none, -1 for one without a number.
         fault: what ended a running motion, in the controller's words; empty for nothing.
+        shown: mode, fault and error together.
         received: time of the last joint report [ns].
         reports: how many joint reports were taken.
         broken: a report held a value that no joint has; motion is impossible until one is sound.
@@ -80,6 +106,7 @@ class Feedback:
         self.mode = ControllerMode.UNKNOWN
         self.error = 0
         self.fault = ""
+        self.shown = NOTHING_SHOWN
         self.received = 0
         self.reports = 0
         self.broken = False
@@ -91,9 +118,11 @@ class Feedback:
         self._full = False
         self._still_at: tuple[float, ...] = ()
         self._still_since = 0
+        self._stands: bool | None = None  # as the last message tells, once somebody asked
 
     def take(self, message: Message, now: int) -> None:
         """Take a report of the controller; other messages are none of our business."""
+        self._stands = None
         match message:
             case JointFeedback(valid_fields=valid, positions=positions):
                 if valid & _POSITION:
@@ -110,6 +139,7 @@ class Feedback:
                 self.mode = _MODES.get(message.mode, ControllerMode.UNKNOWN)
                 self.error = message.error_code or -1 if message.in_error == _TRUE else 0
                 self.fault = _fault_of(message)
+                self.shown = Shown(self.mode, self.fault, self.error)
 
     def _take_joints(
         self, positions: tuple[float, ...], velocities: tuple[float, ...] | None, now: int
@@ -137,11 +167,13 @@ class Feedback:
 
     def forget(self) -> None:
         """Forget everything, because the state connection was lost."""
+        self._stands = None
         self.position = None
         self.status = None
         self.mode = ControllerMode.UNKNOWN
         self.error = 0
         self.fault = ""
+        self.shown = NOTHING_SHOWN
         self.velocity_known = False
         self.velocity = (0.0,) * self._dof
         self.broken = False
@@ -154,20 +186,22 @@ class Feedback:
         return None if self.position is None else now - self.received
 
     def is_fresh(self, now: int) -> bool:
-        """Tell whether a new motion may start from the last report."""
+        """Return True if a new motion may start from the last report."""
         return self.position is not None and now - self.received <= self._fresh_age
 
     def is_lost(self, now: int) -> bool:
-        """Tell whether the last report is so old that a motion must be aborted."""
+        """Return True if the last report is so old that a motion must be aborted."""
         return self.position is None or now - self.received > self._abort_age
 
     @property
     def is_standing(self) -> bool:
         """Whether the robot stands, as far as the controller and the joints tell."""
-        return not self._calls_itself_moving and self.joints_rest
+        if self._stands is None:
+            self._stands = not self._calls_itself_moving and self.joints_rest
+        return self._stands
 
     def stands_after(self, end: int, now: int) -> bool:
-        """Tell whether the robot stands by what was reported from a time on.
+        """Return True if the robot stands by what was reported from a time on.
 
         The status comes in a message of its own, behind the joints. One from before tells nothing
         of a short motion, unless none has come for as long as a report is fresh: some controllers
@@ -175,7 +209,6 @@ class Feedback:
 
         Args:
             end: when the motion was to end [ns].
-            now: monotonic time, ns.
         """
         if self.received < end or not self.is_standing:
             return False
@@ -185,7 +218,7 @@ class Feedback:
         return now - end >= self._fresh_age
 
     def has_come_to_rest(self, since: int) -> bool:
-        """Tell whether the robot stands by what was reported after a time [ns], a stop's say."""
+        """Return True if the robot stands by what was reported after a time [ns], a stop's say."""
         if self.received <= since or self._calls_itself_moving:
             return False
         return self._has_resting_speeds or self._has_kept_still(since)
@@ -240,7 +273,7 @@ def _fault_of(status: Status) -> str:
 
 
 def _are_within(values: tuple[float, ...], most: float) -> bool:
-    """Tell whether no value is beyond ± that; what is not a number is."""
+    """Return True if no value is beyond ± that; what is not a number is."""
     if math.hypot(*values) <= most:
         # Their length is no less than the greatest, so that this tells nearly always, and quickly.
         return True
@@ -249,7 +282,7 @@ def _are_within(values: tuple[float, ...], most: float) -> bool:
 
 
 def _is_beyond(way: float, one: tuple[float, ...], other: tuple[float, ...]) -> bool:
-    """Tell whether any joint is farther than a way from where it was."""
+    """Return True if any joint is farther than a way from where it was."""
     apart = math.dist(one, other)
     # Between them lies the greatest of the joints' ways, so that one of both tells nearly always.
     if apart <= way or apart > way * math.sqrt(len(one)):
@@ -296,8 +329,6 @@ class JointHistory:
         """Return where the frame `source` is, or was, in the frame `target`.
 
         Args:
-            source: the frame that something is given in.
-            target: the frame that it is wanted in.
             time: [ns]; None for the last report, in the frames as they are now.
 
         Raises:
@@ -323,3 +354,29 @@ class JointHistory:
         after = bisect_right(self._reports, time, key=lambda report: report[0])
         first = min(max(after - 1, 0), len(self._reports) - 1)
         return list(islice(self._reports, first, first + 2))
+
+
+def interruption(before: Shown, after: Shown) -> Refusal | None:
+    """Return why a status ends what is under way; None where it shows nothing new."""
+    if after.fault and after.fault != before.fault:
+        return Refusal(VerdictCode.CONTROLLER_STOPPED, after.fault)
+    if after.mode is not before.mode:
+        text = f"the controller's mode changed from {before.mode.name} to {after.mode.name}".lower()
+        return Refusal(VerdictCode.CONTROLLER_STOPPED, text)
+    # Some controllers show their last error until the next trajectory.
+    if after.error and after.error != before.error:
+        text = f"the controller went into {error_text(after.error)}"
+        return Refusal(VerdictCode.CONTROLLER_STOPPED, text)
+    return None
+
+
+def lost(feedback: Feedback, now: int) -> Refusal | None:
+    """Return why nothing may go on by what is known of the robot now; None where it may."""
+    if feedback.is_lost(now):
+        age = feedback.age(now)
+        seen = "never" if age is None else f"{age / 1e6:.0f} ms ago"
+        return Refusal(VerdictCode.FEEDBACK_STALE, f"the last position report came {seen}")
+    if feedback.broken:
+        return Refusal(VerdictCode.NOT_FINITE, "the controller reports a position that is none")
+    fault = feedback.fault
+    return Refusal(VerdictCode.CONTROLLER_STOPPED, fault) if fault else None

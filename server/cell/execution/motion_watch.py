@@ -1,18 +1,32 @@
-"""Compares the robot that is reported with the one that was commanded, report by report.
+"""Motion watch: comparison of each report of the robot with what was commanded.
 
-Owns what of a report ends a motion: a joint out of its range (`OVER_RANGE`), off the path
-(`LEFT_THE_PATH`; which piece of it counts is `path_tracking`'s), or a joint, the tool or the elbow
-too fast (`OVER_SPEED`; which reports are compared is `report_timing`'s). From a motion's first
-set-point to its end all of it; during a stop's ramp, which leads off the path, range and speed.
+Owns what of a report ends a motion (`MotionWatch`): a joint out of its range (`OVER_RANGE`), off
+the path (`LEFT_THE_PATH`; which piece of it counts is `tracking`'s), or a joint, the tool or the
+elbow too fast (`OVER_SPEED`). From a motion's first set-point to its end all of it; during a
+stop's ramp, which leads off the path, range and speed. Pure: fed with each set-point that leaves
+and each report that comes, and asked in the turn that reads the report. What follows from a
+refusal is the cell's business.
 
-Pure: fed with each set-point that leaves and each report that comes, and asked in the turn that
-reads the report. What follows from a refusal is the cell's business.
+Owns the rule that a late report makes no alarm (`ReportTiming`). A report tells when it arrived,
+not when it was measured, so the speed between two is a matter of doubt where they waited on their
+way. But they arrive in the order in which they were measured, and a controller measures them at a
+steady rhythm: between report i and report k lie k - i periods, however bunched both arrive. The
+time between them is taken to be the longer of that and the time between their arrivals. What a
+stalled sender left out is not counted so; therefore the first report after a silence is neither
+judged nor compared with.
+
+Owns what counts as a motion that nobody commanded (`StandstillWatch`): a joint that is reported
+0.02 rad (10 mm on a sliding one) from where it was within the last second. It stops nothing,
+because somebody may move the robot with the controller's own pendant; but whoever wonders
+afterwards is to find it told.
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from operator import le, mul, sub
 from typing import Protocol
 
@@ -20,10 +34,119 @@ from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.trajectory.trajectory import Row
 from openpendant.simplemsg.verdicts import VerdictCode
 
+from ...events.cell_events import UncommandedMotion
 from ...refusal import Refusal
-from .path_tracking import Deviation, PathTracking
-from .report_timing import Place, ReportTiming, TimedReport
-from .tracking_tolerances import TrackingTolerances
+from .tracking import PER_RADIAN, Deviation, PathTracking, TrackingTolerances
+
+JOINT_SPAN_NS = 50_000_000
+"""Joint speeds are taken over so much time at least."""
+
+POINT_SPAN_NS = 250_000_000
+"""Speeds of tool and elbow are taken over so much time at least."""
+
+_SILENCE = 2.5
+"""A pause of so many periods is a silence."""
+
+_LEARN_NS = 2_500_000_000
+"""The rhythm is measured over so much time: reports that are up to 0.2 s late then put it 8 % wrong
+at most, which is less than what is accepted of each speed."""
+
+Place = tuple[float, ...]
+
+
+@dataclass(slots=True)
+class TimedReport:
+    """One joint report.
+
+    Attributes:
+        time: when it arrived [ns].
+        number: how many came before it.
+        position: (n,) the joints [rad or m].
+        points: where that puts the watched points of the arm [m]; empty while nobody asked.
+    """
+
+    time: int
+    number: int
+    position: Place
+    points: tuple[Place, ...] = field(default=())
+
+
+class ReportTiming:
+    """The newest report and those that it is compared with.
+
+    Attributes:
+        is_sure: whether it may be compared: neither the first one, nor after a silence.
+        joint_base: the youngest report that is at least `JOINT_SPAN_NS` older; None for none.
+        point_base: the youngest that is at least `POINT_SPAN_NS` older; None for none.
+    """
+
+    def __init__(self, period: float) -> None:
+        """Begin with no report.
+
+        Args:
+            period: how often the controller is said to report [s]; what it does is learned.
+        """
+        self._period = self._declared = round(period * 1e9)
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget all reports, because the connection was lost."""
+        self.newest: TimedReport | None = None
+        self.is_sure = False
+        self.joint_base: TimedReport | None = None
+        self.point_base: TimedReport | None = None
+        self._recent: deque[TimedReport] = deque()  # younger than JOINT_SPAN_NS
+        self._older: deque[TimedReport] = deque()  # younger than POINT_SPAN_NS
+        self._count = 0
+        self._period = self._declared
+        self._anchor = (0, 0)  # time and number from which on the rhythm is measured
+
+    def begin(self) -> None:
+        """Compare with nothing older than the newest report, because a motion begins.
+
+        How the robot came to where it stands is no concern of the motion.
+        """
+        self.joint_base = self.point_base = None
+        self._recent.clear()
+        self._older.clear()
+        if self.newest is not None:
+            self._recent.append(self.newest)
+
+    def take(self, position: Place, now: int) -> TimedReport:
+        """Take a report that arrives now; what is compared with is the newest of its turn."""
+        before = self.newest
+        report = self.newest = TimedReport(now, self._count, position)
+        self._count += 1
+        recent = self._recent
+        if before is None:
+            self._anchor = (now, self._count)
+            return report
+        silence = now - before.time
+        if silence:
+            self.is_sure = silence <= _SILENCE * self._period
+            since, number = self._anchor
+            if silence > _LEARN_NS // 5:
+                self._anchor = (now, self._count)  # whoever paused tells nothing of the rhythm
+            elif now - since >= _LEARN_NS:
+                self._period = (now - since) // (self._count - number)
+                self._anchor = (now, self._count)
+        if self.is_sure:
+            recent.append(report)
+        older = self._older
+        while recent and recent[0].time <= now - JOINT_SPAN_NS:
+            self.joint_base = recent.popleft()
+            older.append(self.joint_base)
+        while older and older[0].time <= now - POINT_SPAN_NS:
+            self.point_base = older.popleft()
+        return report
+
+    def elapsed(self, base: TimedReport) -> float:
+        """Return the longest time that may lie between an older report and the newest one [s]."""
+        newest = self.newest
+        assert newest is not None
+        counted = (newest.number - base.number) * self._period
+        return max(newest.time - base.time, counted) / 1e9
+
 
 SPEED_SLACK = 1.1
 """A limit of speed may be exceeded by a tenth: reports come no more regularly than that."""
@@ -46,7 +169,7 @@ POINTS = ("the tool", "the elbow")
 """What the points of `ArmPoints` are, in their order."""
 
 Cap = Callable[[], float | None]
-"""Tells the greatest speed of tool and elbow in the mode as it is now [m/s]; None for none."""
+"""Returns the greatest speed of tool and elbow in the mode as it is now [m/s]; None for none."""
 
 
 class MotionWatch:
@@ -64,12 +187,9 @@ class MotionWatch:
         """Begin with no set-point.
 
         Args:
-            limits: the robot's joint limits.
-            tolerances: what is accepted.
             timing: has taken each report before it is judged here.
             start: (n,) where the robot is as it begins; a joint outside its range may be there.
             points: tool and elbow; None where nobody knows them.
-            cap: of their speed.
         """
         self._limits = limits
         self._tolerances = tolerances
@@ -78,7 +198,7 @@ class MotionWatch:
         self._cap = cap
         self._greatest_cap: float | None = 0.0
         self._path: PathTracking | None = PathTracking(tolerances)
-        self._last_speeds = [0.0] * limits.dof  # greatest commanded before the stop
+        self._last_speeds = [0.0] * len(start)  # greatest commanded before the stop
         beyond = tolerances.range
         ends = zip(limits.lower, limits.upper, start, beyond, strict=True)
         self._ends = [(min(low, at) - room, max(up, at) + room) for low, up, at, room in ends]
@@ -231,3 +351,64 @@ class MotionWatch:
 def _dot(one: Sequence[float], other: Sequence[float]) -> float:
     total: float = sum(map(mul, one, other))
     return total
+
+
+MOVED = 0.02
+"""So far a joint goes that moves [rad]; a sliding one half as many metres."""
+
+WITHIN_NS = 1_000_000_000
+"""It moves that far within so much time; once it has not for as long, it stands again."""
+
+
+class StandstillWatch:
+    """The reports of a robot at rest."""
+
+    def __init__(self, limits: JointLimits) -> None:
+        """Begin with no report."""
+        self._limits = limits
+        self._moved = [MOVED * PER_RADIAN if slides else MOVED for slides in limits.prismatic]
+        # Two places within half of the least way of a third are not that way apart.
+        self._near = min(self._moved) / 2.0
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forget where it was: it was commanded meanwhile, or not seen."""
+        self._reports: deque[tuple[int, Place]] = deque()
+        self._anchor: Place = ()
+        self._anchored = 0
+        self._is_told = False
+
+    def take(self, position: Place, now: int) -> UncommandedMotion | None:
+        """Take a report of a robot that is not commanded.
+
+        Returns:
+            That it moves; once, until it has stood for `WITHIN_NS`.
+        """
+        reports = self._reports
+        while reports and reports[0][0] < now - WITHIN_NS:
+            reports.popleft()
+        if not self._anchor or math.dist(position, self._anchor) > self._near:
+            self._anchor, self._anchored = position, now
+        elif now - self._anchored > WITHIN_NS:
+            self._is_told = False
+        found = None if self._is_told else self._farthest(position, now)
+        self._is_told |= found is not None
+        reports.append((now, position))
+        return found
+
+    def _farthest(self, position: Place, now: int) -> UncommandedMotion | None:
+        """Return the joint that has gone farthest beyond what counts, from any report kept."""
+        worst, found = 1.0, None
+        for time, place in self._reports:
+            if time >= self._anchored:
+                break  # from here on all are so near to the anchor that no two are far apart
+            if math.dist(position, place) < self._near:
+                continue
+            joints = zip(position, place, self._moved, strict=True)
+            for joint, (here, there, moved) in enumerate(joints):
+                way = abs(here - there)
+                if way >= worst * moved:
+                    worst = way / moved
+                    unit = self._limits.unit(joint)
+                    found = UncommandedMotion(now, joint, way, (now - time) / 1e9, unit)
+        return found

@@ -1,4 +1,4 @@
-"""Playing one motion through an uplink, at most `lead` ahead of the robot.
+"""Point stream: one motion sent through an uplink, at most `lead` ahead of the robot.
 
 Owns when the next set-point is due, when a motion has arrived and what aborts it. It never makes a
 set-point: it sends those of its source, in order, each once, after a last look at each.
@@ -20,12 +20,11 @@ from ...refusal import Refusal
 from ...settings.cell_settings import ControllerLink
 from ...uplinks.controller_errors import UNDER_RUNS, error_text
 from ...uplinks.uplink import Uplink
-from .feedback import Feedback
-from .interruption import lost
+from .feedback import Feedback, lost
 from .motion_watch import MotionWatch
 from .setpoint_guard import SetpointGuard
 from .setpoint_sources import SetpointSource
-from .tracking_monitor import LONGEST_LAG, JogPace, TrackingMonitor
+from .tracking import LONGEST_LAG, JogPace, TrackingMonitor
 
 ARRIVAL_TOLERANCE = 1e-3
 """A joint this close to the goal has arrived [rad or m]; the ROS-I client takes 0.005."""
@@ -69,8 +68,6 @@ class PointStream:
     """One motion under way.
 
     Attributes:
-        rows: where its set-points come from.
-        phase: how far it has come.
         started: time of the first set-point [ns].
     """
 
@@ -92,10 +89,6 @@ class PointStream:
 
         Args:
             rows: where the set-points come from; the first is at rest.
-            limits: joint limits for the last look at each set-point.
-            uplink: writes set-points and reads answers.
-            link: how to talk to the controller.
-            now: monotonic time, ns.
             lead: how far set-points leave ahead of the robot [s]; the link's where left out.
             pace: of a jog; None for a planned motion.
             known_error: error that the controller shows already; it ends no motion by itself.
@@ -107,8 +100,8 @@ class PointStream:
         self.started = now
         self._uplink = uplink
         self._lead = round((link.planned_lead if lead is None else lead) * 1e9)
-        self._departure = SetpointGuard(limits, start)
-        self._following = TrackingMonitor(now, pace)
+        self._guard = SetpointGuard(limits, start)
+        self._tracking = TrackingMonitor(now, pace)
         self._watch = watch
         self._known_error = known_error
         self._sent = 0
@@ -121,38 +114,35 @@ class PointStream:
     @property
     def reached(self) -> float:
         """Time of the set-point where the robot is, as far as its reports tell [s]."""
-        return self._following.reached
+        return self._tracking.reached
 
     def next_point(self, now: int) -> Message | Refusal | None:
-        """Return the next set-point where one is due and the link has room for it.
-
-        Returns:
-            The message; None where none is due; a refusal where it failed the last look.
-        """
-        self._look(now)
-        rows, following = self.rows, self._following
+        """Return the next set-point where one is due and the link has room for it."""
+        if now != self._looked:
+            self._look(now)
+        rows, tracking = self.rows, self._tracking
         due = None if self._uplink.is_full else rows.next_time
         if due is None:
             return None
         if self.phase is _SETTLING:
             # A new press after all had left: the pause between must not be caught up with.
             self.phase = _SENDING
-            following.go_on(due, now)
+            tracking.go_on(due, now)
         lead = self._lead if self._is_turn else self._lead - _HALF_TICK_NS
-        is_due = round(due * 1e9) <= following.time(now) + lead
+        is_due = round(due * 1e9) <= tracking.time(now) + lead
         # Where the reports just moved the robot back, none is due in a tick: a ramp must not wait.
         if not is_due and not (self._is_turn and rows.is_urgent):
             return None
         self._is_turn = False
         last = rows.last
         row = rows.take()
-        refusal = self._departure.check(row)
+        refusal = self._guard.check(row)
         if refusal is not None:
             return refusal
         point = self._uplink.point(self._sent, row, row.time - last.time, now)
-        following.sent(row)
+        tracking.sent(row)
         if self._watch is not None:
-            self._watch.commanded(following.earliest(row.time), row)
+            self._watch.commanded(tracking.earliest(row.time), row)
         self._before = last
         self._sent += 1
         return point
@@ -176,15 +166,15 @@ class PointStream:
             return self.blamed(Refusal(VerdictCode.CONTROLLER_STOPPED, error), feedback, now)
         if self.rows.next_time is None and not self._uplink.awaiting:
             return self._settle(feedback, now)
-        self._following.update(feedback)
-        lag = self._following.lag
+        self._tracking.update(feedback)
+        lag = self._tracking.lag
         if lag > LONGEST_LAG:
             text = f"the robot is {lag:.2f} s behind the points that it was sent"
             return Refusal(VerdictCode.NOT_FOLLOWING, text, value=lag, limit=LONGEST_LAG)
         return None
 
     def _new_error(self, feedback: Feedback) -> str:
-        """Say which error appeared since the motion began; empty for none."""
+        """Return which error appeared since the motion began; empty for none."""
         error = feedback.error
         if error == self._known_error:
             return ""
@@ -199,7 +189,7 @@ class PointStream:
         if blamed is not refusal:
             return blamed
         # By the server's clock: reports that are as late as the points make the robot seem behind.
-        dry = (now - self._following.earliest(0.0)) / 1e9 - self._stock
+        dry = (now - self._tracking.earliest(0.0)) / 1e9 - self._stock
         if feedback.error:
             known = f"; it shows {error_text(feedback.error)}"
         elif dry > 0.0:
@@ -218,7 +208,7 @@ class PointStream:
         if away < _AWAY_NS:
             return
         last = self.rows.last
-        end = self._following.base + round(last.time * 1e9)
+        end = self._tracking.base + round(last.time * 1e9)
         if any(last.velocity) and end <= now + _TOO_LATE_NS:
             self._left_dry = now, away
 
@@ -228,7 +218,6 @@ class PointStream:
         Args:
             refusal: what it says by itself, or a point that it refused.
             feedback: what it shows.
-            now: monotonic time, ns.
         """
         self._look(now)
         when, away = self._left_dry
@@ -253,7 +242,7 @@ class PointStream:
     def _settle(self, feedback: Feedback, now: int) -> Refusal | None:
         if self.phase is not _SETTLING:
             self.phase, self._all_taken = _SETTLING, now
-        end = self._following.base + round(self.rows.last.time * 1e9)
+        end = self._tracking.base + round(self.rows.last.time * 1e9)
         final = self.rows.last.position
         # A report from before the end of the motion says nothing about its end, and none from
         # before the last point was taken: a robot that waited for it stood as well.
@@ -278,7 +267,7 @@ class PointStream:
 
 
 def start_mismatch(trajectory: Trajectory, feedback: Feedback) -> Refusal | None:
-    """Tell whether a planned motion still starts where the robot stands."""
+    """Return why a planned motion starts elsewhere than the robot stands; None where it does."""
     if feedback.position is None or not feedback.is_standing:
         return Refusal(VerdictCode.NOT_STANDING, "the robot is not at rest")
     for joint, (planned, actual) in enumerate(

@@ -1,4 +1,4 @@
-"""The last look at each set-point before it leaves for the controller.
+"""Set-point guard: an independent check of each sample just before it is sent.
 
 A trajectory was certified as a whole; this checks every single sample once more, against the limits
 and against the sample that left before it, with its own few lines of arithmetic. What fails here is
@@ -30,7 +30,6 @@ class SetpointGuard:
         """Make a check that has seen no sample yet; the first one must be at rest.
 
         Args:
-            limits: the joints' limits.
             start: (n,) where a jog begins [rad or m]. A joint that is beyond its limit there may
                 come back and never go farther; None where all joints must be inside.
         """
@@ -40,7 +39,7 @@ class SetpointGuard:
         self._last: Row | None = None
         self._slowest = min(self._fastest) * _SURELY
         self._least_gain = min(self._hardest) * _SURELY
-        self._seen_at: Sequence[float] = [0.0] * limits.dof
+        self._seen_at = self._rest = [0.0] * len(limits.velocity)
         self._room = -1.0
         self._lower, self._upper = list(limits.lower), list(limits.upper)
         self._begins_outside = False
@@ -51,15 +50,11 @@ class SetpointGuard:
             self._begins_outside = bounds != (*limits.lower, *limits.upper)
 
     def check(self, row: Row) -> Refusal | None:
-        """Check the next sample.
-
-        Returns:
-            Why it must not leave; None where it may.
-        """
+        """Check the next sample."""
         last = self._last
         if last is None:
             # The first one is compared with rest at its own place.
-            last = Row(row.time, row.position, [0.0] * self._limits.dof, [])
+            last = Row(row.time, row.position, self._rest, [])
             step = 0.0
         else:
             step = row.time - last.time
@@ -75,7 +70,7 @@ class SetpointGuard:
         return None
 
     def _is_surely_sound(self, row: Row, last: Row, step: float) -> bool:
-        """Tell whether a sample breaks nothing that `_fault` looks at, as far as a glance tells.
+        """Return True if a sample breaks nothing that `_fault` looks at, as far as a glance tells.
 
         A glance takes half the time, and nearly every sample passes it. No joint differs by more
         than the plain distance of all of them, so that none breaks its own limit where that

@@ -1,14 +1,24 @@
-"""Where the set-points of a motion come from, and how a certified trajectory is slowed down.
+"""Sources of a motion's set-points: a certified trajectory, slowed down on its path, or a jog.
 
-Owns the making of each set-point as late as it is needed, so that pause and override act on
-everything that has not left yet. When a set-point leaves is `point_stream`'s business.
+Owns the making of each set-point as late as it is needed, so that pause, override and the end of a
+press act on everything that has not left yet. When a set-point leaves is `point_stream`'s
+business.
+
+Owns the press of a jog key: hold-to-run, judged by the server's clock (promise 1). A press that
+ended is dead for ever, because numbers only count up on a connection; a beat that comes twice or
+in the wrong order counts for nothing.
+
+Owns the joining of a press with the mathematics of `motion.jog`: what a jog message aims at, the
+ramp that begins when the press ends, and the account of the stop.
 """
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Protocol
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -16,6 +26,15 @@ from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.trajectory.ptp import StraightMove
 from openpendant.motion.trajectory.time_scaling import ScaledRun
 from openpendant.motion.trajectory.trajectory import Array, Row, Trajectory
+from openpendant.simplemsg.pendant import JogEnd
+from openpendant.simplemsg.verdicts import VerdictCode
+
+from ...events.cell_events import StopAccount
+from ...refusal import Refusal
+
+if TYPE_CHECKING:
+    from openpendant.motion.jog import JogCaps, Jogger, JogSetpoint, JogTarget
+
 
 _LAST_STEP = 1.5
 """Longest way to the last set-point, in sample periods; the shortest is one less."""
@@ -236,3 +255,165 @@ class StoredRows:
         run = self._scaled()
         if run is not None:
             run.set_scale(self._clock, override)
+
+
+SHORTEST_DEADLINE = 0.05
+LONGEST_DEADLINE = 0.25
+"""Bounds of the deadline that a press may declare [s]."""
+
+
+@dataclass(slots=True)
+class Press:
+    """A key that is held.
+
+    Attributes:
+        deadline_ns: the press ends so long after its last beat.
+        heard: when the last beat came [ns].
+        ended_at: when [ns].
+    """
+
+    session: int
+    number: int
+    deadline_ns: int
+    heard: int
+    beat: int = 0
+    ended: JogEnd | None = None
+    ended_at: int = 0
+
+    def take_beat(self, session: int, number: int, beat: int, now: int) -> None:
+        """Prolong the press; a beat of another press, or a late, old or repeated one, does not."""
+        if self.ended is None and (session, number) == (self.session, self.number):
+            if beat > self.beat and not self.is_overdue(now):
+                self.beat = beat
+                self.heard = now
+
+    def is_overdue(self, now: int) -> bool:
+        """Return True if the deadline has passed without a beat."""
+        return now - self.heard >= self.deadline_ns
+
+    def end(self, why: JogEnd, now: int) -> None:
+        """End the press; the first reason counts."""
+        if self.ended is None:
+            self.ended = why
+            self.ended_at = now
+
+
+class PressCounter:
+    """The highest press number of each connection; none is taken twice."""
+
+    def __init__(self) -> None:
+        self._highest: dict[int, int] = {}
+
+    def begin(self, session: int, number: int, deadline: float, now: int) -> Press | Refusal:
+        """Begin a press.
+
+        Args:
+            deadline: declared, s.
+
+        Returns:
+            The press, or why it is refused. A number that was refused for another reason later is
+            used up all the same.
+        """
+        if not SHORTEST_DEADLINE <= deadline <= LONGEST_DEADLINE:
+            text = f"deadline {deadline:g} s; accepted: {SHORTEST_DEADLINE:g} to"
+            return Refusal(
+                VerdictCode.BAD_ARGUMENT,
+                f"{text} {LONGEST_DEADLINE:g} s",
+                value=deadline,
+                limit=LONGEST_DEADLINE,
+            )
+        highest = self._highest.get(session, 0)
+        if number <= highest:
+            text = f"press {number}; the next number of this connection is {highest + 1} or higher"
+            return Refusal(VerdictCode.PRESS_DEAD, text)
+        self._highest[session] = number
+        return Press(session, number, round(deadline * 1e9), now)
+
+    def forget(self, session: int) -> None:
+        """Forget a connection that ended; its number is never given to another."""
+        self._highest.pop(session, None)
+
+
+JOG_PERIOD = 0.01
+"""Time between two set-points of a jog [s]."""
+
+
+class JogRows:
+    """The set-points of a jog, made one by one.
+
+    Attributes:
+        step: the last step of the mathematics, with scale and reason; None before the first.
+        start: (n,) where it began [rad or m].
+        is_urgent: the press has ended since the last set-point, so that the next one slows down.
+    """
+
+    def __init__(
+        self, jogger: Jogger, start: Sequence[float], target: JogTarget, press: Press
+    ) -> None:
+        """Begin at rest where the robot stands."""
+        rest = [0.0] * len(start)
+        self.last = Row(0.0, list(start), rest, rest)
+        self.press = press
+        self.step: JogSetpoint | None = None
+        self.start = tuple(start)
+        self.is_urgent = False
+        self._jogger = jogger
+        self._taken = 0
+        self._released_at: Row | None = None
+        jogger.aim(target)
+
+    @property
+    def next_time(self) -> float | None:
+        """Time of the next set-point [s]; None once the press has ended and it stands."""
+        if self._released_at is not None and self._taken and not any(self.last.velocity):
+            return None
+        return self._taken * JOG_PERIOD
+
+    def take(self) -> Row:
+        """Make and return the next set-point."""
+        time = self._taken * JOG_PERIOD
+        self._taken += 1
+        self.is_urgent = False
+        if time == 0.0:
+            return self.last
+        step = self._jogger.step(JOG_PERIOD)
+        self.step = step
+        self.last = Row(time, step.position, step.velocity, step.acceleration)
+        return self.last
+
+    def way_back(self) -> tuple[tuple[float, ...], ...]:
+        """Return the waypoints from where it is now back to where it began, the start last."""
+        here, *back = self._jogger.way.way_back()
+        return tuple(back) or (here,)
+
+    def aim(self, target: JogTarget, press: Press) -> None:
+        """Let a new press take over, smoothly; the old one is dead."""
+        self.press = press
+        self.is_urgent = False
+        self._released_at = None
+        self._jogger.aim(target)
+
+    def limit(self, caps: JogCaps) -> None:
+        """Let other caps rule from the next set-point on."""
+        self._jogger.limit(caps)
+
+    def release(self, why: JogEnd, now: int) -> None:
+        """End the press: from the next set-point on the robot ramps to rest."""
+        self.press.end(why, now)
+        if self._released_at is None:
+            self._released_at = self.last
+            self.is_urgent = True
+            self._jogger.aim(None)
+
+    def account(self) -> StopAccount:
+        """Return how it came to rest; of a jog that stands, or was stopped by the controller."""
+        began = self._released_at or self.last
+        gaps = [abs(a - b) for a, b in zip(began.position, self.last.position, strict=True)]
+        return StopAccount(
+            self.press.number,
+            self.press.ended or JogEnd.STOPPED,
+            self.last.time - began.time,
+            max(gaps, default=math.nan),
+            tuple(began.position),
+            tuple(self.last.position),
+        )

@@ -1,20 +1,25 @@
-"""The one motion of a cell: from the first set-point to arrival, abortion or stop.
+"""Execution of the one motion of a cell: from the first set-point to arrival, abortion or stop.
 
-Owns what is planned or moved, the conversation with the controller about it, and the stop that is
-repeated until the robot is seen at rest. It asks nobody whether the robot may move: that is the
-cell's business, which begins and ends motions here.
+Owns what is planned or moved (`ActiveMotion`), the conversation with the controller about it, and
+the stop that is repeated until the robot is seen at rest. It asks nobody whether the robot may
+move: that is the cell's business, which begins and ends motions here.
+
+Owns what the undo of a jog goes along (`UndoPlan`). It belongs to one motion and is asked for only
+while that motion is the last that began, so a request that was refused leaves it as it was, and
+any other motion, after which the robot is no longer where the way ends, leaves none.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import Activity, JogEnd
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ...control.modes import MotionKind
+from ...control import MotionKind
 from ...events.cell_events import (
     CellEvent,
     MotionEnded,
@@ -32,21 +37,105 @@ from ...events.effects import (
     SendToController,
     StorePlan,
 )
-from ...planning.jobs import CertifiedTrajectory
+from ...planning.jobs import CertifiedTrajectory, JointVector, PlaybackPlan
 from ...planning.plan_store import StoredMotion
 from ...refusal import Refusal
 from ...settings.cell_settings import ControllerLink, ControllerPath
 from ...uplinks import dialect_of
-from ..jog.jog_rows import JogRows
-from .active_motion import ActiveMotion
 from .feedback import Feedback
-from .motion_watch import ArmPoints, Cap, MotionWatch
+from .motion_watch import ArmPoints, Cap, MotionWatch, ReportTiming, StandstillWatch
 from .point_stream import START_TOLERANCE, PointStream, StreamPhase
-from .report_timing import ReportTiming
-from .setpoint_sources import StoredRows
-from .standstill_watch import StandstillWatch
-from .tracking_monitor import JogPace
-from .tracking_tolerances import TrackingTolerances, tracking_tolerances
+from .setpoint_sources import JogRows, StoredRows
+from .tracking import JogPace, TrackingTolerances, tracking_tolerances
+
+Waypoints = tuple[JointVector, ...]
+"""Joint positions (n,) to go to one after the other, controller side [rad or m]."""
+
+
+@dataclass(frozen=True, slots=True)
+class UndoPlan:
+    """What a motion says of its undo when it is asked for.
+
+    Attributes:
+        waypoints: returns those back to where the jog began, the start last.
+        is_undo: the motion goes along them itself, so that only what it left out is still to go.
+    """
+
+    waypoints: Callable[[], Waypoints]
+    is_undo: bool = False
+
+    def left(self, passed: int, *, has_arrived: bool) -> Waypoints:
+        """Return what is still to go; empty where nothing is."""
+        way = self.waypoints()
+        if not self.is_undo:
+            return way
+        if has_arrived:
+            return ()
+        # Set-points run ahead of the robot: all may have left before it was stopped on the way.
+        return way[min(passed, len(way) - 1) :]
+
+
+@dataclass(slots=True)
+class ActiveMotion:
+    """A motion between its request and its end.
+
+    Attributes:
+        planned_cap: cap of the tool speed that it was planned with [m/s]; None for none.
+        plan_time: how long it was planned [s].
+        playback: of a recording, what was asked and what is possible.
+        duration: of the certified trajectory [s]; 0 of a jog.
+        back: how it is taken back; None where it is no jog, no increment and no undo of one.
+        begin_by: latest time at which it may begin, not counting `plan_time` [ns]; None for any.
+        execution: sends its set-points; None while it is planned.
+        stored: the certified trajectory that is played; None while planning and in a jog.
+        jog: the jog that is driven; None for all else.
+    """
+
+    request: MotionRequest
+    kind: MotionKind
+    job_id: int
+    planned_cap: float | None = None
+    plan_time: float = 0.0
+    playback: PlaybackPlan | None = None
+    duration: float = 0.0
+    back: UndoPlan | None = None
+    begin_by: int | None = None
+    has_arrived: bool = field(default=False, init=False)
+    execution: PointStream | None = field(default=None, init=False)
+    stored: StoredRows | None = field(default=None, init=False)
+    jog: JogRows | None = field(default=None, init=False)
+
+    def begin(self, execution: PointStream) -> None:
+        """Take note that set-points are being sent."""
+        rows = execution.rows
+        self.execution = execution
+        self.stored = rows if isinstance(rows, StoredRows) else None
+        self.jog = rows if isinstance(rows, JogRows) else None
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether somebody paused it, and nobody has resumed it since."""
+        return self.stored is not None and self.stored.pause_wanted
+
+    @property
+    def way_back(self) -> Waypoints:
+        """The waypoints along which it is taken back; empty where that cannot be."""
+        if self.back is None:
+            return ()
+        return self.back.left(self.waypoints_passed, has_arrived=self.has_arrived)
+
+    @property
+    def waypoints_passed(self) -> int:
+        """How many waypoints after its start the robot has passed; 0 in a jog and while planned."""
+        if self.stored is None or self.execution is None:
+            return 0
+        return self.stored.waypoints_passed(self.execution.reached)
+
+    @property
+    def waypoints_left(self) -> int:
+        """How many waypoints the robot has yet to pass; 0 in a jog and while planned."""
+        return 0 if self.stored is None else self.stored.waypoints - self.waypoints_passed
+
 
 _STOPPING_NS = 5_000_000_000
 _STOP_REPEAT_NS = 100_000_000
@@ -93,15 +182,8 @@ class TrajectoryExecution:
         """Make a drive that stands.
 
         Args:
-            link: how to talk to the controller.
-            limits: joint limits, controller side.
-            feedback: what the controller says of itself.
-            publish: tells everybody whom an event of the cell concerns; returns what follows.
             on_fault: told where a set-point failed its last look, or the robot is not where it was
                 commanded to be; returns the protective stop.
-            cancel: has nobody wait for a planning job any more.
-            cap: of the speed of tool and elbow in the mode.
-            points: see the attribute.
         """
         self.undoable: ActiveMotion | None = None
         self._rested_at: tuple[float, ...] | None = None  # after the last motion that began
@@ -144,7 +226,7 @@ class TrajectoryExecution:
         return Activity.PAUSED if self._has_paused(work.stored) else Activity.PAUSING
 
     def _has_paused(self, rows: StoredRows) -> bool:
-        """Tell whether a pause has come to rest."""
+        """Return True if a pause has come to rest."""
         # What has left may still be ahead of the robot, so that its own report decides; but one
         # that shivers for ever, by its reports, goes nowhere when all it is sent stands still.
         rests = self._feedback.joints_rest or rows.rest_time >= _LONGEST_SHIVER
@@ -289,9 +371,7 @@ class TrajectoryExecution:
         """Take an answer of the controller on the motion link.
 
         Args:
-            reply: the answer.
             pending: answers that the link still owes.
-            now: monotonic time, ns.
         """
         work = self.work
         refusal = self._uplink.answer(reply, pending)
@@ -318,7 +398,7 @@ class TrajectoryExecution:
                 break
         return out
 
-    def misanswered(self, problem: str, now: int) -> list[Effect]:
+    def on_bad_reply(self, problem: str, now: int) -> list[Effect]:
         """Take an answer that nobody asked for, or that cannot be read, on the motion link.
 
         From then on nobody knows which answer belongs to which point, so a motion ends.
@@ -352,7 +432,7 @@ class TrajectoryExecution:
         """End whatever is planned or moving, and have the robot stopped.
 
         Returns:
-            The stop first, then the news for whoever asked for the motion.
+            The stop first, then the cell event for whoever asked for the motion.
         """
         work = self.work
         if work is None:

@@ -1,7 +1,9 @@
-"""What the pendants of a cell ask about access: logging in, pairing, sessions and accounts.
+"""Access requests of a cell's pendants: hello, login, pairing, sessions and accounts.
 
 Owns the messages of it; the rules are those of `access`. A password is checked, and an account is
 changed, elsewhere: the core asks for it by an `Ask`, and is told by an event.
+
+Owns whom the server talks to at all (`Greeting`): the version, the cell and the rate of a hello.
 """
 
 from __future__ import annotations
@@ -13,12 +15,18 @@ from functools import partial
 from itertools import count
 
 from openpendant.simplemsg.pendant import (
+    MAX_PENDANT_FRAME,
+    PROTOCOL_VERSION,
     AccountRole,
+    Capability,
+    Hello,
+    HelloReply,
     LoginKind,
     Pairing,
     PairingAction,
     PairingReply,
     SetAccount,
+    Subscribe,
 )
 from openpendant.simplemsg.pendant import Login as LoginRequest
 from openpendant.simplemsg.pendant.management import access, users
@@ -35,12 +43,14 @@ from ...access.lockout import SECOND_NS
 from ...access.pairing import Chooser
 from ...access.request_gate import RequestGate
 from ...access.secret import Secret
-from ...events.effects import Effect, Send
-from ...events.management_handlers import handles
+from ...control import Holder
+from ...events.effects import Close, Effect, Send
+from ...events.management_requests import ReplyTo, handles
 from ...events.pending import Pending
-from ...events.replies import claimed, verdict
-from ...events.reply_to import ReplyTo
+from ...events.replies import NAME_BYTES, claimed, cut, verdict
 from ...refusal import Refusal
+from ...settings.cell_settings import CellSettings
+from .notifications import Listener, Listeners
 
 _ROLES = {
     AccountRole.VIEWER: Role.VIEWER,
@@ -63,7 +73,6 @@ class CoreAccess:
     """What a core needs to know who is who; left out, everybody on this machine is its user.
 
     Attributes:
-        login: who the connections are; one for all cells of a process.
         record: takes what is to be noted in the audit log; must not block.
         chooser: where pairing codes come from.
         numbers: of changes of accounts.
@@ -94,10 +103,7 @@ class AccessRequests:
         """Know nobody yet.
 
         Args:
-            access: the login of the process.
-            cell: name of the cell.
             regranted: called when what a session may do has changed.
-            pending: has passwords checked and accounts changed.
         """
         self._login = access.login
         self._record = access.record
@@ -120,7 +126,7 @@ class AccessRequests:
         self._login.closed(session, now)
 
     def may(self, session: int, permission: Permission) -> bool:
-        """Tell whether a connection may do something."""
+        """Return True if a connection may do something."""
         return self._login.may(session, permission) is None
 
     def look_on_fault(self, session: int) -> Refusal | None:
@@ -132,12 +138,7 @@ class AccessRequests:
         return self._login.may(session, Permission.MOVE)
 
     def name_of(self, session: int, client: str) -> str:
-        """Return how others are shown a connection; a name that no login proved says so.
-
-        Args:
-            session: the connection.
-            client: its name in the hello.
-        """
+        """Return how others are shown a connection; a name that no login proved says so."""
         grant = self._login.grant_of(session)
         if grant is None:
             return client and claimed(client)
@@ -327,3 +328,115 @@ class AccessRequests:
             return reply.answer({}) if refusal is None else reply.refuse(refusal)
 
         return self._change(reply.session, answer, action, name, role)
+
+
+_ALWAYS = ~(Capability.RECORDING | Capability.SIGNALS | Capability.SCENE)
+"""The rest needs an environment."""
+
+
+_LEAST_RATE, _GREATEST_RATE = 1.0, 125.0
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """What hello says of this server.
+
+    Attributes:
+        server: name and version of the program.
+        cells: name and robot of every cell of this server; empty for this one alone.
+    """
+
+    cell: str
+    robot: str
+    server: str
+    cells: tuple[tuple[str, str], ...] = ()
+
+
+class Greeting:
+    """The hello of one cell: nothing of a connection is answered before it.
+
+    Attributes:
+        offers: what the server offers to whoever comes in.
+    """
+
+    def __init__(
+        self,
+        identity: Identity,
+        dof: int,
+        settings: CellSettings,
+        listeners: Listeners,
+        access: AccessRequests,
+        offers: Capability,
+    ) -> None:
+        """Offer what a cell has.
+
+        Args:
+            offers: what the environment adds to what is always offered.
+        """
+        self.offers = _ALWAYS | offers
+        self._identity = identity
+        self._dof = dof
+        self._settings = settings
+        self._listeners = listeners
+        self._access = access
+
+    def hello(self, session: int, hello: Hello, now: int) -> list[Effect]:
+        """Welcome a connection, or refuse it and part with it."""
+        listener = self._listeners[session]
+        if listener.welcomed:
+            refusal = Refusal(VerdictCode.BAD_ARGUMENT, "hello was said already")
+            return [Send(session, verdict(0, refusal))]
+        refused_for = self._unwelcome(hello)
+        if refused_for is not None:
+            listener.leaving = True
+            return [Send(session, verdict(0, refused_for)), Close(session, refused_for.sentence)]
+        self._welcome(listener, hello, now)
+        return [Send(session, self._reply(session))]
+
+    def _unwelcome(self, hello: Hello) -> Refusal | None:
+        if hello.protocol_version != PROTOCOL_VERSION:
+            text = f"the server speaks version {PROTOCOL_VERSION}, not {hello.protocol_version}"
+            return Refusal(VerdictCode.VERSION, text)
+        if hello.cell not in ("", self._identity.cell):
+            text = f"no cell {hello.cell!r} here, only {self._identity.cell!r}"
+            return Refusal(VerdictCode.UNKNOWN_CELL, text)
+        return rate_fault(hello.state_rate)
+
+    def _welcome(self, listener: Listener, hello: Hello, now: int) -> None:
+        session = listener.session
+        listener.welcomed = True
+        listener.hello_name = cut(hello.client, NAME_BYTES)
+        self._access.welcomed(session, listener.address, listener.hello_name, now)
+        listener.holder = Holder(session, self._access.name_of(session, listener.hello_name))
+        listener.looks_on = self._access.may(session, Permission.OBSERVE)
+        self._listeners.set_rate(session, hello.state_rate, now)
+
+    def _reply(self, session: int) -> HelloReply:
+        return HelloReply(
+            protocol_version=PROTOCOL_VERSION,
+            session=session,
+            capabilities=self.offers,
+            max_frame=MAX_PENDANT_FRAME,
+            dof=self._dof,
+            tick_rate=float(self._settings.tick_rate),
+            max_state_rate=self._listeners.max_rate,
+            authority_timeout=self._settings.pendants.authority_timeout,
+            cell=self._identity.cell,
+            robot=cut(self._identity.robot, NAME_BYTES),
+            server=cut(self._identity.server, NAME_BYTES),
+        )
+
+    def subscribe(self, session: int, message: Subscribe, now: int) -> Refusal | None:
+        """Set how often a pendant is sent state."""
+        refusal = rate_fault(message.state_rate)
+        if refusal is None:
+            self._listeners.set_rate(session, message.state_rate, now)
+        return refusal
+
+
+def rate_fault(rate: float) -> Refusal | None:
+    """Return why a wanted state rate [Hz] is refused; 0 means none."""
+    if rate == 0 or _LEAST_RATE <= rate <= _GREATEST_RATE:
+        return None
+    text = f"a state rate of {rate:g} Hz; accepted: 0, or {_LEAST_RATE:g} to {_GREATEST_RATE:g}"
+    return Refusal(VerdictCode.BAD_ARGUMENT, text, value=rate, limit=_GREATEST_RATE)

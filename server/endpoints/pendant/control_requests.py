@@ -27,7 +27,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ...cell.cell_motions import CellMotions
 from ...cell.interlocks import permission
 from ...cell.robot_cell import RobotCell
-from ...control.authority import Holder
+from ...control import Holder
 from ...events.effects import Effect, Send
 from ...events.replies import REASON_BYTES, authority_wanted, cut, verdict
 from ...programs.execution.program_executor import ProgramExecutor
@@ -35,7 +35,7 @@ from ...recording.recording_service import RecordingService
 from ...refusal import Refusal
 from .access_requests import AccessRequests
 from .jog_requests import JogRequests
-from .listeners import Listener, Listeners
+from .notifications import Listener, Listeners
 
 
 class AuthorityRequests:
@@ -47,11 +47,7 @@ class AuthorityRequests:
         self._listeners = listeners
 
     def authority(self, session: int, message: Authority, now: int) -> Refusal | list[Effect]:
-        """Give the authority, take it over or take it back.
-
-        Returns:
-            Why it is refused, or everything that is to be written, the verdict included.
-        """
+        """Give the authority, take it over or take it back."""
         match message.action:
             case AuthorityAction.REQUEST:
                 return self._take(session, message.request_id, now)
@@ -71,7 +67,7 @@ class AuthorityRequests:
         session, holder = listener.session, self._cell.authority.holder
         if holder is None or holder.session != session:
             return []
-        if holder.client == listener.client and access.may(session, Permission.MOVE):
+        if holder == listener.holder and access.may(session, Permission.MOVE):
             return []
         # Whoever is still logged in by that name has lost the role alone.
         is_in = "" != access.name_of(session, "") == holder.client
@@ -109,10 +105,6 @@ class ControlRequests:
         """Start with no request in progress.
 
         Args:
-            cell: the cell.
-            listeners: the connections.
-            jogs: told of a new speed.
-            programs: runs programs.
             recordings: loads what is to be played; None where the cell has none.
         """
         self._cell = cell
@@ -130,7 +122,7 @@ class ControlRequests:
         return out
 
     def reset_stop(self, session: int, message: ResetStop, now: int) -> Refusal | list[Effect]:
-        """Unlatch the stop; whoever asked hears the verdict before the news."""
+        """Unlatch the stop; whoever asked gets the verdict before the notification."""
         reset = self._cell.reset_stop(self._listeners[session].holder, now)
         if isinstance(reset, Refusal):
             return reset

@@ -1,20 +1,24 @@
-"""Jog requests of pendants: presses, beats, releases, increments, undo.
+"""Jog requests of pendants: presses, beats, releases, increments, undo, and which key leads out.
 
 Owns the checks of the arguments, the translation of jog messages into questions to the cell, and
 who is pressing what. The checks are pure functions, made before anything else is done: values to
-the refusal that they deserve, None where they are in order. When a press dies is `press`' rule,
-whether a jog may start the cell's, how many joints the robot has is `joint_slots`' business, which
-frames there are the robot's, and the mathematics are behind `RobotModel`.
+the refusal that they deserve, None where they are in order. When a press dies is the rule of
+`Press`, whether a jog may start the cell's, how many joints the robot has is `joint_slots`'
+business, which frames there are the robot's, and the mathematics are behind `RobotModel`.
+
+Owns the request for the key that leads out of a limit, a singularity or a contact
+(`EscapeRequests`), the names of the keys, and what is said of each cause. A pendant may show the
+text, or press what the values say.
 """
 
 from __future__ import annotations
 
 import math
 import struct
-from collections import deque
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
+from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import MotionError
 from openpendant.simplemsg.pendant import (
     JogBeat,
@@ -25,23 +29,26 @@ from openpendant.simplemsg.pendant import (
     JogUndo,
     Motion,
 )
+from openpendant.simplemsg.pendant.management.cell import Retreat, RetreatRequest
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ...cell.jog.jog_rows import JogRows
-from ...cell.jog.jog_undo import UndoPlan, Waypoints
-from ...cell.jog.press import PressCounter
+from ...cell.execution.setpoint_sources import JogRows, PressCounter
+from ...cell.execution.trajectory_execution import UndoPlan, Waypoints
 from ...cell.joint_slots import JointSlots
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
-from ...control.modes import MotionKind
+from ...control import MotionKind
 from ...events.cell_events import MotionRequest
 from ...events.effects import Effect
+from ...events.management_requests import ReplyTo, handles
 from ...planning.jobs import JointPathJob, MotionJob, PoseJob, speed_fault
-from ...refusal import NO_JOINT, Refusal, refusal_of
+from ...refusal import NO_JOINT, JsonBody, Refusal, refusal_of
 from ...settings.cell_settings import JogSettings
+from .notifications import RecentStates
 
 if TYPE_CHECKING:
-    from openpendant.motion.jog import JogCaps, JogTarget
+    from openpendant.motion.jog import EscapeDirection, JogCaps, JogTarget
+
 
 TOOL_VALUES = 6
 """Along x, y, z and about x, y, z."""
@@ -65,7 +72,7 @@ def count_fault(slots: JointSlots, space: int, count: int) -> Refusal | None:
 
 
 def shares_fault(space: int, values: Sequence[float]) -> Refusal | None:
-    """Judge the shares of a press, each -1 to 1 of the jog speed; the faulty one is named."""
+    """Return which share of a press is not -1 to 1 of the jog speed; None for none."""
     for index, value in enumerate(values):
         if not -1.0 <= value <= 1.0:
             joint, name = _named(space, index)
@@ -79,7 +86,7 @@ def shares_fault(space: int, values: Sequence[float]) -> Refusal | None:
 
 
 def increment_fault(space: int, values: Sequence[float]) -> Refusal | None:
-    """Judge the increments of a step: each must be a number; the faulty one is named."""
+    """Return which increment of a step is no number; None for none."""
     for index, value in enumerate(values):
         if not math.isfinite(value):
             joint, name = _named(space, index)
@@ -115,32 +122,6 @@ def _as_four_bytes(value: float) -> float:
     return rounded
 
 
-RECENT_NS = 500_000_000
-"""A press must quote a state message that is no older than this."""
-
-
-class RecentStates:
-    """The state messages of the last half second, so that a press can quote one."""
-
-    def __init__(self) -> None:
-        self._sent: deque[tuple[int, int]] = deque()
-
-    def sent(self, sequence: int, now: int) -> None:
-        """Note a state message that left."""
-        self._sent.append((sequence, now))
-        while now - self._sent[0][1] > RECENT_NS:
-            self._sent.popleft()
-
-    def fault(self, sequence: int, now: int) -> Refusal | None:
-        """Return why a press must not quote this message."""
-        for number, at in self._sent:
-            if number == sequence and now - at <= RECENT_NS:
-                return None
-        newest = self._sent[-1][0] if self._sent else 0
-        text = f"the press quotes state {sequence}; the newest is {newest}"
-        return Refusal(VerdictCode.PRESS_STALE, text)
-
-
 class JogRequests:
     """All jogging of one cell.
 
@@ -157,7 +138,7 @@ class JogRequests:
         self._settings = settings
         self._model = model
         self._presses = PressCounter()
-        self._begun_with: object = None  # the model of the robot that the last jog began with
+        self._started_with: object = None  # the model of the robot that the last jog began with
 
     # Presses.
 
@@ -166,9 +147,6 @@ class JogRequests:
 
         A jog is not taken over once frames, tool or scene are others than those it began with: it
         comes to rest, and the next begins in those of now.
-
-        Returns:
-            Why it is refused, or what follows; the verdict comes as news.
         """
         press = self._presses.begin(session, message.press, message.deadline, now)
         if isinstance(press, Refusal):
@@ -193,7 +171,7 @@ class JogRequests:
         out = self._cell.motions.jog(request, rows, self._settings.lead, now)
         if self._cell.driving.driven_jog is rows:
             self.pressed = message
-            self._begun_with = self._model.jog_model
+            self._started_with = self._model.jog_model
         return out
 
     def _to_take_over(self, session: int) -> JogRows | None:
@@ -201,7 +179,7 @@ class JogRequests:
         running = self._cell.driving.driven_jog
         if running is None or running.press.session != session:
             return None
-        return running if self._begun_with is self._model.jog_model else None
+        return running if self._started_with is self._model.jog_model else None
 
     def _caps(self) -> JogCaps:
         modes = self._cell.modes
@@ -230,11 +208,7 @@ class JogRequests:
         self._cell.authority.beat(session, now)
 
     def release(self, session: int, press: int, now: int) -> Refusal | None:
-        """End a press; the robot ramps to rest.
-
-        Returns:
-            Why there is nothing to release.
-        """
+        """End a press; the robot ramps to rest."""
         jog = self._cell.driving.driven_jog
         if jog is None or (jog.press.session, jog.press.number) != (session, press):
             return Refusal(VerdictCode.NOTHING_TO_CONTROL, f"press {press} is not held")
@@ -258,11 +232,7 @@ class JogRequests:
     # Increments and undo.
 
     def step(self, session: int, message: JogStep, now: int) -> Refusal | list[Effect]:
-        """Move by one increment.
-
-        Returns:
-            Why it is refused, or what follows; the verdict comes as news.
-        """
+        """Move by one increment."""
         values = message.values[: message.value_count]
         refusal = (
             self._cell.check(session, now, MotionKind.JOG)
@@ -302,9 +272,6 @@ class JogRequests:
         """Move back along the way of the jog that moved last; a second undo has nothing to do.
 
         An undo that was ended on its way is gone on with where it is asked for again.
-
-        Returns:
-            Why it is refused, or what follows; the verdict comes as news.
         """
         refusal = self._cell.check(session, now, MotionKind.JOG) or speed_fault(message.speed)
         if refusal is not None:
@@ -332,3 +299,117 @@ class JogRequests:
     def _point_speed(self) -> float:
         cap = self._cell.modes.tool_speed_cap(self._cell.feedback.mode)
         return min(self._settings.tool_speed, cap or self._settings.tool_speed)
+
+
+_TOOL_KEYS = ("X", "Y", "Z", "A", "B", "C")
+
+
+class WayReport(JsonBody):
+    """A key that leads out, or several to hold together: names, and what a JOG_START holds."""
+
+    press: str
+    """As a person would say it: `joint 3 towards -`, `tool Z+ in base`; several with `and`."""
+    space: int
+    """1 joints, 2 tool, as in JOG_START."""
+    frame: str
+    """Empty for joints."""
+    values: tuple[float, ...]
+
+
+class HoldReport(JsonBody):
+    """One thing that the robot stands at."""
+
+    reason: str
+    """`joint-limit`, `singularity` or `collision`."""
+    text: str
+    ways: tuple[WayReport, ...]
+    """Keys that lead out, the opposite of the last press first; empty where none is known."""
+
+
+class RetreatReply(JsonBody):
+    """All that the robot stands at; empty where it stands free."""
+
+    holds: tuple[HoldReport, ...]
+
+
+class EscapeRequests:
+    """The retreats of one cell."""
+
+    def __init__(self, cell: RobotCell, view: RobotModel, jogs: JogRequests) -> None:
+        """Start with no request in progress."""
+        self._cell = cell
+        self._view = view
+        self._jogs = jogs
+
+    @handles(RetreatRequest)
+    def _ways_out(self, asked: RetreatRequest, reply: ReplyTo[Retreat], now: int) -> list[Effect]:
+        found = self._retreat(now)
+        if isinstance(found, Refusal):
+            return reply.refuse(found)
+        return reply.answer(cast(Retreat, found.model_dump()))
+
+    def _retreat(self, now: int) -> RetreatReply | Refusal:
+        feedback = self._cell.feedback
+        position = feedback.position
+        if position is None or not feedback.is_fresh(now):
+            return Refusal(VerdictCode.FEEDBACK_STALE)
+        if not feedback.joints_rest:
+            return Refusal(VerdictCode.MOVING, "the way out is told once the robot stands")
+        found = self._view.escape_directions(position)
+        back = self._opposite(position) if found else None
+        return RetreatReply(holds=tuple(self._hold(each, back) for each in found))
+
+    def _hold(self, way: EscapeDirection, back: WayReport | None) -> HoldReport:
+        ways = [] if back is None else [back]
+        if way.rates is not None:
+            ways.append(_joint_keys(way.rates))
+        text = _told(way, self._cell.limits)
+        return HoldReport(reason=way.cause.reason, text=text, ways=tuple(ways))
+
+    def _opposite(self, position: Sequence[float]) -> WayReport | None:
+        """Return the opposite of the last press of the tool, if that leads out from here."""
+        pressed = self._jogs.pressed
+        if pressed is None or pressed.space != JogSpace.TOOL:
+            return None
+        values = tuple(-value for value in pressed.values[: pressed.value_count])
+        try:
+            is_out = self._view.leads_out(position, values, pressed.frame)
+        except MotionError:
+            return None  # the frame was removed since
+        return _tool_key(values, pressed) if is_out else None
+
+
+def _joint_keys(values: tuple[float, ...]) -> WayReport:
+    named = " and ".join(
+        f"joint {joint + 1} towards {_sign(value)}" for joint, value in enumerate(values) if value
+    )
+    return WayReport(press=named, space=JogSpace.JOINTS, frame="", values=values)
+
+
+def _tool_key(values: tuple[float, ...], pressed: JogStart) -> WayReport:
+    keys = zip(_TOOL_KEYS, values, strict=True)
+    named = " and ".join(f"{key}{_sign(value)}" for key, value in keys if value)
+    press = f"tool {named} in {pressed.frame}"
+    return WayReport(press=press, space=JogSpace.TOOL, frame=pressed.frame, values=values)
+
+
+def _sign(value: float) -> str:
+    return "+" if value > 0.0 else "-"
+
+
+def _told(way: EscapeDirection, limits: JointLimits) -> str:
+    """Return what is said of one cause, with its numbers."""
+    cause = way.cause
+    if cause.pair is not None:
+        first, second = cause.pair
+        return f"{first} and {second} are {1e3 * cause.value:.1f} mm apart"
+    if cause.joint >= 0:
+        unit = limits.unit(cause.joint)
+        at, limit = f"{cause.value:.4f} {unit}", f"{cause.limit:g} {unit}"
+        return f"joint {cause.joint + 1} stands at {at}, its limit is {limit}"
+    name = f"the {way.singularity} singularity" if way.singularity else "a singularity"
+    if way.rates is None:
+        return f"it stands at {name}; a motion of the joints leads out, such as to home"
+    if sum(map(abs, way.rates)) > 1.0:
+        return f"it stands at {name} and near another, so one joint alone does not lead out"
+    return f"it stands at {name}"

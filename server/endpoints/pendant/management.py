@@ -1,4 +1,4 @@
-"""Management requests of pendants: each is given to who handles it.
+"""Management requests of pendants: each is given to who handles it; and the snapshot of a cell.
 
 Owns the handlers of the operations that are about the cell as a whole, the table of all handlers
 of a cell, and under which name an asker is noted.
@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import json
 import unicodedata
-from typing import Any, cast
+from collections.abc import Iterable
+from typing import Any, Literal, Self, cast
 
 from pydantic import ConfigDict
 
+from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import MotionError
 from openpendant.simplemsg import CommType, ReplyCode
 from openpendant.simplemsg.pendant import Management
@@ -22,17 +24,202 @@ from ...cell.robot_cell import RobotCell
 from ...cell.why import why
 from ...environment import CellEnvironment
 from ...events.effects import Effect, Send
-from ...events.management_body import is_of_topic, unknown
-from ...events.management_handlers import Handler, handlers_of, handles
-from ...events.reply_to import ReplyTo
+from ...events.management_requests import (
+    Handler,
+    ReplyTo,
+    handlers_of,
+    handles,
+    is_of_topic,
+    unknown,
+)
 from ...programs.language.program_errors import ProgramError
 from ...programs.program_service import ProgramService
 from ...refusal import JsonBody, Refusal, refusal_of
 from ...settings.cell_settings import CellSettings
 from .access_requests import AccessRequests
-from .escape_request import EscapeRequests
-from .listeners import Listeners
-from .snapshot import ServedCells, snapshot
+from .jog_requests import EscapeRequests
+from .notifications import Listeners
+
+
+class ServedCell(JsonBody):
+    """One cell: its name, for a hello, and the name of its robot."""
+
+    cell: str
+    robot: str
+
+
+class ServedCells(JsonBody):
+    """All cells behind the pendant port that was asked."""
+
+    cells: tuple[ServedCell, ...]
+
+    @classmethod
+    def of(cls, names: Iterable[tuple[str, str]]) -> Self:
+        """Return cells from pairs of their names and their robots' names."""
+        return cls(cells=tuple(ServedCell(cell=cell, robot=robot) for cell, robot in names))
+
+
+_ROBOTS_OWN = ("base", "root")
+
+
+class JointDescription(JsonBody):
+    """One driven joint, controller side; rad, or m for a linear axis."""
+
+    name: str
+    unit: Literal["rad", "m"]
+    lower: float
+    upper: float
+    velocity: float
+    acceleration: float
+
+
+class OwnerDescription(JsonBody):
+    """Who holds the motion authority."""
+
+    session: int
+    client: str
+
+
+class StopDescription(JsonBody):
+    """The latched stop."""
+
+    session: int
+    client: str
+    reason: str
+
+
+class SpeedDescription(JsonBody):
+    """The override, and the cap of tool and elbow; null where the mode sets none, m/s."""
+
+    override: float
+    tool_speed_cap: float | None
+
+
+class SignalsDescription(JsonBody):
+    """Inputs and outputs as last read; empty where the controller offers none to the server."""
+
+    offered: bool
+    inputs: tuple[bool, ...]
+    outputs: tuple[bool, ...]
+
+
+class RecordingDescription(JsonBody):
+    """The recording that is being made; its length so far in seconds and samples."""
+
+    name: str
+    duration: float
+    samples: int
+
+
+class ProgramDescription(JsonBody):
+    """The program that is under way, which also waits or is paused."""
+
+    name: str
+    state: str
+    line: int
+    revision: int
+    """The one that runs, of the program named here; another may be kept by now."""
+
+
+class Snapshot(JsonBody):
+    """The cell as it is now."""
+
+    cell: str
+    robot: str
+    joints: tuple[JointDescription, ...]
+    frames: tuple[str, ...]
+    activity: str
+    link: str
+    mode: str
+    """The controller's own."""
+    operating_mode: str
+    speed: SpeedDescription
+    tool: str | None
+    """The selected tool; null for the bare flange."""
+    signals: SignalsDescription
+    recording: RecordingDescription | None
+    recording_problem: str
+    """Why the last recording ended by itself; empty where it did not."""
+    program: ProgramDescription | None
+    owner: OwnerDescription | None
+    stop: StopDescription | None
+    obstacle: str
+
+
+def snapshot(
+    cell: RobotCell, settings: CellSettings, now: int, environment: CellEnvironment | None = None
+) -> Snapshot:
+    """Return the cell as it is now; without an environment it has no user frames and no tool."""
+    holder, stop, obstacle = cell.authority.holder, cell.stop, cell.obstacle(now)
+    program = cell.program
+    return Snapshot(
+        cell=settings.name,
+        robot=settings.robot,
+        joints=_joints(cell.limits),
+        frames=_ROBOTS_OWN if environment is None else tuple(environment.world.frames.frames),
+        activity=cell.activity.name.lower(),
+        link=cell.link_state(now).name.lower(),
+        mode=cell.feedback.mode.name.lower(),
+        operating_mode=cell.modes.mode(cell.feedback.mode).name.lower(),
+        speed=SpeedDescription(
+            override=cell.modes.override,
+            tool_speed_cap=cell.modes.tool_speed_cap(cell.feedback.mode),
+        ),
+        tool=None if environment is None else environment.world.frames.selected_tool,
+        signals=_signals(environment),
+        recording=_recording(environment),
+        recording_problem=_recording_problem(environment),
+        program=None
+        if program is None or program.is_loading
+        else ProgramDescription(
+            name=program.name,
+            state=program.state.name.lower(),
+            line=program.line,
+            revision=program.revision,
+        ),
+        owner=None
+        if holder is None
+        else OwnerDescription(session=holder.session, client=holder.client),
+        stop=None
+        if stop is None
+        else StopDescription(session=stop.by.session, client=stop.by.client, reason=stop.reason),
+        obstacle="" if obstacle is None else obstacle.sentence,
+    )
+
+
+def _joints(limits: JointLimits) -> tuple[JointDescription, ...]:
+    return tuple(
+        JointDescription(
+            name=limits.names[index],
+            unit="m" if limits.prismatic[index] else "rad",
+            lower=limits.lower[index],
+            upper=limits.upper[index],
+            velocity=limits.velocity[index],
+            acceleration=limits.acceleration[index],
+        )
+        for index in range(limits.dof)
+    )
+
+
+def _recording(environment: CellEnvironment | None) -> RecordingDescription | None:
+    status = None if environment is None else environment.recordings.recorder.status
+    if status is None:
+        return None
+    return RecordingDescription(name=status.name, duration=status.duration, samples=status.samples)
+
+
+def _recording_problem(environment: CellEnvironment | None) -> str:
+    broken_off = None if environment is None else environment.recordings.recorder.broken_off
+    return "" if broken_off is None else broken_off.refusal.sentence
+
+
+def _signals(environment: CellEnvironment | None) -> SignalsDescription:
+    if environment is None:
+        return SignalsDescription(offered=False, inputs=(), outputs=())
+    signals = environment.signals
+    return SignalsDescription(
+        offered=signals.is_offered, inputs=signals.inputs, outputs=signals.outputs
+    )
 
 
 class Failure(JsonBody):
@@ -68,30 +255,17 @@ class ManagementRequests:
         programs: ProgramService,
         served: ServedCells,
         retreats: EscapeRequests,
+        environment: CellEnvironment | None,
     ) -> None:
-        """Start without the environment of the cell.
-
-        Args:
-            cell: the cell.
-            settings: its configuration.
-            listeners: the connections.
-            access: answers what is about access.
-            programs: answers what is about programs.
-            served: all cells of the server.
-            retreats: tells which key leads out of what holds a jog.
-        """
+        """Join those who answer; a cell without an environment has no scene and no recordings."""
         self._cell = cell
         self._settings = settings
         self._listeners = listeners
         self._served = served
         self._access = access
-        self._around: CellEnvironment | None = None
-        self._handlers = handlers_of(self, access, retreats) | dict(programs.handlers)
-
-    def surround(self, around: CellEnvironment) -> None:
-        """Answer requests about the cell's surroundings too."""
-        self._around = around
-        self._handlers |= handlers_of(around.desk, around.recordings)
+        self._environment = environment
+        services = () if environment is None else (environment.service, environment.recordings)
+        self._handlers = handlers_of(self, access, retreats, *services) | dict(programs.handlers)
 
     def answer(
         self,
@@ -104,11 +278,7 @@ class ManagementRequests:
         """Have a request answered by whom it is about, at once or later.
 
         Args:
-            session: who asks.
-            message: the message.
             operation: what its body names; empty for nothing.
-            asked: the request that its body holds, or what is wrong with it.
-            now: monotonic time, ns.
         """
         reply = self.reply_to(session, message)
         if isinstance(asked, Refusal):
@@ -120,7 +290,7 @@ class ManagementRequests:
 
     def reply_to(self, session: int, message: Management) -> ReplyTo[Any]:
         """Return who asks, under the name that stands beside what it saves."""
-        name = unicodedata.normalize("NFC", self._listeners[session].client).strip()
+        name = unicodedata.normalize("NFC", self._listeners[session].holder.client).strip()
         return ReplyTo(session, message.request_id, name or f"session {session}")
 
     # The cell as a whole.
@@ -129,7 +299,7 @@ class ManagementRequests:
     def _snapshot(
         self, asked: op.SnapshotRequest, reply: ReplyTo[op.Snapshot], now: int
     ) -> list[Effect]:
-        found = snapshot(self._cell, self._settings, now, self._around)
+        found = snapshot(self._cell, self._settings, now, self._environment)
         return reply.answer(cast(op.Snapshot, found.model_dump(mode="json")))
 
     @handles(op.CellsRequest)
@@ -140,7 +310,7 @@ class ManagementRequests:
 
     @handles(op.WhyRequest)
     def _why(self, asked: op.WhyRequest, reply: ReplyTo[op.Why], now: int) -> list[Effect]:
-        contact = None if self._around is None else self._around.contact
+        contact = None if self._environment is None else self._environment.contact
         role = self._access.move_fault
         name = self._settings.name
         found = why(self._cell, name, asked, reply.session, now, contact, role)

@@ -1,14 +1,20 @@
 """Single motions as pendants ask for them: joint moves, poses, paths, home.
 
 Owns the order in which a request is examined: may this connection move at all, then its arguments,
-then the plan. Answers are the face's business, jogs are `jog_requests`'.
+then the plan; and the checks of these arguments, pure functions from a value to the refusal that
+it deserves, None where it is in order. Joint positions are `joint_slots`' business, answers the
+endpoint's, jogs are `jog_requests`'.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 from openpendant.motion.errors import MotionError
 from openpendant.motion.frames.frame_tree import BASE
 from openpendant.simplemsg.pendant import Home, JointMove, JointPath, Motion, PoseMove, PosePath
+from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
@@ -16,7 +22,34 @@ from ...events.cell_events import MotionRequest
 from ...events.effects import Effect
 from ...planning.jobs import JointPathJob, JointVector, MotionJob, PoseGoal, PoseJob, speed_fault
 from ...refusal import Refusal, refusal_of
-from .request_arguments import motion_fault, pose_fault
+
+LARGEST_COORDINATE = 1e3
+"""No tool is asked to go farther from its frame [m]; keeps overflow out of the planner."""
+
+_NORM_TOLERANCE = 0.01
+
+
+def motion_fault(motion: int) -> Refusal | None:
+    """Return why the tool cannot get to a pose in such a way."""
+    if motion in (Motion.PTP, Motion.LIN):
+        return None
+    return Refusal(VerdictCode.BAD_ARGUMENT, f"motion {motion}; accepted: 1 PTP, 2 LIN")
+
+
+def pose_fault(goals: Sequence[PoseGoal]) -> Refusal | None:
+    """Return what is wrong with tool poses: finite, not absurdly far, quaternions of length 1."""
+    for number, goal in enumerate(goals, start=1):
+        if not all(map(math.isfinite, (*goal.position, *goal.orientation))):
+            return Refusal(VerdictCode.NOT_FINITE, f"pose {number} holds no finite numbers")
+        farthest = max(goal.position, key=abs)
+        if abs(farthest) > LARGEST_COORDINATE:
+            text = f"pose {number} lies at {farthest:g} m; accepted: up to {LARGEST_COORDINATE:g}"
+            return Refusal(VerdictCode.BAD_ARGUMENT, text, value=farthest, limit=LARGEST_COORDINATE)
+        norm = math.sqrt(sum(part * part for part in goal.orientation))
+        if abs(norm - 1.0) > _NORM_TOLERANCE:
+            text = f"the quaternion of pose {number} has length {norm:g}; accepted: 1"
+            return Refusal(VerdictCode.BAD_ARGUMENT, text, value=norm, limit=1.0)
+    return None
 
 
 class PendantMotions:
@@ -30,11 +63,7 @@ class PendantMotions:
     def ask(
         self, session: int, message: PoseMove | PosePath | JointPath | Home, now: int
     ) -> Refusal | list[Effect]:
-        """Examine a request and have it planned; what needs no planning begins at once.
-
-        Returns:
-            Why it is refused, or what follows; the verdict comes as news.
-        """
+        """Examine a request and have it planned; what needs no planning begins at once."""
         match message:
             case PoseMove():
                 goals: tuple[PoseGoal, ...] = (PoseGoal(message.position, message.orientation),)

@@ -1,4 +1,4 @@
-"""The pendant face: the conversation with pendant apps, as a pure core.
+"""Pendant endpoint: the conversation with pendant apps, as a pure core.
 
 Owns the order in which a message is examined (hello said, known, permitted), the one table from the
 class of a request to who answers it, and the verdicts of what was refused. What a request means is
@@ -57,29 +57,26 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ...access.permissions import is_overtaken
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
+from ...control import Holder
 from ...environment import CellEnvironment
 from ...events.effects import Effect, Send
-from ...events.management_body import parse
+from ...events.management_requests import parse
 from ...events.pending import Pending
 from ...events.replies import sent_away, verdict
 from ...programs.execution.run_environment import BareEnvironment
 from ...programs.program_service import ProgramService
 from ...refusal import Refusal
 from ...settings.cell_settings import CellSettings
-from .access_requests import AccessRequests, CoreAccess
+from .access_requests import AccessRequests, CoreAccess, Greeting, Identity
 from .control_requests import AuthorityRequests, ControlRequests
-from .escape_request import EscapeRequests
-from .hello import Greeting, Identity
-from .jog_requests import JogRequests
-from .listeners import Listener, Listeners
-from .management import ManagementRequests
+from .jog_requests import EscapeRequests, JogRequests
+from .management import ManagementRequests, ServedCells
 from .motion_requests import PendantMotions
-from .notifications import Notifications
-from .snapshot import ServedCells
+from .notifications import Listener, Listeners, Notifications
 
 _Answered = Refusal | None | list[Effect]
 """Why a request is refused; None where it is done; else all that is to be written because of it,
-with a verdict among it where none comes as news."""
+with a verdict among it where none comes with a cell event."""
 
 _Request = Callable[[int, Any, int], _Answered]
 """Answers a request of a session at a time [ns]."""
@@ -89,13 +86,7 @@ _Topic = Callable[[int, Any, int], None]
 
 
 class PendantEndpoint:
-    """All pendant connections of a cell.
-
-    Attributes:
-        access: who they are.
-        programs: the programs of the cell.
-        announcing: tells them what happened.
-    """
+    """All pendant connections of a cell."""
 
     def __init__(
         self,
@@ -105,23 +96,13 @@ class PendantEndpoint:
         robot: RobotModel,
         pending: Pending,
         access: CoreAccess,
-        around: CellEnvironment | None,
+        environment: CellEnvironment | None,
     ) -> None:
-        """Make a face nobody is connected to.
-
-        Args:
-            cell: the cell.
-            settings: its configuration.
-            identity: what hello says.
-            robot: the mathematics of the robot.
-            pending: the questions of the cell.
-            access: who the pendants are.
-            around: what surrounds the robot; None in a cell without.
-        """
+        """Make an endpoint that nobody is connected to."""
         self.access = AccessRequests(access, identity.cell, self.regranted, pending)
         self._cell = cell
         self._listeners = listeners = Listeners(settings)
-        offers = Capability(0) if around is None else around.capabilities
+        offers = Capability(0) if environment is None else environment.capabilities
         self._greeting = Greeting(
             identity, cell.limits.dof, settings, listeners, self.access, offers
         )
@@ -134,26 +115,19 @@ class PendantEndpoint:
             listeners.to_all,
             cell_name=identity.cell,
             robot_name=identity.robot,
-            environment=BareEnvironment() if around is None else around,
+            environment=BareEnvironment() if environment is None else environment,
         )
         self._authority = AuthorityRequests(cell, listeners)
         self._control = ControlRequests(
             *(cell, listeners, self._jogs, self.programs.desk),
-            None if around is None else around.recordings,
+            None if environment is None else environment.recordings,
         )
         served = ServedCells.of(identity.cells or [(identity.cell, identity.robot)])
+        escapes = EscapeRequests(cell, robot, self._jogs)
         self._management = ManagementRequests(
-            cell,
-            settings,
-            listeners,
-            self.access,
-            self.programs,
-            served,
-            EscapeRequests(cell, robot, self._jogs),
+            *(cell, settings, listeners, self.access, self.programs, served, escapes, environment)
         )
         self.announcing = Notifications(cell, robot, listeners, self._jogs.states)
-        if around is not None:
-            self._management.surround(around)
         self._requests = self._request_table()
         self._topics = self._topic_table()
 
@@ -217,7 +191,7 @@ class PendantEndpoint:
         listener = self._listeners[session] if session in self._listeners else None
         if listener is None or not listener.welcomed:
             return []
-        listener.client = self.access.name_of(session, listener.hello_name)
+        listener.holder = Holder(session, self.access.name_of(session, listener.hello_name))
         # While it still looks on: the end of its authority concerns it more than anybody.
         out = self._authority.follow(listener, self.access, now)
         looked_on, fault = listener.looks_on, self.access.look_on_fault(session)
@@ -234,7 +208,7 @@ class PendantEndpoint:
     # Messages.
 
     def may_stop(self, session: int) -> bool:
-        """Tell whether a pendant has said hello, logged in or not."""
+        """Return True if a pendant has said hello, logged in or not."""
         return self._listeners[session].welcomed
 
     def stop_first(self, session: int, stop: Message, now: int) -> list[Effect]:

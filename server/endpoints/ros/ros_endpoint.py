@@ -1,4 +1,4 @@
-"""The ROS-Industrial endpoint: to an unmodified ROS-I client the server looks like a controller.
+"""ROS-Industrial endpoint: to an unmodified ROS-I client the server looks like a controller.
 
 Owns the answers to each message, and what STATUS shows of a trajectory. What becomes of points is
 the business of `trajectory_collection`. The rules are those of the architecture page, "The public
@@ -6,7 +6,7 @@ protocol"; what the real clients do is in `docs/ros-i.md`.
 
 Owns the state port: joint positions and status at a fixed rate, and who is due when. What the
 messages say is the business of `state_report`; from whom positions are withheld, that of
-`trajectory_outcomes`.
+`RosOutcomes`.
 """
 
 from __future__ import annotations
@@ -44,9 +44,8 @@ from ...events.cell_events import CellEvent, Interruption, MotionEnded, MotionRe
 from ...events.effects import Broadcast, Effect, Send
 from ...refusal import Refusal
 from ...settings.cell_settings import CellSettings
-from .ros_link import RosLink, RosPort
+from .ros_trajectory import RosLink, RosOutcomes, RosPort
 from .trajectory_collection import RosTrajectories
-from .trajectory_outcomes import RosOutcomes
 
 
 class RosStatePort:
@@ -98,7 +97,7 @@ class RosEndpoint:
     """All ROS-I connections of a cell."""
 
     def __init__(self, cell: RobotCell, settings: CellSettings) -> None:
-        """Make a face nobody is connected to."""
+        """Make an endpoint that nobody is connected to."""
         self._cell = cell
         self._links: dict[int, RosLink] = {}
         self._trajectories = RosTrajectories(cell, settings.ros_i, self._links)
@@ -204,14 +203,14 @@ class RosEndpoint:
             out += self._trajectories.discard(link, refusal, now)
         return out + link.count_fault(now)
 
-    def on_cell_event(self, news: CellEvent, now: int) -> list[Effect]:
+    def on_cell_event(self, event: CellEvent, now: int) -> list[Effect]:
         """Take note of what became of a trajectory; the client learns it from STATUS."""
         outcomes = self._trajectories.outcomes
-        match news:
+        match event:
             case MotionStarted(request=request) if outcomes.is_of(request.session):
                 outcomes.newest = None
             case MotionRefused() | MotionEnded():
-                return outcomes.ended(news, now)
+                return outcomes.ended(event, now)
             case Interruption(refusal=refusal):
                 return self._trajectories.interrupt(refusal, now)
         return []

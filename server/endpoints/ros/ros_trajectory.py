@@ -1,18 +1,23 @@
-"""Collecting the points of one ROS-Industrial trajectory, and what each of them asks for.
+"""Trajectory of a ROS-Industrial client: its points, its connection, and what became of it.
 
 Owns the order of sequence numbers, the tolerance for points that come twice, whether a trajectory
 says where it ends (one that begins at -1 ends at -3, and nowhere else), and the reading of
-velocity, duration and time fields. It knows nothing of connections, authority or time.
+velocity, duration and time fields (`Collection`). That part knows nothing of connections,
+authority or time. How the real clients fill the fields: `velocity` is the largest joint speed as a
+fraction of its limit, 0.1 where the application gave none, always 0 from ABB's; `duration` is the
+time of the segment, and 10 s for the first point, as a placeholder.
 
-How the real clients fill the fields: `velocity` is the largest joint speed as a fraction of its
-limit, 0.1 where the application gave none, always 0 from ABB's; `duration` is the time of the
-segment, and 10 s for the first point, as a placeholder.
+Owns the newest reason why one was refused, which stands in STATUS; the one log line of each
+trajectory that was refused or broken off; and for how long its client is told no joint positions
+(`RosOutcomes`). The stock action node looks at no error: it ends a goal only where it arrives, or
+where it hears of no position for 1 s.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from enum import Enum
 
 from openpendant.motion.trajectory.trajectory import MAX_DURATION
 from openpendant.simplemsg import (
@@ -26,8 +31,11 @@ from openpendant.simplemsg import (
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...cell.joint_slots import JointSlots
+from ...events.cell_events import MotionEnded, MotionRefused, MotionRequest
+from ...events.effects import Close, Effect, LogLine
 from ...planning.jobs import RosPoint
 from ...refusal import Refusal
+from ..frame_faults import MOST_FAULTS, PeerFaults
 
 DEFAULT_SPEED_FRACTION = 0.1
 """Speed of a segment for which neither time nor speed was given; what the stock client assumes."""
@@ -45,10 +53,6 @@ class Collection:
     """The points of one trajectory so far.
 
     Attributes:
-        slots: reads the joint positions of the robot.
-        max_points: most points that are taken.
-        points: what they ask for, in order.
-        complete: the point that ends the trajectory came.
         last_byte: when its last point came, or earlier [ns].
     """
 
@@ -74,19 +78,15 @@ class Collection:
         return self._announced and not self.complete
 
     def repeats(self, message: PointMessage) -> bool:
-        """Tell whether a point is the last one again, as after a reconnection."""
+        """Return True if a point is the last one again, as after a reconnection."""
         return self._last is not None and same_point(self._last, message)
 
     def continues(self, message: PointMessage) -> bool:
-        """Tell whether a point may follow the last one."""
+        """Return True if a point may follow the last one."""
         return message.sequence in (self._sequence + 1, SpecialSequence.END)
 
     def take(self, message: PointMessage) -> Refusal | None:
-        """Take the next point.
-
-        Returns:
-            Why the trajectory must be discarded; None where the point was taken.
-        """
+        """Take the next point."""
         sequence = message.sequence
         if self._last is not None and self.repeats(message):
             return None
@@ -172,7 +172,7 @@ class Collection:
 
 
 def begins(message: PointMessage) -> bool:
-    """Tell whether a point may be the first of a trajectory."""
+    """Return True if a point may be the first of a trajectory."""
     return message.sequence in _BEGINNINGS
 
 
@@ -181,7 +181,7 @@ def _joints(message: PointMessage) -> tuple[float, ...]:
 
 
 def same_point(one: PointMessage, other: PointMessage) -> bool:
-    """Tell whether two points are the same one, sent twice."""
+    """Return True if two points are the same one, sent twice."""
     return (
         type(one) is type(other)
         and one.sequence == other.sequence
@@ -200,3 +200,218 @@ def streamed(trajectory: JointTraj) -> list[TrajPoint]:
         )
         for number, point in enumerate(trajectory.points)
     ]
+
+
+_MOST_KNOWN = 64
+"""Of more addresses those that look on no more are forgotten."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sender:
+    """Whose trajectory it is."""
+
+    session: int
+    address: str
+
+
+@dataclass(slots=True)
+class HandedOn:
+    """A trajectory that is planned or moved.
+
+    Attributes:
+        is_unwanted: its own client stopped it, or sent another.
+    """
+
+    request: MotionRequest
+    sender: Sender
+    points: int
+    is_unwanted: bool = False
+
+
+@dataclass(slots=True)
+class NewestReason:
+    """Why the last trajectory was refused or broken off."""
+
+    code: VerdictCode
+    _beside: VerdictCode | None = None
+    _is_told: bool = field(default=False)
+
+    def beside(self, standing: VerdictCode | None) -> VerdictCode:
+        """Return the newer of this reason and of what keeps the robot from moving now.
+
+        Args:
+            standing: the condition that is broken now; None for none.
+        """
+        if not self._is_told or standing is None:
+            # What came up in the same turn is a consequence: the latch of the stop that ended it.
+            self._is_told, self._beside = True, standing
+        return self.code if standing is None or standing is self._beside else standing
+
+
+class RosOutcomes:
+    """What is told of trajectories that did not come to their end.
+
+    Attributes:
+        newest: why the last one was refused or broken off; None once the next one is taken.
+        handed_on: the trajectory that is planned or moved; None for none.
+    """
+
+    def __init__(self, silence: float) -> None:
+        """Tell of none.
+
+        Args:
+            silence: how long its client is told no joint positions [s].
+        """
+        self.newest: NewestReason | None = None
+        self.handed_on: HandedOn | None = None
+        self._silence_ns = round(silence * 1e9)
+        self._silent: dict[str, int] = {}
+        self._seen: dict[str, int] = {}  # when each address was told positions last
+
+    # What happens.
+
+    def hand_on(self, request: MotionRequest, sender: Sender, points: int) -> None:
+        """Take note of a trajectory that goes to the planner."""
+        self.handed_on = HandedOn(request, sender, points)
+
+    def begins(self, sender: Sender) -> None:
+        """Take note of a new trajectory that may move the robot; its client sees again."""
+        self._silent.pop(sender.address, None)
+        self.unwanted(sender.session)
+
+    def unwanted(self, session: int) -> None:
+        """Take note that a client ends what it has sent before by its own wish."""
+        if self.handed_on is not None and self.handed_on.sender.session == session:
+            self.handed_on.is_unwanted = True
+
+    def is_of(self, session: int) -> bool:
+        """Return True if what is planned or moved is of a connection."""
+        return self.handed_on is not None and self.handed_on.sender.session == session
+
+    def ended(self, event: MotionRefused | MotionEnded, now: int) -> list[Effect]:
+        """Take note that what was handed on ended, or was refused by the planner."""
+        known = self.handed_on
+        if known is None or known.request != event.request:
+            return []
+        self.handed_on = None
+        refusal = event.refusal
+        if refusal is None or refusal.code is VerdictCode.NO_MOTION:
+            # A trajectory that ends where the robot stands is no error.
+            self.newest = None
+            return []
+        done = known.points - event.waypoints_left if isinstance(event, MotionEnded) else 0
+        points = (done, known.points)
+        return self.tell(known.sender, points, refusal, now, is_wanted=known.is_unwanted)
+
+    def tell(
+        self,
+        sender: Sender,
+        points: tuple[int, int],
+        refusal: Refusal,
+        now: int,
+        *,
+        is_wanted: bool = False,
+    ) -> list[Effect]:
+        """Tell of a trajectory that was refused or broken off; to be called once for each.
+
+        Args:
+            points: how many of its points the robot had passed, and how many had come.
+            is_wanted: its own client ended it, which is no error.
+        """
+        if not is_wanted:
+            self.newest = NewestReason(refusal.code)
+            if self._silence_ns:
+                # From when it saw last, so that no row of refusals keeps a client blind.
+                seen = self._seen.get(sender.address, now)
+                kept = ((who, until) for who, until in self._silent.items() if until > now)
+                self._silent = dict(kept) | {sender.address: seen + self._silence_ns}
+        done, known = points
+        whose = f"ROS-I trajectory of {sender.address} (session {sender.session})"
+        what = f"{'broken off' if done else 'refused'}, {done} of {known} points done"
+        code = refusal.code
+        return [LogLine(f"{whose} {what}: {code.name} ({code:d}): {refusal.sentence}")]
+
+    # What is told.
+
+    def sees(self, address: str, now: int) -> bool:
+        """Return True if an address is told joint positions now, which it then is."""
+        if self._silent.get(address, now) > now:
+            return False
+        self._seen[address] = now
+        if len(self._seen) > _MOST_KNOWN:
+            self._seen = {who: at for who, at in self._seen.items() if now - at < self._silence_ns}
+        return True
+
+
+class RosPort(Enum):
+    """The two ports of this endpoint."""
+
+    MOTION = "points and stop"
+    STATE = "joint positions and status"
+
+
+@dataclass(slots=True)
+class RosLink:
+    """One connection of a ROS-I client.
+
+    Attributes:
+        faults: unknown and malformed frames of late.
+        gap_ends: when the trajectory counts as finished [ns].
+        rejecting: a trajectory was discarded; its further points are refused without a new reason.
+        overtaken: points of this connection that a STOP behind them has overtaken, not told of yet.
+        finished: last point of the last complete trajectory.
+        idle_since: since when the link holds the authority without using it [ns].
+    """
+
+    port: RosPort
+    session: int
+    address: str
+    faults: PeerFaults = field(default_factory=PeerFaults)
+    collection: Collection | None = None
+    gap_ends: int | None = None
+    rejecting: bool = False
+    overtaken: int = 0
+    finished: PointMessage | None = None
+    idle_since: int | None = None
+
+    def repeats_finished(self, message: PointMessage) -> bool:
+        """Return True if a point ended the last trajectory; one that can begin one is a new one."""
+        last = self.finished
+        return last is not None and not begins(message) and same_point(last, message)
+
+    @property
+    def sender(self) -> Sender:
+        """Who sends on it."""
+        return Sender(self.session, self.address)
+
+    def drop_points(self) -> None:
+        """Forget the points of an unfinished trajectory."""
+        self.collection = None
+        self.gap_ends = None
+
+    def count_fault(self, now: int) -> list[Effect]:
+        """Count an unknown or malformed frame; the connection that sends too many is closed."""
+        if not self.faults.add(now):
+            return []
+        return [Close(self.session, f"{MOST_FAULTS} unknown or malformed requests")]
+
+
+@dataclass(slots=True)
+class OrphanedPoints:
+    """Points of a lost connection that wait for it to come back.
+
+    Attributes:
+        until: when they are forgotten [ns].
+    """
+
+    collection: Collection
+    sender: Sender
+    until: int
+
+
+@dataclass(frozen=True, slots=True)
+class WaitingTrajectory:
+    """A complete trajectory that waits for the robot to stand."""
+
+    sender: Sender
+    collection: Collection

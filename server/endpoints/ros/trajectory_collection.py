@@ -1,4 +1,4 @@
-"""The trajectories of ROS-Industrial clients: collected point by point, completed, handed on.
+"""Trajectories of ROS-Industrial clients: collected point by point, completed, handed on.
 
 Owns when a trajectory is complete, what happens to it when its link is lost or somebody stops, and
 who may send one. Whether the robot may move is the cell's rule, what one point means
@@ -25,16 +25,23 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ...cell.execution.point_stream import START_TOLERANCE
 from ...cell.interlocks import PASSING
 from ...cell.robot_cell import RobotCell
-from ...control.authority import Holder
-from ...control.modes import MotionKind
+from ...control import Holder, MotionKind
 from ...events.cell_events import MotionOwner, MotionRequest
 from ...events.effects import Close, Effect, Send
 from ...planning.jobs import RosPathJob
 from ...refusal import Refusal
 from ...settings.cell_settings import RosSettings as RosSettings
-from .ros_link import OrphanedPoints, RosLink, WaitingTrajectory
-from .ros_trajectory import Collection, PointMessage, begins, streamed
-from .trajectory_outcomes import RosOutcomes, Sender
+from .ros_trajectory import (
+    Collection,
+    OrphanedPoints,
+    PointMessage,
+    RosLink,
+    RosOutcomes,
+    Sender,
+    WaitingTrajectory,
+    begins,
+    streamed,
+)
 
 LATEST_BEGINNING_NS = 1_000_000_000
 """So long after its last point a trajectory may begin at the latest, and what planning takes.
@@ -50,20 +57,10 @@ The next one does, however late, or on a machine that is always late nothing wou
 
 
 class RosTrajectories:
-    """All unfinished and waiting trajectories of a cell.
-
-    Attributes:
-        outcomes: what is told of those that did not come to their end.
-    """
+    """All unfinished and waiting trajectories of a cell."""
 
     def __init__(self, cell: RobotCell, settings: RosSettings, links: dict[int, RosLink]) -> None:
-        """Make a place without trajectories.
-
-        Args:
-            cell: the cell.
-            settings: of this face.
-            links: the connections by their numbers, as they come and go.
-        """
+        """Make a place without trajectories."""
         self.outcomes = RosOutcomes(settings.abort_silence)
         self._cell = cell
         self._settings = settings
@@ -110,10 +107,10 @@ class RosTrajectories:
                 return _answer(session, message, Refusal(VerdictCode.SEQUENCE))
             if not begins(message) and self._is_under_way(session):
                 return self._cut_off(link, message, now)
-            begun = self._begin(link, message, session, now)
-            if isinstance(begun, Refusal):
-                return self._turn_away(session, link, message, begun, now)
-            collection, out = begun
+            started = self._begin(link, message, session, now)
+            if isinstance(started, Refusal):
+                return self._refuse_at_start(session, link, message, started, now)
+            collection, out = started
         refusal = collection.take(message)
         if refusal is not None:
             out += self.discard(link, refusal, now)
@@ -136,10 +133,10 @@ class RosTrajectories:
         if holds_stop(message):
             return self.stop(link, now) + _answer(session, message, None)
         points = streamed(message)
-        begun = self._begin(link, points[0], session, now)
-        if isinstance(begun, Refusal):
-            return self._turn_away(session, link, message, begun, now)
-        collection, out = begun
+        started = self._begin(link, points[0], session, now)
+        if isinstance(started, Refusal):
+            return self._refuse_at_start(session, link, message, started, now)
+        collection, out = started
         for point in points:
             refusal = collection.take(point)
             if refusal is not None:
@@ -190,7 +187,7 @@ class RosTrajectories:
         return unmoved
 
     def _is_left_over(self, link: RosLink, now: int) -> bool:
-        """Tell whether a point belongs to a trajectory that was refused, and told of, before.
+        """Return True if a point belongs to a trajectory that was refused, and told of, before.
 
         The real client goes on with its points after a failure reply, and on a new link where the
         old one was closed for it; what it is told must stay the first reason.
@@ -202,7 +199,7 @@ class RosTrajectories:
         return link.rejecting
 
     def _is_under_way(self, session: int) -> bool:
-        """Tell whether the last trajectory of a connection waits, is planned or is moved."""
+        """Return True if the last trajectory of a connection waits, is planned or is moved."""
         waiting = self._waiting
         return self.outcomes.is_of(session) or (
             waiting is not None and waiting.sender.session == session
@@ -250,7 +247,7 @@ class RosTrajectories:
         holder = Holder(session, f"ROS-I {link.address}")
         return self._cell.take_authority(holder, now, beats=False)
 
-    def _turn_away(
+    def _refuse_at_start(
         self,
         session: int,
         link: RosLink,
@@ -293,8 +290,6 @@ class RosTrajectories:
         """Forget every point that does not move the robot yet.
 
         Args:
-            refusal: why.
-            now: monotonic time, ns.
             by: number of the connection whose client wants it so; 0 for none.
         """
         dropped = [(orphan.sender, orphan.collection) for orphan in self._orphans.values()]
@@ -403,7 +398,6 @@ class RosTrajectories:
     def tick(self, now: int) -> list[Effect]:
         """Plan what waited, end collections, and give idle authority back."""
         before, self._ticked = self._ticked, now
-        self.outcomes.tick(now)
         if self._leftovers:
             self._leftovers = {who: end for who, end in self._leftovers.items() if end > now}
         if not self._links and not self._orphans:

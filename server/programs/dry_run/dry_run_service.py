@@ -17,9 +17,8 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...events.effects import Effect
-from ...events.management_handlers import handles
+from ...events.management_requests import ReplyTo, handles
 from ...events.pending import Pending, Steps
-from ...events.reply_to import ReplyTo
 from ...planning.jobs import DryRunFound, DryRunJob, DryRunSlice
 from ...refusal import Refusal
 from ..interpreter.signal_offers import Offer

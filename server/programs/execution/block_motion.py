@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
-from ...control.authority import Holder
-from ...control.modes import MotionKind
+from ...control import Holder, MotionKind
 from ...events.cell_events import (
     MotionEnded,
     MotionEvent,

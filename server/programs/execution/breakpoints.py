@@ -13,8 +13,7 @@ from openpendant.simplemsg.pendant.management.programs import BreakpointsSet, Se
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...events.effects import Effect
-from ...events.management_handlers import handles
-from ...events.reply_to import ReplyTo
+from ...events.management_requests import ReplyTo, handles
 from ...refusal import Refusal
 from ...store.documents import Document
 from ..editing.program_tasks import CompareBodies, Done, ReadSource, SourceRead

@@ -19,12 +19,10 @@ from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import ProgramRun, ProgramState, RunKind
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ...cell.interlocks import permission
+from ...cell.interlocks import broken_condition, ending, permission
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
-from ...cell.run_endings import broken_condition, ending
-from ...control.authority import Holder
-from ...control.modes import MotionKind
+from ...control import Holder, MotionKind
 from ...events.cell_events import (
     CellEvent,
     Interruption,

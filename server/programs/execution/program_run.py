@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from openpendant.simplemsg.pendant import ProgramRun, RunKind
 
-from ...control.authority import Holder
+from ...control import Holder
 from ...events.cell_events import MotionEnded, MotionEvent, MotionRequest
 from ...events.effects import Effect, Send
 from ...events.replies import outcome

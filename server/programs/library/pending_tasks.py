@@ -13,8 +13,8 @@ from typing import Any, TypeVar
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...events.effects import Effect
+from ...events.management_requests import ReplyTo
 from ...events.pending import Pending, Steps
-from ...events.reply_to import ReplyTo
 from ...planning.jobs import ProgramJob
 from ...refusal import Refusal
 from ..editing.program_tasks import RESULTS, Done, ProgramRefused, Task, perform

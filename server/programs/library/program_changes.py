@@ -14,8 +14,8 @@ from openpendant.simplemsg.pendant.management import programs as op
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...events.effects import Effect
+from ...events.management_requests import ReplyTo
 from ...events.pending import AskStore
-from ...events.reply_to import ReplyTo
 from ...refusal import Refusal
 from ...store.documents import Document, DocumentKind, Heading
 from ...store.requests import Answer, Delete, Save

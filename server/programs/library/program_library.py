@@ -16,9 +16,8 @@ from openpendant.simplemsg.pendant.management import programs as op
 from ...cell.robot_cell import RobotCell
 from ...cell.robot_model import RobotModel
 from ...events.effects import Effect
-from ...events.management_handlers import handles
+from ...events.management_requests import ReplyTo, handles
 from ...events.pending import AskStore
-from ...events.reply_to import ReplyTo
 from ...refusal import Refusal
 from ...store.documents import Document, DocumentKind, Heading
 from ...store.requests import Answer, Delete, ListHeadings, ListHistory

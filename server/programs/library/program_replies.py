@@ -16,7 +16,7 @@ from openpendant.simplemsg.pendant.management.programs import (
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...events.effects import Effect
-from ...events.reply_to import ReplyTo
+from ...events.management_requests import ReplyTo
 from ...refusal import Refusal
 from ...store.documents import DocumentKind, Heading
 from ...store.requests import Answer

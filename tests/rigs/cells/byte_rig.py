@@ -21,9 +21,7 @@ from openpendant.server.events.effects import Close, Effect
 from openpendant.server.events.events import Event, Port
 from openpendant.server.shell.client_connection import ClientConnection
 from openpendant.server.shell.clients import Clients
-from openpendant.server.shell.inbox import Inbox
-from openpendant.server.shell.observations import Observations
-from openpendant.server.shell.outbox import SentFrames
+from openpendant.server.shell.inbox import Inbox, Observations
 from openpendant.simplemsg import (
     PENDANT,
     STANDARD,
@@ -138,7 +136,7 @@ class ByteRig(ServerRig):
         self.label = ""
         self.clients = Clients([self.settings], access.login)
         inbox = Inbox(journal, ServerCore([self.core]), [self], self.clients)
-        self.connect = partial(ClientConnection, inbox, Observations(journal), SentFrames(journal))
+        self.connect = partial(ClientConnection, inbox, Observations(journal))
         self.connect_controller()
 
     def client(self, port: Port = Port.PENDANT, order: ByteOrder = ByteOrder.LITTLE) -> ByteClient:

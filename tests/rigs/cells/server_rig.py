@@ -23,7 +23,7 @@ from openpendant.motion.jog import EscapeDirection, JogCaps, Jogger, JogTarget, 
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.server.core.cell_core import CellCore
-from openpendant.server.endpoints.pendant.hello import Identity
+from openpendant.server.endpoints.pendant.access_requests import Identity
 from openpendant.server.events.effects import (
     Ask,
     Backend,

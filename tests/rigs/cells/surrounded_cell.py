@@ -16,10 +16,8 @@ from openpendant.server.endpoints.pendant.management import carry_out
 from openpendant.server.environment import CellEnvironment
 from openpendant.server.events.cell_events import CellEvent
 from openpendant.server.events.effects import Ask, Backend, Effect, QueryController, Send
-from openpendant.server.events.management_body import parse
-from openpendant.server.events.management_handlers import handlers_of
+from openpendant.server.events.management_requests import ReplyTo, handlers_of, parse
 from openpendant.server.events.pending import Pending
-from openpendant.server.events.reply_to import ReplyTo
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.robot_kinematics import RobotKinematics
@@ -48,7 +46,7 @@ class SurroundedCell:
         self.mathematics = RobotKinematics(robot())
         self.cell = RobotCell(settings, robot().limits, self._news, self.pending, self.mathematics)
         self.around = CellEnvironment(self.cell, self.mathematics, self.pending, settings, "ur5")
-        self._handlers = handlers_of(self.around.desk, self.around.recordings)
+        self._handlers = handlers_of(self.around.service, self.around.recordings)
         self.store = open_store(folder / "store.db", wall_clock=noon)
         self.refuse_with: StoreError | None = None
         self.answers: list[tuple[bool, dict[str, Any]]] = []

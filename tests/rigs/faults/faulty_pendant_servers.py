@@ -16,11 +16,10 @@ import pytest
 from openpendant.server.cell.execution.trajectory_execution import TrajectoryExecution
 from openpendant.server.cell.robot_cell import RobotCell
 from openpendant.server.cell.state_report import state_message
-from openpendant.server.control.authority import AuthorityChange, Holder, MotionAuthority
-from openpendant.server.endpoints.pendant.listeners import Listeners
+from openpendant.server.control import AuthorityChange, Holder, MotionAuthority
 from openpendant.server.endpoints.pendant.management import ManagementRequests
 from openpendant.server.endpoints.pendant.motion_requests import PendantMotions
-from openpendant.server.endpoints.pendant.notifications import Notifications
+from openpendant.server.endpoints.pendant.notifications import Listeners, Notifications
 from openpendant.server.endpoints.pendant.pendant_endpoint import PendantEndpoint
 from openpendant.server.events.cell_events import AuthorityTransferred, CellEvent, MotionEnded
 from openpendant.server.events.effects import Effect, Send

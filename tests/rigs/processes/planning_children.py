@@ -15,7 +15,7 @@ import pytest
 from openpendant.server.planning.jobs import JointPathJob
 from openpendant.server.planning.pool import planning_process
 from openpendant.server.settings.cell_settings import EventLoop
-from openpendant.server.shell.event_loop import loop_factory
+from openpendant.server.shell.server_process import loop_factory
 
 JOB = JointPathJob(1, (0.0,), ((1.0,),), 0.5)
 

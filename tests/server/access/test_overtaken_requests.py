@@ -12,7 +12,7 @@ from openpendant.server.access.permissions import (
     OVERTAKEN,
     is_overtaken,
 )
-from openpendant.server.events.management_body import parse
+from openpendant.server.events.management_requests import parse
 from openpendant.simplemsg import CommType, Message, Ping, joint_array
 from openpendant.simplemsg.pendant import (
     Authority,

@@ -15,7 +15,7 @@ from rigs.peers.server_clients import NEAR, UPRIGHT, Pendant
 
 from openpendant.server.access.permissions import IN_ORDER, OF_MESSAGE, permission_of
 from openpendant.server.events.effects import SendToController
-from openpendant.server.events.management_body import parse
+from openpendant.server.events.management_requests import parse
 from openpendant.simplemsg import Message, joint_array
 from openpendant.simplemsg.pendant import (
     Authority,

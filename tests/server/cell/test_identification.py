@@ -6,7 +6,7 @@ import pytest
 from rigs.cells.emulated_cell import EmulatedCell
 from rigs.cells.server_rig import FAILURE, SUCCESS, ServerRig, ready
 
-from openpendant.server.cell.identification import PATIENCE_NS
+from openpendant.server.cell.robot_cell import PATIENCE_NS
 from openpendant.server.events.effects import LogLine, QueryController
 from openpendant.server.settings.cell_settings import ControllerPath
 from openpendant.simplemsg import HeaderOnly, Malformed, Unasked

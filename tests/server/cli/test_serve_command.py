@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from openpendant.server.cli.serve import main, say_ready
-from openpendant.server.shell.ports import Ports, RosPorts
+from openpendant.server.shell.listening import Ports, RosPorts
 
 FREE_PORTS = ("--pendant-port", "0", "--ros-motion-port", "0", "--ros-state-port", "0")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from openpendant.server.control.authority import AuthorityChange, Holder, MotionAuthority
+from openpendant.server.control import AuthorityChange, Holder, MotionAuthority
 from openpendant.simplemsg.pendant import AuthorityReason
 
 TIMEOUT = 3_000_000_000

@@ -7,12 +7,7 @@ import math
 
 import pytest
 
-from openpendant.server.control.modes import (
-    RECOVERY_SPEED,
-    REDUCED_SPEED,
-    MotionKind,
-    OperatingModes,
-)
+from openpendant.server.control import RECOVERY_SPEED, REDUCED_SPEED, MotionKind, OperatingModes
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import Modes
 from openpendant.simplemsg import ControllerMode

@@ -11,7 +11,7 @@ from rigs.peers.server_clients import hello
 
 from openpendant.server.core.cell_core import CellCore
 from openpendant.server.core.server_core import ServerCore
-from openpendant.server.endpoints.pendant.hello import Identity
+from openpendant.server.endpoints.pendant.access_requests import Identity
 from openpendant.server.events.effects import Close, Effect, Send, SendStop
 from openpendant.server.events.events import (
     TICK,

@@ -8,11 +8,10 @@ import pytest
 from rigs.cells.emulated_cell import EmulatedCell
 
 from openpendant.server.endpoints.pendant.access_requests import AccessRequests
-from openpendant.server.endpoints.pendant.escape_request import EscapeRequests
+from openpendant.server.endpoints.pendant.jog_requests import EscapeRequests
 from openpendant.server.endpoints.pendant.management import ManagementRequests
 from openpendant.server.events.effects import Effect
-from openpendant.server.events.management_handlers import handlers_of, handles
-from openpendant.server.events.reply_to import ReplyTo
+from openpendant.server.events.management_requests import ReplyTo, handlers_of, handles
 from openpendant.server.programs.dry_run.dry_run_service import DryRunService
 from openpendant.server.programs.execution.breakpoints import Breakpoints
 from openpendant.server.programs.library.program_library import ProgramLibrary

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from rigs.cells.surrounded_cell import SurroundedCell, robot
 
-from openpendant.server.endpoints.pendant.snapshot import snapshot
+from openpendant.server.endpoints.pendant.management import snapshot
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.store.documents import DocumentKind
 from openpendant.server.store.samples import pack_rows

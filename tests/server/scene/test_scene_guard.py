@@ -85,22 +85,22 @@ def planning() -> GuardedRig:
 def test_a_motion_planned_for_the_scene_of_before_is_looked_at_when_it_begins() -> None:
     rig = planning()
     rig.rig.plan()
-    assert rig.job(rig.guard.began(rig.rig.now + MS)).scene is EMPTY
+    assert rig.job(rig.guard.motion_started(rig.rig.now + MS)).scene is EMPTY
 
 
 def test_an_answer_that_nobody_waits_for_does_not_spare_the_next_motion_its_look() -> None:
     rig = planning()
-    assert rig.guard.began(rig.rig.now) == []
+    assert rig.guard.motion_started(rig.rig.now) == []
     rig.rig.plan()
-    assert rig.job(rig.guard.began(rig.rig.now)).scene is EMPTY
+    assert rig.job(rig.guard.motion_started(rig.rig.now)).scene is EMPTY
 
 
 def test_a_look_is_in_the_scene_in_force_whatever_was_planned_before_it() -> None:
     rig = planning()
     rig.rig.plan()
     assert rig.job(rig.change_scene(BOX)).scene is BOX
-    assert rig.job(rig.guard.began(rig.rig.now)).scene is BOX
+    assert rig.job(rig.guard.motion_started(rig.rig.now)).scene is BOX
 
 
 def test_a_motion_that_began_in_the_scene_in_force_needs_no_look(moving: GuardedRig) -> None:
-    assert moving.guard.began(moving.rig.now) == []
+    assert moving.guard.motion_started(moving.rig.now) == []

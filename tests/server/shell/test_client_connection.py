@@ -23,7 +23,7 @@ def test_why_a_connection_was_lost_is_logged(
     reason: Exception | None, said: int, caplog: pytest.LogCaptureFixture
 ) -> None:
     inbox = Mock()
-    client = ClientConnection(inbox, Mock(), Mock(), Port.PENDANT)
+    client = ClientConnection(inbox, Mock(), Port.PENDANT)
     with caplog.at_level(logging.INFO, logger="openpendant.server"):
         client.connection_lost(reason)
     assert caplog.text.count("reset by peer") == said
@@ -42,7 +42,7 @@ async def test_a_pendants_burst_leaves_each_turn_of_the_loop_time_for_others(
     inbox.clients.read_ahead.return_value = 512 * 1024
     transport.get_extra_info.side_effect = {"peername": None, "socket": Mock()}.get
     transport.is_closing.return_value = False
-    client = ClientConnection(inbox, Mock(), Mock(), port)
+    client = ClientConnection(inbox, Mock(), port)
     client.connection_made(transport)
     counts = []
     client.data_received(PING * 40)

@@ -41,7 +41,7 @@ def wire() -> Iterator[socket.socket]:
 
 def made_connection(inbox: Mock) -> ControllerConnection:
     link = ControllerLink()
-    return ControllerConnection(inbox, Mock(), Mock(), 0, "", ControllerPath.MOTION, link)
+    return ControllerConnection(inbox, Mock(), 0, "", ControllerPath.MOTION, link)
 
 
 def connected(wire: socket.socket) -> tuple[ControllerConnection, Mock, Mock]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from promises.promise_table import figure
 
-from openpendant.server.shell.loop_log import LoopLog, event_text
+from openpendant.server.shell.loop_timing import LoopLog, event_text
 from openpendant.simplemsg import PENDANT, ByteOrder, codec_for
 from openpendant.simplemsg.journal import Gap, Journal
 from openpendant.simplemsg.pendant import JogBeat

@@ -7,7 +7,7 @@ import os
 
 import pytest
 
-from openpendant.server.shell.event_loop import asked_niceness
+from openpendant.server.shell.server_process import asked_niceness
 
 
 class Scheduler:

@@ -10,7 +10,7 @@ import pytest
 
 from openpendant.server.cli.serve import main
 from openpendant.server.settings.cell_settings import make_settings
-from openpendant.server.shell.event_loop import loop_factory
+from openpendant.server.shell.server_process import loop_factory
 from openpendant.tools.console import ExitCode
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from openpendant.server.shell.ticker import next_deadline
+from openpendant.server.shell.loop_timing import next_deadline
 
 PERIOD = 0.5
 

@@ -11,7 +11,7 @@ from rigs.peers.server_clients import hello
 from openpendant.server.events.events import Port
 from openpendant.server.refusal import Refusal
 from openpendant.server.shell.client_connection import ClientConnection
-from openpendant.server.shell.rejections import MOST_TURNED_AWAY, Rejections
+from openpendant.server.shell.clients import MOST_TURNED_AWAY, Rejections
 from openpendant.simplemsg import Message, Ping, Received
 from openpendant.simplemsg.pendant import Verdict
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -41,7 +41,7 @@ class Visitor(ClientConnection):
 
 def test_a_hello_is_answered_with_the_advice_and_closed_once() -> None:
     doors, visitor = Rejections(), Visitor()
-    doors.turn_away(visitor, FULL, START)
+    doors.reject(visitor, FULL, START)
     assert not visitor.done
     doors.receive(1, hello("tester"))
     doors.receive(1, hello("tester"))
@@ -55,14 +55,14 @@ def test_a_hello_is_answered_with_the_advice_and_closed_once() -> None:
 @pytest.mark.parametrize("other", [Ping(), Verdict(1, 0, -1, 0.0, 0.0, "")])
 def test_whoever_says_something_else_gets_no_answer(other: Received) -> None:
     doors, visitor = Rejections(), Visitor()
-    doors.turn_away(visitor, FULL, START)
+    doors.reject(visitor, FULL, START)
     doors.receive(1, other)
     assert visitor.done == [f"closed: {FULL.text}"]
 
 
 def test_promise_20_whoever_says_nothing_is_cut_off_after_30_ms() -> None:
     doors, visitor = Rejections(), Visitor()
-    doors.turn_away(visitor, FULL, START)
+    doors.reject(visitor, FULL, START)
     doors.check_deadlines(START + figure(20, "hearing").ns - 1)
     assert not visitor.done
     doors.check_deadlines(START + figure(20, "hearing").ns)
@@ -72,7 +72,7 @@ def test_promise_20_whoever_says_nothing_is_cut_off_after_30_ms() -> None:
 
 def test_whoever_left_is_forgotten() -> None:
     doors, visitor = Rejections(), Visitor()
-    doors.turn_away(visitor, FULL, START)
+    doors.reject(visitor, FULL, START)
     doors.forget(1)
     doors.check_deadlines(START + 40 * MS)
     doors.receive(1, hello("tester"))
@@ -82,7 +82,7 @@ def test_whoever_left_is_forgotten() -> None:
 @pytest.mark.parametrize("port", [Port.ROS_MOTION, Port.ROS_STATE])
 def test_a_ros_client_is_cut_off_at_once(port: Port) -> None:
     doors, visitor = Rejections(), Visitor(port=port)
-    doors.turn_away(visitor, FULL, START)
+    doors.reject(visitor, FULL, START)
     assert visitor.done == [f"cut off: {FULL.text}"]
 
 
@@ -90,7 +90,7 @@ def test_no_more_than_so_many_wait_for_their_answer() -> None:
     doors = Rejections()
     visitors = [Visitor(session=number) for number in range(MOST_TURNED_AWAY + 1)]
     for visitor in visitors:
-        doors.turn_away(visitor, FULL, START)
+        doors.reject(visitor, FULL, START)
     assert [number for number, each in enumerate(visitors) if each.done] == [MOST_TURNED_AWAY]
     doors.hang_up()
     assert all(len(each.done) == 1 for each in visitors)

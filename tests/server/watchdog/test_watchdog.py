@@ -7,7 +7,7 @@ import math
 import pytest
 from promises.promise_table import figure
 
-from openpendant.server.core.loop_monitor import LoopMonitor, late_refusal
+from openpendant.server.core.cell_core import LoopMonitor, late_refusal
 from openpendant.server.watchdog.watchdog_rules import AnswerWatch, BeatWatch
 from openpendant.simplemsg.verdicts import VerdictCode
 

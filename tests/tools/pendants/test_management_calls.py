@@ -11,8 +11,8 @@ from pydantic import BaseModel, TypeAdapter
 from rigs.data.case_table import every
 
 from openpendant.server.cell.why import WhyReply
-from openpendant.server.endpoints.pendant.escape_request import RetreatReply
-from openpendant.server.endpoints.pendant.snapshot import ServedCells, Snapshot
+from openpendant.server.endpoints.pendant.jog_requests import RetreatReply
+from openpendant.server.endpoints.pendant.management import ServedCells, Snapshot
 from openpendant.server.programs.editing import edits as server_edits
 from openpendant.server.programs.language import statements as server_statements
 from openpendant.simplemsg.pendant.management import cell, edits, programs, statements

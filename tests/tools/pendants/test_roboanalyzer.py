@@ -13,7 +13,7 @@ from rigs.peers.scripted_pendant_server import ScriptedPendantServer
 
 from openpendant.server.core.cell_core import CellCore
 from openpendant.server.core.server_core import ServerCore
-from openpendant.server.endpoints.pendant.hello import Identity
+from openpendant.server.endpoints.pendant.access_requests import Identity
 from openpendant.server.events.effects import Send
 from openpendant.server.events.events import Opened, Port, Received
 from openpendant.server.settings.cell_settings import make_settings

@@ -15,7 +15,7 @@ from openpendant.server.access.accounts import AccountBook
 from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.audit import AuditEntry
 from openpendant.server.access.password_worker import Deliver as DeliverCheck
-from openpendant.server.endpoints.pendant.snapshot import snapshot
+from openpendant.server.endpoints.pendant.management import snapshot
 from openpendant.server.events.effects import Ask, Backend
 from openpendant.server.events.events import Port
 from openpendant.server.journal.event_records import (

@@ -15,7 +15,7 @@ from openpendant.motion.trajectory.trajectory import Row
 from openpendant.server.cell.execution.feedback import Feedback
 from openpendant.server.cell.execution.point_stream import PointStream, StreamPhase
 from openpendant.server.cell.execution.setpoint_sources import StoredRows
-from openpendant.server.cell.execution.tracking_monitor import TrackingMonitor
+from openpendant.server.cell.execution.tracking import TrackingMonitor
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import ControllerLink
 from openpendant.server.uplinks.generic import GenericUplink

@@ -6,7 +6,7 @@ import pytest
 
 from openpendant.motion.trajectory.trajectory import Row
 from openpendant.server.cell.execution.feedback import Feedback
-from openpendant.server.cell.execution.tracking_monitor import SAME_PLACE, JogPace, TrackingMonitor
+from openpendant.server.cell.execution.tracking import SAME_PLACE, JogPace, TrackingMonitor
 from openpendant.server.settings.cell_settings import ControllerLink
 from openpendant.simplemsg import JointFeedback, ValidField, joint_array
 

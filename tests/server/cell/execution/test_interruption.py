@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from openpendant.server.cell.execution.interruption import Shown, interruption
+from openpendant.server.cell.execution.feedback import Shown, interruption
 from openpendant.simplemsg import ControllerMode
 from openpendant.simplemsg.verdicts import VerdictCode
 

@@ -11,7 +11,7 @@ from rigs.cells.server_rig import MS
 from rigs.cells.stalling_cell import StallingCell, Who
 from rigs.peers.server_clients import Pendant
 
-from openpendant.server.cell.execution.tracking_tolerances import EMULATED
+from openpendant.server.cell.execution.tracking import EMULATED
 from openpendant.simplemsg import JointTrajPtFull, joint_array
 from openpendant.simplemsg.pendant import (
     Activity,

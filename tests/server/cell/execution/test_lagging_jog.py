@@ -11,10 +11,9 @@ from rigs.motion.simple_jogger import SimpleJogger
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.jog import JogCaps, Jogger, JointJog
-from openpendant.server.cell.execution.active_motion import ActiveMotion
-from openpendant.server.cell.jog.jog_rows import JogRows
-from openpendant.server.cell.jog.press import Press
-from openpendant.server.control.modes import MotionKind
+from openpendant.server.cell.execution.setpoint_sources import JogRows, Press
+from openpendant.server.cell.execution.trajectory_execution import ActiveMotion
+from openpendant.server.control import MotionKind
 from openpendant.server.events.cell_events import MotionRequest
 from openpendant.server.settings.cell_settings import ControllerLink, JogSettings
 from openpendant.simplemsg.verdicts import VerdictCode as V

@@ -9,12 +9,8 @@ import pytest
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.trajectory.trajectory import Row
-from openpendant.server.cell.execution.motion_watch import MotionWatch
-from openpendant.server.cell.execution.report_timing import ReportTiming
-from openpendant.server.cell.execution.tracking_tolerances import (
-    TrackingTolerances,
-    tracking_tolerances,
-)
+from openpendant.server.cell.execution.motion_watch import MotionWatch, ReportTiming
+from openpendant.server.cell.execution.tracking import TrackingTolerances, tracking_tolerances
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import CellSettings, ControllerLink, settings_as_data
 from openpendant.simplemsg.verdicts import VerdictCode as V

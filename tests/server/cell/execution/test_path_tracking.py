@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from openpendant.motion.trajectory.trajectory import Row
-from openpendant.server.cell.execution.path_tracking import PathTracking
-from openpendant.server.cell.execution.tracking_tolerances import TrackingTolerances
+from openpendant.server.cell.execution.tracking import PathTracking, TrackingTolerances
 
 MS = 1_000_000
 FLAT = TrackingTolerances((0.01, 0.01), 0.0, 0.0, (0.02, 0.02))

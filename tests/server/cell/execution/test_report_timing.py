@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from openpendant.server.cell.execution.report_timing import ReportTiming
+from openpendant.server.cell.execution.motion_watch import ReportTiming
 
 MS = 1_000_000
 

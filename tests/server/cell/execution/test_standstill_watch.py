@@ -10,7 +10,7 @@ from rigs.cells.server_rig import LIMITS
 from rigs.cells.watched_motions import is_stop, moving, why
 
 from openpendant.server.access.audit import AuditEntry, AuditEvent
-from openpendant.server.cell.execution.standstill_watch import StandstillWatch
+from openpendant.server.cell.execution.motion_watch import StandstillWatch
 from openpendant.server.events.effects import Effect, LogLine
 from openpendant.simplemsg.pendant import Activity
 
@@ -106,7 +106,7 @@ def test_promise_52_what_a_robot_does_when_it_is_commanded_is_no_motion_without_
     it.wait(3_000)
     it.pendant.stop()
     it.wait(2_000)
-    assert it.cell.core.cell.uncommanded is None
+    assert it.cell.core.cell.driving.uncommanded is None
 
 
 def test_a_robot_that_is_moved_after_its_motion_has_ended_is_not_stopped() -> None:

@@ -130,7 +130,7 @@ class JoggedCell:
         """Let other frames and tools be in force, as a change does that was being saved."""
         view = self.cell.core.environment
         assert view is not None
-        view.world._view.surround(view.world.frames, view.world.scene)
+        view.world._view.apply_scene(view.world.frames, view.world.scene)
 
 
 def add_to_the_scene(jogged: JoggedCell) -> None:

@@ -7,7 +7,7 @@ import random
 
 import pytest
 
-from openpendant.server.cell.jog.press import (
+from openpendant.server.cell.execution.setpoint_sources import (
     LONGEST_DEADLINE,
     SHORTEST_DEADLINE,
     Press,

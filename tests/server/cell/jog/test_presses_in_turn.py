@@ -9,8 +9,8 @@ from rigs.cells.jog_undos import step
 from rigs.cells.server_rig import MS, ServerRig, ready
 from rigs.motion.jog_pad import JogPad
 
-from openpendant.server.cell.jog.press import Press, PressCounter
-from openpendant.server.endpoints.pendant.jog_requests import RecentStates
+from openpendant.server.cell.execution.setpoint_sources import Press, PressCounter
+from openpendant.server.endpoints.pendant.notifications import RecentStates
 from openpendant.server.planning.jobs import JointPathJob
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant import Activity, JogRelease

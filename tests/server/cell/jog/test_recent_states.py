@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from openpendant.server.endpoints.pendant.jog_requests import RECENT_NS, RecentStates
+from openpendant.server.endpoints.pendant.notifications import RECENT_NS, RecentStates
 from openpendant.simplemsg.verdicts import VerdictCode
 
 

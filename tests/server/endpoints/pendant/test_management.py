@@ -11,7 +11,7 @@ from rigs.peers.server_clients import Pendant
 
 from openpendant.server.endpoints.pendant.management import Failure
 from openpendant.server.events.effects import Send
-from openpendant.server.events.reply_to import ReplyTo
+from openpendant.server.events.management_requests import ReplyTo
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg import ReplyCode
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Capability, HelloReply, Management

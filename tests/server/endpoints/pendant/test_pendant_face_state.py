@@ -11,7 +11,7 @@ from rigs.cells.server_rig import ServerRig, ready
 from openpendant.motion.jog import jog_status as motion_jog
 from openpendant.motion.jog.jog_status import JogCause
 from openpendant.server.cell import state_report
-from openpendant.server.cell.jog.jog_rows import JogRows
+from openpendant.server.cell.execution.setpoint_sources import JogRows
 from openpendant.server.events.effects import Broadcast
 from openpendant.server.events.events import Skipped
 from openpendant.simplemsg.pendant import Activity, JogReason, LinkState, State, Subscribe

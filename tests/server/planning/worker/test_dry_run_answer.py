@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 
-from openpendant.server.events.reply_to import MOST_ANSWER
+from openpendant.server.events.management_requests import MOST_ANSWER
 from openpendant.server.planning.jobs import DryRunFound
 from openpendant.server.planning.worker.dry_run_planning import (
     MOST_SAMPLES,

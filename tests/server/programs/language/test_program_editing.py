@@ -9,7 +9,7 @@ import pytest
 from pydantic import TypeAdapter
 from rigs.data.program_samples import program
 
-from openpendant.server.events.management_body import parse
+from openpendant.server.events.management_requests import parse
 from openpendant.server.programs.editing.editing import apply
 from openpendant.server.programs.editing.edits import (
     CommentPoint,

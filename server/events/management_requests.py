@@ -1,27 +1,34 @@
-"""Management bodies: the request that a JSON body holds, or why it is refused.
+"""Management requests: the request that a JSON body holds, its handler, and the route of its reply.
 
 Owns the one adapter of all operations, and the wording of what is wrong with a body: the first
-place, in the order in which the request declares its fields, and the rule that it breaks.
+place, in the order in which the request declares its fields, and the rule that it breaks. Handlers
+are methods of services, found by the request they are for.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Mapping
 from dataclasses import fields
 from functools import reduce
 from operator import or_
-from typing import Annotated, Any
+from typing import Annotated, Any, Generic, TypeAlias, TypeVar, cast
 
 from pydantic import BaseModel, Field, TypeAdapter, ValidationError
 
+from openpendant.simplemsg import CommType, ReplyCode
+from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, Management
 from openpendant.simplemsg.pendant.management import OPERATIONS
 from openpendant.simplemsg.pendant.management.declaration import SERVER_VALUES, Request
 from openpendant.simplemsg.pendant.management.programs import EDIT, MOVE
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..programs.editing.edits import Edit
+from ..programs.editing.program_tasks import ProgramRefused
+from ..programs.language.program_errors import ProgramError, ProgramSyntaxError
 from ..programs.language.statements import Move
 from ..refusal import Refusal
+from .effects import Effect, Send
 
 LONGEST_TEXT = 400
 """A place may be as long as the request, and the answer has to fit a frame [characters]."""
@@ -130,3 +137,108 @@ def _refusal(place: tuple[int | str, ...], problem: str) -> Refusal:
     where = ".".join(str(part) for part in place)
     text = f"{where}: {problem}" if where else problem
     return Refusal(VerdictCode.BAD_ARGUMENT, text[-LONGEST_TEXT:])
+
+
+Answer = TypeVar("Answer", contravariant=True)
+
+MOST_ANSWER = MAX_PENDANT_FRAME - 64
+"""Largest body of an answer; the rest of the frame is headers [bytes]."""
+
+
+class ReplyTo(Generic[Answer]):
+    """Sender of one request; makes its reply, a JSON object with the keys of `Answer`.
+
+    Attributes:
+        name: of the author, as saved with a change.
+        request_id: the client's own number for the request.
+    """
+
+    def __init__(self, session: int, request_id: int, name: str) -> None:
+        """Take note of one request."""
+        self.session = session
+        self.name = name
+        self.request_id = request_id
+
+    def answer(self, body: Answer) -> list[Effect]:
+        """Return the answer to a request that was carried out."""
+        return self._reply(cast(Mapping[str, Any], body), ReplyCode.SUCCESS)
+
+    def refuse(self, refusal: Refusal, **fields: Any) -> list[Effect]:
+        """Return the answer to a request that was refused."""
+        about = {
+            "code": int(refusal.code),
+            "text": refusal.sentence,
+            "joint": refusal.joint,
+            "value": refusal.value,
+            "limit": refusal.limit,
+        }
+        return self._reply(about | fields, ReplyCode.FAILURE)
+
+    def refuse_program(self, error: ProgramError) -> list[Effect]:
+        """Return the answer that says what is wrong with a program, and where in its text."""
+        if isinstance(error, ProgramSyntaxError):
+            return self.refuse(error.refusal, line=error.line, column=error.column)
+        return self.refuse(error.refusal)
+
+    def refuse_work(self, refused: ProgramRefused) -> list[Effect]:
+        """Return the refusal of a program task, with the place in the text where it has one."""
+        if refused.line is None:
+            return self.refuse(refused.refusal)
+        return self.refuse(refused.refusal, line=refused.line, column=refused.column)
+
+    def _reply(self, fields: Mapping[str, Any], code: ReplyCode) -> list[Effect]:
+        body = json.dumps(fields, ensure_ascii=False, separators=(",", ":")).encode()
+        if len(body) > MOST_ANSWER:
+            text = f"the answer has {len(body)} bytes; accepted by a frame: {MOST_ANSWER}"
+            refusal = Refusal(VerdictCode.TOO_LARGE, text, value=len(body), limit=MOST_ANSWER)
+            return self.refuse(refusal)
+        reply = Management(self.request_id, body, comm_type=CommType.REPLY, reply_code=code)
+        return [Send(self.session, reply)]
+
+
+_Service = TypeVar("_Service")
+_Asked = TypeVar("_Asked", bound=Request[Any])
+_Reply = TypeVar("_Reply")
+
+Handler: TypeAlias = Callable[[Any, ReplyTo[Any], int], list[Effect]]
+"""Carries out a request at a time [ns]; the answer may come later."""
+
+Handlers: TypeAlias = Mapping[type[Request[Any]], Handler]
+
+_Method: TypeAlias = Callable[[_Service, _Asked, ReplyTo[_Reply], int], list[Effect]]
+
+
+def handles(
+    kind: Callable[..., Request[_Reply]],
+) -> Callable[[_Method[_Service, _Asked, _Reply]], _Method[_Service, _Asked, _Reply]]:
+    """Declare a method as the one that carries out requests of a kind.
+
+    Args:
+        kind: class of the request; what the method answers has to be of its reply's type.
+    """
+
+    def marked(
+        method: _Method[_Service, _Asked, _Reply],
+    ) -> _Method[_Service, _Asked, _Reply]:
+        vars(method)["handles"] = kind
+        return method
+
+    return marked
+
+
+def handlers_of(*services: object) -> dict[type[Request[Any]], Handler]:
+    """Return the handlers of some services by the class of the request.
+
+    Raises:
+        ValueError: two handlers are for one request.
+    """
+    found: dict[type[Request[Any]], Handler] = {}
+    for service in services:
+        for name, method in vars(type(service)).items():
+            kind = getattr(method, "handles", None)
+            if kind is None:
+                continue
+            if kind in found:
+                raise ValueError(f"{kind.__name__} has two handlers, one of them {name}")
+            found[kind] = getattr(service, name)
+    return found

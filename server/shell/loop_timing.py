@@ -1,11 +1,14 @@
-"""What held the event loop, and for how long: which late ticks are logged, and in what words.
+"""Timing of the control loop: when the next tick is due, and which late ticks are logged.
+
+Deadlines are absolute, so that lateness does not add up. A tick that took a little longer than a
+period delays the next one by that little, and not by a whole period; what lies further back is not
+made up for, because set-points of the past are of no use to a robot.
 
 Owns the rule from when a late tick is worth a line (promise 26), and that the line tells a machine
-that was busy elsewhere from a server that computed. No clock in here.
-
-Ticks come every few milliseconds, so that a long time between two events of the journal was taken
-by the former, by what the loop did behind it, or by a machine that let this process wait. How much
-processor time went by meanwhile tells these apart.
+that was busy elsewhere from a server that computed. Ticks come every few milliseconds, so that a
+long time between two events of the journal was taken by the former, by what the loop did behind
+it, or by a machine that let this process wait. How much processor time went by meanwhile tells
+these apart. No clock in here.
 """
 
 from __future__ import annotations
@@ -14,6 +17,22 @@ import struct
 
 from openpendant.simplemsg.framing import detect_byte_order
 from openpendant.simplemsg.journal import Gap
+
+
+def next_deadline(last: float, now: float, period: float) -> tuple[float, int]:
+    """Return when the next tick is due, and how many before it are left out.
+
+    Args:
+        last: when the last tick was due [s].
+        now: the time after it [s].
+
+    Returns:
+        The latest deadline that has passed since, or else the next to come [s]; and the number of
+        deadlines passed before that one.
+    """
+    left_out = max(0, int((now - last) / period) - 1)
+    return last + (left_out + 1) * period, left_out
+
 
 LOGGED_LATENESS_NS = 30_000_000
 """A tick that is later than this is worth a line in the log."""
@@ -49,7 +68,6 @@ class LoopLog:
         """Take note of a tick.
 
         Args:
-            now: monotonic time [ns].
             computed: processor time that the loop's thread has had so far [ns].
             gap: the longest time without an event since the tick before.
 
@@ -76,7 +94,7 @@ class LoopLog:
 
 
 def _cause(gap: Gap, used: int, whole: int) -> str:
-    """Say what held a loop that did not tick for a time [ns], of which it computed for another."""
+    """Return what held a loop for `whole` [ns], of which it computed for `used`."""
     computed = f"{used / 1e6:.0f} ms of processor time in {whole / 1e6:.0f} ms"
     behind = f"{gap.lasted / 1e6:.0f} ms went by behind {event_text(gap)}"
     if used >= _COMPUTING * whole:
@@ -85,7 +103,7 @@ def _cause(gap: Gap, used: int, whole: int) -> str:
 
 
 def event_text(gap: Gap) -> str:
-    """Say which event a time without any began with."""
+    """Return which event a time without any began with."""
     if gap.event != "in":
         return f"{_EVENTS.get(gap.event, repr(gap.event))}{f' of {gap.link}' if gap.link else ''}"
     order = detect_byte_order(gap.data)

@@ -1,9 +1,13 @@
-"""The mode of operation, the enabling device (training) and the speeds that follow from them.
+"""Control of a robot: motion authority, mode of operation, enabling device and speeds.
 
-Owns what each mode allows, when an enabling device counts as held, and the caps of the speed. The
-modes are ours on an emulated controller; a real controller's own selector is mirrored and never
-set (`selector = "controller"`), and enabling is then its business too. No safety device: the words
-are those of ISO 10218-1 because pendants have taught them to their users.
+Owns granting, beats, expiry and release of the authority (`MotionAuthority`): who may move the
+robot, one holder at a time, for as long as it is alive.
+
+Owns what each mode allows, when an enabling device (training) counts as held, and the caps of the
+speed (`OperatingModes`). The modes are ours on an emulated controller; a real controller's own
+selector is mirrored and never set (`selector = "controller"`), and enabling is then its business
+too. No safety device: the words are those of ISO 10218-1 because pendants have taught them to
+their users.
 """
 
 from __future__ import annotations
@@ -13,11 +17,88 @@ from dataclasses import dataclass
 from enum import Enum
 
 from openpendant.simplemsg import ControllerMode
-from openpendant.simplemsg.pendant import EnablingPosition, OperatingMode
+from openpendant.simplemsg.pendant import AuthorityReason, EnablingPosition, OperatingMode
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..refusal import Refusal
-from ..settings.cell_settings import Modes
+from .refusal import Refusal
+from .settings.cell_settings import Modes
+
+
+@dataclass(frozen=True, slots=True)
+class Holder:
+    """Who holds the authority."""
+
+    session: int
+    client: str
+
+    @property
+    def name(self) -> str:
+        """The client's name, or its number where it gave none."""
+        return self.client or f"session {self.session}"
+
+
+@dataclass(frozen=True, slots=True)
+class AuthorityChange:
+    """The authority changed hands."""
+
+    holder: Holder | None
+    reason: AuthorityReason
+
+
+class MotionAuthority:
+    """A lease with one holder."""
+
+    def __init__(self, timeout_ns: int) -> None:
+        """Make a free lease that expires `timeout_ns` after its holder's last beat."""
+        self.holder: Holder | None = None
+        self._timeout_ns = timeout_ns
+        self._deadline: int | None = None
+
+    def is_held_by(self, session: int) -> bool:
+        """Return True if a connection holds the authority."""
+        return self.holder is not None and self.holder.session == session
+
+    def request(self, holder: Holder, now: int, *, beats: bool) -> AuthorityChange | None:
+        """Take the authority if it is free.
+
+        Args:
+            beats: whether the lease expires without beats; a ROS-Industrial link sends none.
+
+        Returns:
+            The change; None where somebody has it already, the asker included.
+        """
+        if self.holder is not None:
+            return None
+        self.holder = holder
+        self._deadline = now + self._timeout_ns if beats else None
+        return AuthorityChange(holder, AuthorityReason.GRANTED)
+
+    def beat(self, session: int, now: int) -> None:
+        """Prolong the lease; a beat of anybody but the holder, or one too late, does nothing."""
+        holder = self.holder
+        if holder is None or holder.session != session:
+            return
+        if self._deadline is not None and now < self._deadline:
+            self._deadline = now + self._timeout_ns
+
+    def is_overdue(self, now: int) -> bool:
+        """Return True if the holder has been silent for too long."""
+        return self._deadline is not None and now >= self._deadline
+
+    def release(self, session: int, reason: AuthorityReason) -> AuthorityChange | None:
+        """Give the authority back; None where the connection does not hold it."""
+        if not self.is_held_by(session):
+            return None
+        self.holder = None
+        self._deadline = None
+        return AuthorityChange(None, reason)
+
+    def expire(self, now: int) -> AuthorityChange | None:
+        """End a lease whose holder has been silent for too long."""
+        if self.holder is None or not self.is_overdue(now):
+            return None
+        return self.release(self.holder.session, AuthorityReason.EXPIRED)
+
 
 REDUCED_SPEED = 0.25
 """Largest speed of tool and elbow in manual reduced speed [m/s] (ISO 10218-1)."""
@@ -63,7 +144,6 @@ class _Device:
     """The enabling device (training) of one connection.
 
     Attributes:
-        position: as last told.
         heard: when [ns].
         armed: it was let go since the last stop, panic, silence or change of mode.
     """
@@ -110,9 +190,6 @@ class OperatingModes:
         """Turn the selector; whoever enabled must let go and press again.
 
         To set the mode that is set already changes nothing, caps and enabling included.
-
-        Returns:
-            The mode now, or why it cannot be set.
         """
         if not self._is_ours:
             return Refusal(VerdictCode.MODE_NOT_OURS)
@@ -192,7 +269,7 @@ class OperatingModes:
         return _RELEASED if device is None or self._is_silent(device, now) else device.position
 
     def is_enabled(self, session: int, now: int) -> bool:
-        """Tell whether a connection holds its device half pressed, pressed anew since a stop."""
+        """Return True if a connection holds its device half pressed, pressed anew since a stop."""
         device = self._devices.get(session)
         if device is None or not device.armed or device.position is not _HELD:
             return False
@@ -201,7 +278,7 @@ class OperatingModes:
     # What may move.
 
     def needs_enabling(self) -> bool:
-        """Tell whether the mode lets nothing move without an enabling device of ours."""
+        """Return True if the mode lets nothing move without an enabling device of ours."""
         return self._is_ours and self._mode is not OperatingMode.AUTOMATIC
 
     def forbids(self, kind: MotionKind, controller: ControllerMode) -> Refusal | None:

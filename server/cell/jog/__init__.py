@@ -1,1 +1,0 @@
-"""Presses and the set-points of jogs."""

@@ -1,1 +1,0 @@
-"""Motion authority and operating mode."""
