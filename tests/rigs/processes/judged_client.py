@@ -24,6 +24,7 @@ from openpendant.simplemsg.motoman import (
     MotomanGroup,
     MotomanJointTrajPtFullEx,
 )
+from openpendant.tools.packets.conformance.check import CheckFinding
 from openpendant.tools.packets.conformance.client.actions import (
     Act,
     Action,
@@ -36,7 +37,6 @@ from openpendant.tools.packets.conformance.client.controller import ScriptedCont
 from openpendant.tools.packets.conformance.client.judge import CHECKS, judge_scenario
 from openpendant.tools.packets.conformance.client.scenarios import Mutation, Scenario
 from openpendant.tools.packets.conformance.client.setup import TRIGGERED, Purpose, Setup
-from openpendant.tools.packets.conformance.findings import CheckFinding
 from openpendant.tools.packets.trace import Entry
 
 STEP = 5 * MS

@@ -13,7 +13,7 @@ import pytest
 
 from openpendant.simplemsg import DIALECTS, JointTrajPt, codec_for, joint_array
 from openpendant.tools.console import ExitCode
-from openpendant.tools.packets.conformance.check import Judgement, Result
+from openpendant.tools.packets.conformance.check import CheckVerdict, Judgement, Result
 from openpendant.tools.packets.conformance.cli import main
 from openpendant.tools.packets.conformance.client import controller as scripted
 from openpendant.tools.packets.conformance.client import role as client_role
@@ -23,7 +23,6 @@ from openpendant.tools.packets.conformance.client.judge import CHECKS, judge_sce
 from openpendant.tools.packets.conformance.client.live import LiveController
 from openpendant.tools.packets.conformance.client.scenarios import SCENARIOS, Mutation, Scenario
 from openpendant.tools.packets.conformance.client.setup import Purpose, Setup
-from openpendant.tools.packets.conformance.findings import CheckVerdict
 from openpendant.tools.packets.console import PacketToolError, PeerError
 
 VECTORS = Path(__file__).parents[2] / "vectors"

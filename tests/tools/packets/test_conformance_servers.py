@@ -17,15 +17,17 @@ from rigs.processes.judged_server import (
 )
 
 from openpendant.simplemsg import ByteOrder
-from openpendant.tools.packets.conformance.check import Check, Judgement, Profile
-from openpendant.tools.packets.conformance.clauses import TABLES
-from openpendant.tools.packets.conformance.client.judge import CHECKS
-from openpendant.tools.packets.conformance.findings import (
+from openpendant.tools.packets.conformance.check import (
     PASSED,
+    Check,
     CheckFinding,
     CheckVerdict,
+    Judgement,
+    Profile,
     Section,
 )
+from openpendant.tools.packets.conformance.clauses import TABLES
+from openpendant.tools.packets.conformance.client.judge import CHECKS
 from openpendant.tools.packets.conformance.server.checks import (
     STANDARD,
     ServerCheck,

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from openpendant.tools.packets.conformance.client.check import Habit, Moment, Problem, Tally
-from openpendant.tools.packets.conformance.client.judge import CHECKS, results_of
-from openpendant.tools.packets.conformance.findings import (
+from openpendant.tools.packets.conformance.check import (
     PASSED,
     CheckFinding,
     CheckVerdict,
@@ -14,6 +12,8 @@ from openpendant.tools.packets.conformance.findings import (
     failed,
     not_applicable,
 )
+from openpendant.tools.packets.conformance.client.check import Habit, Moment, Problem, Tally
+from openpendant.tools.packets.conformance.client.judge import CHECKS, results_of
 
 HABIT = Habit("a program: what it does", "seen")
 

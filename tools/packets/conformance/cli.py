@@ -23,8 +23,7 @@ from openpendant.simplemsg import JOINT_SLOTS
 from ...console import ExitCode, complain
 from ..console import ORDERS, PacketToolError, PeerError, add_wire_form, parser
 from ..console import run as run_command
-from .check import Check, Judgement, Profile, Result
-from .findings import CheckVerdict, Section
+from .check import Check, CheckVerdict, Judgement, Profile, Result, Section
 from .report import as_json, as_junit, as_text
 from .server.checks import server_checks
 from .server.runner import applicable, judge

@@ -12,8 +12,7 @@ from itertools import groupby
 from typing import Any
 from xml.etree import ElementTree
 
-from .check import Judgement, Result
-from .findings import CheckVerdict
+from .check import CheckVerdict, Judgement, Result
 
 FORMAT = "openpendant-conformance/1"
 """Name and version of the JSON report."""

@@ -11,8 +11,16 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-from ..check import Check, Register, TestedRole
-from ..findings import PASSED, CheckFinding, deviates, failed, not_applicable
+from ..check import (
+    PASSED,
+    Check,
+    CheckFinding,
+    Register,
+    TestedRole,
+    deviates,
+    failed,
+    not_applicable,
+)
 from .reports import ReportHistory
 from .trace import ClientTrace
 from .trajectories import Motions

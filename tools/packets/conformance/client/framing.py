@@ -15,7 +15,7 @@ from openpendant.simplemsg.framing import (
     PREFIX_SIZE,
 )
 
-from ..findings import CheckFinding, not_applicable
+from ..check import CheckFinding, not_applicable
 from .check import Habit, Observed, Problem, Tally, client_check, each
 from .setup import IN_PIECES, WRITES_OBSERVED, Purpose
 from .trace import TracedFrame, TracedLink

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from openpendant.simplemsg import MOTOMAN, CommType, MsgType, ReplyCode
 
-from ..findings import CheckFinding, not_applicable
+from ..check import CheckFinding, not_applicable
 from .check import Observed, Problem, client_check, each
 from .framing import NOTHING_SENT
 from .trace import ClientTrace, TracedFrame

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from ...trace import Entry
-from ..check import Result
-from ..findings import (
+from ..check import (
     PASSED,
     CheckFinding,
     CheckVerdict,
+    Result,
     Section,
     deviates,
     failed,

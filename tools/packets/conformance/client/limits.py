@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import MOTOMAN, JointTraj, MsgType, TriState, ValidField
 
-from ..findings import CheckFinding, not_applicable
+from ..check import CheckFinding, not_applicable
 from .check import Habit, Observed, Problem, Tally, client_check, each
 from .trajectories import GroupPoint, PointAnswer, SentPoint, SentTrajectory
 

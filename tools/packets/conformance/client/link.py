@@ -6,7 +6,7 @@ from itertools import pairwise
 
 from openpendant.simplemsg import CommType
 
-from ..findings import CheckFinding, not_applicable
+from ..check import CheckFinding, not_applicable
 from .check import Habit, Moment, Observed, Problem, Tally, client_check, each
 from .setup import CONNECTED, RESTARTED, Purpose
 from .trace import TracedFrame, TracedLink

@@ -10,7 +10,7 @@ from operator import sub
 from openpendant.simplemsg import JOINT_SLOTS, CommType, MsgType, SpecialSequence, ValidField
 from openpendant.simplemsg.framing import HEADER_SIZE
 
-from ..findings import CheckFinding, not_applicable
+from ..check import CheckFinding, not_applicable
 from .check import Habit, Observed, Problem, Tally, client_check, each
 from .trajectories import BEGINNINGS, GroupPoint, PointAnswer, SentPoint, SentTrajectory
 

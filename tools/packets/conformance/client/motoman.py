@@ -22,7 +22,7 @@ from openpendant.simplemsg.motoman import (
     MotomanWriteSingleIo,
 )
 
-from ..findings import CheckFinding, not_applicable
+from ..check import CheckFinding, not_applicable
 from .check import Habit, Judge, Observed, Problem, Tally, client_check, each
 from .setup import Purpose
 from .trace import TracedFrame

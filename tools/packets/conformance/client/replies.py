@@ -10,7 +10,7 @@ from openpendant.simplemsg import ByteOrder, CommType, MsgType, ReplyCode
 from openpendant.simplemsg.framing import HEADER_SIZE
 from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
 
-from ..findings import CheckFinding
+from ..check import CheckFinding
 from .check import Habit, Observed, Problem, Tally, client_check, each
 from .setup import Purpose
 from .trace import ClientTrace, TracedFrame

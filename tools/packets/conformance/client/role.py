@@ -28,8 +28,7 @@ from ...console import (
 from ...live.endpoints import is_loopback
 from ...reading.trace_files import read_trace
 from ...trace import Entry
-from ..check import Judgement, Result
-from ..findings import CheckFinding
+from ..check import CheckFinding, Judgement, Result
 from .controller import ScriptedController
 from .judge import judge_scenario, results_of, scenarios_of
 from .live import LiveController, Trigger

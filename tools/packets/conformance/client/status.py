@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from openpendant.simplemsg import MsgType, Status, TriState
 
-from ..findings import CheckFinding
+from ..check import CheckFinding
 from .check import Habit, Moment, Observed, Tally, client_check
 from .setup import TRIGGERED, Purpose
 from .trajectories import SentPoint, SentTrajectory

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from openpendant.simplemsg import CommType, JointTrajPt, JointTrajPtFull, TriState
 
-from ..findings import CheckFinding
+from ..check import CheckFinding
 from .check import Observed, Problem, Tally, client_check, each
 from .setup import Purpose
 from .trace import TracedFrame

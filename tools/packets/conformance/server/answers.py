@@ -17,8 +17,8 @@ from openpendant.simplemsg import (
 )
 from openpendant.simplemsg.motoman import MotomanMotionReply
 
-from ..findings import PASSED, CheckFinding, deviates
-from .wire import REPLY_WITHIN, ReceivedFrame, RuleBroken, Wire
+from ..check import PASSED, CheckFinding, RuleBroken, deviates
+from .wire import REPLY_WITHIN, ReceivedFrame, Wire
 
 STOP = JointTrajPt(SpecialSequence.STOP, joint_array(()), 0.0, 0.0)
 

@@ -6,12 +6,12 @@ import math
 
 from openpendant.simplemsg import JOINT_SLOTS, MsgType, Ping
 
-from ..findings import PASSED, CheckFinding
+from ..check import PASSED, CannotJudge, CheckFinding, RuleBroken
 from .answers import STOP, ping
 from .checks import ANY, FULL, check
 from .recordings import Sample, sample
 from .target import Target
-from .wire import CannotJudge, RuleBroken, Wire
+from .wire import Wire
 
 _PLAUSIBLE = 1e3
 

@@ -9,8 +9,7 @@ from collections.abc import Callable, Coroutine
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from ..check import Check, Profile, Register, TestedRole
-from ..findings import CheckFinding, Section
+from ..check import Check, CheckFinding, Profile, Register, Section, TestedRole
 
 if TYPE_CHECKING:
     from .target import Target

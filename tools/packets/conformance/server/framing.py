@@ -12,11 +12,11 @@ import struct
 from openpendant.simplemsg import CommType, JointTrajPt, MsgType, Ping, ReplyCode
 from openpendant.simplemsg.framing import HEADER_SIZE, PREFIX_SIZE
 
-from ..findings import PASSED, CheckFinding, deviates
+from ..check import PASSED, CheckFinding, RuleBroken, deviates
 from .answers import STOP, must_be_ping
 from .checks import ANY, FULL, check
 from .target import Target
-from .wire import RuleBroken, raw_frame
+from .wire import raw_frame
 
 _CLOSE_WITHIN = 5.0
 _LARGE = (1024, 2048, 3000, 4096)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from openpendant.simplemsg import CommType, MsgType, Ping, ReplyCode
 from openpendant.simplemsg.framing import HEADER_SIZE
 
-from ..findings import PASSED, CheckFinding, deviates
+from ..check import PASSED, CheckFinding, RuleBroken, deviates
 from .answers import MOTION_REPLY, STOP, ping
 from .checks import ANY, FULL, check
 from .recordings import Sample, sample
 from .target import Target
-from .wire import ReceivedFrame, RuleBroken, Wire, raw_frame
+from .wire import ReceivedFrame, Wire, raw_frame
 
 _QUESTIONS = (MsgType.PING, MsgType.STATUS)
 """Requests that a controller may send to its client on the state port."""

@@ -14,14 +14,14 @@ from collections.abc import Callable, Sequence
 from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import JointTrajPtFull, ValidField, joint_array
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
+from ..check import PASSED, CannotJudge, CheckFinding, CheckVerdict, RuleBroken, deviates
 from .answers import STOP, is_taken
 from .checks import FULL, check
 from .monitor import distance, rate
 from .moving import LEAD_IN, SPEED, VERY_SLOW, Mover, ready
 from .recordings import must_be_slow
 from .target import Target
-from .wire import CannotJudge, ReceivedFrame, RuleBroken
+from .wire import ReceivedFrame
 
 _UNCHECKED = "no vendor's server checks for numbers that are none"
 _BEYOND = 0.1

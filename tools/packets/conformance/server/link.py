@@ -11,14 +11,14 @@ from collections.abc import Sequence
 
 from openpendant.simplemsg import Ping
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, Section, deviates
+from ..check import PASSED, CannotJudge, CheckFinding, CheckVerdict, RuleBroken, Section, deviates
 from .answers import is_taken, must_be_ping, ping
 from .checks import ANY, FULL, ServerCheck, check
 from .monitor import STEADY, Watch, distance
 from .moving import LEAD_IN, SPEED, STOP_WITHIN, ready
 from .recordings import LOSS_SEEN, SLOW, RecordedMotion, lost, lost_by_reset
 from .target import Target
-from .wire import CannotJudge, RuleBroken, TargetUnreachable, Wire
+from .wire import TargetUnreachable, Wire
 
 IDLE = "KS17"
 """The check that judges the idle link."""

@@ -24,7 +24,8 @@ from openpendant.simplemsg import (
     ValidField,
 )
 
-from .wire import Arrivals, ReceivedFrame, RuleBroken, Wire
+from ..check import RuleBroken
+from .wire import Arrivals, ReceivedFrame, Wire
 
 STEADY = 2e-4
 """A joint that changes by less between reports stands [rad or m]; real encoders flicker."""

@@ -18,14 +18,13 @@ from openpendant.simplemsg import (
     joint_array,
 )
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
+from ..check import PASSED, CannotJudge, CheckFinding, CheckVerdict, RuleBroken, deviates
 from .answers import is_taken, judge_point_reply
 from .checks import FULL, check
 from .monitor import distance
 from .moving import ARRIVED, ARRIVED_EXACTLY, LEAD_IN, SPEED, START_WITHIN, Mover, ready
 from .recordings import RecordedMotion, reference
 from .target import Target
-from .wire import CannotJudge, RuleBroken
 
 _NO_SEQUENCE = "ABB, Fanuc, Stäubli, Motoman: the order of sequences is not checked"
 _LONG = 1.0

@@ -26,12 +26,12 @@ from openpendant.simplemsg.motoman import (
 )
 from openpendant.simplemsg.motoman_codes import MotionCommand, MotionResult, Subcode
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
+from ..check import PASSED, CannotJudge, CheckFinding, CheckVerdict, RuleBroken, deviates
 from .checks import DIALECT, check
 from .monitor import rate
 from .recordings import Sample, sample
 from .target import Target
-from .wire import CannotJudge, RuleBroken, raw_frame
+from .wire import raw_frame
 
 _NO_COMMAND = 200_199
 _DH_BYTES = 512

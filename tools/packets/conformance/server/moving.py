@@ -13,10 +13,11 @@ from typing import NamedTuple
 
 from openpendant.simplemsg import JointTrajPt, TriState
 
+from ..check import CannotJudge, RuleBroken
 from .answers import STOP, is_taken
 from .monitor import Watch, distance
 from .target import FENCE_TOLERANCE, Target
-from .wire import CannotJudge, ReceivedFrame, RuleBroken, Wire
+from .wire import ReceivedFrame, Wire
 
 ARRIVED = 0.005
 """So close to a goal the ROS-I action server counts a joint as arrived [rad or m]."""

@@ -35,13 +35,12 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..check import Profile
-from ..findings import PASSED, CheckFinding
-from ..findings import CheckVerdict as Judged
+from ..check import PASSED, CannotJudge, CheckFinding, Profile, RuleBroken
+from ..check import CheckVerdict as Judged
 from .checks import check
 from .monitor import distance, rate
 from .target import Target
-from .wire import Arrivals, CannotJudge, ReceivedFrame, RuleBroken, Wire, raw_frame
+from .wire import Arrivals, ReceivedFrame, Wire, raw_frame
 
 ANSWER_WITHIN = 2.0
 """A verdict that takes longer is missing; a motion is planned before it comes [s]."""

@@ -36,13 +36,13 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..findings import PASSED, CheckFinding
-from ..findings import CheckVerdict as Judged
+from ..check import PASSED, CannotJudge, CheckFinding, RuleBroken
+from ..check import CheckVerdict as Judged
 from .checks import check
 from .monitor import distance
 from .pendant import OURS, PendantConversation, welcomed
 from .target import Target
-from .wire import CannotJudge, RuleBroken, Wire
+from .wire import Wire
 
 SPEED = 0.05
 """Fraction of the joints' largest speed for motions that have to arrive."""

@@ -12,11 +12,12 @@ from dataclasses import dataclass
 
 from openpendant.simplemsg import CommType, JointFeedback, MsgType, Ping
 
+from ..check import CannotJudge
 from .answers import STOP
 from .monitor import STEADY, FrameSummary, ReportedJoints, ReportedStatus, distance
 from .moving import LEAD_IN, SPEED, START_WITHIN, Mover, ready
 from .target import Target
-from .wire import CannotJudge, ReceivedFrame, raw_frame
+from .wire import ReceivedFrame, raw_frame
 
 SAMPLE = 2.2
 """Time for which the state port is observed at rest [s]."""

@@ -20,7 +20,7 @@ from openpendant.simplemsg import (
 )
 from openpendant.simplemsg.framing import HEADER_SIZE
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
+from ..check import PASSED, CannotJudge, CheckFinding, CheckVerdict, RuleBroken, deviates
 from .answers import (
     MOTION_REPLY,
     STOP,
@@ -32,7 +32,7 @@ from .checks import ANY, FULL, check
 from .headers import UNKNOWN
 from .recordings import Questions, questioned
 from .target import Target
-from .wire import REPLY_WITHIN, CannotJudge, RuleBroken, Wire, raw_frame
+from .wire import REPLY_WITHIN, Wire, raw_frame
 
 _PROMPT = 0.25
 _UNKNOWN_TYPES = (20, 21, 1399, 64_999, 0x7FFF_FFFF)

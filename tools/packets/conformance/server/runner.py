@@ -9,14 +9,24 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Iterable, Sequence
 
-from ..check import Judgement, Profile, Result
-from ..findings import CheckFinding, CheckVerdict, Section, failed, not_applicable
+from ..check import (
+    CannotJudge,
+    CheckFinding,
+    CheckVerdict,
+    Judgement,
+    Profile,
+    Result,
+    RuleBroken,
+    Section,
+    failed,
+    not_applicable,
+)
 from .checks import ServerCheck, server_checks
 from .link import LongLivedLinks
 from .monitor import INTERRUPTED, MotionInterrupted
 from .moving import Restored, restore
 from .target import Options, Target
-from .wire import CannotJudge, RuleBroken, TargetUnreachable
+from .wire import TargetUnreachable
 
 REVIVALS = 3
 """So often a target that takes no connections is tried again before it is given up."""

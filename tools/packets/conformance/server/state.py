@@ -10,13 +10,12 @@ from collections.abc import Sequence
 from openpendant.simplemsg import JointFeedback, MsgType, ValidField
 from openpendant.simplemsg.framing import HEADER_SIZE
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
+from ..check import PASSED, CannotJudge, CheckFinding, CheckVerdict, RuleBroken, deviates
 from .checks import ANY, FULL, check
 from .monitor import ReportedJoints, distance, longest_gap, rate
 from .moving import SPEED
 from .recordings import RecordedMotion, Sample, reference, sample
 from .target import Target
-from .wire import CannotJudge, RuleBroken
 
 LEAST_RATE = 10.0
 """Joint values a second; a tenth less is granted, as a pause of 0.1 s plus the work gives."""

@@ -17,13 +17,13 @@ from openpendant.simplemsg import (
 from openpendant.simplemsg.framing import HEADER_SIZE
 from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
+from ..check import PASSED, CannotJudge, CheckFinding, CheckVerdict, RuleBroken, deviates
 from .answers import STOP, is_taken
 from .checks import ANY, FULL, check
 from .moving import LEAD_IN, STOP_WITHIN, VERY_SLOW, ready
 from .recordings import SLOW, RecordedMotion, Sample, must_be_slow, reference, sample, stopped
 from .target import Target
-from .wire import CannotJudge, RuleBroken, raw_frame
+from .wire import raw_frame
 
 _TRI_STATES = ("drives_powered", "e_stopped", "in_error", "in_motion", "motion_possible")
 _DELAY = 0.5

@@ -16,14 +16,14 @@ from openpendant.simplemsg import (
     joint_array,
 )
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
+from ..check import PASSED, CannotJudge, CheckFinding, CheckVerdict, RuleBroken, deviates
 from .answers import STOP, is_taken, judge_point_reply
 from .checks import FULL, check
 from .monitor import STEADY, distance, longest_gap
 from .moving import LEAD_IN, SPEED, STOP_WITHIN, Mover, ready
 from .recordings import SLOW, RecordedMotion, stopped
 from .target import Target
-from .wire import CannotJudge, RuleBroken, Wire
+from .wire import Wire
 
 
 async def _stopped(target: Target) -> RecordedMotion:

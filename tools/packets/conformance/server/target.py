@@ -26,10 +26,10 @@ from openpendant.simplemsg import (
     codec_for,
 )
 
-from ..check import Profile
+from ..check import CannotJudge, Profile, RuleBroken
 from .answers import STOP, LivenessProbe
 from .monitor import Guard, Watch
-from .wire import CannotJudge, RuleBroken, TargetUnreachable, Wire, open_wire
+from .wire import TargetUnreachable, Wire, open_wire
 
 _Kept = TypeVar("_Kept")
 

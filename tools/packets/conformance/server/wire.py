@@ -17,6 +17,8 @@ from collections.abc import Callable
 from openpendant.simplemsg import Codec, Message, MessageFault
 from openpendant.simplemsg.framing import HEADER_SIZE, LEAST_LENGTH, Frame, Mode, Splitter
 
+from ..check import RuleBroken
+
 
 class Arrivals:
     """Notification of arrivals on one connection."""
@@ -50,14 +52,6 @@ CONNECT_WITHIN = 3.0
 _MOST_WAITING = 4096
 _MOST_WAITING_BYTES = 1 << 20
 _LOG_LENGTH = 12
-
-
-class RuleBroken(Exception):
-    """The target broke the rule of a check; the text says what was seen."""
-
-
-class CannotJudge(Exception):
-    """The check cannot look: something that it needs is missing; the text says what."""
 
 
 class TargetUnreachable(Exception):
