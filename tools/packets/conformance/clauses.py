@@ -565,7 +565,10 @@ def _read(table: str) -> Iterator[tuple[str, tuple[str, str]]]:
             clause = line
 
 
-_CLAUSES = dict(_read(_TABLE))
+CLAUSES = tuple(_read(_TABLE))
+"""Number of each check with its title and clause, section by section."""
+
+_BY_NUMBER = dict(CLAUSES)
 
 
 def clause_of(number: str) -> tuple[str, str]:
@@ -575,6 +578,6 @@ def clause_of(number: str) -> tuple[str, str]:
         ValueError: there is no such number.
     """
     try:
-        return _CLAUSES[number]
+        return _BY_NUMBER[number]
     except KeyError:
         raise ValueError(f"{number} stands in no table of clauses") from None
