@@ -11,11 +11,15 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
+from openpendant.simplemsg import MOTOMAN
+
 from ..check import (
     PASSED,
+    CannotJudge,
     Check,
     CheckFinding,
     Register,
+    Section,
     TestedRole,
     deviates,
     failed,
@@ -23,7 +27,7 @@ from ..check import (
 )
 from .reports import ReportHistory
 from .trace import ClientTrace
-from .trajectories import Motions
+from .trajectories import Motions, SentPoint, SentTrajectory
 
 _SHOWN = 3
 """Observations told in full; the rest is counted."""
@@ -35,7 +39,6 @@ class Habit:
 
     Attributes:
         name: the program and what it does.
-        detail: what was seen.
     """
 
     name: str
@@ -48,28 +51,11 @@ Problem = str | Habit
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """All that a check may look at.
-
-    Attributes:
-        trace: the packets and connections.
-        motions: what the client asked the robot to do.
-        reports: what the controller told of itself.
-    """
+    """All that a check may look at."""
 
     trace: ClientTrace
     motions: Motions
     reports: ReportHistory
-
-
-Judge = Callable[[Observed], CheckFinding]
-
-
-ClientCheck = Check[Judge]
-
-REGISTER: Register[Judge] = Register(TestedRole.CLIENT)
-
-client_check = REGISTER.add
-"""Registers a check on clients; see `Register.add`."""
 
 
 class Located(Protocol):
@@ -97,57 +83,104 @@ class Moment:
         return f"at {self.time / 1e9:.3f} s"
 
 
+Observation = tuple[Located, Problem | None]
+Judge = Callable[[Observed], CheckFinding]
+ClientCheck = Check[Judge]
+
+REGISTER: Register[Judge] = Register(TestedRole.CLIENT)
+
 _Item = TypeVar("_Item", bound=Located)
 
 
-class Tally:
-    """Observations of one check, on their way to a finding."""
+def client_check(
+    number: str, nothing: str
+) -> Callable[[Callable[[Observed], Iterable[Observation]]], Judge]:
+    """Register a check that yields what it looks at, each with what is wrong with it.
 
-    def __init__(self) -> None:
-        """Make a tally that has looked at nothing yet."""
-        self._looked = 0
-        self._broken: list[str] = []
-        self._habits: dict[str, list[str]] = {}
-
-    def look(self, item: Located, problem: Problem | None) -> None:
-        """Note that something was looked at, and what was wrong with it."""
-        self._looked += 1
-        match problem:
-            case Habit(name=name, detail=detail):
-                self._habits.setdefault(name, []).append(f"{item.where}: {detail}")
-            case str():
-                self._broken.append(f"{item.where}: {problem}")
-
-    def finding(self, nothing: str) -> CheckFinding:
-        """Return what all of it comes to.
-
-        Args:
-            nothing: why the check is not applicable where nothing was looked at.
-        """
-        if self._broken:
-            return failed(_listed(self._broken))
-        if self._habits:
-            seen = [line for lines in self._habits.values() for line in lines]
-            return deviates("; ".join(self._habits), _listed(seen))
-        return PASSED if self._looked else not_applicable(nothing)
-
-
-def each(
-    items: Iterable[_Item], rule: Callable[[_Item], Problem | None], nothing: str
-) -> CheckFinding:
-    """Judge things one by one.
+    A check of the Motoman section applies in that dialect only.
 
     Args:
+        number: see `Register.add`.
+        nothing: why the check is not applicable where it looks at nothing.
+    """
+    is_motoman = number.startswith(Section.MOTOMAN.value)
+
+    def register(look: Callable[[Observed], Iterable[Observation]]) -> Judge:
+        def judge(seen: Observed) -> CheckFinding:
+            if is_motoman and seen.trace.setup.dialect is not MOTOMAN:
+                return not_applicable("not the Motoman dialect")
+            try:
+                return finding_of(look(seen), nothing)
+            except CannotJudge as error:
+                return not_applicable(str(error))
+
+        return REGISTER.add(number)(judge)
+
+    return register
+
+
+def rule_check(
+    number: str, items: Callable[[Observed], Iterable[_Item]], nothing: str
+) -> Callable[[Callable[[_Item, Observed], Problem | None]], Judge]:
+    """Register a rule: what is wrong with one of some things, None for nothing.
+
+    Args:
+        number: see `Register.add`.
         items: what to look at.
-        rule: what is wrong with one of them; None for nothing.
         nothing: why the check is not applicable where there are none.
     """
-    tally = Tally()
-    for item in items:
-        tally.look(item, rule(item))
-    return tally.finding(nothing)
+
+    def register(rule: Callable[[_Item, Observed], Problem | None]) -> Judge:
+        return client_check(number, nothing)(
+            lambda seen: ((item, rule(item, seen)) for item in items(seen))
+        )
+
+    return register
+
+
+def finding_of(observations: Iterable[Observation], nothing: str) -> CheckFinding:
+    """Return what all observations of one check come to.
+
+    Args:
+        observations: what was looked at, and what was wrong with it.
+        nothing: why the check is not applicable where nothing was looked at.
+    """
+    looked = False
+    broken: list[str] = []
+    habits: dict[str, list[str]] = {}
+    for item, problem in observations:
+        looked = True
+        match problem:
+            case Habit(name=name, detail=detail):
+                habits.setdefault(name, []).append(f"{item.where}: {detail}")
+            case str():
+                broken.append(f"{item.where}: {problem}")
+    if broken:
+        return failed(_listed(broken))
+    if habits:
+        seen = [line for lines in habits.values() for line in lines]
+        return deviates("; ".join(habits), _listed(seen))
+    return PASSED if looked else not_applicable(nothing)
 
 
 def _listed(lines: list[str]) -> str:
     more = len(lines) - _SHOWN
     return "; ".join(lines[:_SHOWN]) + (f"; and {more} more" if more > 0 else "")
+
+
+NO_TRAJECTORY = "the client sent no trajectory"
+
+
+def points(seen: Observed) -> list[SentPoint]:
+    """Return all points of all trajectories."""
+    return seen.motions.steps
+
+
+def trajectories(seen: Observed) -> list[SentTrajectory]:
+    """Return all trajectories."""
+    return seen.motions.trajectories
+
+
+def full_trajectories(seen: Observed) -> list[SentTrajectory]:
+    """Return the trajectories that begin with a point of type 14 or 2016."""
+    return [item for item in trajectories(seen) if item.steps[0].is_full]

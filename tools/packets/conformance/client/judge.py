@@ -21,13 +21,11 @@ from ..check import (
 )
 from . import (  # noqa: F401 - they register themselves
     framing,
-    headers,
     limits,
     link,
     motion,
     motoman,
     replies,
-    status,
     stop,
 )
 from .check import REGISTER, ClientCheck, Observed
