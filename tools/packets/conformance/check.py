@@ -58,6 +58,11 @@ class CheckFinding:
 PASSED = CheckFinding(CheckVerdict.PASSED)
 
 
+def passed(detail: str) -> CheckFinding:
+    """Return the finding of a rule that holds; `detail` says with which numbers."""
+    return CheckFinding(CheckVerdict.PASSED, detail)
+
+
 def failed(detail: str) -> CheckFinding:
     """Return the finding of a broken rule; `detail` says what was seen instead."""
     return CheckFinding(CheckVerdict.FAILED, detail)

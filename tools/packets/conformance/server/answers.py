@@ -9,10 +9,12 @@ from __future__ import annotations
 from openpendant.simplemsg import (
     CommType,
     JointTrajPt,
+    JointTrajPtFull,
     MsgType,
     Ping,
     ReplyCode,
     SpecialSequence,
+    ValidField,
     joint_array,
 )
 from openpendant.simplemsg.motoman import MotomanMotionReply
@@ -20,7 +22,11 @@ from openpendant.simplemsg.motoman import MotomanMotionReply
 from ..check import PASSED, CheckFinding, RuleBroken, deviates
 from .wire import REPLY_WITHIN, ReceivedFrame, Wire
 
-STOP = JointTrajPt(SpecialSequence.STOP, joint_array(()), 0.0, 0.0)
+_ZEROS = joint_array(())
+
+STOP = JointTrajPt(SpecialSequence.STOP, _ZEROS, 0.0, 0.0)
+STOP_TOPIC = JointTrajPt(SpecialSequence.STOP, _ZEROS, 0.0, 0.0, comm_type=CommType.TOPIC)
+FULL_STOP = JointTrajPtFull(0, SpecialSequence.STOP, 0, 0.0, _ZEROS, _ZEROS, _ZEROS)
 
 MOTION_REPLY: int = MotomanMotionReply.PLACE.msg_type
 """Type 2002, with which Motoman answers everything."""
@@ -74,6 +80,12 @@ def judge_point_reply(reply: ReceivedFrame) -> CheckFinding:
     raise RuleBroken(f"the point was answered by {reply}")
 
 
+def full_point(sequence: int, joints: tuple[float, ...], time: float = 0.0) -> JointTrajPtFull:
+    """Return a full point at rest: joints (10,) [rad or m], time from the start [s]."""
+    valid = int(ValidField.TIME | ValidField.POSITION | ValidField.VELOCITY)
+    return JointTrajPtFull(0, sequence, valid, time, joints, _ZEROS, _ZEROS)
+
+
 def is_taken(reply: ReceivedFrame) -> bool:
     """Return True if a reply says that a point was taken; Motoman says it in the body."""
     if reply.msg_type == MOTION_REPLY:
@@ -82,12 +94,7 @@ def is_taken(reply: ReceivedFrame) -> bool:
 
 
 class LivenessProbe:
-    """Liveness probe: a PING, or STOP where the target does not know PING.
-
-    Attributes:
-        message: the question.
-        name: its name in reports.
-    """
+    """Liveness probe: a PING, or STOP where the target does not know PING."""
 
     def __init__(self, *, knows_ping: bool) -> None:
         """Choose the question that the target knows."""

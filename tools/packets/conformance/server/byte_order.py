@@ -6,10 +6,10 @@ import math
 
 from openpendant.simplemsg import JOINT_SLOTS, MsgType, Ping
 
-from ..check import PASSED, CannotJudge, CheckFinding, RuleBroken
+from ..check import CannotJudge, RuleBroken
 from .answers import STOP, ping
-from .checks import ANY, FULL, check
-from .recordings import Sample, sample
+from .checks import ANY, FULL, check, check_on
+from .recordings import Sample, at_rest
 from .target import Target
 from .wire import Wire
 
@@ -43,17 +43,15 @@ async def _in_other_order(target: Target) -> Wire | None:
 
 
 @check("BS01", is_plain=True)
-async def _reply_order(target: Target) -> CheckFinding:
+async def _reply_order(target: Target) -> None:
     wire = await target.motion()
     await target.probe.ask(wire)
     await wire.ask(STOP, "STOP")
     await target.probe.ask(wire, "after STOP")
-    return PASSED
 
 
-@check("BS02", profiles=ANY, is_plain=True)
-async def _state_order(target: Target) -> CheckFinding:
-    taken: Sample = await target.once("the state at rest", sample)
+@check_on(at_rest, "BS02", profiles=ANY, is_plain=True)
+async def _state_order(taken: Sample) -> None:
     if taken.stray:
         raise RuleBroken(f"after {len(taken.frames)} frames came {taken.stray.hex()}")
     if not taken.frames:
@@ -61,11 +59,10 @@ async def _state_order(target: Target) -> CheckFinding:
     for frame in taken.frames:
         if not 0 < frame.msg_type <= 65_535:
             raise RuleBroken(f"message type {frame.msg_type} reads like one in the other order")
-    return PASSED
 
 
 @check("BS03", is_plain=True)
-async def _both_ports(target: Target) -> CheckFinding:
+async def _both_ports(target: Target) -> None:
     wire = await target.motion()
     await target.probe.ask(wire, f"in the state port's order ({target.order.name.lower()})")
     watch = await target.state()
@@ -73,12 +70,10 @@ async def _both_ports(target: Target) -> CheckFinding:
         raise CannotJudge("the state port says nothing")
     if watch.wire.stray:
         raise RuleBroken("the state port speaks another order than the motion port was asked in")
-    return PASSED
 
 
-@check("BS04", profiles=ANY, is_plain=True)
-async def _reals(target: Target) -> CheckFinding:
-    taken: Sample = await target.once("the state at rest", sample)
+@check_on(at_rest, "BS04", profiles=ANY, is_plain=True)
+async def _reals(taken: Sample) -> None:
     if not taken.joints:
         raise CannotJudge("the state port reports no joint values that could be read")
     for report in taken.joints:
@@ -86,20 +81,18 @@ async def _reals(target: Target) -> CheckFinding:
             tiny = value != 0 and abs(value) < 1e-30
             if not math.isfinite(value) or abs(value) > _PLAUSIBLE or tiny:
                 raise RuleBroken(f"slot {slot + 1} of {JOINT_SLOTS} is {value!r}: no joint value")
-    return PASSED
 
 
 @check("BS05", profiles=FULL)
-async def _other_client(target: Target) -> CheckFinding:
+async def _other_client(target: Target) -> None:
     try:
         await _in_other_order(target)
     finally:
         await _restore_order(target)
-    return PASSED
 
 
 @check("BS06", profiles=FULL)
-async def _side_by_side(target: Target) -> CheckFinding:
+async def _side_by_side(target: Target) -> None:
     first = await target.motion()
     await ping(first)
     try:
@@ -111,11 +104,10 @@ async def _side_by_side(target: Target) -> CheckFinding:
         await first.ask(STOP, "STOP in the first client's order")
     finally:
         await _restore_order(target)
-    return PASSED
 
 
 @check("BS07", profiles=FULL)
-async def _changing_order(target: Target) -> CheckFinding:
+async def _changing_order(target: Target) -> None:
     wire = await target.motion()
     await ping(wire)
     wire.send(target.codec(target.other_order).encode(STOP))
@@ -125,4 +117,3 @@ async def _changing_order(target: Target) -> CheckFinding:
     if reply is not None and reply.msg_type != MsgType.JOINT_TRAJ_PT:
         raise RuleBroken(f"STOP in another order was answered by {reply}")
     await _restore_order(target)
-    return PASSED

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from openpendant.simplemsg import CommType, MsgType, Ping, ReplyCode
 from openpendant.simplemsg.framing import HEADER_SIZE
 
 from ..check import PASSED, CheckFinding, RuleBroken, deviates
 from .answers import MOTION_REPLY, STOP, ping
-from .checks import ANY, FULL, check
-from .recordings import Sample, sample
+from .checks import ANY, FULL, STANDARD, check, check_on
+from .recordings import Sample, at_rest
 from .target import Target
 from .wire import ReceivedFrame, Wire, raw_frame
 
@@ -31,22 +33,20 @@ async def _answers(target: Target) -> list[tuple[str, int, ReceivedFrame]]:
 
 
 @check("HS01")
-async def _comm_type(target: Target) -> CheckFinding:
+async def _comm_type(target: Target) -> None:
     for what, _, reply in await _answers(target):
         if reply.comm_type != CommType.REPLY:
             raise RuleBroken(f"the answer to {what} has communication type {reply.comm_type}")
-    return PASSED
 
 
 @check("HS02")
-async def _reply_code(target: Target) -> CheckFinding:
+async def _reply_code(target: Target) -> None:
     for what, _, reply in await _answers(target):
         if reply.reply_code not in (ReplyCode.SUCCESS, ReplyCode.FAILURE):
             raise RuleBroken(
                 f"the answer to {what} has reply code {reply.reply_code};"
                 " the real client takes 0 for no reply at all and sends the point again"
             )
-    return PASSED
 
 
 @check("HS03")
@@ -64,20 +64,17 @@ async def _type(target: Target) -> CheckFinding:
     return PASSED
 
 
-@check("HS04", profiles=ANY)
-async def _length(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "HS04", profiles=ANY)
+async def _length(wire: Wire) -> None:
     for _ in range(3):
         await ping(wire, "a PING, one of three")
     await wire.expect_silence(0.15, "three answers to three PINGs")
     if wire.is_amid_frame:
         raise RuleBroken("behind the third answer stand bytes that no frame owns")
-    return PASSED
 
 
-@check("HS05", profiles=ANY, is_plain=True)
-async def _topics(target: Target) -> CheckFinding:
-    taken: Sample = await target.once("the state at rest", sample)
+@check_on(at_rest, "HS05", profiles=ANY, is_plain=True)
+async def _topics(taken: Sample) -> None:
     if taken.stray:
         raise RuleBroken(f"the state port sends bytes that are no frame: {taken.stray.hex()}")
     for frame in taken.frames:
@@ -86,12 +83,13 @@ async def _topics(target: Target) -> CheckFinding:
             raise RuleBroken(f"the state port sends {frame}; a topic has comm 1 and code 0")
     if not taken.frames:
         raise RuleBroken("the state port says nothing")
-    return PASSED
 
 
-async def _not_obeyed(wire: Wire, frame: bytes, what: str, habit: str = "") -> CheckFinding:
-    """Send a frame that must not be taken: silence, a failure reply or the end are in order."""
-    wire.send(frame)
+async def _not_obeyed(
+    wire: Wire, what: str, header: tuple[int, int, int], habit: str
+) -> CheckFinding:
+    """Send a header that must not be taken: silence, a failure reply or the end are in order."""
+    wire.send(raw_frame(wire.codec, *header))
     reply = await wire.poll(0.2)
     if reply is not None and reply.reply_code == ReplyCode.SUCCESS:
         if habit:
@@ -102,51 +100,34 @@ async def _not_obeyed(wire: Wire, frame: bytes, what: str, habit: str = "") -> C
     return PASSED
 
 
-@check("HS06")
-async def _comm_invalid(target: Target) -> CheckFinding:
-    wire = await target.motion()
-    frame = raw_frame(wire.codec, MsgType.PING, CommType.INVALID)
-    return await _not_obeyed(wire, frame, "a PING of communication type 0")
+_OF_ANY_TYPE = "industrial_core: answers a PING of any communication type"
+
+for _number, _profiles, _what, _header, _habit in (
+    ("HS06", STANDARD, "a PING of communication type 0", (MsgType.PING, CommType.INVALID, 0), ""),
+    ("HS07", FULL, "type 0", (0, CommType.REQUEST, 0), ""),
+    ("HS08", FULL, "a PING request with reply code 1", (MsgType.PING, CommType.REQUEST, 1), ""),
+    ("HS10", FULL, "a PING of communication type 4", (MsgType.PING, 4, 0), _OF_ANY_TYPE),
+):
+    check_on(Target.motion, _number, profiles=_profiles)(
+        partial(_not_obeyed, what=_what, header=_header, habit=_habit)
+    )
 
 
-@check("HS07", profiles=FULL)
-async def _type_invalid(target: Target) -> CheckFinding:
-    wire = await target.motion()
-    return await _not_obeyed(wire, raw_frame(wire.codec, 0, CommType.REQUEST), "type 0")
-
-
-@check("HS08", profiles=FULL)
-async def _request_with_code(target: Target) -> CheckFinding:
-    wire = await target.motion()
-    frame = raw_frame(wire.codec, MsgType.PING, CommType.REQUEST, ReplyCode.SUCCESS)
-    return await _not_obeyed(wire, frame, "a PING request with reply code 1")
-
-
-@check("HS09")
-async def _unasked_reply(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "HS09")
+async def _unasked_reply(wire: Wire) -> CheckFinding:
     for msg_type in (MsgType.JOINT_TRAJ_PT, UNKNOWN):
         wire.send(raw_frame(wire.codec, msg_type, CommType.REPLY, ReplyCode.SUCCESS))
     await wire.expect_silence(0.15, "replies that nobody asked for")
     wire.send(raw_frame(wire.codec, MsgType.PING, CommType.REPLY, ReplyCode.SUCCESS))
     frame = await wire.poll(0.2)
     if frame is not None:
-        return deviates("industrial_core: answers a PING of any communication type", str(frame))
+        return deviates(_OF_ANY_TYPE, str(frame))
     await ping(wire, "a PING after replies that nobody asked for")
     return PASSED
 
 
-@check("HS10", profiles=FULL)
-async def _comm_unknown(target: Target) -> CheckFinding:
-    wire = await target.motion()
-    habit = "industrial_core: answers a PING of any communication type"
-    frame = raw_frame(wire.codec, MsgType.PING, 4)
-    return await _not_obeyed(wire, frame, "a PING of communication type 4", habit)
-
-
-@check("HS11", profiles=ANY)
-async def _ping_size(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "HS11", profiles=ANY)
+async def _ping_size(wire: Wire) -> CheckFinding:
     reply = await wire.ask(Ping(), "a PING")
     if len(reply.data) == HEADER_SIZE:
         return PASSED

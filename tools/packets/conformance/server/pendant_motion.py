@@ -10,6 +10,7 @@ import asyncio
 import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 from openpendant.simplemsg import CommType, Message, joint_array
 from openpendant.simplemsg.pendant import (
@@ -36,9 +37,8 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..check import PASSED, CannotJudge, CheckFinding, RuleBroken
-from ..check import CheckVerdict as Judged
-from .checks import check
+from ..check import CannotJudge, CheckFinding, RuleBroken, passed
+from .checks import check, check_on
 from .monitor import distance
 from .pendant import OURS, PendantConversation, welcomed
 from .target import Target
@@ -303,17 +303,16 @@ def _moving_requests(pendant: PendantConversation, state: State) -> list[Message
 
 
 @check("PS30", profiles=OURS)
-async def _no_authority(target: Target) -> CheckFinding:
+async def _no_authority(target: Target) -> None:
     pendant = await welcomed(target, rate=50.0)
     for request in _moving_requests(pendant, await pendant.state()):
         name = type(request).__name__
         await pendant.refused(request, VerdictCode.NOT_IN_CONTROL, f"{name} without authority")
     await pendant.refused(release(pendant), VerdictCode.NOT_IN_CONTROL, "a release")
-    return PASSED
 
 
 @check("PS31", profiles=OURS)
-async def _granted(target: Target) -> CheckFinding:
+async def _granted(target: Target) -> None:
     witness = await welcomed(target)
     pendant = await holder(target)
     assert pendant.hello is not None
@@ -329,7 +328,6 @@ async def _granted(target: Target) -> CheckFinding:
     await _announced(witness, AuthorityReason.RELEASED, 1.0)
     if not await pendant.until(lambda: pendant.all(State)[-1].holder == 0, 1.0):
         raise RuleBroken(f"after a release state names holder {pendant.all(State)[-1].holder}")
-    return PASSED
 
 
 async def _announced(witness: PendantConversation, reason: AuthorityReason, within: float) -> None:
@@ -350,12 +348,11 @@ async def _announced(witness: PendantConversation, reason: AuthorityReason, with
 
 
 @check("PS32", profiles=OURS)
-async def _one_holder(target: Target) -> CheckFinding:
+async def _one_holder(target: Target) -> None:
     await holder(target)
     other = await welcomed(target)
     request = Authority(other.next_id(), AuthorityAction.REQUEST)
     await other.refused(request, VerdictCode.HELD_BY_OTHER, "a second request for it")
-    return PASSED
 
 
 def _lease(pendant: PendantConversation) -> float:
@@ -371,9 +368,8 @@ def _lease(pendant: PendantConversation) -> float:
     return lease
 
 
-@check("PS33", profiles=OURS, deadline=40.0)
-async def _expires(target: Target) -> CheckFinding:
-    pendant = await holder(target)
+@check_on(holder, "PS33", profiles=OURS, deadline=40.0)
+async def _expires(pendant: PendantConversation) -> None:
     lease = _lease(pendant)
     for _ in range(4):
         await asyncio.sleep(lease / 2)
@@ -383,11 +379,10 @@ async def _expires(target: Target) -> CheckFinding:
     if lost:
         raise RuleBroken(f"the authority was lost although beats came within {lease:g} s")
     await _announced(pendant, AuthorityReason.EXPIRED, 0.2 * lease + _EXPIRES_WITHIN)
-    return PASSED
 
 
 @check("PS34", profiles=OURS)
-async def _ends_with_link(target: Target) -> CheckFinding:
+async def _ends_with_link(target: Target) -> None:
     for name, end in _ENDS:
         pendant = await holder(target)
         other = await welcomed(target)
@@ -398,11 +393,10 @@ async def _ends_with_link(target: Target) -> CheckFinding:
             raise RuleBroken(f"after {name} of its holder: {broken}") from None
         await other.take_authority()
         await other.accepted(release(other), "a release")
-    return PASSED
 
 
 @check("PS35", moves=True, profiles=OURS)
-async def _bad_targets(target: Target) -> CheckFinding:
+async def _bad_targets(target: Target) -> None:
     pendant = await holder(target)
     here = await standing(pendant, target)
     cases: list[tuple[JointMove, VerdictCode, str]] = [
@@ -430,7 +424,6 @@ async def _bad_targets(target: Target) -> CheckFinding:
     for move, code, what in cases:
         await refused_or_stopped(pendant, target, move, code, what)
         pendant.wire.send(AuthorityBeat())
-    return PASSED
 
 
 def _just_outside(target: Target) -> list[tuple[int, float]]:
@@ -459,29 +452,18 @@ async def _completed(target: Target) -> CheckFinding:
     judge_states(pendant, outcome.request_id)
     judge_pace(target, pendant, outcome, distance(goal, here))
     back = await moved(pendant, target, here)
-    return CheckFinding(
-        Judged.PASSED, f"{outcome.motion_time:.2f} s there, {back.motion_time:.2f} back"
-    )
+    return passed(f"{outcome.motion_time:.2f} s there, {back.motion_time:.2f} back")
 
 
-@check("PS37", moves=True, profiles=OURS)
-async def _stopped(target: Target) -> CheckFinding:
-    return await _stop_of(target, SoftwareStop(0, "conformance"))
-
-
-@check("PS40", moves=True, profiles=OURS)
-async def _stopped_by_topic(target: Target) -> CheckFinding:
-    return await _stop_of(target, SoftwareStop(0, "conformance", comm_type=CommType.TOPIC))
-
-
-async def _stop_of(target: Target, stop: SoftwareStop) -> CheckFinding:
+async def _stop_of(target: Target, comm_type: CommType) -> None:
     """Have an observer stop a motion; make sure that all are told, and that it stays stopped."""
     pendant = await holder(target)
     here, move = await under_way(pendant, target)
     known_error = pendant.all(State)[-1].error_code
     other, witness = await welcomed(target), await welcomed(target)
+    stop = SoftwareStop(0, "conformance", comm_type=comm_type)
     try:
-        if stop.comm_type == CommType.REQUEST:
+        if comm_type == CommType.REQUEST:
             stop.request_id = other.next_id()
             await other.accepted(stop, "a stop by an observer")
         else:
@@ -512,11 +494,14 @@ async def _stop_of(target: Target, stop: SoftwareStop) -> CheckFinding:
     finally:
         await target.close()
         await reset_and_return(target, here)
-    return PASSED
+
+
+check("PS37", moves=True, profiles=OURS)(partial(_stop_of, comm_type=CommType.REQUEST))
+check("PS40", moves=True, profiles=OURS)(partial(_stop_of, comm_type=CommType.TOPIC))
 
 
 @check("PS41", moves=True, profiles=OURS)
-async def _reset_by_nobody(target: Target) -> CheckFinding:
+async def _reset_by_nobody(target: Target) -> None:
     pendant = await welcomed(target, rate=50.0)
     here = position(await pendant.state(), pendant)
     await pendant.accepted(SoftwareStop(pendant.next_id(), "conformance"), "a stop")
@@ -526,10 +511,9 @@ async def _reset_by_nobody(target: Target) -> CheckFinding:
     finally:
         await target.close()
         await reset_and_return(target, here)
-    return PASSED
 
 
-async def _left_alone(target: Target, end: Callable[[Wire], None]) -> CheckFinding:
+async def _left_alone(target: Target, end: Callable[[Wire], None]) -> None:
     """End the connection that commands the robot; make sure that it stops on the way."""
     pendant = await holder(target)
     here, _ = await under_way(pendant, target)
@@ -546,21 +530,14 @@ async def _left_alone(target: Target, end: Callable[[Wire], None]) -> CheckFindi
     finally:
         await target.close()
         await reset_and_return(target, here)
-    return PASSED
 
 
-@check("PS38", moves=True, profiles=OURS)
-async def _lost(target: Target) -> CheckFinding:
-    return await _left_alone(target, Wire.reset)
-
-
-@check("PS42", moves=True, profiles=OURS)
-async def _hung_up(target: Target) -> CheckFinding:
-    return await _left_alone(target, Wire.half_close)
+check("PS38", moves=True, profiles=OURS)(partial(_left_alone, end=Wire.reset))
+check("PS42", moves=True, profiles=OURS)(partial(_left_alone, end=Wire.half_close))
 
 
 @check("PS39", moves=True, profiles=OURS)
-async def _busy(target: Target) -> CheckFinding:
+async def _busy(target: Target) -> None:
     pendant = await holder(target)
     here, move = await under_way(pendant, target)
     found = await pendant.verdict(joint_move(pendant, here), "a second motion")
@@ -570,11 +547,10 @@ async def _busy(target: Target) -> CheckFinding:
     if outcome.outcome != OutcomeKind.COMPLETED:
         raise RuleBroken(f"the first motion was disturbed: {outcome.code} {outcome.text!r}")
     await moved(pendant, target, here)
-    return PASSED
 
 
 @check("PS43", moves=True, profiles=OURS, deadline=60.0)
-async def _expires_in_motion(target: Target) -> CheckFinding:
+async def _expires_in_motion(target: Target) -> None:
     pendant = await holder(target)
     lease = _lease(pendant)
     here, move = await under_way(pendant, target, speed_for(target, lease + 3.0))
@@ -592,13 +568,11 @@ async def _expires_in_motion(target: Target) -> CheckFinding:
     finally:
         await target.close()
         await reset_and_return(target, here)
-    return PASSED
 
 
 @check("PS44", profiles=OURS)
-async def _beats_of_others(target: Target) -> CheckFinding:
+async def _beats_of_others(target: Target) -> None:
     pendant, other = await holder(target), await welcomed(target)
     lease = _lease(pendant)
     async with other.beating():
         await _announced(pendant, AuthorityReason.EXPIRED, lease + _EXPIRES_WITHIN)
-    return PASSED

@@ -182,13 +182,31 @@ async def reference(target: Target) -> RecordedMotion:
     return _motion(mover, duration, sent, answered, replies, None)
 
 
+async def at_rest(target: Target) -> Sample:
+    """Return the reports of the resting robot, observed once."""
+    taken: Sample = await target.once("the state at rest", sample)
+    return taken
+
+
+async def undisturbed(target: Target) -> RecordedMotion:
+    """Return the motion that nothing disturbed, made once."""
+    motion: RecordedMotion = await target.once("a motion", reference)
+    return motion
+
+
+async def stopped_motion(target: Target) -> RecordedMotion:
+    """Return the motion that was stopped, made once."""
+    motion: RecordedMotion = await target.once("a stopped motion", stopped)
+    return motion
+
+
 async def must_be_slow(target: Target) -> None:
     """Make sure that the robot moves as slowly as it is asked to.
 
     Raises:
         CannotJudge: it does not, or did not move when it was asked to.
     """
-    motion: RecordedMotion = await target.once("a motion", reference)
+    motion = await undisturbed(target)
     moving = motion.must_have_moved()
     if moving[-1].time - moving[0].time < 0.4 * motion.duration:
         raise CannotJudge(

@@ -10,6 +10,7 @@ import asyncio
 from collections.abc import Callable, Iterable, Sequence
 
 from ..check import (
+    PASSED,
     CannotJudge,
     CheckFinding,
     CheckVerdict,
@@ -232,7 +233,7 @@ async def _outcome(entry: ServerCheck, target: Target, links: LongLivedLinks) ->
     try:
         await target.guard.over(links.before(entry, target))
         async with asyncio.timeout(entry.deadline):
-            return await target.guard.over(entry.judge(target))
+            return await target.guard.over(entry.judge(target)) or PASSED
     except MotionInterrupted as error:
         return not_applicable(INTERRUPTED) if target.guard.is_interrupted else failed(str(error))
     except RuleBroken as error:

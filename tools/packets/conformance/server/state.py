@@ -10,11 +10,11 @@ from collections.abc import Sequence
 from openpendant.simplemsg import JointFeedback, MsgType, ValidField
 from openpendant.simplemsg.framing import HEADER_SIZE
 
-from ..check import PASSED, CannotJudge, CheckFinding, CheckVerdict, RuleBroken, deviates
-from .checks import ANY, FULL, check
+from ..check import PASSED, CannotJudge, CheckFinding, RuleBroken, deviates, passed
+from .checks import ANY, FULL, check, check_on
 from .monitor import ReportedJoints, distance, longest_gap, rate
 from .moving import SPEED
-from .recordings import RecordedMotion, Sample, reference, sample
+from .recordings import RecordedMotion, Sample, at_rest, undisturbed
 from .target import Target
 
 LEAST_RATE = 10.0
@@ -40,36 +40,26 @@ _HANGING = 3.0
 _ENOUGH = 10
 
 
-async def _sample(target: Target) -> Sample:
-    taken: Sample = await target.once("the state at rest", sample)
-    return taken
-
-
 def _longest_gap(target: Target) -> float:
     return _LONGEST_GAP_EXACTLY if target.is_minimum else _LONGEST_GAP
 
 
 async def _with_joints(target: Target) -> Sample:
-    taken = await _sample(target)
+    taken = await at_rest(target)
     if not taken.joints:
         raise RuleBroken("the state port reports no joint values")
     return taken
 
 
-async def _undisturbed(target: Target) -> RecordedMotion:
-    motion: RecordedMotion = await target.once("a motion", reference)
-    return motion
-
-
 @check("TS01", profiles=ANY, is_plain=True)
 async def _speaks(target: Target) -> CheckFinding:
-    taken = await _sample(target)
+    taken = await at_rest(target)
     if not taken.frames:
         raise RuleBroken("the state port said nothing for 2.2 s")
     late = taken.frames[0].time - taken.opened
     if late > (_FIRST_FRAME_EXACTLY if target.is_minimum else _FIRST_FRAME):
         raise RuleBroken(f"the first frame came {late:.2f} s after connecting")
-    return CheckFinding(CheckVerdict.PASSED, f"first frame after {late:.3f} s")
+    return passed(f"first frame after {late:.3f} s")
 
 
 @check("TS02", profiles=ANY, is_plain=True)
@@ -77,7 +67,7 @@ async def _joint_rate(target: Target) -> CheckFinding:
     found = rate([report.time for report in (await _with_joints(target)).joints])
     if found < LEAST_RATE * _GRANTED:
         raise RuleBroken(f"joint values come at {found:.3g} Hz")
-    return CheckFinding(CheckVerdict.PASSED, f"{found:.3g} Hz")
+    return passed(f"{found:.3g} Hz")
 
 
 @check("TS03", profiles=ANY, is_plain=True)
@@ -86,20 +76,19 @@ async def _gaps(target: Target) -> CheckFinding:
     gap = longest_gap([report.time for report in taken.joints])
     if gap > _longest_gap(target):
         raise RuleBroken(f"for {gap:.3g} s no joint values came")
-    return CheckFinding(CheckVerdict.PASSED, f"longest pause {gap:.3g} s")
+    return passed(f"longest pause {gap:.3g} s")
 
 
 @check("TS04", profiles=ANY, is_plain=True)
 async def _status_rate(target: Target) -> CheckFinding:
-    times = [told.time for told in (await _sample(target)).statuses]
+    times = [told.time for told in (await at_rest(target)).statuses]
     if len(times) < 2 or longest_gap(times) > 1.1:
         raise RuleBroken(f"STATUS came {len(times)} times in 2.2 s, longest pause over 1.1 s")
-    return CheckFinding(CheckVerdict.PASSED, f"{rate(times):.3g} Hz")
+    return passed(f"{rate(times):.3g} Hz")
 
 
-@check("TS05", is_plain=True)
-async def _order(target: Target) -> CheckFinding:
-    taken = await _with_joints(target)
+@check_on(_with_joints, "TS05", is_plain=True)
+async def _order(taken: Sample) -> None:
     kinds = [frame.msg_type for frame in taken.frames]
     joint_types = (MsgType.JOINT_POSITION, MsgType.JOINT_FEEDBACK)
     if kinds[0] not in joint_types:
@@ -113,11 +102,10 @@ async def _order(target: Target) -> CheckFinding:
             late += is_same_round
     if late > len(taken.statuses) // 4:
         raise RuleBroken(f"STATUS stood in front of joint values in {late} rounds")
-    return PASSED
 
 
 @check("TS06", profiles=ANY, is_plain=True)
-async def _unused_slots(target: Target) -> CheckFinding:
+async def _unused_slots(target: Target) -> None:
     if target.options.limits is None:
         raise CannotJudge("how many joints the robot has is not known without --robot")
     dof = target.options.limits.dof
@@ -125,16 +113,13 @@ async def _unused_slots(target: Target) -> CheckFinding:
         for slot, value in enumerate(report.values[dof:], start=dof + 1):
             if value != 0:
                 raise RuleBroken(f"slot {slot} is {value:g}, but the robot has {dof} joints")
-    return PASSED
 
 
-@check("TS07", is_plain=True)
-async def _sequence(target: Target) -> CheckFinding:
-    taken = await _sample(target)
+@check_on(at_rest, "TS07", is_plain=True)
+async def _sequence(taken: Sample) -> None:
     if not any(frame.msg_type == MsgType.JOINT_POSITION for frame in taken.frames):
         raise CannotJudge("no joint values of type 10 are reported")
     _must_be_zero(taken.joints)
-    return PASSED
 
 
 def _must_be_zero(reports: Sequence[ReportedJoints]) -> None:
@@ -143,9 +128,8 @@ def _must_be_zero(reports: Sequence[ReportedJoints]) -> None:
             raise RuleBroken(f"joint values are reported with sequence {report.sequence}")
 
 
-@check("TS08", profiles=ANY, is_plain=True)
-async def _sizes(target: Target) -> CheckFinding:
-    taken = await _sample(target)
+@check_on(at_rest, "TS08", profiles=ANY, is_plain=True)
+async def _sizes(taken: Sample) -> None:
     for frame in taken.frames:
         sizes = _SIZES.get(MsgType(frame.msg_type)) if frame.msg_type in _SIZES else None
         if sizes is not None and frame.size - HEADER_SIZE not in sizes:
@@ -154,7 +138,6 @@ async def _sizes(target: Target) -> CheckFinding:
             )
     if not taken.frames:
         raise CannotJudge("the state port says nothing")
-    return PASSED
 
 
 @check("TS09", is_plain=True)
@@ -165,18 +148,17 @@ async def _generic_joints(target: Target) -> CheckFinding:
     return deviates("Motoman: joint values come as type 15 only", f"types {sorted(kinds)}")
 
 
-@check("TS10", profiles=ANY, is_plain=True)
-async def _still(target: Target) -> CheckFinding:
-    taken = await _with_joints(target)
+@check_on(_with_joints, "TS10", profiles=ANY, is_plain=True)
+async def _still(taken: Sample) -> CheckFinding:
     first = taken.joints[0].values
     worst = max(distance(report.values, first) for report in taken.joints)
     if worst > _NOISE:
         raise RuleBroken(f"joint values of a resting robot differ by {worst:.3g} rad or m")
-    return CheckFinding(CheckVerdict.PASSED, f"within {worst:.1g} rad or m")
+    return passed(f"within {worst:.1g} rad or m")
 
 
 @check("TS11", profiles=ANY, is_plain=True)
-async def _in_range(target: Target) -> CheckFinding:
+async def _in_range(target: Target) -> None:
     limits = target.options.limits
     if limits is None:
         raise CannotJudge("the robot's range is not known without --robot")
@@ -188,12 +170,10 @@ async def _in_range(target: Target) -> CheckFinding:
                     f"joint {joint + 1} reports {value:.4g}, range {limits.lower[joint]:.4g} to"
                     f" {limits.upper[joint]:.4g}"
                 )
-    return PASSED
 
 
-@check("TS12", profiles=ANY, is_plain=True)
-async def _feedback(target: Target) -> CheckFinding:
-    taken = await _sample(target)
+@check_on(at_rest, "TS12", profiles=ANY, is_plain=True)
+async def _feedback(taken: Sample) -> None:
     if not taken.feedback:
         raise CannotJudge("no feedback of type 15 is reported")
     times: list[float] = []
@@ -209,7 +189,6 @@ async def _feedback(target: Target) -> CheckFinding:
             times.append(told.time)
     if any(later < earlier for earlier, later in itertools.pairwise(times)):
         raise RuleBroken("the time of type 15 runs backwards")
-    return PASSED
 
 
 def _fields_of(told: JointFeedback) -> dict[ValidField, tuple[float, ...]]:
@@ -237,14 +216,13 @@ async def _two_listeners(target: Target) -> CheckFinding:
 
 
 @check("TS14", profiles=ANY, is_plain=True)
-async def _again(target: Target) -> CheckFinding:
+async def _again(target: Target) -> None:
     for attempt in range(1, 4):
         watch = await target.state()
         await watch.begin()
         if not watch.joints:
             raise RuleBroken(f"at connection {attempt} no joint values came for 2.5 s")
         await target.close()
-    return PASSED
 
 
 @check("TS15", profiles=FULL, is_plain=True)
@@ -263,16 +241,15 @@ async def _hanging_listener(target: Target) -> CheckFinding:
 
 @check("TS16", moves=True, is_plain=True)
 async def _pace_in_motion(target: Target) -> CheckFinding:
-    motion = await _undisturbed(target)
+    motion = await undisturbed(target)
     times = [report.time for report in motion.joints]
     if rate(times) < LEAST_RATE * _GRANTED or longest_gap(times) > _longest_gap(target):
         raise RuleBroken(f"{rate(times):.3g} Hz, longest pause {longest_gap(times):.3g} s")
-    return CheckFinding(CheckVerdict.PASSED, f"{rate(times):.3g} Hz")
+    return passed(f"{rate(times):.3g} Hz")
 
 
-@check("TS17", moves=True, is_plain=True)
-async def _no_jumps(target: Target) -> CheckFinding:
-    motion = await _undisturbed(target)
+@check_on(undisturbed, "TS17", moves=True, is_plain=True)
+async def _no_jumps(motion: RecordedMotion) -> None:
     motion.must_have_moved()
     way = abs(motion.goal[motion.joint] - motion.start[motion.joint])
     for earlier, later in zip(motion.joints, motion.joints[1:], strict=False):
@@ -283,23 +260,19 @@ async def _no_jumps(target: Target) -> CheckFinding:
             raise RuleBroken(
                 f"{step:.3g} rad or m between two reports {later.time - earlier.time:.3f} s apart"
             )
-    return PASSED
 
 
-@check("TS18", moves=True, is_plain=True)
-async def _others_stay(target: Target) -> CheckFinding:
-    motion = await _undisturbed(target)
+@check_on(undisturbed, "TS18", moves=True, is_plain=True)
+async def _others_stay(motion: RecordedMotion) -> None:
     motion.must_have_moved()
     for slot in range(len(motion.start)):
         off = max(abs(report.values[slot] - motion.start[slot]) for report in motion.joints)
         if slot != motion.joint and off > _OTHERS_MOVE:
             raise RuleBroken(f"joint {slot + 1} moved by {off:.3g}, asked was {motion.joint + 1}")
-    return PASSED
 
 
-@check("TS19", moves=True, profiles=FULL, is_plain=True)
-async def _velocities(target: Target) -> CheckFinding:
-    motion = await _undisturbed(target)
+@check_on(undisturbed, "TS19", moves=True, profiles=FULL, is_plain=True)
+async def _velocities(motion: RecordedMotion) -> CheckFinding:
     moving = motion.must_have_moved()
     middle = [
         told
@@ -314,12 +287,10 @@ async def _velocities(target: Target) -> CheckFinding:
     true = way / (moving[-1].time - moving[0].time)
     if not 0.8 < mean / true < 1.25:
         raise RuleBroken(f"reported {mean:.3g} rad/s on average, the positions say {true:.3g}")
-    return CheckFinding(CheckVerdict.PASSED, f"{mean:.3g} against {true:.3g} rad/s")
+    return passed(f"{mean:.3g} against {true:.3g} rad/s")
 
 
-@check("TS20", moves=True, is_plain=True)
-async def _sequence_in_motion(target: Target) -> CheckFinding:
-    motion = await _undisturbed(target)
+@check_on(undisturbed, "TS20", moves=True, is_plain=True)
+async def _sequence_in_motion(motion: RecordedMotion) -> None:
     motion.must_have_moved()
     _must_be_zero(motion.joints)
-    return PASSED

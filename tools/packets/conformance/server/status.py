@@ -17,11 +17,18 @@ from openpendant.simplemsg import (
 from openpendant.simplemsg.framing import HEADER_SIZE
 from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
 
-from ..check import PASSED, CannotJudge, CheckFinding, CheckVerdict, RuleBroken, deviates
+from ..check import PASSED, CannotJudge, CheckFinding, RuleBroken, deviates, passed
 from .answers import STOP, is_taken
-from .checks import ANY, FULL, check
+from .checks import ANY, FULL, check, check_on
 from .moving import LEAD_IN, STOP_WITHIN, VERY_SLOW, ready
-from .recordings import SLOW, RecordedMotion, Sample, must_be_slow, reference, sample, stopped
+from .recordings import (
+    SLOW,
+    RecordedMotion,
+    at_rest,
+    must_be_slow,
+    stopped_motion,
+    undisturbed,
+)
 from .target import Target
 from .wire import raw_frame
 
@@ -30,34 +37,32 @@ _DELAY = 0.5
 
 
 async def _statuses(target: Target) -> list[Status]:
-    taken: Sample = await target.once("the state at rest", sample)
+    taken = await at_rest(target)
     if not taken.statuses:
         raise RuleBroken("no STATUS was reported")
     return [told.status for told in taken.statuses]
 
 
 async def _told_in_motion(target: Target) -> RecordedMotion:
-    motion: RecordedMotion = await target.once("a motion", reference)
+    motion = await undisturbed(target)
     if not motion.statuses:
         raise CannotJudge("no STATUS was reported")
     return motion
 
 
 @check("QS01", profiles=ANY, is_plain=True)
-async def _tri_states(target: Target) -> CheckFinding:
+async def _tri_states(target: Target) -> None:
     for status in await _statuses(target):
         for name in _TRI_STATES:
             if getattr(status, name) not in (-1, 0, 1):
                 raise RuleBroken(f"{name} is {getattr(status, name)}")
-    return PASSED
 
 
 @check("QS02", profiles=ANY, is_plain=True)
-async def _modes(target: Target) -> CheckFinding:
+async def _modes(target: Target) -> None:
     for status in await _statuses(target):
         if status.mode not in (-1, 1, 2):
             raise RuleBroken(f"mode is {status.mode}")
-    return PASSED
 
 
 @check("QS03", profiles=ANY, is_plain=True)
@@ -82,7 +87,7 @@ async def _at_rest_not_in_motion(target: Target) -> CheckFinding:
 
 
 @check("QS05", profiles=ANY, is_plain=True)
-async def _possible(target: Target) -> CheckFinding:
+async def _possible(target: Target) -> None:
     for status in await _statuses(target):
         is_dead = status.e_stopped == TriState.TRUE or status.drives_powered == TriState.FALSE
         if is_dead and status.motion_possible == TriState.TRUE:
@@ -90,7 +95,6 @@ async def _possible(target: Target) -> CheckFinding:
                 f"motion_possible is 1 with e_stopped {status.e_stopped},"
                 f" drives_powered {status.drives_powered}"
             )
-    return PASSED
 
 
 @check("QS06", profiles=ANY, is_plain=True)
@@ -104,20 +108,17 @@ async def _known(target: Target) -> CheckFinding:
     return PASSED
 
 
-@check("QS07", profiles=ANY, is_plain=True)
-async def _steady(target: Target) -> CheckFinding:
-    states = await _statuses(target)
+@check_on(_statuses, "QS07", profiles=ANY, is_plain=True)
+async def _steady(states: list[Status]) -> None:
     for name in (*_TRI_STATES, "mode", "error_code"):
         values = [getattr(status, name) for status in states]
         changes = sum(a != b for a, b in itertools.pairwise(values))
         if changes > 1:
             raise RuleBroken(f"{name} changed {changes} times in 2.2 s at rest")
-    return PASSED
 
 
-@check("QS08", moves=True, is_plain=True)
-async def _says_motion(target: Target) -> CheckFinding:
-    motion = await _told_in_motion(target)
+@check_on(_told_in_motion, "QS08", moves=True, is_plain=True)
+async def _says_motion(motion: RecordedMotion) -> CheckFinding:
     left = motion.must_have_moved()[0].time
     said = [told.time for told in motion.statuses if told.status.in_motion == TriState.TRUE]
     if not said:
@@ -126,14 +127,11 @@ async def _says_motion(target: Target) -> CheckFinding:
         raise RuleBroken("in_motion was never 1 although the robot moved")
     if said[0] > left + _DELAY:
         raise RuleBroken(f"in_motion became 1 only {said[0] - left:.2f} s after the robot moved")
-    return CheckFinding(
-        CheckVerdict.PASSED, f"{said[0] - left:+.3f} s after the first visible motion"
-    )
+    return passed(f"{said[0] - left:+.3f} s after the first visible motion")
 
 
-@check("QS09", moves=True, is_plain=True)
-async def _until_it_stands(target: Target) -> CheckFinding:
-    motion = await _told_in_motion(target)
+@check_on(_told_in_motion, "QS09", moves=True, is_plain=True)
+async def _until_it_stands(motion: RecordedMotion) -> None:
     moving = motion.visibly_moving()
     began, ended = moving[0].time, moving[-1].time - 0.02
     has_said = False
@@ -144,12 +142,10 @@ async def _until_it_stands(target: Target) -> CheckFinding:
         is_late = has_said or told.time > began + _DELAY
         if is_late and told.status.in_motion == TriState.FALSE:
             raise RuleBroken(f"in_motion was 0 {ended - told.time:.3f} s before the robot stood")
-    return PASSED
 
 
-@check("QS10", moves=True, is_plain=True)
-async def _says_rest(target: Target) -> CheckFinding:
-    motion = await _told_in_motion(target)
+@check_on(_told_in_motion, "QS10", moves=True, is_plain=True)
+async def _says_rest(motion: RecordedMotion) -> CheckFinding:
     stood = motion.must_have_moved()[-1].time
     rest = [
         told.time
@@ -158,12 +154,11 @@ async def _says_rest(target: Target) -> CheckFinding:
     ]
     if not rest or rest[0] > stood + 1.0:
         raise RuleBroken("in_motion was still 1 a second after the robot stood")
-    return CheckFinding(CheckVerdict.PASSED, f"{rest[0] - stood:+.3f} s")
+    return passed(f"{rest[0] - stood:+.3f} s")
 
 
-@check("QS11", moves=True, is_plain=True)
-async def _had_said_possible(target: Target) -> CheckFinding:
-    motion = await _told_in_motion(target)
+@check_on(_told_in_motion, "QS11", moves=True, is_plain=True)
+async def _had_said_possible(motion: RecordedMotion) -> None:
     motion.must_have_moved()
     before = [told.status for told in motion.statuses if told.time <= motion.sent]
     if not before:
@@ -176,22 +171,19 @@ async def _had_said_possible(target: Target) -> CheckFinding:
         )
     if last.mode == 1:
         raise RuleBroken("it moved by remote command with mode 1, manual")
-    return PASSED
 
 
-@check("QS12", moves=True, is_plain=True)
-async def _stop_is_no_error(target: Target) -> CheckFinding:
-    motion: RecordedMotion = await target.once("a stopped motion", stopped)
+@check_on(stopped_motion, "QS12", moves=True, is_plain=True)
+async def _stop_is_no_error(motion: RecordedMotion) -> None:
     last = motion.statuses[-1].status
     if last.in_motion == TriState.TRUE:
         raise RuleBroken("in_motion was still 1 1.2 s after STOP")
     if last.in_error == TriState.TRUE:
         raise RuleBroken(f"after STOP the robot is in error {last.error_code}")
-    return PASSED
 
 
 @check("QS13", moves=True, profiles=FULL)
-async def _error_is_over(target: Target) -> CheckFinding:
+async def _error_is_over(target: Target) -> None:
     await must_be_slow(target)
     mover = await ready(target)
     nan = tuple(float("nan") if slot == mover.joint else v for slot, v in enumerate(mover.start))
@@ -213,7 +205,6 @@ async def _error_is_over(target: Target) -> CheckFinding:
     if not await again.watch.until(lambda: _no_error(again.watch.status), 1.5):
         code = again.watch.status.error_code if again.watch.status else 0
         raise RuleBroken(f"error {code} stays after a good trajectory")
-    return PASSED
 
 
 def _is_off(status: Status | None) -> bool:
@@ -233,7 +224,7 @@ async def _operate(target: Target, action: OperatorAction) -> bool:
 
 
 @check("QS14", moves=True, profiles=FULL)
-async def _emergency_stop(target: Target) -> CheckFinding:
+async def _emergency_stop(target: Target) -> None:
     mover = await ready(target)
     watch = mover.watch
     if not await _operate(target, OperatorAction.EMERGENCY_STOP):
@@ -258,11 +249,10 @@ async def _emergency_stop(target: Target) -> CheckFinding:
         lambda: watch.status is not None and watch.status.e_stopped == TriState.FALSE, _DELAY
     ):
         raise RuleBroken("STATUS still shows the emergency stop after its reset")
-    return PASSED
 
 
 @check("QS15", moves=True, profiles=FULL)
-async def _emergency_stop_in_motion(target: Target) -> CheckFinding:
+async def _emergency_stop_in_motion(target: Target) -> None:
     mover = await ready(target)
     await mover.set_off(SLOW)
     if not await _operate(target, OperatorAction.EMERGENCY_STOP):
@@ -274,17 +264,14 @@ async def _emergency_stop_in_motion(target: Target) -> CheckFinding:
     finally:
         await _operate(target, OperatorAction.RESET)
     await mover.stays(0.8, "the reset of an emergency stop", stood)
-    return PASSED
 
 
-@check("QS16", moves=True, is_plain=True)
-async def _healthy(target: Target) -> CheckFinding:
-    motion = await _told_in_motion(target)
+@check_on(_told_in_motion, "QS16", moves=True, is_plain=True)
+async def _healthy(motion: RecordedMotion) -> None:
     moving = motion.visibly_moving()
     for told in motion.statuses:
         if moving[0].time <= told.time <= moving[-1].time:
             _must_be_healthy(told.status)
-    return PASSED
 
 
 def _must_be_healthy(status: Status) -> None:
