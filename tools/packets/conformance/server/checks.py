@@ -80,9 +80,7 @@ def check_on(
 def server_checks() -> tuple[ServerCheck, ...]:
     """Return every check on servers: those that move nothing first, sections in their order."""
     from . import (  # noqa: F401 - they register themselves, and import this module
-        byte_order,
         framing,
-        headers,
         limits,
         link,
         motion,
@@ -91,7 +89,6 @@ def server_checks() -> tuple[ServerCheck, ...]:
         pendant_motion,
         replies,
         state,
-        status,
         stop,
     )
 

@@ -28,7 +28,7 @@ from .answers import (
     ping,
 )
 from .checks import ANY, FULL, check, check_on
-from .headers import UNKNOWN
+from .framing import UNKNOWN
 from .monitor import Watch
 from .recordings import Questions, questioned
 from .target import Target
