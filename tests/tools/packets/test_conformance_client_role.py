@@ -17,12 +17,22 @@ from openpendant.tools.packets.conformance.check import CheckVerdict, Judgement,
 from openpendant.tools.packets.conformance.cli import main
 from openpendant.tools.packets.conformance.client import controller as scripted
 from openpendant.tools.packets.conformance.client import role as client_role
-from openpendant.tools.packets.conformance.client.actions import Act, ClientLinkId, Do
-from openpendant.tools.packets.conformance.client.controller import MAX_ENTRIES, ScriptedController
+from openpendant.tools.packets.conformance.client.controller import (
+    MAX_ENTRIES,
+    Act,
+    ClientLinkId,
+    Do,
+    ScriptedController,
+)
 from openpendant.tools.packets.conformance.client.judge import CHECKS, judge_scenario
 from openpendant.tools.packets.conformance.client.live import LiveController
-from openpendant.tools.packets.conformance.client.scenarios import SCENARIOS, Mutation, Scenario
-from openpendant.tools.packets.conformance.client.setup import Purpose, Setup
+from openpendant.tools.packets.conformance.client.setup import (
+    SCENARIOS,
+    Mutation,
+    Purpose,
+    Scenario,
+    Setup,
+)
 from openpendant.tools.packets.console import PacketToolError, PeerError
 
 VECTORS = Path(__file__).parents[2] / "vectors"

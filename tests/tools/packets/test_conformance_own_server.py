@@ -17,8 +17,13 @@ from openpendant.tools.packets.conformance.client.controller import ScriptedCont
 from openpendant.tools.packets.conformance.client.judge import results_of
 from openpendant.tools.packets.conformance.client.live import LiveController
 from openpendant.tools.packets.conformance.client.role import judge_live
-from openpendant.tools.packets.conformance.client.scenarios import SCENARIOS, Mutation, Scenario
-from openpendant.tools.packets.conformance.client.setup import Purpose, Setup
+from openpendant.tools.packets.conformance.client.setup import (
+    SCENARIOS,
+    Mutation,
+    Purpose,
+    Scenario,
+    Setup,
+)
 from openpendant.tools.pendants.client import Aborted, PendantClient, Refused
 
 ROBOT = serial_robot("ur5")

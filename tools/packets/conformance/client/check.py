@@ -25,8 +25,7 @@ from ..check import (
     failed,
     not_applicable,
 )
-from .reports import ReportHistory
-from .trace import ClientTrace
+from .trace import ClientTrace, ReportHistory
 from .trajectories import Motions, SentPoint, SentTrajectory
 
 _SHOWN = 3

@@ -29,9 +29,8 @@ from . import (  # noqa: F401 - they register themselves
     stop,
 )
 from .check import REGISTER, ClientCheck, Observed
-from .reports import ReportHistory
 from .setup import Setup
-from .trace import ClientTrace
+from .trace import ClientTrace, ReportHistory
 from .trajectories import motions_of
 
 CHECKS = REGISTER.in_order(Section)

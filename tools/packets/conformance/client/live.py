@@ -16,10 +16,8 @@ from functools import partial
 from ...console import PacketToolError
 from ...live.endpoints import in_short
 from ...trace import Entry
-from .actions import Act, Action, ClientLinkId, Do, Write
-from .controller import ScriptedController
-from .scenarios import Mutation, Scenario
-from .setup import TRIGGERED, Purpose
+from .controller import Act, Action, ClientLinkId, Do, ScriptedController, Write
+from .setup import TRIGGERED, Mutation, Purpose, Scenario
 
 LEAD_IN = 0.6
 """So long a client sees the reports of a scenario before it is asked to move [s]."""

@@ -31,8 +31,7 @@ from openpendant.simplemsg import (
 )
 from openpendant.simplemsg.motoman import MotomanMotionCtrl, MotomanMotionReply
 
-from .scenarios import Mutation
-from .setup import Setup
+from .setup import Mutation, Setup
 
 UNKNOWN_TYPE = 999
 """A message type that no dialect has."""

@@ -32,8 +32,7 @@ from ..check import CheckFinding, Judgement, Result
 from .controller import ScriptedController
 from .judge import judge_scenario, results_of, scenarios_of
 from .live import LiveController, Trigger
-from .scenarios import SCENARIOS, Scenario
-from .setup import Purpose, Setup
+from .setup import SCENARIOS, Purpose, Scenario, Setup
 
 MAX_ENTRIES = 1_000_000
 """Most entries of a recording; each is held in memory."""
