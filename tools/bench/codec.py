@@ -21,7 +21,7 @@ from openpendant.simplemsg import (
     codec_for,
 )
 
-from ..packets.reading.wire_form import ALL
+from ..packets.reading.reader import ALL
 from .table import Benchmark, Bound, Sides
 
 _CALLS = 5_000

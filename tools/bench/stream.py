@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 from openpendant.simplemsg import ByteOrder, Connection, Role, codec_for
 
-from ..packets.reading.wire_form import ALL
+from ..packets.reading.reader import ALL
 from .codec import FULL_POINT, FULL_POINT_BODY
 from .table import Benchmark, Bound, Sides
 

@@ -15,13 +15,10 @@ from openpendant.simplemsg.errors import shown
 from openpendant.simplemsg.packet_text import packet_to_json
 
 from ..console import ExitCode, complain
-from .console import parser, run
-from .reading.output import Format, Output, add_presentation
-from .reading.presentation import frame_as_tree, message_as_line
-from .reading.reader import Reader, Reading
-from .reading.text_lines import LineError, lines_of, open_input, text_of
+from .console import LineError, lines_of, open_input, parser, run, text_of
+from .reading.presentation import Format, Output, add_presentation, frame_as_tree, message_as_line
+from .reading.reader import Reader, Reading, add_reading_form, codec_of, reader_of
 from .reading.trace_files import FileKind, detect, read_trace
-from .reading.wire_form import add_reading_form, codec_of, reader_of
 
 _ABOUT = """\
 Read packets and print what they say. FILE holds hexadecimal digits (one packet a line), a trace

@@ -10,9 +10,8 @@ from openpendant.simplemsg import Codec, ProtocolError
 from openpendant.simplemsg.packet_text import packet_from_json
 
 from ..console import ExitCode, complain
-from .console import parser, run
-from .reading.text_lines import LineError, lines_of, open_input, text_of
-from .reading.wire_form import add_reading_form, codec_of
+from .console import LineError, lines_of, open_input, parser, run, text_of
+from .reading.reader import add_reading_form, codec_of
 
 _ABOUT = "Read packets as JSON objects, one a line, as decode prints them; print hexadecimal."
 

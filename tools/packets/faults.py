@@ -12,8 +12,7 @@ from pathlib import Path
 from ..console import ExitCode, complain
 from .console import PacketToolError, parser, run
 from .faulty.fault_catalogue import explain, list_faults
-from .faulty.fault_engine import FaultDone, FaultEngine
-from .faulty.fault_relay import FaultRelay, fault_to_json
+from .faulty.fault_engine import FaultDone, FaultEngine, FaultRelay, fault_to_json
 from .faulty.fault_script import FaultScript, load_script
 from .live.line_output import LineOutput
 from .live.proxy import Pair, Proxy

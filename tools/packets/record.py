@@ -12,7 +12,7 @@ from ..console import ExitCode, complain
 from .console import parser, run
 from .live.line_output import LineOutput
 from .live.proxy import Pair, Proxy
-from .live.recording import RecordingRelay
+from .live.relay import RecordingRelay
 from .live.serving import (
     ProgressLine,
     add_pairs,

@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from inspect import getdoc
 
-from .fault_rules import RULE_CLASSES, Match, Rule
-from .fault_script import FaultScript
+from .fault_script import RULE_CLASSES, FaultScript, Match, Rule
 
 CORRECT_PEER = {
     "delay": "waits, up to its own deadline; then gives up with a reason and takes no late reply"

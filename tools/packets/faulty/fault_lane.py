@@ -13,7 +13,7 @@ from random import Random
 
 from ..live.relay import Action, ProxyLinkId, SendBytes
 from ..trace import TraceDirection
-from . import fault_rules as faults
+from . import fault_script as faults
 
 
 @dataclass(slots=True)

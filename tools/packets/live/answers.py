@@ -30,7 +30,7 @@ from openpendant.simplemsg.packet_text import packet_to_json
 from openpendant.simplemsg.pendant import Hello, Management, Verdict
 
 from ...console import complain
-from ..reading.remarks import is_failed_verdict, remark_on
+from ..reading.field_table import is_failed_verdict, remark_on
 
 COMMAND_AT = HEADER_SIZE + 8
 """Offset of the field `command` in types 2001 and 2002; integers only stand before it."""

@@ -14,7 +14,7 @@ from openpendant.simplemsg.codes import ReplyCode
 from openpendant.simplemsg.framing import Cut, Frame
 
 from ..console import PacketToolError
-from ..reading.wire_form import ALL
+from ..reading.reader import ALL
 from ..trace import Entry, Event, Packet, TraceDirection
 
 MAX_BYTES = 256 * 1024 * 1024

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 from ...console import ExitCode
 from ..console import PeerError
-from .endpoints import Endpoint, in_short
-from .peer import Peer, PeerSilentError
+from .endpoints import Endpoint, Peer, PeerSilentError, in_short
 from .playback import Pace, PlayedSide, Player, RecordedSession
 
 LINGER = 0.2

@@ -16,8 +16,7 @@ from openpendant.simplemsg import CommType
 
 from ..trace import Entry, Event, TraceDirection
 from .field_table import FieldValue, field_values
-from .reader import Reading
-from .wire_form import ALL
+from .reader import ALL, Reading
 
 _NANOSECONDS = 1_000_000_000
 _WAYS = {"to-server": TraceDirection.TO_SERVER, "to-client": TraceDirection.TO_CLIENT}

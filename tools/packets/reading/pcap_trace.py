@@ -13,8 +13,17 @@ from openpendant.simplemsg.framing import HEADER_SIZE, Cut, Mode, Splitter
 
 from ..trace import LONGEST_TRACE, Entry, Event, Packet, TraceDirection
 from .capture_files import CapturedPacket, CaptureFault
-from .link_layers import LINK_TYPES, Flag, NoSegment, TcpEndpoint, TcpSegment, segment_of
-from .tcp_streams import MissingBytes, Piece, StreamReassembly
+from .tcp_streams import (
+    LINK_TYPES,
+    Flag,
+    MissingBytes,
+    NoSegment,
+    Piece,
+    StreamReassembly,
+    TcpEndpoint,
+    TcpSegment,
+    segment_of,
+)
 
 _LONGEST_TRACE_NS = LONGEST_TRACE * 1_000_000_000
 
