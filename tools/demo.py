@@ -202,12 +202,6 @@ def run_demo(
 ) -> DemoResult:
     """Run the three processes and the tour.
 
-    Args:
-        robot: name or file of the robot.
-        work: folder for what the processes leave behind.
-        journals: files for the journals.
-        interruptions: says when a signal may end it.
-
     Raises:
         DemoFailed: a part did not start, ended early or refused a motion.
         Interrupted: a signal came; all processes are stopped.

@@ -58,7 +58,6 @@ class TourMotion:
     """One motion of the tour.
 
     Attributes:
-        name: what it was.
         planned: its samples, from the server's first set-point on.
         plan_time: time that planning took [s].
         limit_ratio: the greatest share of a velocity or acceleration limit that it used.
@@ -81,16 +80,7 @@ class TourMotion:
 
 @dataclass(frozen=True, slots=True)
 class DemoResult:
-    """Results of the demonstration.
-
-    Attributes:
-        robot: name of the robot.
-        joints: names of its joints.
-        motions: in order.
-        executed: motion of the emulated controller.
-        violations: counted by its referee.
-        taught_poses: poses of the taught path.
-    """
+    """Results of the demonstration."""
 
     robot: str
     joints: tuple[str, ...]

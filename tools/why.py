@@ -27,14 +27,7 @@ _IS_IT = f"is it a pendant port (default {DEFAULT_PORT})?"
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command.
-
-    Args:
-        argv: arguments behind `openpendant why`; None takes those of the process.
-
-    Returns:
-        The exit code, see above.
-    """
+    """Run the command."""
     arguments = _parser().parse_args(sys.argv[1:] if argv is None else argv)
     host, port = arguments.server
     try:

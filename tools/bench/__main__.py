@@ -40,9 +40,6 @@ MODULES = (
 def main(argv: list[str] | None = None) -> int:
     """Run the benchmarks.
 
-    Args:
-        argv: arguments; None takes those of the process.
-
     Returns:
         0; 1 when a benchmark crashed, or with `--base` a row is worse or was not measured; 2 when
         there is nothing to run; 130 when a comparison was interrupted.
@@ -88,16 +85,7 @@ def compared(
     as_json: bool = False,
     root: Path = ROOT,
 ) -> int:
-    """Compare an earlier commit with the sources as they are; return the exit code of `main`.
-
-    Args:
-        base: the commit, as git names it.
-        groups: names of the rows, by group.
-        turns: how often each side is measured.
-        quick: take a third of the samples in each turn.
-        as_json: print JSON instead of a table.
-        root: the sources as they are.
-    """
+    """Compare an earlier commit with the sources as they are; return the exit code of `main`."""
     began = time.monotonic()
 
     def tell(what: str) -> None:

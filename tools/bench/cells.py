@@ -84,9 +84,6 @@ def running_room(
         event_loop: what server and controllers run on.
         is_pinned: each process keeps to its processor; else the system places them.
         jog_lead: how far set-points of the jogs are sent ahead [s].
-
-    Yields:
-        The server's ready line and the names of its cells.
     """
     with ExitStack() as stack:
         controllers: list[dict[str, int]] = []
@@ -153,7 +150,6 @@ class _IdleTimer:
     """A timer at 100 Hz that has nothing to do.
 
     Attributes:
-        is_over: tells it to end.
         late_p99: of a hundred ticks one was later [ms].
     """
 

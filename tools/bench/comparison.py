@@ -35,13 +35,7 @@ class RowVerdict(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Quartiles:
-    """The quartiles of some figures.
-
-    Attributes:
-        first: a quarter lies below it.
-        median: half of them do.
-        third: three quarters do.
-    """
+    """The quartiles of some figures."""
 
     first: float
     median: float
@@ -58,12 +52,9 @@ class Comparison:
     """A row of both commits.
 
     Attributes:
-        name: of the benchmark.
-        unit: of its figures.
         base: of the earlier commit; None where it has no such row.
         head: of the later one; None where it was not measured.
         ratio: of the later figure to the earlier one, in each turn; None where one is missing.
-        verdict: of the ratios.
     """
 
     name: str

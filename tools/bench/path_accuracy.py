@@ -73,12 +73,7 @@ class CommandPath(Enum):
 
 
 class PathAccuracy(NamedTuple):
-    """Distance of the mean of the attained paths from the command path.
-
-    Attributes:
-        distance: [mm].
-        angle: [°].
-    """
+    """Distance of the mean of the attained paths from the command path."""
 
     distance: float
     angle: float

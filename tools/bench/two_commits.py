@@ -51,13 +51,7 @@ class MeasuredCommit:
     """The sources of one commit, and the processes that measure them."""
 
     def __init__(self, name: str, root: Path, folder: Path) -> None:
-        """Link the import name to the sources.
-
-        Args:
-            name: of the commit, for who reads.
-            root: its sources.
-            folder: empty; for links.
-        """
+        """Link the import name to the sources."""
         self.name = name
         self._root = root
         path = [str(folder), *filter(None, [os.environ.get("PYTHONPATH")])]
@@ -71,10 +65,6 @@ class MeasuredCommit:
 
     def measure(self, names: Sequence[str], *, quick: bool = False) -> dict[str, Figure]:
         """Measure rows in one process; those that it does not have or that crashed are missing.
-
-        Args:
-            names: of the rows.
-            quick: take a third of the samples.
 
         Raises:
             NotComparable: the process did not end as it should.
@@ -132,9 +122,6 @@ def two_sides(base: str, root: Path = ROOT) -> Iterator[tuple[MeasuredCommit, Me
         base: the commit, as git names it.
         root: the later sources, as they are now; in a work tree of git.
 
-    Yields:
-        The earlier side and the later one.
-
     Raises:
         NotComparable: git does not know the commit, or this is no work tree.
     """
@@ -186,9 +173,6 @@ def measure_in_turns(
         progress: told what is measured next.
         turns: how often.
         quick: take a third of the samples in each turn.
-
-    Yields:
-        Each row when its group is done.
 
     Raises:
         NotComparable: a side cannot be measured at all.

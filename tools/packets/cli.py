@@ -26,9 +26,6 @@ TOOLS: Mapping[str, tuple[str, str]] = {
 def main(argv: list[str] | None = None) -> int:
     """Run the command.
 
-    Args:
-        argv: arguments behind `openpendant packets`; None takes those of the process.
-
     Returns:
         The tool's exit code, see `ExitCode`; 2 for an unknown tool.
     """

@@ -51,13 +51,7 @@ def parser(command: str, about: str, epilog: str = "") -> argparse.ArgumentParse
 def add_wire_form(
     command: argparse.ArgumentParser, *, dialect: str = "standard", order: str | None = "little"
 ) -> None:
-    """Add `--order`, `--real` and `--dialect`; `codec_of` reads them.
-
-    Args:
-        command: where to add them.
-        dialect: the default dialect.
-        order: the default byte order; None leaves `arguments.order` None, to be detected.
-    """
+    """Add `--order`, `--real` and `--dialect`; an order of None leaves it to be detected."""
     told = f"default: {order}" if order else "default: detected"
     command.add_argument("--order", choices=ORDERS, default=order, help=f"byte order ({told})")
     command.add_argument(
@@ -72,12 +66,7 @@ def add_wire_form(
 
 
 def codec_of(arguments: argparse.Namespace, order: ByteOrder | None = None) -> Codec:
-    """Return the codec that `add_wire_form`'s arguments name.
-
-    Args:
-        arguments: as parsed.
-        order: the byte order where the arguments leave it open.
-    """
+    """Return the codec that `add_wire_form`'s arguments name."""
     known = ORDERS[arguments.order] if arguments.order else order or ByteOrder.LITTLE
     return codec_for(DIALECTS[arguments.dialect], known, arguments.real)
 
@@ -98,13 +87,7 @@ def run(
     body: Callable[[argparse.Namespace], int],
     argv: list[str] | None,
 ) -> int:
-    """Parse the arguments and run a command; whatever goes wrong becomes a line and a code.
-
-    Args:
-        command: the parser.
-        body: what to do; returns the exit code.
-        argv: arguments behind the command's name; None takes those of the process.
-    """
+    """Parse the arguments and run a command; whatever goes wrong becomes a line and a code."""
     return run_parsed(command, body, argv, _FAULTS)
 
 
@@ -130,12 +113,7 @@ def open_input(file: str) -> AbstractContextManager[BinaryIO]:
 
 
 def lines_of(stream: BinaryIO, longest: int = MAX_LINE) -> Iterator[bytes]:
-    """Yield lines as they come; of a line that is too long only the beginning, to bound memory.
-
-    Args:
-        stream: where to read.
-        longest: longest line to give whole, bytes, its end included.
-    """
+    """Yield lines as they come; of a line that is too long only the beginning, to bound memory."""
     while line := stream.readline(longest + 1):
         yield line
         while len(line) > longest and not line.endswith(b"\n"):

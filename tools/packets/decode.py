@@ -32,9 +32,6 @@ file that is none of these or breaks off (what came before is printed)."""
 def main(argv: list[str] | None = None) -> int:
     """Run the command.
 
-    Args:
-        argv: arguments behind `openpendant packets decode`; None takes those of the process.
-
     Returns:
         0 when every packet was decoded, 1 when one was not or the reader went away, 2 for wrong
         arguments or a file that cannot be read to its end.

@@ -19,9 +19,6 @@ _ABOUT = "Read packets as JSON objects, one a line, as decode prints them; print
 def main(argv: list[str] | None = None) -> int:
     """Run the command.
 
-    Args:
-        argv: arguments behind `openpendant packets encode`; None takes those of the process.
-
     Returns:
         0 when every line was converted, 1 when one was not or the reader went away, 2 for wrong
         arguments or an unreadable file.

@@ -42,13 +42,7 @@ _NANOSECONDS = 1e9
 
 
 class FaultProxy:
-    """A proxy, the relay that breaks its traffic, and the log.
-
-    Attributes:
-        done: faults done so far, by name.
-        relay: counts the frames.
-        output: the log, None without one.
-    """
+    """A proxy, the relay that breaks its traffic, and the log."""
 
     def __init__(
         self,
@@ -59,15 +53,7 @@ class FaultProxy:
         log: str | None = None,
         on_end: Callable[[str], None] = lambda reason: None,
     ) -> None:
-        """Make a proxy that has touched nothing yet; needs a running loop.
-
-        Args:
-            pairs: where to listen, and where to connect to.
-            script: the rules.
-            seed: of all random choices; None takes the script's.
-            log: file of the faults done, "-" for standard output, None for none.
-            on_end: called with the reason when the log ends before it is asked to.
-        """
+        """Make a proxy that has touched nothing yet; needs a running loop."""
         self.done: Counter[str] = Counter()
         self.output = LineOutput(log, on_end=on_end) if log is not None else None
         self._began = round(asyncio.get_running_loop().time() * _NANOSECONDS)

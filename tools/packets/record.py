@@ -42,12 +42,7 @@ _NANOSECONDS = 1e9
 
 
 class PacketRecorder:
-    """A proxy, the relay that records, and the trace file.
-
-    Attributes:
-        relay: counts the packets.
-        output: knows whether the file is complete.
-    """
+    """A proxy, the relay that records, and the trace file."""
 
     def __init__(
         self,
@@ -57,14 +52,7 @@ class PacketRecorder:
         max_size: int | None = None,
         on_end: Callable[[str], None] = lambda reason: None,
     ) -> None:
-        """Make a recorder that has touched nothing yet; needs a running loop.
-
-        Args:
-            pairs: where to listen, and where to connect to.
-            path: the trace file, "-" for standard output.
-            max_size: bytes after which the recording ends.
-            on_end: called with the reason when the recording ends before it is asked to.
-        """
+        """Make a recorder that has touched nothing yet; needs a running loop."""
         started = datetime.datetime.now().astimezone().isoformat(timespec="microseconds")
         targets = ", ".join(str(pair.target) for pair in pairs)
         self.output = LineOutput(path, max_size=max_size, on_end=on_end)

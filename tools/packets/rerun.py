@@ -1,6 +1,6 @@
 """`openpendant packets rerun`: run a server or an emulator again, exactly as its journal says.
 
-Owns arguments, output for people and for programs, and exit codes; the run is `journals.reenactment`.
+Owns arguments, output for people and for programs, and exit codes; `journals.reenactment` runs it.
 """
 
 from __future__ import annotations

@@ -154,14 +154,6 @@ async def talk(
 ) -> int:
     """Send packets one after the other, print what comes back, return the exit code.
 
-    Args:
-        endpoint: the peer.
-        packets: what to send; each request waits for its reply.
-        codec: what the bytes are taken for; the peer's byte order is seen from its frames.
-        within: time for the connection and for each answer [s].
-        topics: how many topics to print afterwards.
-        as_json: print JSON objects.
-
     Raises:
         PeerError: the peer cannot be reached, hangs up or does not answer.
     """

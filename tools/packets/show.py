@@ -58,11 +58,7 @@ class Follower:
     """
 
     def __init__(self, number: int) -> None:
-        """Make a follower.
-
-        Args:
-            number: the request's place among the packets of the trace, from 1.
-        """
+        """Make a follower."""
         self.stage = FollowStage.SOUGHT
         self.replied = False
         self._number = number
@@ -295,9 +291,6 @@ _Items = Iterator[Reading | Event]
 
 def main(argv: list[str] | None = None) -> int:
     """Run the command.
-
-    Args:
-        argv: arguments behind `openpendant packets show`; None takes those of the process.
 
     Returns:
         0 when done, 1 when a packet that is shown could not be decoded or the followed request has

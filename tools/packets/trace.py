@@ -36,7 +36,6 @@ class Packet:
 
     Attributes:
         time: since the start of the trace [ns].
-        direction: which way.
         data: one whole frame, prefix included.
         port: TCP port of the server's end, 0 where unknown.
         connection: number of the connection on that port, from 1.

@@ -14,9 +14,6 @@ _DOCS = Path(__file__).resolve().parents[2] / "docs"
 def main(argv: list[str] | None = None) -> int:
     """Run the command.
 
-    Args:
-        argv: arguments; None takes those of the process.
-
     Returns:
         0; 1 where `--check` finds a stale file; 2 where a file cannot be written.
     """

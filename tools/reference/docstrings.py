@@ -16,12 +16,7 @@ _ENTRY = re.compile(r"^    (\w+): (.*)$")
 
 @dataclass(frozen=True, slots=True)
 class Docstring:
-    """A docstring in parts.
-
-    Attributes:
-        about: what stands before the first section.
-        entries: of each section, the text by name.
-    """
+    """A docstring in parts."""
 
     about: str
     entries: Mapping[str, Mapping[str, str]]

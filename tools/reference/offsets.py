@@ -31,8 +31,6 @@ class FrameField:
         offset: bytes before it in the frame, such as `16` or `20 + 40 i`.
         kind: its type on the wire.
         name: its name, `points[i].joints` inside a record.
-        field: its declaration; None for the count of an array.
-        meaning: what it says.
     """
 
     offset: str
@@ -43,12 +41,7 @@ class FrameField:
 
 
 def frame_fields(cls: type[Message], real_size: int) -> list[FrameField]:
-    """Return the fields of a message in the order of their bytes.
-
-    Args:
-        cls: the message.
-        real_size: bytes of a real, 4 or 8.
-    """
+    """Return the fields of a message in the order of their bytes."""
     form = WireForm("<", _REAL_CODES[real_size])
     rows: list[FrameField] = []
     at = HEADER_SIZE

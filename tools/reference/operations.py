@@ -66,10 +66,8 @@ class PublishedOperation:
         name: value of `op`.
         group: where the client has its call; empty for the client itself.
         call: name of the client's call in it.
-        request: its declaration.
         reply: model of what answers it.
         returned: what the client's call says of that, as a model.
-        told: what the client's call says of itself.
     """
 
     name: str

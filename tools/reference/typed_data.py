@@ -55,13 +55,7 @@ def model_of(data: type) -> type[BaseModel]:
 def closed_model(
     name: str, fields: Mapping[str, tuple[Any, Any]], about: str = ""
 ) -> type[BaseModel]:
-    """Return a model that refuses unknown keys.
-
-    Args:
-        name: of the model.
-        fields: the type of each, and its default or what else is said of it.
-        about: its docstring.
-    """
+    """Return a model that refuses unknown keys."""
     define: Any = create_model
     model: type[BaseModel] = define(name, __config__=_CLOSED, __doc__=about or None, **fields)
     return model

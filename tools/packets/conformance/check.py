@@ -45,7 +45,6 @@ class CheckFinding:
     """Finding of one check.
 
     Attributes:
-        verdict: how it ended.
         detail: what was seen, with numbers; why, where it is not applicable.
         habit: name of the known vendor habit, where it deviates.
     """
@@ -117,9 +116,7 @@ class Check(Generic[JudgeT]):
         number: as in the tables of clauses, e.g. `FS03`.
         title: what must hold, as a sentence.
         clause: what gives it reason.
-        judge: looks and judges.
         moves: it can only be judged by moving the robot.
-        profiles: where it is run on a server.
         is_plain: it sends nothing, or nothing but whole points of standard form, STOP among them;
             only such a check is run on a target that does not tell frames apart by their header.
         deadline: it must be done by then [s]; what it leaves behind is put in order afterwards.
@@ -184,13 +181,7 @@ class Register(Generic[JudgeT]):
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """A check with its finding.
-
-    Attributes:
-        check: what was judged.
-        finding: what was found.
-        seconds: how long it took [s].
-    """
+    """A check with its finding."""
 
     check: Check[Any]
     finding: CheckFinding
@@ -204,7 +195,6 @@ class Judgement:
     Attributes:
         subject: who was judged, e.g. `server 127.0.0.1:12000`.
         role: `server` or `client`: which end was judged.
-        results: in the order in which they were found.
     """
 
     subject: str

@@ -149,11 +149,7 @@ def _check_writable(file: Path) -> None:
 
 
 class _Interruption:
-    """Signals that end a run early, after the robot was sent STOP.
-
-    Attributes:
-        has_happened: one came.
-    """
+    """Signals that end a run early, after the robot was sent STOP."""
 
     def __init__(self) -> None:
         self.has_happened = False

@@ -34,12 +34,7 @@ _INDENT = " " * (_WIDTH + 8)
 
 
 def as_text(judgement: Judgement, color: bool) -> str:
-    """Return the report for a person.
-
-    Args:
-        judgement: what was found.
-        color: with the escape sequences of a terminal.
-    """
+    """Return the report for a person."""
     lines = [_printable(judgement.subject)]
     for section, results in groupby(judgement.results, lambda result: result.check.section):
         lines += ["", section.name.lower().replace("_", " ")]

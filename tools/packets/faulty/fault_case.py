@@ -43,12 +43,7 @@ _ANSWERED_BY_MOTION_REPLY = {14, 2001, 2016, 2018}
 
 
 class FrameForm(NamedTuple):
-    """Assumed form of the traffic; the byte order is read from each frame.
-
-    Attributes:
-        dialect: messages to know.
-        real_size: bytes of a real, 4 or 8.
-    """
+    """Assumed form of the traffic; the byte order is read from each frame."""
 
     dialect: Dialect
     real_size: int

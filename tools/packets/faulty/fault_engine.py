@@ -35,10 +35,6 @@ class FaultDone:
     Attributes:
         time: when [ns].
         rule: number of the rule, from 1.
-        fault: its name.
-        link: the connection.
-        direction: which way the frame travelled.
-        frame: the frame as it came.
         detail: what was done to it, in words.
     """
 
@@ -60,13 +56,7 @@ class FaultEngine:
         seed: int | None = None,
         log: Callable[[FaultDone], None] = lambda done: None,
     ) -> None:
-        """Make an engine that has seen nothing yet.
-
-        Args:
-            script: the rules.
-            seed: of all random choices; None takes the script's.
-            log: called with each fault done.
-        """
+        """Make an engine that has seen nothing yet; without a seed that of the script counts."""
         seed = script.seed if seed is None else seed
         self._form = FrameForm(DIALECTS[script.dialect], script.real)
         self._log = log
@@ -88,14 +78,7 @@ class FaultEngine:
     def take(
         self, direction: TraceDirection, link: ProxyLinkId, frame: bytes, now: int
     ) -> list[Action]:
-        """Take a frame and return what is to be done now.
-
-        Args:
-            direction: which way it travels.
-            link: the connection; one that is not open is ignored.
-            frame: one whole frame.
-            now: time [ns].
-        """
+        """Take a whole frame at a time [ns]; return what is to be done now."""
         traffic = self._traffic.get(link)
         if traffic is None:
             return []
@@ -259,9 +242,6 @@ class FaultRelay:
 
     Bytes in which no frame can be found are forwarded as they are. A frame is forwarded when it is
     complete; what there is of one when its sender ends is forwarded, too.
-
-    Attributes:
-        frames: frames seen.
     """
 
     def __init__(self, engine: FaultEngine) -> None:
@@ -321,12 +301,7 @@ class FaultRelay:
 
 
 def fault_to_json(done: FaultDone, began: int) -> dict[str, Any]:
-    """Return a line of the log.
-
-    Args:
-        done: the fault.
-        began: time of the start [ns].
-    """
+    """Return a line of the log that began at a time [ns]."""
     return {
         "t": (done.time - began) / 1e9,
         "rule": done.rule,

@@ -58,15 +58,7 @@ class Lane:
     def put(
         self, data: bytes, now: int, *, delay: int = 0, piece: int | None = None, gap: int = 0
     ) -> None:
-        """Send bytes behind everything that waits.
-
-        Args:
-            data: the bytes.
-            now: time.
-            delay: wait so long first.
-            piece: send pieces of so many bytes.
-            gap: pause between two pieces.
-        """
+        """Send bytes behind everything that waits."""
         if self._gathered and not delay and piece is None:
             self._gather(data, now)
         else:

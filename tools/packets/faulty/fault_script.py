@@ -328,10 +328,6 @@ def load_script(path: Path) -> FaultScript:
 def make_script(data: dict[str, Any], source: str) -> FaultScript:
     """Check plain data and return a script.
 
-    Args:
-        data: as read from TOML.
-        source: file name for the message.
-
     Raises:
         FaultScriptError: the first thing that is wrong, with its rule and key.
     """

@@ -54,7 +54,6 @@ class Difference(BaseException):
     No `Exception`, so that no part of the application takes it for a fault of its own.
 
     Attributes:
-        happening: the event at hand.
         expected: what followed from it then; None where nothing more did.
         actual: what followed now; None where nothing more did.
     """
@@ -200,14 +199,9 @@ class RerunOutcome:
     """Result of a run over a journal.
 
     Attributes:
-        header: of the journal.
-        events: how many events happened again.
         last: time of the last of them since the start [ns].
-        bytes_in: bytes that came in.
         bytes_out: bytes that left, all equal.
         frames: pieces in which they left.
-        seconds: how long the run took [s].
-        state: what the process knew at the end.
         difference: the first difference, None where there was none.
         before: the last events before the difference, it included.
         is_cut: the journal has no end.
@@ -241,11 +235,7 @@ class Until:
 
 
 class StillLoop(asyncio.SelectorEventLoop):
-    """A loop on which nothing happens by itself: what is to happen is in the journal.
-
-    Attributes:
-        is_still: callbacks and timers are forgotten.
-    """
+    """A loop on which nothing happens by itself: what is to happen is in the journal."""
 
     is_still = False
 
@@ -271,10 +261,6 @@ class StillLoop(asyncio.SelectorEventLoop):
 
 def rerun(path: Path, until: Until | None = None) -> RerunOutcome:
     """Execute a journal again.
-
-    Args:
-        path: the journal.
-        until: where to end; the journal's end where left out.
 
     Raises:
         JournalError: it is no journal, or a damaged one.

@@ -83,7 +83,6 @@ class Peer:
     """A connection that is open.
 
     Attributes:
-        name: the peer, for messages.
         splitter: knows the byte order that the peer speaks.
     """
 
@@ -99,10 +98,6 @@ class Peer:
     @classmethod
     async def connect(cls, endpoint: Endpoint, within: float) -> Peer:
         """Connect to a peer.
-
-        Args:
-            endpoint: its address.
-            within: time for the connection [s].
 
         Raises:
             PeerError: it cannot be reached.

@@ -47,13 +47,7 @@ class LineOutput:
         max_size: int | None = None,
         on_end: Callable[[str], None] = lambda reason: None,
     ) -> None:
-        """Take lines; the file is left alone until `start`.
-
-        Args:
-            path: the file, "-" for standard output.
-            max_size: bytes after which writing ends.
-            on_end: called once with the reason when nothing more is written.
-        """
+        """Take lines for a file, "-" for standard output; it is left alone until `start`."""
         self._path = path
         self._file: int | None = None
         self._is_never_waited_for = False

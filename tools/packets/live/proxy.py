@@ -169,11 +169,7 @@ class Pair(NamedTuple):
 
 
 class Proxy:
-    """Several listening ports, each with the server behind it.
-
-    Attributes:
-        links: connections now open.
-    """
+    """Several listening ports, each with the server behind it."""
 
     def __init__(
         self,
@@ -183,14 +179,7 @@ class Proxy:
         connect_timeout: float = CONNECT_TIMEOUT,
         max_links: int = MAX_LINKS,
     ) -> None:
-        """Make a proxy that is not listening yet; needs a running loop.
-
-        Args:
-            pairs: where to listen, and where to connect to.
-            relay: decides what happens to the bytes.
-            connect_timeout: for the connection to the server [s].
-            max_links: connections at once, all pairs together.
-        """
+        """Make a proxy that is not listening yet, its time-out in s; needs a running loop."""
         self.links: dict[ProxyLinkId, ProxyLink] = {}
         self.relay = relay
         self.connect_timeout = connect_timeout

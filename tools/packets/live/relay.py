@@ -21,7 +21,6 @@ class ProxyLinkId(NamedTuple):
 
     Attributes:
         pair: number of the listen and target pair, from 1.
-        port: TCP port of the server behind the proxy.
         number: number of the connection on that port, from 1.
     """
 
@@ -118,12 +117,7 @@ class RecordingRelay:
     """
 
     def __init__(self, write: Callable[[Entry], None], began: int) -> None:
-        """Make a relay.
-
-        Args:
-            write: called with every entry, in order of time.
-            began: now [ns].
-        """
+        """Make a relay that writes every entry, in order of time, from its beginning on [ns]."""
         self.packets = 0
         self.began = began
         self._write = write

@@ -30,7 +30,6 @@ class ReplaySummary:
     """Result of a replay.
 
     Attributes:
-        sent: packets sent.
         received: packets that came back and count.
         differences: how many are not as recorded.
         first: the first of them in words.
@@ -57,14 +56,7 @@ class Replay:
     def __init__(
         self, sessions: Sequence[RecordedSession], part: PlayedSide, pace: Pace, within: float
     ) -> None:
-        """Make a replay; needs a running loop.
-
-        Args:
-            sessions: the connections to play.
-            part: which side to play.
-            pace: how fast, and how to compare.
-            within: longest wait for the peer [s].
-        """
+        """Make a replay that waits so long for the peer [s]; needs a running loop."""
         self._sessions = sessions
         self._players = {id(session): Player(session, part, pace) for session in sessions}
         self._part = part
@@ -83,11 +75,7 @@ class Replay:
         return round(self._loop.time() * _NANOSECONDS)
 
     async def play_client(self, targets: dict[int, Endpoint]) -> ReplaySummary:
-        """Connect to the peers and play the client's side.
-
-        Args:
-            targets: the peer for each recorded port.
-        """
+        """Connect to the peers and play the client's side."""
         async with asyncio.TaskGroup() as group:
             for session in self._sessions:
                 group.create_task(self._connect(session, targets[session.port]))
@@ -118,9 +106,6 @@ class Replay:
 
     async def listen(self, listens: dict[int, Endpoint]) -> dict[int, int]:
         """Listen, and return the ports in use.
-
-        Args:
-            listens: where to listen for each recorded port.
 
         Raises:
             PeerError: a port cannot be used.

@@ -24,12 +24,7 @@ PROGRESS_PERIOD = 0.5
 
 
 def add_pairs(command: argparse.ArgumentParser, *, required: bool = True) -> None:
-    """Add `--listen`, `--to` and `--json`; `pairs_of` reads the first two.
-
-    Args:
-        command: where to add them.
-        required: False where the command can do something without a pair.
-    """
+    """Add `--listen`, `--to` and `--json`; `pairs_of` reads the first two."""
     command.add_argument(
         "--listen",
         action="append",
@@ -67,15 +62,7 @@ def pairs_of(arguments: argparse.Namespace) -> list[Pair]:
 def say_ready(
     tool: str, pairs: Sequence[Pair], ports: Sequence[int], *, as_json: bool, on_stderr: bool
 ) -> None:
-    """Print the ports in use, once they can be connected to; warn where strangers can.
-
-    Args:
-        tool: name of the tool.
-        pairs: as asked for.
-        ports: the ports in use, in the order of the pairs.
-        as_json: one JSON object instead of words.
-        on_stderr: standard output is taken.
-    """
+    """Print the ports in use, once they can be connected to; warn where strangers can."""
     warn_of_strangers(pair.listen for pair in pairs)
     if as_json:
         ways = [
@@ -124,11 +111,7 @@ class ProgressLine:
     """A line on a terminal that is written over and over; nothing where there is no terminal."""
 
     def __init__(self, text: Callable[[float], str]) -> None:
-        """Make a line.
-
-        Args:
-            text: what to show; gets the seconds since it was asked last.
-        """
+        """Make a line of a text that gets the seconds since it was asked last."""
         self._text = text
         self._task: asyncio.Task[None] | None = None
 

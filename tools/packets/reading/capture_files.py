@@ -31,11 +31,7 @@ _SECOND = 1_000_000_000
 
 
 class CaptureFault(Exception):
-    """A capture file cannot be read on from here.
-
-    Attributes:
-        offset: where in the file, bytes.
-    """
+    """A capture file cannot be read on from here."""
 
     def __init__(self, offset: int, reason: str) -> None:
         super().__init__(reason)
@@ -60,11 +56,7 @@ class CapturedPacket:
 
 
 class Cursor:
-    """Reader of exact sizes that counts its offset.
-
-    Attributes:
-        offset: bytes read so far.
-    """
+    """Reader of exact sizes that counts its offset."""
 
     def __init__(self, stream: BinaryIO, offset: int = 0) -> None:
         self._stream = stream

@@ -39,7 +39,6 @@ class FieldValue:
     Attributes:
         path: its name, such as `sequence` or `groups[1].positions`.
         offset: of its first byte from the beginning of the frame.
-        field: its declaration.
         value: as decoded; an array of reals is one value.
         label: name of the value, empty where it has none.
     """
@@ -111,11 +110,7 @@ _IO_REPLIES = (
 
 
 def remark_on(message: Message) -> str:
-    """Return meaning and remedy of a verdict that is no success, or what an I/O address names.
-
-    Returns:
-        A line; empty where there is nothing to say.
-    """
+    """Return meaning and remedy of a verdict that is no success, or what an I/O address names."""
     match message:
         case m.MotomanMotionReply() if message.result:
             return _motion_verdict(message)

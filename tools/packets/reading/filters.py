@@ -42,8 +42,6 @@ class FieldCondition:
     values fits. A packet without the field does not.
 
     Attributes:
-        path: name of the field.
-        sign: one of the comparisons.
         wanted: what to compare with, as written.
     """
 
@@ -109,15 +107,11 @@ class Filters:
 
     Attributes:
         types: names or numbers of message types.
-        comm: communication type.
         port: TCP port of the server's end.
         connection: number of the connection on its port.
-        direction: which way.
         scenario: name of the part of the trace.
         since: earliest time [s].
         until: latest time [s].
-        malformed: only packets that could not be decoded.
-        fields: comparisons of fields.
     """
 
     types: tuple[str, ...] = ()

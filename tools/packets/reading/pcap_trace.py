@@ -43,9 +43,6 @@ def entries_of(frames: Iterable[CapturedPacket]) -> Iterator[Entry]:
     The first frame of the capture is at time 0. A packet has the time of the segment that completed
     it. What could not be read is told as events: lost segments, strange interfaces, fragments.
 
-    Args:
-        frames: in the order of the capture.
-
     Raises:
         CaptureFault: the capture breaks off (what came before was given), or none of its frames
             has a link type that is read here.

@@ -282,12 +282,7 @@ class Format(Enum):
 
 
 def add_presentation(command: argparse.ArgumentParser, usual: Format | None) -> None:
-    """Add `--format`, `--json`, `--color` and `--max-packets`.
-
-    Args:
-        command: where to add them.
-        usual: the default format; None is a line a packet on a terminal, JSON elsewhere.
-    """
+    """Add `--format`, `--json`, `--color` and `--max-packets`."""
     told = usual.value if usual else "line on a terminal, else json"
     command.add_argument(
         "--format",
@@ -317,12 +312,7 @@ def _positive(text: str) -> int:
 
 
 class Output:
-    """Prints packets and events.
-
-    Attributes:
-        form: as what.
-        paint: colours a text.
-    """
+    """Prints packets and events."""
 
     def __init__(self, arguments: argparse.Namespace) -> None:
         """Read what `add_presentation` added."""

@@ -44,8 +44,6 @@ class Reading:
 
     Attributes:
         number: place among the packets of the trace, from 1.
-        packet: as it travelled.
-        codec: what it was read with.
         header: the frame, None where it is shorter than a header.
         message: None where it is malformed.
         fault: why it is malformed, empty where it is not.
@@ -84,13 +82,7 @@ class Reader:
     """Reads the packets of a trace one after the other."""
 
     def __init__(self, dialect: Dialect, order: ByteOrder | None, real_size: int) -> None:
-        """Make a reader.
-
-        Args:
-            dialect: the messages to know.
-            order: the byte order of all connections; None detects it for each.
-            real_size: bytes of a real, 4 or 8.
-        """
+        """Make a reader; an order of None is detected for each connection."""
         self._dialect = dialect
         self._order = order
         self._real_size = real_size
@@ -178,13 +170,7 @@ READABLE = {**DIALECTS, ALL.name: ALL}
 def add_reading_form(
     command: argparse.ArgumentParser, *, dialect: str | None = None, order: str | None = None
 ) -> None:
-    """Add `--order`, `--real` and `--dialect`.
-
-    Args:
-        command: where to add them.
-        dialect: the default dialect; None leaves the choice to the kind of input.
-        order: the default byte order; None leaves it to be detected.
-    """
+    """Add `--order`, `--real` and `--dialect`; a default of None leaves it to the input."""
     command.add_argument(
         "--order",
         choices=ORDERS,

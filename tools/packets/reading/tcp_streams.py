@@ -36,7 +36,6 @@ class TcpEndpoint:
 
     Attributes:
         address: IPv4 or IPv6 address, as its 4 or 16 bytes.
-        port: TCP port.
     """
 
     address: bytes
@@ -54,11 +53,8 @@ class TcpSegment:
 
     Attributes:
         time: when it was captured [ns].
-        source: who sent it.
-        destination: to whom.
         sequence: number of its first byte, modulo 2**32.
         acknowledged: number of the next byte that the sender expects; means nothing without ACK.
-        flags: those of `Flag`.
         data: its bytes, as far as they were captured.
     """
 
@@ -225,11 +221,7 @@ _WRAP = 1 << 32
 
 @dataclass(frozen=True, slots=True)
 class MissingBytes:
-    """Bytes that were sent, but never captured.
-
-    Attributes:
-        size: how many.
-    """
+    """Bytes that were sent, but never captured."""
 
     size: int
 
@@ -264,13 +256,7 @@ class StreamReassembly:
         self._next = self._acknowledged = sequence
 
     def take(self, sequence: int, data: bytes, time: int) -> list[Piece]:
-        """Take the bytes of a segment; return those that are now in order.
-
-        Args:
-            sequence: number of the first byte.
-            data: the bytes.
-            time: when it was captured [ns].
-        """
+        """Take the bytes of a segment and its time [ns]; return those that are now in order."""
         at = self._position(sequence)
         if at + len(data) <= self._next:
             return []
@@ -296,11 +282,7 @@ class StreamReassembly:
             self._acknowledged = max(self._acknowledged, self._position(sequence))
 
     def wait(self, time: int) -> list[Piece]:
-        """Note that another segment of the connection passed; return what is not waited for now.
-
-        Args:
-            time: when it was captured [ns].
-        """
+        """Note that a segment passed at a time [ns]; return what is not waited for now."""
         if not self._waiting:
             return []
         if self._acknowledged >= self._waiting[0][0]:

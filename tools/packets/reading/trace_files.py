@@ -108,9 +108,6 @@ def read_trace(source: Path | BinaryIO, kind: FileKind | None = None) -> Iterato
         source: the file, or a stream of bytes (which stays open).
         kind: what it holds; None looks at its content. `PCAP` is pcap or pcapng.
 
-    Yields:
-        Entries, each as soon as it is complete.
-
     Raises:
         TraceFileError: this is no trace, or is one no further; what came before was given.
         OSError: the file cannot be opened or read.

@@ -68,11 +68,7 @@ class Located(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """A time at which something could have been sent, but was not.
-
-    Attributes:
-        time: since the start of the trace [ns].
-    """
+    """A time at which something could have been sent, but was not."""
 
     time: int
 
@@ -97,10 +93,6 @@ def client_check(
     """Register a check that yields what it looks at, each with what is wrong with it.
 
     A check of the Motoman section applies in that dialect only.
-
-    Args:
-        number: see `Register.add`.
-        nothing: why the check is not applicable where it looks at nothing.
     """
     is_motoman = number.startswith(Section.MOTOMAN.value)
 
@@ -121,13 +113,7 @@ def client_check(
 def rule_check(
     number: str, items: Callable[[Observed], Iterable[_Item]], nothing: str
 ) -> Callable[[Callable[[_Item, Observed], Problem | None]], Judge]:
-    """Register a rule: what is wrong with one of some things, None for nothing.
-
-    Args:
-        number: see `Register.add`.
-        items: what to look at.
-        nothing: why the check is not applicable where there are none.
-    """
+    """Register a rule: what is wrong with one of some things, None for nothing."""
 
     def register(rule: Callable[[_Item, Observed], Problem | None]) -> Judge:
         return client_check(number, nothing)(
@@ -138,12 +124,7 @@ def rule_check(
 
 
 def finding_of(observations: Iterable[Observation], nothing: str) -> CheckFinding:
-    """Return what all observations of one check come to.
-
-    Args:
-        observations: what was looked at, and what was wrong with it.
-        nothing: why the check is not applicable where nothing was looked at.
-    """
+    """Return what all observations of one check come to."""
     looked = False
     broken: list[str] = []
     habits: dict[str, list[str]] = {}

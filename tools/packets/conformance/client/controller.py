@@ -57,7 +57,6 @@ class ClientLinkId:
     """A connection to the controller.
 
     Attributes:
-        purpose: motion or state.
         port: our TCP port.
         number: number of the connection on that port, from 1.
     """
@@ -93,8 +92,6 @@ class Piece:
     Attributes:
         due: when [ns].
         number: keeps the order among pieces of one time.
-        link: where.
-        data: the bytes.
         frame: the whole frame that this piece completes; empty where it completes none.
     """
 
@@ -156,11 +153,7 @@ def _is_finite(part: GroupPoint) -> bool:
 
 
 class FollowingRobot:
-    """The robot's first group; others follow unseen.
-
-    Attributes:
-        drive: whether it follows points.
-    """
+    """The robot's first group; others follow unseen."""
 
     def __init__(self, positions: tuple[float, ...]) -> None:
         """Put the robot somewhere; missing joints stand at 0."""
@@ -232,14 +225,7 @@ class ScriptedController:
     def __init__(
         self, setup: Setup, positions: Sequence[float] = (), *, at_point: int = 1, now: int = 0
     ) -> None:
-        """Make a controller nobody is connected to.
-
-        Args:
-            setup: dialect, byte order and width of reals.
-            positions: where the robot stands.
-            at_point: index of the point at which a scenario makes its change.
-            now: monotonic time [ns].
-        """
+        """Make a controller nobody is connected to: positions [rad or m], now [ns]."""
         self.trace: list[Entry] = []
         self.began: int | None = None
         self.mutated_at: int | None = None

@@ -40,16 +40,7 @@ CHECKS = REGISTER.in_order(Section)
 def judge_scenario(
     entries: Sequence[Entry], setup: Setup, checks: Iterable[ClientCheck] = CHECKS
 ) -> dict[str, CheckFinding]:
-    """Judge one scenario.
-
-    Args:
-        entries: its packets and events, in order of time.
-        setup: what is known of the controller.
-        checks: those to run.
-
-    Returns:
-        The finding of each of them by its number.
-    """
+    """Judge one scenario."""
     trace = ClientTrace(entries, setup)
     seen = Observed(trace, motions_of(trace), ReportHistory(trace))
     return {check.number: check.judge(seen) for check in checks}
@@ -68,9 +59,6 @@ def results_of(findings: Mapping[str, Mapping[str, CheckFinding]]) -> tuple[Resu
 
     The worst finding counts: one failure fails, one habit makes it deviate, and it passed only
     where some scenario gave it something to look at.
-
-    Args:
-        findings: by scenario, then by number of the check.
     """
     return tuple(
         Result(

@@ -73,20 +73,10 @@ class ClientLink(asyncio.Protocol):
 
 
 class LiveController:
-    """Shell of the scripted controller: sockets, timer, and the bytes between client and core.
-
-    Attributes:
-        ports: the ports in use, once it listens.
-    """
+    """Shell of the scripted controller: sockets, timer, and the bytes between client and core."""
 
     def __init__(self, core: ScriptedController, host: str, ports: dict[Purpose, int]) -> None:
-        """Make a controller that does not listen yet.
-
-        Args:
-            core: the controller.
-            host: address to listen on.
-            ports: TCP port for each purpose, 0 for any free one.
-        """
+        """Make a controller that does not listen yet."""
         self.ports = dict(ports)
         self._core = core
         self._host = host

@@ -250,7 +250,6 @@ class JointReport:
 
     Attributes:
         time: when the server sent it [ns].
-        group: robot or group number.
         positions: (10,) [rad or m].
     """
 

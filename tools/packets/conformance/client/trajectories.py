@@ -56,11 +56,9 @@ class GroupPoint:
     """One group's share of a point.
 
     Attributes:
-        group: robot or group number.
         valid: `valid_fields` as sent; of a type-11 point, position only.
         time: from the start of the trajectory [s]; None in type 11.
         duration: of the segment [s]; None but in type 11.
-        ratio: speed ratio; None but in type 11.
         positions: (10,) [rad or m].
         velocities: (10,) [rad/s or m/s]; empty in type 11.
         accelerations: (10,) [rad/s² or m/s²]; empty in type 11.
@@ -82,7 +80,6 @@ class SentPoint:
 
     Attributes:
         sequence: index of the point or a special number.
-        parts: one for each group.
         repeats: the step before it, where that had the same sequence number.
     """
 

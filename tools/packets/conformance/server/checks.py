@@ -60,13 +60,7 @@ def check(number: str, **how: Unpack[How]) -> Callable[[Body], Body]:
 def check_on(
     given: Callable[[Target], Awaitable[_Given]], number: str, **how: Unpack[How]
 ) -> Callable[[Callable[[_Given], Coroutine[Any, Any, CheckFinding | None]]], Body]:
-    """Register a check of something that is had of the target first.
-
-    Args:
-        given: what the check is given in place of the target: a connection, a mover, a recording.
-        number: see `Register.add`.
-        how: options of the check.
-    """
+    """Register a check of something that is had of the target first."""
 
     def register(judge: Callable[[_Given], Coroutine[Any, Any, CheckFinding | None]]) -> Body:
         async def body(target: Target) -> CheckFinding | None:

@@ -41,9 +41,6 @@ class FrameSummary(NamedTuple):
 
     Attributes:
         time: when its last byte came [s].
-        msg_type: message type.
-        comm_type: communication type.
-        reply_code: reply code.
         size: its length, prefix included [bytes].
     """
 
@@ -79,7 +76,6 @@ class ReportedStatus(NamedTuple):
 
     Attributes:
         time: when it came [s].
-        status: what it said.
     """
 
     time: float
@@ -90,20 +86,13 @@ class Watch:
     """A state connection and the reports received on it.
 
     Attributes:
-        wire: the connection.
-        frames: the header of every frame, in order.
         positions: joint values of type 10.
         feedback: joint values with velocity, of type 15; the times are those of arrival.
         statuses: STATUS, type 13.
     """
 
     def __init__(self, wire: Wire, look: Callable[[Sequence[float]], None] | None = None) -> None:
-        """Watch a connection from now on.
-
-        Args:
-            wire: the connection.
-            look: told every reported position [rad or m].
-        """
+        """Watch a connection from now on; `look` is told every reported position [rad or m]."""
         self.wire = wire
         self._look = look
         self.began = asyncio.get_running_loop().time()
@@ -176,11 +165,7 @@ class Watch:
         return await self.until(lambda: bool(self.joints and self.statuses), within)
 
     def is_steady(self, since: float) -> bool:
-        """Return True if reports came and the joints have not changed for long enough.
-
-        Args:
-            since: reports before this time do not count [s].
-        """
+        """Return True if reports came since a time [s], and the joints have not changed of late."""
         joints = self.joints
         if not joints:
             return False

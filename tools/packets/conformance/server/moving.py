@@ -60,11 +60,8 @@ class Mover:
     """A motion connection and a state connection, ready to move one joint.
 
     Attributes:
-        wire: the motion connection.
-        watch: the state connection.
         start: all slots where the robot stands [rad or m].
         goal: all slots with the joint moved by the amplitude [rad or m].
-        joint: index of the joint that is moved.
         arrival: so close to a goal counts as arrived [rad or m].
     """
 

@@ -58,7 +58,6 @@ class PendantConversation:
     """One pendant connection.
 
     Attributes:
-        wire: the connection.
         hello: the server's welcome; None before it.
         topics: topics that came, newest last, with their times.
         fault: what is wrong with the stream itself, empty while nothing is.

@@ -41,10 +41,7 @@ class Sample:
 
     Attributes:
         opened: when the connection was made [s].
-        frames: the header of every frame.
-        joints: joint values.
         feedback: type 15 with its times of arrival.
-        statuses: STATUS.
         stray: bytes that are no frame.
     """
 
@@ -61,17 +58,13 @@ class RecordedMotion:
     """One recorded motion.
 
     Attributes:
-        joint: index of the joint that was moved.
         start: all slots before it [rad or m].
         goal: all slots where it should have ended.
         duration: what was asked for [s].
         sent: when the last point was sent [s].
         event: when the motion was interrupted, or when the last point was answered [s].
-        replies: answers to the points, in order.
         event_reply: answer to the interruption; None where there was none.
         joints: joint values from just before it to the end.
-        feedback: type 15 of the same time.
-        statuses: STATUS of the same time.
     """
 
     joint: int

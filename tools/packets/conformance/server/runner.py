@@ -47,12 +47,7 @@ Progress = Callable[[Result], None]
 
 
 def applicable(options: Options, only: Sequence[str] = ()) -> tuple[ServerCheck, ...]:
-    """Return the checks of a profile, in the order in which they are run.
-
-    Args:
-        options: profile, dialect and ports.
-        only: numbers or names of sections; empty for all.
-    """
+    """Return the checks of a profile, in the order in which they are run."""
     wanted = {word.upper() for word in only}
     return tuple(
         entry

@@ -50,18 +50,12 @@ class Options:
     """Options of the user for one run.
 
     Attributes:
-        host: address of the target.
-        motion_port: where it takes points.
         state_port: where it reports; None where it has no such port.
         pendant_port: where it speaks our pendant protocol; None where it does not.
-        profile: what it is judged as.
-        dialect: name of the messages that it speaks.
         order: its byte order; None to find it out.
         real_size: bytes of a real on its wire.
-        may_move: the robot may be moved.
         joint: index of the joint to move; None for the last one that can.
         amplitude: how far it is moved [rad or m].
-        limits: the robot's joint limits, where they are known.
     """
 
     host: str
@@ -82,7 +76,6 @@ class Target:
     """The target and the connections that are open to it.
 
     Attributes:
-        options: what the user said.
         order: its byte order, as found.
         home: all ten slots at the first look, [rad or m]; None before it and without state port.
         moved_joint: index of the joint that is moved; None before it was chosen.
@@ -280,11 +273,6 @@ class Target:
         is_subject: bool = False,
     ) -> _Kept:
         """Return what was observed once and is judged by several checks.
-
-        Args:
-            name: what it is, in words.
-            make: observes it.
-            is_subject: the check is about whether it can be observed at all.
 
         Raises:
             CannotJudge: it could not be observed, now or at the first attempt.

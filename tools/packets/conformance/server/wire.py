@@ -63,7 +63,6 @@ class ReceivedFrame(Frame):
 
     Attributes:
         time: when its last byte came [s, the loop's].
-        codec: how this connection reads.
     """
 
     __slots__ = ("codec", "time")
@@ -109,16 +108,7 @@ def raw_frame(
     body: bytes = b"",
     length: int | None = None,
 ) -> bytes:
-    """Return a frame with any header, right or wrong.
-
-    Args:
-        codec: gives the byte order.
-        msg_type: message type.
-        comm_type: communication type.
-        reply_code: reply code.
-        body: what follows the header.
-        length: the length field; the true one by default.
-    """
+    """Return a frame with any header, right or wrong."""
     true_length = LEAST_LENGTH + len(body)
     fields = (true_length if length is None else length, msg_type, comm_type, reply_code)
     return struct.pack(f"{codec.byte_order.value}4i", *fields) + body
@@ -129,7 +119,6 @@ class Wire(asyncio.Protocol):
 
     Attributes:
         name: what it is connected to, for reports.
-        codec: how it reads and writes.
         log: the last things that travelled, in words.
         stray: bytes in which no frame can be found any more; empty while the stream is sound.
         listener: takes each frame in place of the queue, where set.
