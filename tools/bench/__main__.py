@@ -17,13 +17,12 @@ from fnmatch import fnmatchcase
 from importlib import import_module
 from pathlib import Path
 
-from . import comparison
+from . import two_commits
 from .table import Benchmark, BenchmarkResult, MissingRequirement, as_json, measure, render
 from .two_commits import LEAST_TURNS, ROOT, TURNS, NotComparable, measure_in_turns, two_sides
 
 MODULES = (
     "codec",
-    "stream",
     "latency",
     "ik",
     "planning",
@@ -93,7 +92,7 @@ def compared(
 
     # Whoever ends this ends it as Ctrl-C does, so that no folder and no process stays.
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    found: list[comparison.Comparison] = []
+    found: list[two_commits.Comparison] = []
     try:
         with two_sides(base, root) as sides:
             for each in measure_in_turns(sides, groups, tell, turns, quick=quick):
@@ -108,8 +107,8 @@ def compared(
         return 130
     finally:
         signal.signal(signal.SIGTERM, before)
-    rows = comparison.as_json(found)
-    print(json.dumps(rows, indent=2) if as_json else comparison.render(found))
+    rows = two_commits.as_json(found)
+    print(json.dumps(rows, indent=2) if as_json else two_commits.render(found))
     return int(any(each.verdict.is_failure for each in found))
 
 

@@ -55,7 +55,7 @@ class Benchmark:
     """One row of the table.
 
     Attributes:
-        name: short, unique, the first word naming the module.
+        name: short, unique, the first word naming what it is about.
         prepare: opens what both sides need (servers, files), yields the sides, and closes it.
         bound: None for a figure that is only shown.
         repetitions: samples of each side; a quick run takes a third of them.

@@ -31,8 +31,7 @@ from ..pendants.management.programs import ProgramCalls
 from ..pendants.management.recordings import RecordingCalls
 from ..pendants.management.scene import SceneCalls
 from ..pendants.management.tools import ToolCalls
-from .docstrings import Docstring, told_of
-from .typed_data import with_models
+from .docstrings import Docstring, told_of, with_models
 
 GROUPS: Mapping[str, type] = {
     "": CellCalls,

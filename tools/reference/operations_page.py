@@ -11,7 +11,7 @@ from openpendant.simplemsg.pendant.management import edits, poses, statements
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .docstrings import Docstring
-from .notice import NOTICE
+from .messages import NOTICE
 from .operations import GROUPS, PublishedOperation, published_operations
 from .schemas import FieldRow, field_rows, reply_schema, request_schema, tagged
 

@@ -16,7 +16,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 from ..pendants import client
 from ..pendants.client import PendantClient
 from .docstrings import Docstring
-from .notice import NOTICE
+from .messages import NOTICE
 from .operations import GROUPS, PublishedOperation, published_operations
 from .operations_page import TITLES, linked, meaning_of, reply_cells, table
 from .schemas import field_rows, request_schema

@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 
 from openpendant.server.endpoints.pendant.management import Failure
 
-from .notice import NOTICE
+from .messages import NOTICE
 from .operations import PublishedOperation, published_operations
 
 
