@@ -76,11 +76,7 @@ class Interruptions:
 
     @contextmanager
     def welcome(self) -> Iterator[None]:
-        """Let a signal, also one that came before, interrupt what the context does.
-
-        Raises:
-            Interrupted: a signal came.
-        """
+        """Let a signal, also an earlier one, interrupt the context by DemoInterrupted."""
         self._is_welcome = True
         try:
             if self._pending is not None:
@@ -173,11 +169,7 @@ def _forward(stream: IO[str] | None, lines: queue.Queue[str]) -> None:
 
 
 def _ready(part: _Part, interruptions: Interruptions) -> dict[str, Any]:
-    """Return the ready line that a part prints as JSON.
-
-    Raises:
-        DemoFailed: it ended, or said nothing in time.
-    """
+    """Return the ready line that a part prints as JSON; DemoFailed where none comes in time."""
     try:
         with interruptions.welcome():
             line = part.lines.get(timeout=READY_TIMEOUT)
@@ -256,11 +248,7 @@ def _run_tour(port: int, report: Path, interruptions: Interruptions) -> None:
 
 
 def _check_output(folder: Path) -> None:
-    """Make the folder for plot and table and see that files can be written there.
-
-    Raises:
-        DemoFailed: they cannot.
-    """
+    """Make the folder for plot and table; DemoFailed where files cannot be written there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

@@ -216,11 +216,7 @@ class MeasuredCommit:
             link.symlink_to(root / source, target_is_directory=True)
 
     def measure(self, names: Sequence[str], *, quick: bool = False) -> dict[str, Figure]:
-        """Measure rows in one process; those that it does not have or that crashed are missing.
-
-        Raises:
-            NotComparable: the process did not end as it should.
-        """
+        """Measure rows in one process, missing ones left out; NotComparable where it fails."""
         options = ["--json", "--quick"] if quick else ["--json"]
         command = [sys.executable, "-m", _PROGRAM, *options, "--only", *names]
         said, complained = self._run(command)

@@ -100,11 +100,7 @@ class LineError(Exception):
 
 
 def open_input(file: str) -> AbstractContextManager[BinaryIO]:
-    """Open a file for reading; `-` is standard input, which stays open afterwards.
-
-    Raises:
-        OSError: it cannot be opened.
-    """
+    """Open a file for reading; `-` is standard input, which stays open. OSError if it cannot."""
     if file != "-":
         return open(file, "rb")
     if sys.stdin is None:
@@ -121,11 +117,7 @@ def lines_of(stream: BinaryIO, longest: int = MAX_LINE) -> Iterator[bytes]:
 
 
 def text_of(line: bytes, longest: int = MAX_LINE) -> str:
-    """Return a line that `lines_of` gave as text, without the white space around it.
-
-    Raises:
-        LineError: it was too long, or is not UTF-8.
-    """
+    """Return a line of `lines_of` as stripped text; LineError where too long, or not UTF-8."""
     if len(line) > longest and not line.endswith(b"\n"):
         raise LineError(f"longer than {longest} bytes")
     try:

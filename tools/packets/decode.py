@@ -30,12 +30,7 @@ file that is none of these or breaks off (what came before is printed)."""
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command.
-
-    Returns:
-        0 when every packet was decoded, 1 when one was not or the reader went away, 2 for wrong
-        arguments or a file that cannot be read to its end.
-    """
+    """Run the command and return its exit code."""
     command = parser("decode", _ABOUT, _EPILOG)
     command.add_argument(
         "file", nargs="?", default="-", metavar="FILE", help="- or nothing reads standard input"
@@ -104,13 +99,9 @@ def _line_as(output: Output, line: str, codec: Codec) -> str:
 
 
 def decode_line(line: str, codec: Codec) -> str:
-    """Return the packet in hexadecimal digits as a JSON object.
+    """Return a packet in hexadecimal digits as JSON; LineError or ProtocolError for no packet.
 
     Digits may be in upper or lower case, apart or together, with or without `0x`.
-
-    Raises:
-        LineError: these are no hexadecimal digits.
-        ProtocolError: these are no packet.
     """
     packet = packet_to_json(codec.decode(_frame_in(line)), codec)
     return json.dumps(packet, allow_nan=False)

@@ -17,12 +17,7 @@ _ABOUT = "Read packets as JSON objects, one a line, as decode prints them; print
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command.
-
-    Returns:
-        0 when every line was converted, 1 when one was not or the reader went away, 2 for wrong
-        arguments or an unreadable file.
-    """
+    """Run the command and return its exit code."""
     command = parser("encode", _ABOUT)
     command.add_argument(
         "file",
@@ -51,12 +46,7 @@ def _encode(arguments: argparse.Namespace) -> int:
 
 
 def encode_line(line: str, codec: Codec) -> str:
-    """Return the packet that a JSON object describes, in hexadecimal digits.
-
-    Raises:
-        LineError: this is no JSON.
-        ProtocolError: this is no packet, or one that cannot be encoded.
-    """
+    """Return the packet that JSON describes, in hexadecimal; LineError, ProtocolError for none."""
     return codec.encode(packet_from_json(_parse(line), codec)).hex()
 
 

@@ -71,12 +71,7 @@ class FaultProxy:
             self.output.write(json.dumps(fault_to_json(done, self._began)))
 
     async def start(self) -> list[int]:
-        """Listen, open the log, and return the ports in use.
-
-        Raises:
-            PeerError: a port cannot be used; the log is as it was.
-            OSError: the log cannot be opened; nothing listens any more.
-        """
+        """Listen, open the log, and return the ports; PeerError or OSError, and nothing listens."""
         try:
             ports = await self._proxy.start()
             if self.output is not None:

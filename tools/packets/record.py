@@ -80,12 +80,7 @@ class PacketRecorder:
         return self._proxy.unsent
 
     async def start(self) -> list[int]:
-        """Listen, open the file, and return the ports in use.
-
-        Raises:
-            PeerError: a port cannot be used; the file is as it was.
-            OSError: the file cannot be opened; nothing listens any more.
-        """
+        """Listen, open the file, return the ports; PeerError or OSError, and nothing listens."""
         try:
             ports = await self._proxy.start()
             self.output.start()

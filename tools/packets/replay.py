@@ -105,11 +105,7 @@ def chosen(entries: Iterable[Entry], port: int | None, scenario: str | None) -> 
 
 
 def _ways(arguments: argparse.Namespace, part: PlayedSide, ports: list[int]) -> dict[int, Endpoint]:
-    """Return the address to use for each recorded port.
-
-    Raises:
-        PacketToolError: an address is wrong, missing, or for a port that was not recorded.
-    """
+    """Return the address for each recorded port; PacketToolError for one wrong, missing or idle."""
     option = "--to" if part is PlayedSide.CLIENT else "--listen"
     given: list[str] = arguments.to if part is PlayedSide.CLIENT else arguments.listen
     read = target_endpoint if part is PlayedSide.CLIENT else listen_endpoint

@@ -67,11 +67,7 @@ class Follower:
         self._replied_at = 0
 
     def belongs(self, item: Reading | Event) -> bool:
-        """Return True if a packet belongs to the request; events do not.
-
-        Raises:
-            PacketToolError: the packet with the number is no request.
-        """
+        """Return True for a packet of the request; PacketToolError where that is no request."""
         if isinstance(item, Event):
             return False
         self._seen = item.number
@@ -89,11 +85,7 @@ class Follower:
         return self._is_outcome(item)
 
     def finish(self) -> None:
-        """End the trace.
-
-        Raises:
-            PacketToolError: it has no packet of that number.
-        """
+        """End the trace; raise PacketToolError where it has no packet of that number."""
         if self._request is None:
             raise PacketToolError(f"no packet {self._number}: the trace has {self._seen}")
 
@@ -290,12 +282,7 @@ _Items = Iterator[Reading | Event]
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command.
-
-    Returns:
-        0 when done, 1 when a packet that is shown could not be decoded or the followed request has
-        no reply, 2 for wrong arguments or a file that cannot be read to its end.
-    """
+    """Run the command and return its exit code."""
     command = parser("show", _ABOUT, _EPILOG)
     command.add_argument("file", metavar="FILE", help="- reads standard input")
     command.add_argument(

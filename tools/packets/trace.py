@@ -97,11 +97,7 @@ def entry_to_json(entry: Entry) -> dict[str, Any]:
 
 
 def entry_from_json(value: Any) -> Entry:
-    """Return the entry that a JSON object describes; unknown keys are ignored.
-
-    Raises:
-        EntryError: a key is missing or of the wrong kind; the text names it.
-    """
+    """Return the entry that a JSON object describes; EntryError names a missing or wrong key."""
     if not isinstance(value, dict):
         raise EntryError("an entry is a JSON object")
     seconds = value.get("t")

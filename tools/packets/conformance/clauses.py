@@ -572,11 +572,7 @@ _BY_NUMBER = dict(CLAUSES)
 
 
 def clause_of(number: str) -> tuple[str, str]:
-    """Return title and clause of a check.
-
-    Raises:
-        ValueError: there is no such number.
-    """
+    """Return title and clause of a check; raise ValueError for a number that there is not."""
     try:
         return _BY_NUMBER[number]
     except KeyError:

@@ -134,11 +134,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _check_writable(file: Path) -> None:
-    """Find out before the run that its report could not be written after it.
-
-    Raises:
-        PacketToolError: it could not.
-    """
+    """Raise PacketToolError before the run if its report could not be written after it."""
     is_new = not file.exists()
     try:
         file.open("a").close()

@@ -296,11 +296,7 @@ class FaultScript(RuleTable):
 
 
 def type_number(name: str, dialect: str) -> int:
-    """Return the number of a message type.
-
-    Raises:
-        ValueError: the dialect has no message of that name.
-    """
+    """Return the number of a message type; ValueError for a name that the dialect has not."""
     known = {cls.PLACE.name: cls.PLACE.msg_type for cls in DIALECTS[dialect].messages}
     if name not in known:
         raise ValueError(f"{name!r} is no message of the {dialect} dialect")
@@ -308,11 +304,7 @@ def type_number(name: str, dialect: str) -> int:
 
 
 def load_script(path: Path) -> FaultScript:
-    """Read a script.
-
-    Raises:
-        FaultScriptError: it cannot be read, is too large, is no TOML or no script.
-    """
+    """Read a script; FaultScriptError where it is unreadable, too large, no TOML or no script."""
     try:
         content = beginning_of(path, MAX_SCRIPT + 1)
         if len(content) > MAX_SCRIPT:
@@ -326,11 +318,7 @@ def load_script(path: Path) -> FaultScript:
 
 
 def make_script(data: dict[str, Any], source: str) -> FaultScript:
-    """Check plain data and return a script.
-
-    Raises:
-        FaultScriptError: the first thing that is wrong, with its rule and key.
-    """
+    """Return a script of plain data; FaultScriptError names the first thing that is wrong."""
     try:
         return FaultScript.model_validate(data)
     except ValidationError as error:

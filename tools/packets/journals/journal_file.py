@@ -90,11 +90,7 @@ class JournalFile:
     """
 
     def __init__(self, path: Path, stream: BinaryIO) -> None:
-        """Read the header.
-
-        Raises:
-            JournalError: this is no journal.
-        """
+        """Read the header; raise JournalError where this is no journal."""
         self._path = path
         self._stream = stream
         self._line = 0
@@ -111,11 +107,7 @@ class JournalFile:
         )
 
     def happenings(self) -> Iterator[JournalEvent]:
-        """Yield the events in order.
-
-        Raises:
-            JournalError: a line is damaged.
-        """
+        """Yield the events in order; raise JournalError at a damaged line."""
         number = 0
         head: dict[str, Any] | None = None
         effects: list[Effect] = []

@@ -88,11 +88,7 @@ class ReplayedJournal(Journal):
 
     @contextmanager
     def expecting(self, happening: JournalEvent) -> Iterator[None]:
-        """Compare all that follows from an event while the context lasts.
-
-        Raises:
-            Difference: something else followed, or something is missing.
-        """
+        """Compare all that follows from an event while the context lasts; raise Difference."""
         self._happening = happening
         self._time = self._start + happening.time
         self._effects.extend(happening.effects)
@@ -104,11 +100,7 @@ class ReplayedJournal(Journal):
             raise Difference(happening, self._effects[0], None)
 
     def begin(self, event: str, link: str | int = "", data: bytes = b"", **more: Any) -> int:
-        """Tell the recorded time of the event.
-
-        Raises:
-            Difference: another event starts.
-        """
+        """Tell the recorded time of the event; raise Difference where another event starts."""
         expected = self._current
         if not self._awaits_event or (event, str(link)) != (expected.event, expected.link):
             what = f"the event {expected.event!r} of link {expected.link!r}"
@@ -117,11 +109,7 @@ class ReplayedJournal(Journal):
         return super().begin(event, link, data)
 
     def out(self, link: str | int, data: bytes) -> None:
-        """Compare bytes that leave with those that left.
-
-        Raises:
-            Difference: they are not the same.
-        """
+        """Compare bytes that leave with those that left; raise Difference where they differ."""
         actual = BytesOut(str(link), data)
         expected = self._effects.popleft() if self._effects else None
         if expected != actual:

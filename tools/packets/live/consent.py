@@ -60,11 +60,7 @@ def add_consent(command: argparse.ArgumentParser) -> None:
 
 
 def require_consent(given: bool, peer: str) -> None:
-    """Ask the user at a terminal, or refuse.
-
-    Raises:
-        PacketToolError: there is no consent.
-    """
+    """Ask the user at a terminal unless consent is given; raise PacketToolError without it."""
     if given:
         return
     if all(stream is not None and stream.isatty() for stream in (sys.stdin, sys.stderr)):

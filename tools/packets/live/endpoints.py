@@ -33,21 +33,13 @@ class Endpoint(NamedTuple):
 
 
 def listen_endpoint(text: str) -> Endpoint:
-    """Read `[HOST:]PORT`; without a host it is loopback.
-
-    Raises:
-        argparse.ArgumentTypeError: it is none; the text says what is expected.
-    """
+    """Read `[HOST:]PORT`, without a host loopback; ArgumentTypeError says what is expected."""
     host, _, port = text.rpartition(":")
     return Endpoint(host.strip("[]") or LOOPBACK, _port(port, text, least=0))
 
 
 def target_endpoint(text: str) -> Endpoint:
-    """Read `[HOST:]PORT` of a peer to connect to.
-
-    Raises:
-        argparse.ArgumentTypeError: it is none; the text says what is expected.
-    """
+    """Read `[HOST:]PORT` of a peer to connect to; ArgumentTypeError says what is expected."""
     host, _, port = text.rpartition(":")
     return Endpoint(host.strip("[]") or LOOPBACK, _port(port, text, least=1))
 
@@ -97,11 +89,7 @@ class Peer:
 
     @classmethod
     async def connect(cls, endpoint: Endpoint, within: float) -> Peer:
-        """Connect to a peer.
-
-        Raises:
-            PeerError: it cannot be reached.
-        """
+        """Connect to a peer within a time [s]; raise PeerError where it cannot be reached."""
         try:
             async with asyncio.timeout(within):
                 streams = await asyncio.open_connection(endpoint.host, endpoint.port)

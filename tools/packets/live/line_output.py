@@ -63,11 +63,7 @@ class LineOutput:
         self._stopping = asyncio.Event()
 
     def start(self) -> None:
-        """Open the file and start to flush; its old content is lost. Needs a running loop.
-
-        Raises:
-            OSError: the file cannot be opened.
-        """
+        """Open the file, emptied, and start to flush on the running loop; OSError if it cannot."""
         self._file = _open(self._path)
         # Windows can wait for sockets only; there a reader that takes nothing is waited for.
         is_file = stat.S_ISREG(os.fstat(self._file).st_mode)

@@ -85,11 +85,7 @@ class Pace:
 def sessions_of(
     entries: Iterable[Entry], part: PlayedSide, *, exact: bool
 ) -> list[RecordedSession]:
-    """Return the connections of a recording, in the order of their starts.
-
-    Raises:
-        PacketToolError: the recording is too large to be kept.
-    """
+    """Return the connections of a recording by their starts; PacketToolError if too large."""
     sessions: dict[tuple[int, int], RecordedSession] = {}
     size = 0
     for entry in entries:

@@ -201,11 +201,7 @@ class Proxy:
         return sum(link.unsent for link in self.links.values())
 
     async def start(self) -> list[int]:
-        """Listen on all ports and return them, in the order of the pairs.
-
-        Raises:
-            PeerError: a port cannot be used; nothing is left open then.
-        """
+        """Listen on all ports, return them in order; PeerError, and nothing open, if one fails."""
         ports = []
         for index, pair in enumerate(self._pairs, 1):
             try:

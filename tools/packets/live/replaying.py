@@ -105,11 +105,7 @@ class Replay:
                 await self._over[id(other)].wait()
 
     async def listen(self, listens: dict[int, Endpoint]) -> dict[int, int]:
-        """Listen, and return the ports in use.
-
-        Raises:
-            PeerError: a port cannot be used.
-        """
+        """Listen, and return the ports in use; raise PeerError where one cannot be used."""
         for session in self._sessions:
             self._waiting[session.port].append(session)
         ports: dict[int, int] = {}

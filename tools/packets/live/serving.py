@@ -45,11 +45,7 @@ def add_pairs(command: argparse.ArgumentParser, *, required: bool = True) -> Non
 
 
 def pairs_of(arguments: argparse.Namespace) -> list[Pair]:
-    """Return which port leads where.
-
-    Raises:
-        PacketToolError: there are more of the one than of the other.
-    """
+    """Return which port leads where; raise PacketToolError where they do not pair up."""
     listens: Sequence[Endpoint] = arguments.listen or ()
     targets: Sequence[Endpoint] = arguments.to or ()
     if not listens:

@@ -63,11 +63,7 @@ class Cursor:
         self.offset = offset
 
     def take(self, size: int, what: str) -> bytes:
-        """Return so many bytes.
-
-        Raises:
-            CaptureFault: the file ends before; the text says inside what.
-        """
+        """Return so many bytes; CaptureFault, saying inside what, where the file ends before."""
         data = self._stream.read(size)
         if len(data) < size:
             raise CaptureFault(
@@ -78,11 +74,7 @@ class Cursor:
         return data
 
     def begins(self, size: int, what: str) -> bytes:
-        """Return so many bytes, or none at all where the file has ended.
-
-        Raises:
-            CaptureFault: it ends inside them.
-        """
+        """Return so many bytes, none at the file's end; CaptureFault where it ends inside them."""
         first = self._stream.read(1)
         if not first:
             return b""

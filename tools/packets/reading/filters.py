@@ -51,11 +51,7 @@ class FieldCondition:
 
     @staticmethod
     def parse(text: str) -> FieldCondition:
-        """Return the condition that a text says.
-
-        Raises:
-            argparse.ArgumentTypeError: it says none.
-        """
+        """Return the condition that a text says; ArgumentTypeError where it says none."""
         match = _CONDITION.fullmatch(text)
         if match is None:
             raise argparse.ArgumentTypeError(

@@ -115,11 +115,7 @@ async def judge_client(options: argparse.Namespace, report_progress: Progress) -
 
 
 def judge_recording(file: Path, setup: Setup) -> Judgement:
-    """Judge a recorded client, scenario by scenario.
-
-    Raises:
-        PacketToolError: the file cannot be read, or is too large.
-    """
+    """Judge a recorded client, scenario by scenario; PacketToolError where it is unreadable."""
     entries: list[Entry] = []
     for entry in read_trace(file):
         entries.append(entry)

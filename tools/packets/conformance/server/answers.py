@@ -35,11 +35,7 @@ _POINT_BODY = 52
 
 
 def must_be_ping(reply: ReceivedFrame, what: str) -> None:
-    """Make sure that a frame is a whole answer to a PING: its type, a reply, success.
-
-    Raises:
-        RuleBroken: it is not.
-    """
+    """Raise RuleBroken unless a frame is a whole answer to a PING: its type, a reply, success."""
     if (reply.msg_type, reply.comm_type, reply.reply_code) != (
         MsgType.PING,
         CommType.REPLY,
@@ -49,22 +45,14 @@ def must_be_ping(reply: ReceivedFrame, what: str) -> None:
 
 
 async def ping(wire: Wire, what: str = "a PING", within: float = REPLY_WITHIN) -> ReceivedFrame:
-    """Send a PING that must be answered; return the answer.
-
-    Raises:
-        RuleBroken: it was not, or by something else.
-    """
+    """Return the answer to a PING; raise RuleBroken where there is none, or something else."""
     reply = await wire.ask(Ping(), what, within)
     must_be_ping(reply, what)
     return reply
 
 
 def judge_point_reply(reply: ReceivedFrame) -> CheckFinding:
-    """Judge the form of a reply that takes a point; vendors answer with bodies of their own.
-
-    Raises:
-        RuleBroken: it is none.
-    """
+    """Judge the form of a reply that takes a point, with vendors' bodies; RuleBroken for none."""
     if reply.comm_type != CommType.REPLY or reply.reply_code != ReplyCode.SUCCESS:
         raise RuleBroken(f"the point was answered by {reply}")
     body = len(reply.body)
@@ -102,29 +90,17 @@ class LivenessProbe:
         self.name = "PING" if knows_ping else "STOP"
 
     def judge(self, reply: ReceivedFrame, what: str) -> None:
-        """Make sure that a frame answers it.
-
-        Raises:
-            RuleBroken: it does not.
-        """
+        """Raise RuleBroken unless a frame answers it."""
         if self.name == "PING":
             must_be_ping(reply, what)
         else:
             judge_point_reply(reply)
 
     async def answered(self, wire: Wire, what: str) -> None:
-        """Wait for an answer to a question that was sent.
-
-        Raises:
-            RuleBroken: none came, or something else.
-        """
+        """Wait for the answer to what was sent; RuleBroken where none came, or something else."""
         self.judge(await wire.expect(f"an answer to {what}"), what)
 
     async def ask(self, wire: Wire, when: str = "") -> None:
-        """Ask, and wait for the answer.
-
-        Raises:
-            RuleBroken: none came, or something else.
-        """
+        """Ask, and wait for the answer; RuleBroken where none came, or something else."""
         wire.send(self.message)
         await self.answered(wire, f"a {self.name} {when}".rstrip())

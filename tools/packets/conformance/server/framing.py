@@ -333,11 +333,7 @@ async def _restore_order(target: Target) -> None:
 
 
 async def _in_other_order(target: Target) -> Wire | None:
-    """Return a connection that is understood in the other order; None where it is cut off.
-
-    Raises:
-        RuleBroken: it is neither.
-    """
+    """Return a connection understood in the other order, None if cut off; else RuleBroken."""
     wire = await target.motion(target.other_order)
     wire.send(Ping())
     reply = await wire.poll(1.0)

@@ -140,11 +140,7 @@ class Watch:
 
     @property
     def position(self) -> tuple[float, ...]:
-        """Present position of the joints, all slots.
-
-        Raises:
-            RuleBroken: nothing was reported yet.
-        """
+        """Present position of the joints, all slots; RuleBroken where nothing was reported yet."""
         if self.positions:
             return self.positions[-1].values
         if self.feedback:
@@ -276,11 +272,7 @@ class Guard:
         self._work.cancel()
 
     async def over(self, work: Coroutine[Any, Any, _Result]) -> _Result:
-        """Run a check that may be interrupted.
-
-        Raises:
-            BrokenOff: it was.
-        """
+        """Run a check; raise MotionInterrupted where it was interrupted."""
         self._reason = ""
         task: asyncio.Task[_Result] = asyncio.create_task(work)
         self._work = task

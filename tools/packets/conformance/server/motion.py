@@ -34,11 +34,7 @@ _ROUND = 1.6
 
 
 async def _arrives(mover: Mover, goal: tuple[float, ...], what: str, within: float) -> None:
-    """Wait for the robot to leave and to stand at a goal.
-
-    Raises:
-        RuleBroken: it does not.
-    """
+    """Raise RuleBroken unless the robot leaves, and comes to stand at a goal."""
     if not await mover.watch.until(lambda: mover.has_left, START_WITHIN):
         raise RuleBroken(f"{what}: the robot did not move within {START_WITHIN:g} s")
     at = await mover.rests_within(within)

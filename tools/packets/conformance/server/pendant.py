@@ -117,11 +117,7 @@ class PendantConversation:
         return self._last_request
 
     async def until(self, condition: Callable[[], bool], within: float) -> bool:
-        """Wait for a condition on the messages; return True if it holds in time.
-
-        Raises:
-            RuleBroken: the stream itself is faulty.
-        """
+        """Wait for a condition; return True if it holds in time. RuleBroken for a faulty stream."""
 
         def holds() -> bool:
             if condition():
@@ -133,11 +129,7 @@ class PendantConversation:
         return await self._news.until(holds, within)
 
     async def answer(self, what: str, within: float = ANSWER_WITHIN) -> ReceivedFrame:
-        """Return the next reply.
-
-        Raises:
-            RuleBroken: none came.
-        """
+        """Return the next reply; raise RuleBroken where none came."""
         await self.until(lambda: bool(self._answers), within)
         if not self._answers:
             end = "the link was closed" if self.wire.is_lost else f"none came within {within:g} s"
@@ -154,11 +146,7 @@ class PendantConversation:
         return await self.answer(what, within)
 
     async def verdict(self, message: Message, what: str) -> Verdict:
-        """Send a request and return the verdict on it, which must quote its id.
-
-        Raises:
-            RuleBroken: none came, or it quotes another request.
-        """
+        """Return the verdict on a request; RuleBroken where none came, or on another request."""
         reply = (await self.ask(message, what)).message()
         if not isinstance(reply, Verdict):
             raise RuleBroken(f"{what} was answered by {type(reply).__name__}, not by a verdict")
@@ -170,31 +158,19 @@ class PendantConversation:
         return reply
 
     async def refused(self, message: Message, code: int, what: str) -> None:
-        """Send a request that must be refused for a certain reason.
-
-        Raises:
-            RuleBroken: it is accepted, or refused for another one.
-        """
+        """Send a request; raise RuleBroken unless it is refused, and for this reason."""
         found = await self.verdict(message, what)
         if found.code != code:
             raise RuleBroken(f"{what}: verdict {found.code} ({found.text!r}), expected {code}")
 
     async def accepted(self, message: Message, what: str) -> None:
-        """Send a request that must be accepted.
-
-        Raises:
-            RuleBroken: it is refused.
-        """
+        """Send a request; raise RuleBroken where it is refused."""
         found = await self.verdict(message, what)
         if found.code:
             raise RuleBroken(f"{what} was refused: {found.code} {found.text!r}")
 
     async def take_authority(self) -> None:
-        """Take the motion authority.
-
-        Raises:
-            CannotJudge: somebody else has it.
-        """
+        """Take the motion authority; raise CannotJudge where somebody else has it."""
         request = Authority(self.next_id(), AuthorityAction.REQUEST)
         found = await self.verdict(request, "the request for the authority")
         if found.code:
@@ -221,11 +197,7 @@ class PendantConversation:
         return [message for _, message in self.topics if isinstance(message, kind)]
 
     async def state(self, within: float = 1.5) -> State:
-        """Return the newest state, waiting for one where none came yet.
-
-        Raises:
-            CannotJudge: none comes.
-        """
+        """Return the newest state, waiting for the first; raise CannotJudge where none comes."""
         if not await self.until(lambda: bool(self.all(State)), within):
             raise CannotJudge("no state came")
         return self.all(State)[-1]
@@ -239,11 +211,7 @@ async def stranger(target: Target, order: ByteOrder = ByteOrder.LITTLE) -> Penda
 async def welcomed(
     target: Target, *, rate: float = 0.0, order: ByteOrder = ByteOrder.LITTLE, name: str = "tester"
 ) -> PendantConversation:
-    """Connect to the pendant port and say hello.
-
-    Raises:
-        RuleBroken: the hello was refused.
-    """
+    """Connect to the pendant port and say hello; RuleBroken where that is refused."""
     pendant = await stranger(target, order)
     reply = (await pendant.ask(Hello(PROTOCOL_VERSION, rate, "", name), "hello")).message()
     if not isinstance(reply, HelloReply):

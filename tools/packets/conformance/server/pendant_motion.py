@@ -67,11 +67,7 @@ def release(pendant: PendantConversation) -> Authority:
 
 
 async def holder(target: Target) -> PendantConversation:
-    """Connect, have state at 50 Hz, and take the authority.
-
-    Raises:
-        CannotJudge: somebody else has it, or no state comes.
-    """
+    """Connect, have state at 50 Hz, and take the authority; CannotJudge where either is not had."""
     pendant = await welcomed(target, rate=50.0)
     await pendant.state()
     await pendant.take_authority()
@@ -131,11 +127,7 @@ def speed_for(target: Target, seconds: float) -> float:
 
 
 async def finished(pendant: PendantConversation, request_id: int, within: float) -> Outcome:
-    """Wait for the one outcome of a request, with beats.
-
-    Raises:
-        RuleBroken: there is none, or more than one.
-    """
+    """Wait, with beats, for the one outcome of a request; RuleBroken for none or more than one."""
 
     def ended() -> list[Outcome]:
         return [found for found in pendant.all(Outcome) if found.request_id == request_id]
@@ -162,11 +154,7 @@ async def moved(
 async def under_way(
     pendant: PendantConversation, target: Target, speed: float = SLOW
 ) -> tuple[tuple[float, ...], JointMove]:
-    """Start a slow motion; return the start position and the request.
-
-    Raises:
-        CannotJudge: the robot does not move.
-    """
+    """Start a slow motion; return start position and request. CannotJudge where nothing moves."""
     here = await standing(pendant, target)
     move = joint_move(pendant, aside(target, here), speed)
     target.may_have_moved = True
@@ -205,11 +193,7 @@ async def refused_or_stopped(
 
 
 def judge_states(pendant: PendantConversation, request_id: int) -> None:
-    """Make sure that the states shown during one motion belong to it and to each other.
-
-    Raises:
-        RuleBroken: a wrong request or activity, or velocities that do not lead where it went.
-    """
+    """Raise RuleBroken unless the states of one motion belong to it and to each other."""
     states = pendant.all(State)
     activities = {state.activity for state in states}
     if Activity.MOVING not in activities or states[-1].activity != Activity.IDLE:
@@ -241,11 +225,7 @@ def seconds(state: State) -> float:
 
 
 def judge_pace(target: Target, pendant: PendantConversation, outcome: Outcome, way: float) -> None:
-    """Make sure that a motion of the last joint took the time that its speed and limit demand.
-
-    Raises:
-        RuleBroken: it was faster, or its duration is none.
-    """
+    """Raise RuleBroken where a motion of the last joint was faster than speed and limit allow."""
     taken = outcome.motion_time
     if not taken > 0.0:
         raise RuleBroken(f"a motion of {way:.3f} rad is said to have taken {taken:g} s")
@@ -331,11 +311,7 @@ async def _granted(target: Target) -> None:
 
 
 async def _announced(witness: PendantConversation, reason: AuthorityReason, within: float) -> None:
-    """Wait until a pendant is told that nobody holds the authority, and why.
-
-    Raises:
-        RuleBroken: it is not, or for another reason.
-    """
+    """Raise RuleBroken unless a pendant is told that nobody holds the authority, and why."""
 
     def ends() -> list[AuthorityChanged]:
         return [change for change in witness.all(AuthorityChanged) if change.holder == 0]
@@ -356,11 +332,7 @@ async def _one_holder(target: Target) -> None:
 
 
 def _lease(pendant: PendantConversation) -> float:
-    """Return the lease of the authority, its time without beats [s].
-
-    Raises:
-        CannotJudge: too long to wait for.
-    """
+    """Return the time of the authority without beats [s]; CannotJudge where it is long."""
     assert pendant.hello is not None
     lease = pendant.hello.authority_timeout
     if lease > _LONGEST_LEASE:

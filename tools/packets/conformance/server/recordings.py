@@ -103,11 +103,7 @@ class RecordedMotion:
         return self.joints[away[0] : left[-1] + 1]
 
     def visibly_moving(self) -> tuple[ReportedJoints, ...]:
-        """Return the reports from the first visible motion to the last.
-
-        Raises:
-            CannotJudge: nothing moved.
-        """
+        """Return the reports from first to last visible motion; CannotJudge where nothing moved."""
         self.must_have_moved()
         return self.moving(2 * STEADY)
 
@@ -120,11 +116,7 @@ class RecordedMotion:
         return way / (before[-1].time - before[0].time)
 
     def must_have_moved(self) -> tuple[ReportedJoints, ...]:
-        """Return `moving`.
-
-        Raises:
-            CannotJudge: nothing moved.
-        """
+        """Return `moving`; raise CannotJudge where nothing moved."""
         moving = self.moving()
         if len(moving) < 2:
             raise CannotJudge("no motion was reported; MS02 says so")
@@ -194,11 +186,7 @@ async def stopped_motion(target: Target) -> RecordedMotion:
 
 
 async def must_be_slow(target: Target) -> None:
-    """Make sure that the robot moves as slowly as it is asked to.
-
-    Raises:
-        CannotJudge: it does not, or did not move when it was asked to.
-    """
+    """Raise CannotJudge unless the robot is seen to move as slowly as it is asked to."""
     motion = await undisturbed(target)
     moving = motion.must_have_moved()
     if moving[-1].time - moving[0].time < 0.4 * motion.duration:

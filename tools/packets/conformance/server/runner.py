@@ -119,11 +119,7 @@ class _Run:
         self._is_alive = True
 
     async def begin(self) -> None:
-        """Survey the target.
-
-        Raises:
-            Unreachable: nobody is there.
-        """
+        """Survey the target; TargetUnreachable where nobody is there."""
         target = self._target
         try:
             await target.guard.over(target.survey())

@@ -25,11 +25,7 @@ from .wire import Wire
 
 
 async def _stands(mover: Mover, what: str, seconds: float = 0.4) -> None:
-    """Make sure that the robot stands half a second from now, and for some time more.
-
-    Raises:
-        RuleBroken: it does not, or it has come to its goal.
-    """
+    """Raise RuleBroken unless the robot stands in half a second, short of its goal, and stays."""
     await asyncio.sleep(STOP_WITHIN)
     at = mover.watch.position
     await mover.stays(seconds, what, at)

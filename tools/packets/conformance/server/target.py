@@ -130,11 +130,7 @@ class Target:
                 wire.send(self.codec().encode(STOP))
 
     async def state_wire(self) -> Wire:
-        """Connect to the state port.
-
-        Raises:
-            CannotJudge: the target has none.
-        """
+        """Connect to the state port; raise CannotJudge where the target has none."""
         if self.options.state_port is None:
             raise CannotJudge("no state port was given")
         return await self._open("state", self.options.state_port, self.codec())
@@ -144,11 +140,7 @@ class Target:
         return Watch(await self.state_wire(), self.guard.look)
 
     async def pendant(self, order: ByteOrder = ByteOrder.LITTLE) -> Wire:
-        """Connect to the pendant port.
-
-        Raises:
-            CannotJudge: the target has none.
-        """
+        """Connect to the pendant port; raise CannotJudge where the target has none."""
         if self.options.pendant_port is None:
             raise CannotJudge("no pendant port was given")
         return await self._open("pendant", self.options.pendant_port, codec_for(PENDANT, order, 4))
@@ -186,11 +178,7 @@ class Target:
     # What is known of it.
 
     async def survey(self) -> None:
-        """Survey the target: byte order, knowledge of PING, and the robot's position.
-
-        Raises:
-            Unreachable: a port takes no connection.
-        """
+        """Find byte order, knowledge of PING, position; TargetUnreachable where a port is shut."""
         if self.options.profile is Profile.PENDANT:
             await self.pendant()
             await self.close()

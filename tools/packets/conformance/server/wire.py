@@ -73,21 +73,13 @@ class ReceivedFrame(Frame):
         self.codec = codec
 
     def integers(self, count: int) -> tuple[int, ...]:
-        """Return the first integers of the body.
-
-        Raises:
-            RuleBroken: the body is shorter.
-        """
+        """Return the first integers of the body; raise RuleBroken where it is shorter."""
         if len(self.body) < 4 * count:
             raise RuleBroken(f"{self}: the body is shorter than {4 * count} bytes")
         return struct.unpack_from(f"{self.codec.byte_order.value}{count}i", self.body)
 
     def message(self) -> Message:
-        """Return the message in it.
-
-        Raises:
-            RuleBroken: there is none.
-        """
+        """Return the message in it; raise RuleBroken where there is none."""
         try:
             return self.codec.decode(self.data)
         except MessageFault as fault:
@@ -268,11 +260,7 @@ class Wire(asyncio.Protocol):
         return await self.expect(f"an answer to {what}", within)
 
     async def expect_silence(self, seconds: float, after: str) -> None:
-        """Make sure that the target says nothing and keeps the link.
-
-        Raises:
-            RuleBroken: it does say something, or closes the link.
-        """
+        """Raise RuleBroken where the target says something or closes the link."""
         frame = await self.poll(seconds)
         if frame is not None:
             raise RuleBroken(f"after {after} came {frame}, though nothing is due")
@@ -312,11 +300,7 @@ class Wire(asyncio.Protocol):
 
 
 async def open_wire(name: str, host: str, port: int, codec: Codec) -> Wire:
-    """Connect.
-
-    Raises:
-        Unreachable: there is nobody, or nobody answers in time.
-    """
+    """Connect; raise TargetUnreachable where there is nobody, or nobody answers in time."""
     loop = asyncio.get_running_loop()
     try:
         async with asyncio.timeout(CONNECT_WITHIN):
