@@ -46,7 +46,6 @@ class DemoInterrupted(BaseException):
     """Interruption of the demonstration by a signal; `number` is the signal's."""
 
     def __init__(self, number: int) -> None:
-        """Make the interruption by a signal."""
         super().__init__(number)
         self.number = number
 
@@ -59,7 +58,6 @@ class Interruptions:
     """
 
     def __init__(self) -> None:
-        """Make it; `installed` puts the handlers in place."""
         self._pending: int | None = None
         self._is_welcome = False
 

@@ -89,7 +89,6 @@ class JoggingPendant(asyncio.Protocol):
     """
 
     def __init__(self, cell: str, key: Key) -> None:
-        """Make a pendant of a cell."""
         self.key = key
         self.ticks: list[int] = []
         self.jogging = 0

@@ -30,6 +30,17 @@ from openpendant.simplemsg import (
 
 TIMEOUT = 10.0
 
+ROBOT = "ur5"
+EMULATOR = (
+    *("openpendant.controller_emulator", "--robot", ROBOT, "--json"),
+    *("--motion-port", "0", "--state-port", "0"),
+)
+SERVER = (
+    *("openpendant.server", "--robot", ROBOT, "--json"),
+    *("--pendant-port", "0", "--ros-motion-port", "0", "--ros-state-port", "0"),
+)
+"""Commands of `process`, on any free ports."""
+
 
 class EchoPeer(asyncio.Protocol):
     """Peer that returns the bytes that it receives."""
@@ -182,6 +193,32 @@ def receive_message(connection: socket.socket) -> Message:
     )
 
 
+def state_reports(
+    position: tuple[float, ...], *, moving: bool = False
+) -> tuple[JointFeedback, Status]:
+    """Return what a controller whose robot is there reports, (n,) [rad or m]."""
+    still = joint_array(())
+    return (
+        JointFeedback(
+            robot_id=0,
+            valid_fields=14,
+            time=0.0,
+            positions=joint_array(position),
+            velocities=still,
+            accelerations=still,
+        ),
+        Status(
+            drives_powered=1,
+            e_stopped=0,
+            error_code=0,
+            in_error=0,
+            in_motion=int(moving),
+            mode=2,
+            motion_possible=1,
+        ),
+    )
+
+
 @dataclass
 class PlainController:
     """A controller without dynamics: it stands at each point as soon as it receives it.
@@ -201,28 +238,8 @@ class PlainController:
         """Send joint feedback and status at 100 Hz until `ended`; runs in a thread."""
         codec = codec_for()
         while not self.ended:
-            joints = joint_array(self.position)
-            still = joint_array(())
-            frames = codec.encode(
-                JointFeedback(
-                    robot_id=0,
-                    valid_fields=14,
-                    time=0.0,
-                    positions=joints,
-                    velocities=still,
-                    accelerations=still,
-                )
-            ) + codec.encode(
-                Status(
-                    drives_powered=1,
-                    e_stopped=0,
-                    error_code=0,
-                    in_error=0,
-                    in_motion=int(self.moving),
-                    mode=2,
-                    motion_possible=1,
-                )
-            )
+            feedback, status = state_reports(self.position, moving=self.moving)
+            frames = codec.encode(feedback) + codec.encode(status)
             try:
                 self.state.sendall(frames)
             except OSError:

@@ -58,7 +58,6 @@ class Follower:
     """
 
     def __init__(self, number: int) -> None:
-        """Make a follower."""
         self.stage = FollowStage.SOUGHT
         self.replied = False
         self._number = number

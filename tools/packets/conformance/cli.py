@@ -122,7 +122,7 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.role == "client":
         from .client import role as client_role
 
-        judgement = asyncio.run(client_role.judge_client(arguments, _quiet))
+        judgement = asyncio.run(client_role.judge_client(arguments))
     else:
         judgement = _judge_server(arguments, interruption)
     if arguments.junit is not None:
@@ -275,10 +275,6 @@ def _limits(robot: str | None) -> JointLimits | None:
         return serial_robot(robot).limits
     except MotionError as error:
         raise PacketToolError(str(error)) from None
-
-
-def _quiet(result: Result) -> None:
-    """Take a result and show nothing: a client is judged when its recording is complete."""
 
 
 class _Progress:

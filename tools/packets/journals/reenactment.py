@@ -76,7 +76,6 @@ class ReplayedJournal(Journal):
     """
 
     def __init__(self, header: Header) -> None:
-        """Make the replay of one journal."""
         super().__init__(clock=lambda: self._time)
         self.is_kept = True  # what was noted then must be compared now
         self._start = self._time = self.now = header.now
@@ -134,7 +133,6 @@ class NullTransport(asyncio.Transport):
     """A transport that leads nowhere; what is written was compared before."""
 
     def __init__(self, address: str = "") -> None:
-        """Make the transport of a peer at an address."""
         super().__init__({"peername": (address, 0), "socket": _NoSocket()})
 
     def write(self, data: bytes | bytearray | memoryview) -> None:

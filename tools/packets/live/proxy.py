@@ -13,7 +13,7 @@ import socket
 import struct
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple, Protocol, cast
+from typing import NamedTuple, cast
 
 from ..console import PeerError
 from ..trace import TraceDirection
@@ -26,25 +26,6 @@ WRITE_HIGH = 64 * 1024
 _RESET_ON_CLOSE = struct.pack("ii", 1, 0)
 
 
-class SideEvents(Protocol):
-    """Receiver of a side's events."""
-
-    def opened(self, client: ProxySide) -> None:
-        """A client is connected."""
-
-    def received(self, direction: TraceDirection, data: bytes) -> None:
-        """Bytes came."""
-
-    def ended(self, direction: TraceDirection) -> None:
-        """The peer will send nothing more."""
-
-    def lost(self, direction: TraceDirection, error: Exception | None) -> None:
-        """The connection is gone; with an error it broke."""
-
-    def balance(self) -> None:
-        """The side became full, or is full no more."""
-
-
 class ProxySide(asyncio.Protocol):
     """One of the two sockets of a link, named after the direction in which its peer sends.
 
@@ -54,7 +35,7 @@ class ProxySide(asyncio.Protocol):
         is_gone: there is no connection any more.
     """
 
-    def __init__(self, link: SideEvents, direction: TraceDirection) -> None:
+    def __init__(self, link: ProxyLink, direction: TraceDirection) -> None:
         self.is_full = False
         self.has_ended = False
         self.is_gone = False

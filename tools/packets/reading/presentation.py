@@ -315,7 +315,6 @@ class Output:
     """Prints packets and events."""
 
     def __init__(self, arguments: argparse.Namespace) -> None:
-        """Read what `add_presentation` added."""
         if isinstance(sys.stdout, io.TextIOWrapper):
             # Texts of any script survive a terminal that cannot show them.
             sys.stdout.reconfigure(errors="backslashreplace")

@@ -106,7 +106,6 @@ class DelayedPieces:
     """Pieces that leave later, those of one connection in the order in which they were put off."""
 
     def __init__(self) -> None:
-        """Make a queue with nothing in it."""
         self._pieces: list[Piece] = []
         self._count = 0
 

@@ -44,7 +44,6 @@ class ClientLink(asyncio.Protocol):
     """One connection of the client."""
 
     def __init__(self, controller: LiveController, purpose: Purpose) -> None:
-        """Make a link that is not connected yet."""
         self._controller = controller
         self._purpose = purpose
         self._id: ClientLinkId | None = None
@@ -76,7 +75,6 @@ class LiveController:
     """Shell of the scripted controller: sockets, timer, and the bytes between client and core."""
 
     def __init__(self, core: ScriptedController, host: str, ports: dict[Purpose, int]) -> None:
-        """Make a controller that does not listen yet."""
         self.ports = dict(ports)
         self._core = core
         self._host = host

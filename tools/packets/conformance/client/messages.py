@@ -52,7 +52,6 @@ class ControllerMessages:
     """Makes the frames of a controller."""
 
     def __init__(self, setup: Setup, order: ByteOrder) -> None:
-        """Make frames in a dialect and byte order."""
         self._is_motoman = setup.dialect is MOTOMAN
         self._order = order
         self._encode = codec_for(setup.dialect, order, setup.real_size).encode

@@ -9,7 +9,7 @@ import argparse
 import asyncio
 import re
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
@@ -28,7 +28,7 @@ from ...console import (
 from ...live.endpoints import is_loopback
 from ...reading.trace_files import read_trace
 from ...trace import Entry
-from ..check import CheckFinding, Judgement, Result
+from ..check import CheckFinding, Judgement
 from .controller import ScriptedController
 from .judge import judge_scenario, results_of, scenarios_of
 from .live import LiveController, Trigger
@@ -38,8 +38,6 @@ MAX_ENTRIES = 1_000_000
 """Most entries of a recording; each is held in memory."""
 
 _PORTS = (Purpose.MOTION, Purpose.STATE, Purpose.IO)
-
-Progress = Callable[[Result], None]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -91,12 +89,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_wire_form(parser, order=None)
 
 
-async def judge_client(options: argparse.Namespace, report_progress: Progress) -> Judgement:
-    """Judge a client as the arguments say.
-
-    Args:
-        options: as parsed; see `add_arguments`.
-        report_progress: called with each result.
+async def judge_client(options: argparse.Namespace) -> Judgement:
+    """Judge a client as the arguments say; see `add_arguments`.
 
     Raises:
         PacketToolError: the arguments make no sense, a file cannot be read, a port is taken.
@@ -106,12 +100,8 @@ async def judge_client(options: argparse.Namespace, report_progress: Progress) -
         raise PacketToolError("--role client needs either --capture or --listen")
     setup = _setup(options)
     if options.capture is not None:
-        judgement = judge_recording(options.capture, setup)
-    else:
-        judgement = await _judge_listening(options, setup)
-    for result in judgement.results:
-        report_progress(result)
-    return judgement
+        return judge_recording(options.capture, setup)
+    return await _judge_listening(options, setup)
 
 
 def judge_recording(file: Path, setup: Setup) -> Judgement:

@@ -145,13 +145,11 @@ class Scenario:
         mutation: the change.
         lasts: how long it is watched after the change, at least [s].
         is_motoman: it makes sense for the Motoman dialect only.
-        needs_state: it makes sense with a state connection only.
     """
 
     mutation: Mutation
     lasts: float = 2.0
     is_motoman: bool = False
-    needs_state: bool = False
 
     @property
     def name(self) -> str:
@@ -170,19 +168,19 @@ SCENARIOS: tuple[Scenario, ...] = (
     Scenario(Mutation.REPLY_LOST, lasts=6.0),
     Scenario(Mutation.UNKNOWN_TOPIC_MOTION),
     Scenario(Mutation.UNKNOWN_REQUEST_MOTION),
-    Scenario(Mutation.UNKNOWN_TOPIC_STATE, needs_state=True),
-    Scenario(Mutation.UNKNOWN_REQUEST_STATE, needs_state=True),
+    Scenario(Mutation.UNKNOWN_TOPIC_STATE),
+    Scenario(Mutation.UNKNOWN_REQUEST_STATE),
     Scenario(Mutation.PING_MOTION),
-    Scenario(Mutation.PING_STATE, needs_state=True),
-    Scenario(Mutation.STATUS_REQUEST, needs_state=True),
+    Scenario(Mutation.PING_STATE),
+    Scenario(Mutation.STATUS_REQUEST),
     Scenario(Mutation.CLOSED, lasts=3.0),
     Scenario(Mutation.RESET, lasts=3.0),
     Scenario(Mutation.HALF_OPEN, lasts=6.0),
-    Scenario(Mutation.STATE_CLOSED, lasts=3.0, needs_state=True),
+    Scenario(Mutation.STATE_CLOSED, lasts=3.0),
     Scenario(Mutation.RESTART, lasts=4.0),
-    Scenario(Mutation.EMERGENCY_STOP, needs_state=True),
-    Scenario(Mutation.NOT_POSSIBLE, lasts=3.0, needs_state=True),
-    Scenario(Mutation.SILENCE, lasts=4.0, needs_state=True),
+    Scenario(Mutation.EMERGENCY_STOP),
+    Scenario(Mutation.NOT_POSSIBLE, lasts=3.0),
+    Scenario(Mutation.SILENCE, lasts=4.0),
     Scenario(Mutation.BUSY, is_motoman=True),
     Scenario(Mutation.NOT_READY, is_motoman=True),
     Scenario(Mutation.HEADER_FAILURE, is_motoman=True),

@@ -127,7 +127,6 @@ class ClientTrace:
     """
 
     def __init__(self, entries: Sequence[Entry], setup: Setup) -> None:
-        """Read the entries of one scenario."""
         self.setup = setup
         self.frames: list[TracedFrame] = []
         self.links: dict[tuple[int, int], TracedLink] = {}
@@ -267,7 +266,6 @@ class ReportHistory:
     """
 
     def __init__(self, trace: ClientTrace) -> None:
-        """Collect them from whatever port carried them."""
         self.joints: list[JointReport] = []
         self.status: list[tuple[int, Status]] = []
         self._ended = trace.ended + 1

@@ -85,7 +85,6 @@ class LivenessProbe:
     """Liveness probe: a PING, or STOP where the target does not know PING."""
 
     def __init__(self, *, knows_ping: bool) -> None:
-        """Choose the question that the target knows."""
         self.message = Ping() if knows_ping else STOP
         self.name = "PING" if knows_ping else "STOP"
 

@@ -228,7 +228,6 @@ class Guard:
     """
 
     def __init__(self, stop: Callable[[], None]) -> None:
-        """Take the way to send STOP at once, on whatever connection is open."""
         self._stop = stop
         self._home: tuple[float, ...] = ()
         self._work: asyncio.Task[Any] | None = None

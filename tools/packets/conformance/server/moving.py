@@ -74,7 +74,6 @@ class Mover:
         way: float,
         arrival: float,
     ) -> None:
-        """Take connections to a robot that stands at `start`."""
         self.arrival = arrival
         self.wire = wire
         self.watch = watch

@@ -58,15 +58,15 @@ class PendantConversation:
     """One pendant connection.
 
     Attributes:
-        hello: the server's welcome; None before it.
         topics: topics that came, newest last, with their times.
         fault: what is wrong with the stream itself, empty while nothing is.
     """
 
+    hello: HelloReply
+    """The server's welcome, set by `welcomed`."""
+
     def __init__(self, wire: Wire) -> None:
-        """Take a connection on which nothing was said yet."""
         self.wire = wire
-        self.hello: HelloReply | None = None
         self.topics: deque[tuple[float, Message]] = deque(maxlen=_TOPICS_KEPT)
         self.fault = ""
         self._topic_sizes: deque[int] = deque()
@@ -235,7 +235,6 @@ def _move(pendant: PendantConversation, count: int = 6) -> JointMove:
 @check("PS01", profiles=OURS)
 async def _hello(target: Target) -> CheckFinding:
     hello = (await welcomed(target)).hello
-    assert hello is not None
     if hello.protocol_version != PROTOCOL_VERSION or hello.session == 0:
         raise RuleBroken(f"version {hello.protocol_version}, session {hello.session}")
     if not 1 <= hello.dof <= 10 or not 1023 <= hello.max_frame <= MAX_PENDANT_FRAME:
@@ -249,9 +248,7 @@ async def _hello(target: Target) -> CheckFinding:
 async def _sessions(target: Target) -> None:
     numbers = []
     for _ in range(3):
-        hello = (await welcomed(target)).hello
-        assert hello is not None
-        numbers.append(hello.session)
+        numbers.append((await welcomed(target)).hello.session)
     if len(set(numbers)) != 3:
         raise RuleBroken(f"three connections have sessions {numbers}")
 
@@ -367,7 +364,6 @@ async def _nonsense(pendant: PendantConversation) -> None:
 @check("PS16", profiles=OURS)
 async def _state_rate(target: Target) -> CheckFinding:
     hello = (await welcomed(target)).hello
-    assert hello is not None
     found = []
     for asked in (min(_RATE, hello.max_state_rate), hello.max_state_rate):
         pendant = await welcomed(target, rate=asked)
@@ -466,7 +462,6 @@ async def _management(pendant: PendantConversation) -> None:
 @check_on(welcomed, "PS24", profiles=OURS)
 async def _snapshot(pendant: PendantConversation) -> None:
     hello = pendant.hello
-    assert hello is not None
     request = Management(pendant.next_id(), b'{"op": "snapshot"}')
     frame = await pendant.ask(request, "a snapshot")
     reply = frame.message()

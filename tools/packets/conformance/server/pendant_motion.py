@@ -76,7 +76,6 @@ async def holder(target: Target) -> PendantConversation:
 
 def dof(pendant: PendantConversation) -> int:
     """Return how many joints the server says the robot has."""
-    assert pendant.hello is not None
     return pendant.hello.dof
 
 
@@ -295,7 +294,6 @@ async def _no_authority(target: Target) -> None:
 async def _granted(target: Target) -> None:
     witness = await welcomed(target)
     pendant = await holder(target)
-    assert pendant.hello is not None
     session = pendant.hello.session
     if not await witness.until(lambda: bool(witness.all(AuthorityChanged)), 1.0):
         raise RuleBroken("the grant was not announced to another pendant")
@@ -333,7 +331,6 @@ async def _one_holder(target: Target) -> None:
 
 def _lease(pendant: PendantConversation) -> float:
     """Return the time of the authority without beats [s]; CannotJudge where it is long."""
-    assert pendant.hello is not None
     lease = pendant.hello.authority_timeout
     if lease > _LONGEST_LEASE:
         raise CannotJudge(f"the lease lasts {lease:g} s")

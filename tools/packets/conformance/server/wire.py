@@ -24,7 +24,6 @@ class Arrivals:
     """Notification of arrivals on one connection."""
 
     def __init__(self) -> None:
-        """Start without an arrival."""
         self._came = asyncio.Event()
 
     def came(self) -> None:
