@@ -70,10 +70,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--cell", default="", help="name of the cell, where it serves several")
     parser.add_argument("--kind", choices=_KINDS, default="move", help="what shall move it")
     parser.add_argument(
-        "--ca",
-        type=Path,
-        metavar="FILE",
-        help="certificate of the server; encrypts the connection",
+        "--ca", type=Path, metavar="FILE", help="certificate of the server; encrypts the connection"
     )
     parser.add_argument(
         "--user",

@@ -53,11 +53,7 @@ def main(argv: list[str] | None = None) -> int:
     if arguments.base:
         names = {group: [each.name for each in found] for group, found in groups.items()}
         return compared(
-            arguments.base,
-            names,
-            arguments.turns,
-            quick=arguments.quick,
-            as_json=arguments.json,
+            arguments.base, names, arguments.turns, quick=arguments.quick, as_json=arguments.json
         )
     rows: list[BenchmarkResult] = []
     crashed = False

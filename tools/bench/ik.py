@@ -126,10 +126,7 @@ def _installed(module: str, name: str) -> Any:
         raise MissingRequirement(f"{name} is not installed") from absent
 
 
-FAMILIES = {
-    "ur5": "three parallel axes",
-    "abb_irb120": "spherical wrist",
-}
+FAMILIES = {"ur5": "three parallel axes", "abb_irb120": "spherical wrist"}
 """A robot of each family whose answer the peers can give too."""
 
 COUPLED = "fanuc_m10ia"

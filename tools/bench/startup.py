@@ -32,11 +32,7 @@ def benchmarks() -> list[Benchmark]:
             7,
         ),
         Benchmark(
-            "startup emulator memory",
-            "MB",
-            _memory,
-            Bound(70.0, aim=50.0, judged=Judged.VALUE),
-            3,
+            "startup emulator memory", "MB", _memory, Bound(70.0, aim=50.0, judged=Judged.VALUE), 3
         ),
     ]
 

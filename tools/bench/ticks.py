@@ -30,12 +30,7 @@ from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
 from openpendant.server.shell.robot_kinematics import RobotKinematics
 from openpendant.server.store.store_client import AbsentStore
-from openpendant.simplemsg import (
-    PENDANT,
-    ByteOrder,
-    Connection,
-    Role,
-)
+from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Role
 from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, PROTOCOL_VERSION, Hello
 

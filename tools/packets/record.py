@@ -104,9 +104,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     command = parser(
-        "record",
-        "Stand between client and server and write every frame to a trace file.",
-        _EPILOG,
+        "record", "Stand between client and server and write every frame to a trace file.", _EPILOG
     )
     add_pairs(command)
     command.add_argument("-o", dest="output", required=True, metavar="FILE", help="- for stdout")

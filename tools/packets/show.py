@@ -15,13 +15,7 @@ from typing import Any
 
 from openpendant.simplemsg import CommType, MsgType, ReplyCode, Status, TriState
 from openpendant.simplemsg.errors import shown
-from openpendant.simplemsg.pendant import (
-    JointMove,
-    JointPath,
-    Outcome,
-    PoseMove,
-    PosePath,
-)
+from openpendant.simplemsg.pendant import JointMove, JointPath, Outcome, PoseMove, PosePath
 
 from ..console import ExitCode, complain
 from .console import PacketToolError, open_input, parser, run

@@ -214,8 +214,7 @@ class FaultCase:
                 return self._put_off(rule), expects
 
     def _put_off(
-        self,
-        rule: faults.Delay | faults.Split | faults.Coalesce | faults.Throttle | faults.Reorder,
+        self, rule: faults.Delay | faults.Split | faults.Coalesce | faults.Throttle | faults.Reorder
     ) -> str:
         lane, frame, now = self._lane, self.frame, self.now
         match rule:

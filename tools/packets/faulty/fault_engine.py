@@ -21,11 +21,7 @@ from .fault_case import FaultCase, FrameForm, is_reply, is_request, sequence_of
 from .fault_lane import OPPOSITE, Awaited, Lane, Prepared, Traffic, nanoseconds, pay
 from .fault_script import FaultScript, type_number
 
-_COMM_TYPES = {
-    faults.Exchange.TOPIC: 1,
-    faults.Exchange.REQUEST: 2,
-    faults.Exchange.REPLY: 3,
-}
+_COMM_TYPES = {faults.Exchange.TOPIC: 1, faults.Exchange.REQUEST: 2, faults.Exchange.REPLY: 3}
 
 
 @dataclass(frozen=True, slots=True)

@@ -67,8 +67,7 @@ class Cursor:
         data = self._stream.read(size)
         if len(data) < size:
             raise CaptureFault(
-                self.offset + len(data),
-                f"the file ends inside {what}: {len(data)} of {size} bytes",
+                self.offset + len(data), f"the file ends inside {what}: {len(data)} of {size} bytes"
             )
         self.offset += size
         return data

@@ -4,14 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from openpendant.simplemsg import (
-    MAX_REFERENCE_FRAME,
-    MOTOMAN,
-    CommType,
-    MsgType,
-    Ping,
-    ReplyCode,
-)
+from openpendant.simplemsg import MAX_REFERENCE_FRAME, MOTOMAN, CommType, MsgType, Ping, ReplyCode
 from openpendant.simplemsg.framing import (
     HEADER_SIZE,
     LEAST_LENGTH,

@@ -61,10 +61,7 @@ def results_of(findings: Mapping[str, Mapping[str, CheckFinding]]) -> tuple[Resu
     where some scenario gave it something to look at.
     """
     return tuple(
-        Result(
-            check,
-            _together({name: found[check.number] for name, found in findings.items()}),
-        )
+        Result(check, _together({name: found[check.number] for name, found in findings.items()}))
         for check in CHECKS
     )
 

@@ -40,12 +40,7 @@ SUCCESS, BUSY, FAILURE, INVALID = range(4)
 START_POSITION = 3011
 SERVO_OFF = 5006
 
-_KNOWN = (
-    MsgType.PING,
-    MsgType.JOINT_TRAJ_PT,
-    MsgType.JOINT_TRAJ_PT_FULL,
-    MsgType.JOINT_TRAJ,
-)
+_KNOWN = (MsgType.PING, MsgType.JOINT_TRAJ_PT, MsgType.JOINT_TRAJ_PT_FULL, MsgType.JOINT_TRAJ)
 
 
 class ControllerMessages:

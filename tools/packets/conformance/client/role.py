@@ -17,14 +17,7 @@ from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import MOTOMAN, ByteOrder
 
 from ....console import complain
-from ...console import (
-    ORDERS,
-    PacketToolError,
-    PeerError,
-    add_wire_form,
-    codec_of,
-    seconds,
-)
+from ...console import ORDERS, PacketToolError, PeerError, add_wire_form, codec_of, seconds
 from ...live.endpoints import is_loopback
 from ...reading.trace_files import read_trace
 from ...trace import Entry
@@ -121,10 +114,7 @@ async def _judge_listening(options: argparse.Namespace, setup: Setup) -> Judgeme
         state = motion and motion + (1 if setup.dialect is MOTOMAN else 2)
     robot = _robot(options)
     core = ScriptedController(
-        setup,
-        robot[1] if robot else (),
-        at_point=options.at_point,
-        now=LiveController.now(),
+        setup, robot[1] if robot else (), at_point=options.at_point, now=LiveController.now()
     )
     live = LiveController(core, host, {Purpose.MOTION: motion, Purpose.STATE: state})
     chosen = [
@@ -144,11 +134,7 @@ async def _judge_listening(options: argparse.Namespace, setup: Setup) -> Judgeme
 
 
 async def judge_live(
-    live: LiveController,
-    setup: Setup,
-    scenarios: list[Scenario],
-    trigger: Trigger,
-    wait: float,
+    live: LiveController, setup: Setup, scenarios: list[Scenario], trigger: Trigger, wait: float
 ) -> Mapping[str, Mapping[str, CheckFinding]]:
     """Play scenarios with a client and judge each.
 

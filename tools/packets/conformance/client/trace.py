@@ -29,12 +29,7 @@ from openpendant.simplemsg.motoman import MotomanJointFeedbackEx
 from ...trace import Entry, Event, Packet, TraceDirection
 from .setup import CLOSERS, CONNECTED, WELL_KNOWN, Purpose, Setup
 
-_STATE_TYPES = {
-    MsgType.JOINT_POSITION,
-    MsgType.STATUS,
-    MsgType.JOINT_FEEDBACK,
-    2017,
-}
+_STATE_TYPES = {MsgType.JOINT_POSITION, MsgType.STATUS, MsgType.JOINT_FEEDBACK, 2017}
 _IO_TYPES = {2003, 2005, 2007, 2009, 2012, 2013}
 
 

@@ -202,10 +202,7 @@ async def _full_nan(target: Target) -> CheckFinding:
 
 check("LS11", moves=True, profiles=FULL)(
     partial(
-        _full,
-        what="a full point without a position",
-        habit="",
-        valid_fields=int(ValidField.TIME),
+        _full, what="a full point without a position", habit="", valid_fields=int(ValidField.TIME)
     )
 )
 check("LS13", moves=True, profiles=FULL)(

@@ -12,15 +12,7 @@ from functools import partial
 
 from openpendant.simplemsg import Ping
 
-from ..check import (
-    PASSED,
-    CannotJudge,
-    CheckFinding,
-    RuleBroken,
-    Section,
-    deviates,
-    passed,
-)
+from ..check import PASSED, CannotJudge, CheckFinding, RuleBroken, Section, deviates, passed
 from .answers import is_taken, must_be_ping, ping
 from .checks import ANY, FULL, ServerCheck, check, check_on
 from .monitor import STEADY, Watch, distance

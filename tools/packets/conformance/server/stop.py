@@ -8,11 +8,7 @@ from __future__ import annotations
 
 import asyncio
 
-from openpendant.simplemsg import (
-    CommType,
-    JointTrajPt,
-    SpecialSequence,
-)
+from openpendant.simplemsg import CommType, JointTrajPt, SpecialSequence
 
 from ..check import PASSED, CannotJudge, CheckFinding, RuleBroken, deviates, passed
 from .answers import FULL_STOP, STOP, STOP_TOPIC, is_taken, judge_point_reply

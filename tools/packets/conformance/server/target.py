@@ -254,11 +254,7 @@ class Target:
         return max(used, default=0) + 1
 
     async def once(
-        self,
-        name: str,
-        make: Callable[[Target], Awaitable[_Kept]],
-        *,
-        is_subject: bool = False,
+        self, name: str, make: Callable[[Target], Awaitable[_Kept]], *, is_subject: bool = False
     ) -> _Kept:
         """Return what was observed once and is judged by several checks.
 
