@@ -28,6 +28,8 @@ from ..check import (
 from .trace import ClientTrace, ReportHistory
 from .trajectories import Motions, SentPoint, SentTrajectory
 
+NO_TRAJECTORY = "the client sent no trajectory"
+
 _SHOWN = 3
 """Observations told in full; the rest is counted."""
 
@@ -55,6 +57,18 @@ class Observed:
     trace: ClientTrace
     motions: Motions
     reports: ReportHistory
+
+    def points(self) -> list[SentPoint]:
+        """Return all points of all trajectories."""
+        return self.motions.steps
+
+    def trajectories(self) -> list[SentTrajectory]:
+        """Return all trajectories."""
+        return self.motions.trajectories
+
+    def full_trajectories(self) -> list[SentTrajectory]:
+        """Return the trajectories that begin with a point of type 14 or 2016."""
+        return [item for item in self.motions.trajectories if item.steps[0].is_full]
 
 
 class Located(Protocol):
@@ -146,21 +160,3 @@ def finding_of(observations: Iterable[Observation], nothing: str) -> CheckFindin
 def _listed(lines: list[str]) -> str:
     more = len(lines) - _SHOWN
     return "; ".join(lines[:_SHOWN]) + (f"; and {more} more" if more > 0 else "")
-
-
-NO_TRAJECTORY = "the client sent no trajectory"
-
-
-def points(seen: Observed) -> list[SentPoint]:
-    """Return all points of all trajectories."""
-    return seen.motions.steps
-
-
-def trajectories(seen: Observed) -> list[SentTrajectory]:
-    """Return all trajectories."""
-    return seen.motions.trajectories
-
-
-def full_trajectories(seen: Observed) -> list[SentTrajectory]:
-    """Return the trajectories that begin with a point of type 14 or 2016."""
-    return [item for item in trajectories(seen) if item.steps[0].is_full]

@@ -12,18 +12,7 @@ from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import MOTOMAN, JointTraj, MsgType, TriState, ValidField
 
 from ..check import CannotJudge
-from .check import (
-    NO_TRAJECTORY,
-    Habit,
-    Observation,
-    Observed,
-    Problem,
-    client_check,
-    full_trajectories,
-    points,
-    rule_check,
-    trajectories,
-)
+from .check import NO_TRAJECTORY, Habit, Observation, Observed, Problem, client_check, rule_check
 from .trajectories import GroupPoint, PointAnswer, SentPoint, SentTrajectory
 
 PLAUSIBLE_SPEED = 4 * math.pi
@@ -52,7 +41,7 @@ ENDED_FOR_NS = 1_000_000_000
 """A trajectory without another point for so long is over."""
 
 
-@rule_check("LC01", points, NO_TRAJECTORY)
+@rule_check("LC01", Observed.points, NO_TRAJECTORY)
 def _finite(step: SentPoint, _: Observed) -> Problem | None:
     for part in step.parts:
         for value in _numbers(part):
@@ -78,7 +67,7 @@ def _within_limits(number: str, outside: Callable[[JointLimits, GroupPoint], str
         limits = seen.trace.setup.limits
         if limits is None:
             raise CannotJudge("the robot was not told")
-        for step in points(seen):
+        for step in seen.points():
             found = (outside(limits, part) for part in step.parts)
             yield step, next((text for text in found if text is not None), None)
 
@@ -176,7 +165,7 @@ def _start(part: GroupPoint, places: list[tuple[float, ...]], seen: Observed) ->
 @client_check("LC08", NO_TRAJECTORY)
 def _no_joint_traj(seen: Observed) -> Iterable[Observation]:
     whole = [frame for frame in seen.trace.sent if isinstance(frame.message, JointTraj)]
-    steps = [step.frame for step in points(seen)]
+    steps = [step.frame for step in seen.points()]
     for frame in sorted([*whole, *steps], key=lambda frame: frame.number):
         is_whole = isinstance(frame.message, JointTraj)
         yield frame, "JOINT_TRAJ, type 12" if is_whole else None
@@ -193,7 +182,7 @@ def _at_rest(step: SentPoint, seen: Observed, verb: str, which: str) -> Problem 
     return None
 
 
-@rule_check("LC07", full_trajectories, "the client sent no point of type 14 or 2016")
+@rule_check("LC07", Observed.full_trajectories, "the client sent no point of type 14 or 2016")
 def _starts_at_rest(trajectory: SentTrajectory, seen: Observed) -> Problem | None:
     return _at_rest(trajectory.steps[0], seen, "begins", "first")
 
@@ -240,7 +229,7 @@ def _led_and_went(one: GroupPoint, other: GroupPoint) -> Iterator[tuple[int, flo
 
 
 def _whole_trajectories(seen: Observed) -> list[SentTrajectory]:
-    return [item for item in trajectories(seen) if _is_whole(item, seen)]
+    return [item for item in seen.trajectories() if _is_whole(item, seen)]
 
 
 @rule_check("LC10", _whole_trajectories, "no full trajectory was seen to its end")

@@ -11,18 +11,7 @@ from openpendant.simplemsg import JOINT_SLOTS, CommType, SpecialSequence, ValidF
 from openpendant.simplemsg.framing import HEADER_SIZE
 
 from ..check import CannotJudge
-from .check import (
-    NO_TRAJECTORY,
-    Habit,
-    Observation,
-    Observed,
-    Problem,
-    client_check,
-    full_trajectories,
-    points,
-    rule_check,
-    trajectories,
-)
+from .check import NO_TRAJECTORY, Habit, Observation, Observed, Problem, client_check, rule_check
 from .trajectories import BEGINNINGS, GroupPoint, PointAnswer, SentPoint, SentTrajectory
 
 NO_REPETITION = "no point was sent twice"
@@ -49,19 +38,19 @@ LONGEST_START = 10.0
 
 
 def _fresh(seen: Observed) -> list[SentTrajectory]:
-    return [item for item in trajectories(seen) if item.after_stop is None]
+    return [item for item in seen.trajectories() if item.after_stop is None]
 
 
 def _downloads(seen: Observed) -> list[SentTrajectory]:
-    return [item for item in trajectories(seen) if item.is_download]
+    return [item for item in seen.trajectories() if item.is_download]
 
 
 def _ratio_points(seen: Observed) -> list[SentPoint]:
-    return [step for step in points(seen) if not step.is_full]
+    return [step for step in seen.points() if not step.is_full]
 
 
 def _full_points(seen: Observed) -> list[SentPoint]:
-    return [step for step in points(seen) if step.is_full]
+    return [step for step in seen.points() if step.is_full]
 
 
 @rule_check("MC01", _fresh, NO_TRAJECTORY)
@@ -72,7 +61,7 @@ def _begins_at_first(trajectory: SentTrajectory, _: Observed) -> Problem | None:
 
 @client_check("MC02", "no trajectory has two points")
 def _increases_by_one(seen: Observed) -> Iterable[Observation]:
-    for trajectory in trajectories(seen):
+    for trajectory in seen.trajectories():
         for before, after in trajectory.pairs:
             is_next = after.sequence in (before.index + 1, SpecialSequence.END)
             yield after, None if is_next else f"sequence {after.sequence} follows {before.sequence}"
@@ -90,7 +79,7 @@ def _download_ends(trajectory: SentTrajectory, _: Observed) -> Problem | None:
     return None
 
 
-@rule_check("MC04", trajectories, NO_TRAJECTORY)
+@rule_check("MC04", Observed.trajectories, NO_TRAJECTORY)
 def _comm_type_fits(trajectory: SentTrajectory, _: Observed) -> Problem | None:
     wanted = CommType.TOPIC if trajectory.is_download else CommType.REQUEST
     kind = "download" if trajectory.is_download else "stream"
@@ -103,7 +92,7 @@ def _comm_type_fits(trajectory: SentTrajectory, _: Observed) -> Problem | None:
 
 @client_check("MC05", NO_REPETITION)
 def _repeats_with_reason(seen: Observed) -> Iterable[Observation]:
-    for trajectory in trajectories(seen):
+    for trajectory in seen.trajectories():
         last = trajectory.advancing[-1].sequence
         for step in trajectory.steps:
             if step.repeats is not None:
@@ -127,13 +116,13 @@ def _repetition(step: SentPoint, before: SentPoint, last: int) -> Problem | None
 
 @client_check("MC06", NO_REPETITION)
 def _repeats_unchanged(seen: Observed) -> Iterable[Observation]:
-    for step in points(seen):
+    for step in seen.points():
         if step.repeats is not None:
             same = step.frame.data == step.repeats.frame.data
             yield step, None if same else f"sequence {step.sequence} again with other values"
 
 
-@rule_check("MC16", trajectories, NO_TRAJECTORY)
+@rule_check("MC16", Observed.trajectories, NO_TRAJECTORY)
 def _one_type(trajectory: SentTrajectory, _: Observed) -> Problem | None:
     types = {step.frame.msg_type for step in trajectory.steps}
     return f"types {sorted(types)}" if len(types) > 1 else None
@@ -145,7 +134,7 @@ def _unused_slots(seen: Observed) -> Iterable[Observation]:
     dof = setup.limits.dof if setup.limits else setup.dof
     if dof is None:
         raise CannotJudge("the number of joints was not told")
-    for step in points(seen):
+    for step in seen.points():
         used = any(
             any(values[dof:])
             for part in step.parts
@@ -164,7 +153,7 @@ def _moving_by_ratio(seen: Observed) -> list[SentTrajectory]:
     """Return the trajectories of type 11 alone that go somewhere."""
     return [
         item
-        for item in trajectories(seen)
+        for item in seen.trajectories()
         if not any(step.is_full for step in item.steps)
         and len({step.parts[0].positions for step in item.steps}) > 1
     ]
@@ -195,7 +184,7 @@ def _duration_positive(step: SentPoint, _: Observed) -> Problem | None:
 
 @client_check("MC11", NO_FULL_POINT)
 def _time_increases(seen: Observed) -> Iterable[Observation]:
-    for trajectory in trajectories(seen):
+    for trajectory in seen.trajectories():
         last: float | None = None
         for step in trajectory.advancing:
             time = step.parts[0].time
@@ -268,7 +257,7 @@ def _fields(part: GroupPoint) -> Iterator[tuple[ValidField, tuple[float, ...], s
     yield ValidField.ACCELERATION, part.accelerations, "the acceleration"
 
 
-@rule_check("MC15", full_trajectories, NO_FULL_POINT)
+@rule_check("MC15", Observed.full_trajectories, NO_FULL_POINT)
 def _same_groups(trajectory: SentTrajectory, seen: Observed) -> Problem | None:
     """Compare the groups of each point with those of the first, and with the reports."""
     known = {report.group for report in seen.reports.joints}

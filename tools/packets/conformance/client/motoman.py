@@ -19,17 +19,7 @@ from openpendant.simplemsg.motoman import (
     MotomanWriteSingleIo,
 )
 
-from .check import (
-    NO_TRAJECTORY,
-    Habit,
-    Observation,
-    Observed,
-    Problem,
-    client_check,
-    points,
-    rule_check,
-    trajectories,
-)
+from .check import NO_TRAJECTORY, Habit, Observation, Observed, Problem, client_check, rule_check
 from .setup import Purpose
 from .trace import TracedFrame
 from .trajectories import PointAnswer, SentPoint, SentTrajectory, is_stop
@@ -51,7 +41,7 @@ LARGEST_REGISTER_VALUE = 65_535
 NO_POINT = "the client sent no point"
 
 
-@rule_check("YC01", trajectories, NO_TRAJECTORY)
+@rule_check("YC01", Observed.trajectories, NO_TRAJECTORY)
 def _asks_readiness(trajectory: SentTrajectory, seen: Observed) -> Problem | None:
     asked = _last_command(seen, trajectory)
     return None if asked is not None else "no 200101 came before it"
@@ -65,7 +55,7 @@ def _heeds_readiness(seen: Observed) -> Iterable[Observation]:
         result = _result(seen, frame)
         if result in (0, None):
             continue
-        nexts = [t for t in trajectories(seen) if t.begins > frame.time]
+        nexts = [t for t in seen.trajectories() if t.begins > frame.time]
         asked = _last_command(seen, nexts[0]) if nexts else None
         text = f"result {result}, yet a trajectory begins {nexts[0].where}" if nexts else None
         yield frame, text if asked is frame else None
@@ -122,7 +112,7 @@ def _result_ends(seen: Observed) -> Iterable[Observation]:
 
 def _after(seen: Observed, answer: PointAnswer) -> list[tuple[SentPoint, SentPoint | None]]:
     """Return each point with a certain answer, and what follows it in its trajectory."""
-    followed = (pair for trajectory in trajectories(seen) for pair in trajectory.followed)
+    followed = (pair for trajectory in seen.trajectories() for pair in trajectory.followed)
     return [(step, on) for step, on in followed if step.answer is answer]
 
 
@@ -144,7 +134,7 @@ def _heeds_header(seen: Observed) -> Iterable[Observation]:
 
 @client_check("YC15", "no trajectory followed a STOP")
 def _stop_then_ready(seen: Observed) -> Iterable[Observation]:
-    for trajectory in trajectories(seen):
+    for trajectory in seen.trajectories():
         stop = trajectory.after_stop
         if stop is not None and is_stop(stop.message):
             asked = _last_command(seen, trajectory)
@@ -152,19 +142,19 @@ def _stop_then_ready(seen: Observed) -> Iterable[Observation]:
             yield trajectory, None if ready else "no 200101 since STOP"
 
 
-@rule_check("YC07", points, NO_POINT)
+@rule_check("YC07", Observed.points, NO_POINT)
 def _fields_complete(step: SentPoint, _: Observed) -> Problem | None:
     lacking = [part.valid for part in step.parts if part.valid & NEEDED != NEEDED]
     return f"valid_fields {lacking[0] & 15}" if lacking else None
 
 
-@rule_check("YC08", points, NO_POINT)
+@rule_check("YC08", Observed.points, NO_POINT)
 def _point_type(step: SentPoint, _: Observed) -> Problem | None:
     is_known = step.frame.msg_type in (MsgType.JOINT_TRAJ_PT_FULL, 2016)
     return None if is_known else f"type {step.frame.msg_type}"
 
 
-@rule_check("YC09", points, NO_POINT)
+@rule_check("YC09", Observed.points, NO_POINT)
 def _not_too_late(step: SentPoint, _: Observed) -> Problem | None:
     late = [part.time for part in step.parts if part.time and part.time >= LONGEST_TIME]
     return f"time {late[0]:g} s" if late else None
@@ -180,7 +170,7 @@ def _padding_is_zero(seen: Observed) -> Iterable[Observation]:
             yield frame, "unused records are not zero" if any(used) else None
 
 
-@rule_check("YC11", points, NO_POINT)
+@rule_check("YC11", Observed.points, NO_POINT)
 def _groups_exist(step: SentPoint, _: Observed) -> Problem | None:
     groups = [part.group for part in step.parts]
     strange = [group for group in groups if not 0 <= group < MOTOMAN_GROUPS]

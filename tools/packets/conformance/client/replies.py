@@ -10,16 +10,7 @@ from openpendant.simplemsg import ByteOrder, CommType, MsgType, ReplyCode
 from openpendant.simplemsg.framing import HEADER_SIZE
 from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
 
-from .check import (
-    Habit,
-    Observation,
-    Observed,
-    Problem,
-    client_check,
-    points,
-    rule_check,
-    trajectories,
-)
+from .check import Habit, Observation, Observed, Problem, client_check, rule_check
 from .framing import replies
 from .setup import Purpose
 from .trace import ClientTrace, TracedFrame
@@ -101,7 +92,7 @@ def _answers(request: TracedFrame, seen: Observed) -> Problem | None:
     if request.msg_type == MsgType.JOINT_POSITION:
         return Habit(NO_ANSWER_TO_POSITION, "no answer to a request of type 10")
     text = f"no answer to a request of type {request.msg_type}"
-    streams = any(not step.is_full for step in points(seen))
+    streams = any(not step.is_full for step in seen.points())
     return Habit(DEAF_MOTION, text) if request.link.purpose is Purpose.MOTION and streams else text
 
 
@@ -222,7 +213,7 @@ def _excused(step: SentPoint, name: str, detail: str) -> Problem:
 @client_check("RC12", "no point was answered with another type")
 def _minds_the_type(seen: Observed) -> Iterable[Observation]:
     name = "industrial_robot_client: any frame counts as the answer"
-    for trajectory in trajectories(seen):
+    for trajectory in seen.trajectories():
         following = dict(trajectory.pairs)
         for step in trajectory.advancing:
             if step.answer is PointAnswer.WRONG_TYPE:
@@ -232,7 +223,7 @@ def _minds_the_type(seen: Observed) -> Iterable[Observation]:
 
 @client_check("RC13", "no point was answered with reply code 0")
 def _minds_the_code(seen: Observed) -> Iterable[Observation]:
-    for trajectory in trajectories(seen):
+    for trajectory in seen.trajectories():
         for step, on in trajectory.followed:
             if step.answer is not PointAnswer.UNREADABLE:
                 continue
@@ -247,7 +238,7 @@ def _minds_the_code(seen: Observed) -> Iterable[Observation]:
 
 @client_check("MC17", "no point was refused")
 def _refusal_ends(seen: Observed) -> Iterable[Observation]:
-    for trajectory in trajectories(seen):
+    for trajectory in seen.trajectories():
         for step, on in trajectory.followed:
             if step.answer is not PointAnswer.REFUSED:
                 continue
@@ -263,9 +254,9 @@ def _refusal_ends(seen: Observed) -> Iterable[Observation]:
 @client_check("MC18", "every point was answered soon, or the link was lost before")
 def _reacts_to_silence(seen: Observed) -> Iterable[Observation]:
     """Look at what the client does within 5 s of a point that is never answered."""
-    frames = [*seen.motions.stops, *(step.frame for step in points(seen))]
+    frames = [*seen.motions.stops, *(step.frame for step in seen.points())]
     moves = sorted(frames, key=lambda frame: frame.number)
-    for step in points(seen):
+    for step in seen.points():
         sent, link, reply = step.frame.time, step.frame.link, step.reply
         if step.frame.comm_type != CommType.REQUEST:
             continue

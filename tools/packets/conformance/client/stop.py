@@ -15,9 +15,7 @@ from .check import (
     Observed,
     Problem,
     client_check,
-    points,
     rule_check,
-    trajectories,
 )
 from .setup import TRIGGERED, Purpose
 from .trace import TracedFrame
@@ -61,7 +59,7 @@ def _stop_is_empty(frame: TracedFrame, _: Observed) -> Problem | None:
 @client_check("SC03", NO_STOP)
 def _stop_ends(seen: Observed) -> Iterable[Observation]:
     """Look at the first point after each stop."""
-    after = {id(t.after_stop): t for t in trajectories(seen) if t.after_stop is not None}
+    after = {id(t.after_stop): t for t in seen.trajectories() if t.after_stop is not None}
     for stop in _stops(seen):
         trajectory = after.get(id(stop))
         if trajectory is None:
@@ -71,7 +69,7 @@ def _stop_ends(seen: Observed) -> Iterable[Observation]:
         yield trajectory, None if first in BEGINNINGS else f"sequence {first} after STOP"
 
 
-@rule_check("SC04", points, NO_TRAJECTORY)
+@rule_check("SC04", Observed.points, NO_TRAJECTORY)
 def _sequence_known(step: SentPoint, _: Observed) -> Problem | None:
     return f"sequence {step.sequence}" if step.sequence < LEAST_SEQUENCE else None
 
@@ -81,7 +79,7 @@ def _stops_before_leaving(seen: Observed) -> Iterable[Observation]:
     """Look at motion links that the client closed while motion was reported."""
     stopped = [frame.time for frame in _stops(seen)]
     for link in seen.trace.links_for(Purpose.MOTION):
-        sent = [step for step in points(seen) if step.frame.link is link]
+        sent = [step for step in seen.points() if step.frame.link is link]
         if not sent or not link.closed_by_client or link.closed is None:
             continue
         status = seen.reports.status_at(link.closed)
@@ -112,7 +110,7 @@ def _never_while(number: str, holds: Callable[[Status], bool], words: str) -> No
         for began, ended in seen.reports.spells(holds):
             if ended - began <= REACTION_NS:
                 continue
-            late = [t for t in trajectories(seen) if began + REACTION_NS < t.begins < ended]
+            late = [t for t in seen.trajectories() if began + REACTION_NS < t.begins < ended]
             for trajectory in late:
                 yield _late(trajectory, trajectory.steps[:1], STATUS_IGNORED, f"although {words}")
             for event in seen.trace.events:
@@ -157,7 +155,7 @@ def _heeds_lost_state(seen: Observed) -> Iterable[Observation]:
 
 @client_check("QC06", "no reports, or no trajectory")
 def _waits_for_report(seen: Observed) -> Iterable[Observation]:
-    for trajectory in trajectories(seen) if seen.reports.joints else ():
+    for trajectory in seen.trajectories() if seen.reports.joints else ():
         blind = seen.reports.last_joints(trajectory.begins) is None
         late = trajectory.steps[:1] if blind else []
         yield _late(trajectory, late, STATE_IGNORED, "before any report")
