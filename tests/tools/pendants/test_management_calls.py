@@ -123,7 +123,7 @@ def test_both_clients_have_the_same_groups_with_the_same_calls() -> None:
     background = PendantClient()
     blocking = SyncPendantClient(thread, background)
     try:
-        for group, kind in GROUPS.items():
+        for group, (kind, _) in GROUPS.items():
             own, other = (
                 getattr(client, group) if group else client for client in (background, blocking)
             )

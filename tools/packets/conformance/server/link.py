@@ -17,7 +17,7 @@ from .answers import is_taken, must_be_ping, ping
 from .checks import ANY, FULL, ServerCheck, check, check_on
 from .monitor import STEADY, Watch, distance
 from .moving import LEAD_IN, SPEED, STOP_WITHIN, ready
-from .recordings import LOSS_SEEN, SLOW, RecordedMotion, lost, lost_by_reset
+from .recordings import LOSS_SEEN, SLOW, RecordedMotion, lost_link, reset_link
 from .target import Target
 from .wire import TargetUnreachable, Wire
 
@@ -206,16 +206,6 @@ async def _deaf_client(target: Target) -> CheckFinding:
     return deviates("industrial_core: one client a port", "the second was served after the first")
 
 
-async def _lost_link(target: Target) -> RecordedMotion:
-    motion: RecordedMotion = await target.once("a lost link", lost)
-    return motion
-
-
-async def _reset_link(target: Target) -> RecordedMotion:
-    motion: RecordedMotion = await target.once("a reset link", lost_by_reset)
-    return motion
-
-
 async def _stops(
     target: Target, made: Callable[[Target], Awaitable[RecordedMotion]], how: str
 ) -> CheckFinding:
@@ -227,8 +217,7 @@ async def _stops(
         if report.time <= motion.event + LOSS_SEEN and distance(report.values, final) > 2 * STEADY
     ]
     end = max(late, default=0.0)
-    way = motion.goal[motion.joint] - motion.start[motion.joint]
-    part = (final[motion.joint] - motion.start[motion.joint]) / way
+    part = motion.progress(final)
     if end > STOP_WITHIN + 0.2 or part > 0.95:
         seen = f"{end:.2f} s after {how} the robot still moved ({100 * part:.0f} %)"
         if target.knows_ping:
@@ -237,15 +226,13 @@ async def _stops(
     return passed(f"stood {max(end, 0.0):.3f} s after {how}")
 
 
-check("KS10", moves=True, is_plain=True)(
-    partial(_stops, made=_lost_link, how="the end of the link")
-)
+check("KS10", moves=True, is_plain=True)(partial(_stops, made=lost_link, how="the end of the link"))
 check("KS11", moves=True, is_plain=True)(
-    partial(_stops, made=_reset_link, how="the reset of the link")
+    partial(_stops, made=reset_link, how="the reset of the link")
 )
 
 
-@check_on(_lost_link, "KS12", moves=True, is_plain=True)
+@check_on(lost_link, "KS12", moves=True, is_plain=True)
 async def _does_not_resume(motion: RecordedMotion) -> None:
     if motion.event_reply is None:
         raise RuleBroken("the connection made after the loss was not served")

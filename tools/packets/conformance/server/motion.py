@@ -107,9 +107,8 @@ async def _not_slower(motion: RecordedMotion) -> CheckFinding:
 @check_on(undisturbed, "MS08", moves=True, is_plain=True)
 async def _right_way(motion: RecordedMotion) -> None:
     motion.must_have_moved()
-    way = motion.goal[motion.joint] - motion.start[motion.joint]
     for report in motion.joints:
-        part = (report.values[motion.joint] - motion.start[motion.joint]) / way
+        part = motion.progress(report.values)
         if not -0.1 <= part <= 1.1:
             raise RuleBroken(f"it was at {100 * part:.0f} % of the way to its goal")
 

@@ -7,8 +7,9 @@ what is kept of it; the checks only look.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from openpendant.simplemsg import CommType, JointFeedback, MsgType, Ping
 
@@ -30,6 +31,8 @@ UNDISTURBED = 1.5
 
 LOSS_SEEN = 0.8
 """So long after the loss of a link the robot is judged, before a new link is made [s]."""
+
+_Made = TypeVar("_Made")
 
 _SETTLING = 0.3
 _SPEED_OVER = 0.05
@@ -88,6 +91,11 @@ class RecordedMotion:
     def end(self) -> tuple[float, ...]:
         """Last reported position of the robot."""
         return self.joints[-1].values
+
+    def progress(self, position: Sequence[float]) -> float:
+        """Return which part of the way to the goal a position is."""
+        start, goal = self.start[self.joint], self.goal[self.joint]
+        return (position[self.joint] - start) / (goal - start)
 
     def moving(self, by: float | None = None) -> tuple[ReportedJoints, ...]:
         """Return the reports between leaving the start and being where the robot ended.
@@ -165,24 +173,6 @@ async def reference(target: Target) -> RecordedMotion:
     await watch.standstill(duration + 4)
     await asyncio.sleep(_SETTLING)
     return _motion(mover, duration, sent, answered, replies, None)
-
-
-async def at_rest(target: Target) -> Sample:
-    """Return the reports of the resting robot, observed once."""
-    taken: Sample = await target.once("the state at rest", sample)
-    return taken
-
-
-async def undisturbed(target: Target) -> RecordedMotion:
-    """Return the motion that nothing disturbed, made once."""
-    motion: RecordedMotion = await target.once("a motion", reference)
-    return motion
-
-
-async def stopped_motion(target: Target) -> RecordedMotion:
-    """Return the motion that was stopped, made once."""
-    motion: RecordedMotion = await target.once("a stopped motion", stopped)
-    return motion
 
 
 async def must_be_slow(target: Target) -> None:
@@ -293,3 +283,22 @@ def _motion(
 
 def _now() -> float:
     return asyncio.get_running_loop().time()
+
+
+def _once(
+    name: str, make: Callable[[Target], Awaitable[_Made]]
+) -> Callable[[Target], Awaitable[_Made]]:
+    """Return what makes an observation once in a run, and gives it to every check that asks."""
+
+    async def made(target: Target) -> _Made:
+        return await target.once(name, make)
+
+    return made
+
+
+at_rest = _once("the state at rest", sample)
+undisturbed = _once("a motion", reference)
+stopped_motion = _once("a stopped motion", stopped)
+lost_link = _once("a lost link", lost)
+reset_link = _once("a reset link", lost_by_reset)
+asked_in_motion = _once("answers in motion", questioned)

@@ -30,7 +30,7 @@ from .answers import (
 from .checks import ANY, FULL, check, check_on
 from .framing import UNKNOWN
 from .monitor import Watch
-from .recordings import Questions, questioned
+from .recordings import Questions, asked_in_motion
 from .target import Target
 from .wire import REPLY_WITHIN, Wire, raw_frame
 
@@ -285,7 +285,7 @@ async def _unasked(target: Target) -> None:
 
 
 async def _questions(target: Target) -> Questions:
-    asked: Questions = await target.once("answers in motion", questioned)
+    asked = await asked_in_motion(target)
     if not asked.was_moving:
         raise CannotJudge("the robot did not move meanwhile")
     return asked

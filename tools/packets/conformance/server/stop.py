@@ -64,8 +64,8 @@ async def _does_not_resume(motion: RecordedMotion) -> None:
 @check_on(stopped_motion, "SS04", moves=True, is_plain=True)
 async def _on_its_way(motion: RecordedMotion) -> CheckFinding:
     way = motion.goal[motion.joint] - motion.start[motion.joint]
-    at_event = (motion.at(motion.event)[motion.joint] - motion.start[motion.joint]) / way
-    part = (motion.end[motion.joint] - motion.start[motion.joint]) / way
+    at_event = motion.progress(motion.at(motion.event))
+    part = motion.progress(motion.end)
     speed = motion.speed_before(motion.event)
     # Longest way after STOP: speed times the time of a stop and of the longest gap in reports.
     seen_late = longest_gap([report.time for report in motion.joints])
