@@ -122,14 +122,7 @@ def run_parsed(
     argv: list[str] | None,
     faults: Faults,
 ) -> int:
-    """Parse arguments and run a command; whatever goes wrong becomes a line and a code.
-
-    Args:
-        parser: of the command.
-        body: what to do; returns the exit code.
-        argv: arguments behind the command's name; None takes those of the process.
-        faults: beside wrong usage, an interruption and a closed output.
-    """
+    """Parse arguments and run a command; whatever goes wrong becomes a line and a code."""
     try:
         # Options may also stand between a name and what belongs to it.
         arguments = parser.parse_intermixed_args(argv)
@@ -201,13 +194,7 @@ def _escaped(sign: str) -> str:
 
 
 def emit_json(value: object, *, compact: bool = False, flush: bool = False) -> None:
-    """Print plain data as one line of JSON.
-
-    Args:
-        value: numbers in it are finite.
-        compact: without blanks.
-        flush: write it at once, for a reader that waits for this line.
-    """
+    """Print plain data of finite numbers as one line of JSON, `compact` without blanks."""
     separators = (",", ":") if compact else None
     print(json.dumps(value, separators=separators, allow_nan=False), flush=flush)
 

@@ -58,7 +58,6 @@ class TourMotion:
     """One motion of the tour.
 
     Attributes:
-        planned: its samples, from the server's first set-point on.
         plan_time: time that planning took [s].
         limit_ratio: the greatest share of a velocity or acceleration limit that it used.
         delay: from the server's first set-point to the controller's start [s].
@@ -109,16 +108,7 @@ class DemoResult:
 def summarise(
     robot: str, tour: Path, plans: Path, record: Path, referee: Path, origin: float
 ) -> DemoResult:
-    """Read the files of the processes and compare plan and execution.
-
-    Args:
-        robot: name or file of the robot.
-        tour: the pendant's report.
-        plans: the server's folder of kept motions.
-        record: the emulator's motion log.
-        referee: the emulator's referee report.
-        origin: monotonic time at which the motion log begins [s].
-    """
+    """Read the processes' files and compare plan and execution; the log begins at `origin` [s]."""
     about = json.loads(tour.read_text(encoding="utf-8"))
     joints, executed = _read_log(record, origin)
     names = [motion["name"] for motion in about["motions"]]

@@ -77,14 +77,7 @@ def _room(event_loop: str, figure: str) -> Iterator[Sides]:
 def running_room(
     robots: int, event_loop: str = "asyncio", *, is_pinned: bool = True, jog_lead: float = 0.05
 ) -> Iterator[tuple[dict[str, Any], list[str]]]:
-    """Run emulated robots and one server for all of them.
-
-    Args:
-        robots: how many.
-        event_loop: what server and controllers run on.
-        is_pinned: each process keeps to its processor; else the system places them.
-        jog_lead: how far set-points of the jogs are sent ahead [s].
-    """
+    """Run emulated robots and one server for all of them."""
     with ExitStack() as stack:
         controllers: list[dict[str, int]] = []
         for part in range(_EMULATORS):

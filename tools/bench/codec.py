@@ -70,40 +70,33 @@ FEEDBACK_FRAME = struct.Struct("<6i31f")
 # has no codec: nothing shared, nothing checked.
 
 
-def unpack_position(frame: bytes) -> tuple[Any, ...]:
-    """Unpack the body of a JOINT_POSITION."""
+def _unpack_position(frame: bytes) -> tuple[Any, ...]:
     return POSITION_BODY.unpack_from(frame, 16)
 
 
-def unpack_point(frame: bytes) -> tuple[Any, ...]:
-    """Unpack the body of a JOINT_TRAJ_PT."""
+def _unpack_point(frame: bytes) -> tuple[Any, ...]:
     return POINT_BODY.unpack_from(frame, 16)
 
 
-def unpack_full_point(frame: bytes) -> tuple[Any, ...]:
-    """Unpack the body of a JOINT_TRAJ_PT_FULL."""
+def _unpack_full_point(frame: bytes) -> tuple[Any, ...]:
     return FULL_POINT_BODY.unpack_from(frame, 16)
 
 
-def unpack_feedback(frame: bytes) -> tuple[Any, ...]:
-    """Unpack the body of a JOINT_FEEDBACK."""
+def _unpack_feedback(frame: bytes) -> tuple[Any, ...]:
     return FEEDBACK_BODY.unpack_from(frame, 16)
 
 
-def pack_position(m: JointPosition) -> bytes:
-    """Pack a JOINT_POSITION."""
+def _pack_position(m: JointPosition) -> bytes:
     return POSITION_FRAME.pack(56, 10, m.comm_type, m.reply_code, m.sequence, *m.joints)
 
 
-def pack_point(m: JointTrajPt) -> bytes:
-    """Pack a JOINT_TRAJ_PT."""
+def _pack_point(m: JointTrajPt) -> bytes:
     return POINT_FRAME.pack(
         64, 11, m.comm_type, m.reply_code, m.sequence, *m.joints, m.velocity, m.duration
     )
 
 
-def pack_full_point(m: JointTrajPtFull) -> bytes:
-    """Pack a JOINT_TRAJ_PT_FULL."""
+def _pack_full_point(m: JointTrajPtFull) -> bytes:
     return FULL_POINT_FRAME.pack(
         148,
         14,
@@ -119,8 +112,7 @@ def pack_full_point(m: JointTrajPtFull) -> bytes:
     )
 
 
-def pack_feedback(m: JointFeedback) -> bytes:
-    """Pack a JOINT_FEEDBACK."""
+def _pack_feedback(m: JointFeedback) -> bytes:
     return FEEDBACK_FRAME.pack(
         144,
         15,
@@ -136,10 +128,10 @@ def pack_feedback(m: JointFeedback) -> bytes:
 
 
 _CASES: tuple[tuple[Message, Callable[[bytes], Any], Callable[[Any], bytes]], ...] = (
-    (POSITION, unpack_position, pack_position),
-    (POINT, unpack_point, pack_point),
-    (FEEDBACK, unpack_feedback, pack_feedback),
-    (FULL_POINT, unpack_full_point, pack_full_point),
+    (POSITION, _unpack_position, _pack_position),
+    (POINT, _unpack_point, _pack_point),
+    (FEEDBACK, _unpack_feedback, _pack_feedback),
+    (FULL_POINT, _unpack_full_point, _pack_full_point),
 )
 
 

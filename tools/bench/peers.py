@@ -42,32 +42,29 @@ SERVER = (
 """Commands of `process`, on any free ports."""
 
 
-class EchoPeer(asyncio.Protocol):
+class _EchoPeer(asyncio.Protocol):
     """Peer that returns the bytes that it receives."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Keep the transport."""
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
 
     def data_received(self, data: bytes) -> None:
-        """Return the bytes."""
         self._transport.write(data)
 
 
-class RelayPeer(asyncio.Protocol):
+class _RelayPeer(asyncio.Protocol):
     """Peer that forwards the bytes that it receives to another connection."""
 
     def __init__(self, upstream: asyncio.Transport) -> None:
         self._upstream = upstream
 
     def data_received(self, data: bytes) -> None:
-        """Forward the bytes."""
         self._upstream.write(data)
 
 
 async def _serve_echo() -> None:
-    server = await asyncio.get_running_loop().create_server(EchoPeer, "127.0.0.1", 0)
+    server = await asyncio.get_running_loop().create_server(_EchoPeer, "127.0.0.1", 0)
     print(json.dumps({"port": server.sockets[0].getsockname()[1]}), flush=True)
     await server.serve_forever()
 
@@ -75,7 +72,7 @@ async def _serve_echo() -> None:
 async def _serve_relay(port: int) -> None:
     loop = asyncio.get_running_loop()
     upstream, _ = await loop.create_connection(asyncio.Protocol, "127.0.0.1", port)
-    server = await loop.create_server(lambda: RelayPeer(upstream), "127.0.0.1", 0)
+    server = await loop.create_server(lambda: _RelayPeer(upstream), "127.0.0.1", 0)
     print(json.dumps({"port": server.sockets[0].getsockname()[1]}), flush=True)
     await server.serve_forever()
 
@@ -95,11 +92,7 @@ def pin(pid: int, place: int) -> None:
 
 
 def before_ordinary_programs(pid: int) -> None:
-    """Let a process run first, as if it had a machine of its own; where the system allows it.
-
-    Args:
-        pid: process id, 0 for this one.
-    """
+    """Let a process run first, as if it had a machine of its own; where the system allows it."""
     with suppress(PermissionError):
         os.setpriority(os.PRIO_PROCESS, pid, _PEER_NICENESS)
 
@@ -112,13 +105,7 @@ _PROCESSORS = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity"
 def process(
     *command: str, place: int | None = None, first: bool = False
 ) -> Iterator[dict[str, int]]:
-    """Run a Python module that prints one JSON line when it is ready; end it afterwards.
-
-    Args:
-        command: the module and its arguments.
-        place: of `pin`; None for any.
-        first: whether it runs `before_ordinary_programs`.
-    """
+    """Run a Python module that prints one JSON line when it is ready; end it afterwards."""
     child = subprocess.Popen(
         [sys.executable, "-m", *command],
         stdin=subprocess.DEVNULL,

@@ -266,10 +266,6 @@ def _last_line(text: str) -> str:
 def two_sides(base: str, root: Path = ROOT) -> Iterator[tuple[MeasuredCommit, MeasuredCommit]]:
     """Check an earlier commit out for as long as the context lasts.
 
-    Args:
-        base: the commit, as git names it.
-        root: the later sources, as they are now; in a work tree of git.
-
     Raises:
         NotComparable: git does not know the commit, or this is no work tree.
     """
@@ -314,13 +310,6 @@ def measure_in_turns(
     quick: bool = False,
 ) -> Iterator[Comparison]:
     """Measure groups of rows, both sides in each turn; the side that begins changes.
-
-    Args:
-        sides: the earlier and the later one.
-        groups: names of rows that are measured in one process, by the name of the group.
-        progress: told what is measured next.
-        turns: how often.
-        quick: take a third of the samples in each turn.
 
     Raises:
         NotComparable: a side cannot be measured at all.

@@ -44,12 +44,7 @@ class FollowStage(Enum):
 
 
 class Follower:
-    """Selection of the packets of a trace that belong to one request.
-
-    Attributes:
-        stage: how far it has come; after `ENDED` nothing more belongs to it.
-        replied: whether its reply was found.
-    """
+    """Selection of the packets of a trace that belong to one request."""
 
     def __init__(self, number: int) -> None:
         self.stage = FollowStage.SOUGHT

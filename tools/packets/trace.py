@@ -125,12 +125,7 @@ def entry_from_json(value: Any) -> Entry:
 
 
 def header_line(started: str, **more: str | int | float) -> str:
-    """Return the first line of a trace file.
-
-    Args:
-        started: wall-clock time of t = 0, ISO 8601 with its offset from UTC.
-        more: what else a reader may want to know, e.g. who was connected to whom.
-    """
+    """Return the first line of a trace file, with the wall-clock time of t = 0, ISO 8601."""
     return json.dumps({"format": FORMAT, "started": started, **more})
 
 

@@ -114,8 +114,6 @@ class Check(Generic[JudgeT]):
 
     Attributes:
         number: as in the tables of clauses, e.g. `FS03`.
-        title: what must hold, as a sentence.
-        clause: what gives it reason.
         moves: it can only be judged by moving the robot.
         is_plain: it sends nothing, or nothing but whole points of standard form, STOP among them;
             only such a check is run on a target that does not tell frames apart by their header.

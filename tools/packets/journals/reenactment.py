@@ -68,12 +68,7 @@ class Difference(BaseException):
 
 
 class ReplayedJournal(Journal):
-    """A journal that tells the recorded time and answers, and compares instead of writing.
-
-    Attributes:
-        frames: pieces of output that were found equal.
-        bytes_out: how many bytes they were.
-    """
+    """A journal that tells the recorded time and answers, and compares instead of writing."""
 
     def __init__(self, header: Header) -> None:
         super().__init__(clock=lambda: self._time)
@@ -187,8 +182,6 @@ class RerunOutcome:
     Attributes:
         last: time of the last of them since the start [ns].
         bytes_out: bytes that left, all equal.
-        frames: pieces in which they left.
-        difference: the first difference, None where there was none.
         before: the last events before the difference, it included.
         is_cut: the journal has no end.
     """

@@ -122,13 +122,7 @@ def counts(piece: Cut, part: PlayedSide, before: list[Cut], *, exact: bool) -> b
 
 
 class Player:
-    """Plays one session against a peer.
-
-    Attributes:
-        received: packets that came and count.
-        differences: how many of them are not as recorded.
-        first: the first difference in words, empty while there is none.
-    """
+    """Plays one session against a peer."""
 
     def __init__(self, session: RecordedSession, part: PlayedSide, pace: Pace) -> None:
         self.sent = 0

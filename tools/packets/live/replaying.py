@@ -27,14 +27,7 @@ _Acceptor = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[Non
 
 @dataclass(frozen=True, slots=True)
 class ReplaySummary:
-    """Result of a replay.
-
-    Attributes:
-        received: packets that came back and count.
-        differences: how many are not as recorded.
-        first: the first of them in words.
-        failure: why a peer was given up, empty where none was.
-    """
+    """Result of a replay."""
 
     sent: int
     received: int

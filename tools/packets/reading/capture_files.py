@@ -84,10 +84,6 @@ class Cursor:
 def read_pcap(stream: BinaryIO, magic: bytes) -> Iterator[CapturedPacket]:
     """Yield the frames of a pcap file, each as soon as it was read.
 
-    Args:
-        stream: the file behind its first four bytes.
-        magic: those four bytes.
-
     Raises:
         CaptureFault: this is no pcap file, or it ends inside a record.
     """
@@ -143,9 +139,6 @@ def read_pcapng(stream: BinaryIO) -> Iterator[CapturedPacket]:
     """Yield the frames of a pcapng file, each as soon as it was read.
 
     A frame of a simple packet block has no time; it gets that of the frame before it.
-
-    Args:
-        stream: the file behind its first four bytes, `MAGIC`.
 
     Raises:
         CaptureFault: a block is none, or the file ends inside one.

@@ -99,16 +99,7 @@ class FieldCondition:
 
 @dataclass(frozen=True, slots=True)
 class Filters:
-    """Conditions of which all must hold; None and empty ones always do.
-
-    Attributes:
-        types: names or numbers of message types.
-        port: TCP port of the server's end.
-        connection: number of the connection on its port.
-        scenario: name of the part of the trace.
-        since: earliest time [s].
-        until: latest time [s].
-    """
+    """Conditions of which all must hold; None and empty ones always do."""
 
     types: tuple[str, ...] = ()
     comm: CommType | None = None

@@ -132,9 +132,7 @@ class _Connection:
     capture may be other traffic.
 
     Attributes:
-        about: both ends.
         closed: true when both ends said their last; later segments are ignored.
-        told: True once the reader has had it.
         carried: whether it carried any bytes.
     """
 

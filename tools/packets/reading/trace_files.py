@@ -102,11 +102,7 @@ def _kind_of(lead: bytes) -> FileKind | None:
 
 
 def read_trace(source: Path | BinaryIO, kind: FileKind | None = None) -> Iterator[Entry]:
-    """Yield the entries of a trace file in their order.
-
-    Args:
-        source: the file, or a stream of bytes (which stays open).
-        kind: what it holds; None looks at its content. `PCAP` is pcap or pcapng.
+    """Yield the entries of a trace file in their order, each as soon as it is complete.
 
     Raises:
         TraceFileError: this is no trace, or is one no further; what came before was given.

@@ -196,16 +196,7 @@ class LiveController:
             link.transport.close()
 
     async def play(self, scenario: Scenario, trigger: Trigger, wait: float) -> list[Entry]:
-        """Play one scenario with the client and return what was said.
-
-        Args:
-            scenario: what to change.
-            trigger: makes the client start a trajectory, or asks a person to.
-            wait: how long to wait for its first point [s].
-
-        Returns:
-            The trace, from the beginning of the scenario.
-        """
+        """Play one scenario; return its trace. A first point is waited for so long [s]."""
         core = self._core
         core.begin(scenario, self.now())
         self._schedule()

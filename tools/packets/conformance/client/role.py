@@ -136,21 +136,7 @@ async def _judge_listening(options: argparse.Namespace, setup: Setup) -> Judgeme
 async def judge_live(
     live: LiveController, setup: Setup, scenarios: list[Scenario], trigger: Trigger, wait: float
 ) -> Mapping[str, Mapping[str, CheckFinding]]:
-    """Play scenarios with a client and judge each.
-
-    Args:
-        live: a controller that listens.
-        setup: what the controller is.
-        scenarios: what to play, in order.
-        trigger: makes the client start a trajectory.
-        wait: how long to wait for it [s].
-
-    Returns:
-        The findings by scenario, then by number of the check.
-
-    Raises:
-        PeerError: no client ever connected.
-    """
+    """Return the findings by scenario and check; PeerError where no client ever connected."""
     ports = {port: purpose for purpose, port in live.ports.items()}
     known = Setup(setup.dialect, setup.order, setup.real_size, setup.dof, setup.limits, ports)
     findings: dict[str, Mapping[str, CheckFinding]] = {}

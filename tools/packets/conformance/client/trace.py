@@ -256,7 +256,6 @@ class ReportHistory:
     """The state messages of a trace, oldest first.
 
     Attributes:
-        joints: joint reports.
         status: status reports with their times [ns].
     """
 

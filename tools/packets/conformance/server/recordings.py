@@ -205,7 +205,6 @@ class Questions:
     Attributes:
         ping: the answer to a PING; None where there was none within half a second.
         status: the answer to a request for STATUS, if one was sent; None where there was none.
-        was_moving: the robot moved before and after both.
     """
 
     ping: ReceivedFrame | None

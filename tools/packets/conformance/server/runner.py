@@ -74,20 +74,10 @@ async def judge(
     progress: Progress | None = None,
     on_start: Callable[[Callable[[], None]], None] | None = None,
 ) -> Judgement:
-    """Judge a server.
+    """Judge a server; raise TargetUnreachable where nobody is there at the first look.
 
-    Whatever ends it early, a robot that may move is sent STOP first.
-
-    Args:
-        options: where it is and what may be done.
-        only: numbers or names of sections; empty for all.
-        checks: the checks to run; those of the profile by default.
-        progress: told each result as it is found.
-        on_start: given what ends the run early: the robot is stopped, and the checks that are left
-            are not applicable.
-
-    Raises:
-        Unreachable: nobody is there at the first look.
+    Whatever ends it early, a robot that may move is sent STOP first, and the checks that are left
+    are not applicable; `on_start` is given what ends it.
     """
     target = Target(options)
     if on_start is not None:

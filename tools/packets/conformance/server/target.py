@@ -51,7 +51,6 @@ class Options:
 
     Attributes:
         state_port: where it reports; None where it has no such port.
-        pendant_port: where it speaks our pendant protocol; None where it does not.
         order: its byte order; None to find it out.
         real_size: bytes of a real on its wire.
         joint: index of the joint to move; None for the last one that can.
