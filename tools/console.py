@@ -50,12 +50,7 @@ class ExitCode(IntEnum):
 
 
 def command(about: str | None = None, exit_codes: str | None = None) -> typer.Typer:
-    """Return a command without sub-commands yet.
-
-    Args:
-        about: one sentence for its help; that of its only function where it is left out.
-        exit_codes: what its help says of them.
-    """
+    """Return a command without sub-commands yet."""
     import typer
 
     # What is left out must not be named: an explicit None would hide the help of a callback.
@@ -180,12 +175,7 @@ def complain(line: str) -> None:
 
 
 def one_line(text: str, mark: str | None = None) -> str:
-    """Return text of others without anything that a terminal would act on or turn round.
-
-    Args:
-        text: a name from a file, an argument, a message of a peer.
-        mark: stands in place of each such sign; its escape where it is left out.
-    """
+    """Return text of others with a mark, or its escape, for each sign that a terminal acts on."""
     return "".join(sign if sign.isprintable() else mark or _escaped(sign) for sign in text)
 
 

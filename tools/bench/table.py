@@ -148,12 +148,7 @@ def render(rows: Sequence[BenchmarkResult]) -> str:
 
 
 def aligned(rows: Sequence[tuple[str, ...]], left: Sequence[int]) -> str:
-    """Return rows of cells in columns.
-
-    Args:
-        rows: of the same length each.
-        left: columns of text; all others are figures, whose ends stand below each other.
-    """
+    """Return rows of cells in columns: those of `left` are text, all others figures."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join(
         "  ".join(

@@ -80,17 +80,11 @@ class Comparison:
 def compare(
     name: str, unit: str, base: Sequence[float | None], head: Sequence[float | None]
 ) -> Comparison:
-    """Judge a row.
+    """Judge a row of figures, one a turn, of which smaller ones are better; None where missing.
 
     It is worse where the median of the turns' ratios is above 1 by more than `TOLERANCE`, and by
     more than the spread between the ratios' quartiles. Ratios within a turn are judged, not medians
     over all turns, because what else the machine does changes from turn to turn.
-
-    Args:
-        name: of the benchmark.
-        unit: of the figures, of which smaller ones are better.
-        base: figures of the earlier commit, one a turn; None where a turn has none.
-        head: the same of the later commit.
     """
     before = [value for value in base if value is not None]
     after = [value for value in head if value is not None]

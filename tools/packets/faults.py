@@ -17,9 +17,9 @@ from .faulty.fault_script import FaultScript, load_script
 from .live.line_output import LineOutput
 from .live.proxy import Pair, Proxy
 from .live.serving import (
-    ProgressLine,
     add_pairs,
     pairs_of,
+    progress_line,
     report_loop_errors,
     say_ready,
     stop_on_signals,
@@ -132,12 +132,10 @@ async def _break(pairs: list[Pair], script: FaultScript, arguments: argparse.Nam
     stop = asyncio.Event()
     stop_on_signals(stop)
     say_ready("faults", pairs, ports, as_json=arguments.json, on_stderr=arguments.log == "-")
-    progress = ProgressLine(lambda seconds: _progress_of(proxy))
-    progress.start()
     try:
-        await stop.wait()
+        with progress_line(lambda seconds: _progress_of(proxy)):
+            await stop.wait()
     finally:
-        progress.stop()
         await proxy.close()
     complain(_progress_of(proxy))
     failed = proxy.output is not None and proxy.output.failed

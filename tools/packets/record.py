@@ -14,9 +14,9 @@ from .live.line_output import LineOutput
 from .live.proxy import Pair, Proxy
 from .live.relay import RecordingRelay
 from .live.serving import (
-    ProgressLine,
     add_pairs,
     pairs_of,
+    progress_line,
     report_loop_errors,
     say_ready,
     stop_on_signals,
@@ -142,12 +142,10 @@ async def _record(arguments: argparse.Namespace) -> int:
     ports = await recorder.start()
     stop_on_signals(stop)
     say_ready("recorder", pairs, ports, as_json=arguments.json, on_stderr=arguments.output == "-")
-    progress = ProgressLine(_progress_of(recorder))
-    progress.start()
     try:
-        await stop.wait()
+        with progress_line(_progress_of(recorder)):
+            await stop.wait()
     finally:
-        progress.stop()
         goes_on = False  # a failure from here on is the end of everything
         await recorder.close()
     return ExitCode.FAILED if recorder.output.failed else ExitCode.OK

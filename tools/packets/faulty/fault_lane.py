@@ -38,11 +38,7 @@ class _SetAside:
 
 
 class Lane:
-    """One direction of one connection.
-
-    Attributes:
-        held: bytes that have come and are not sent yet.
-    """
+    """One direction of one connection."""
 
     def __init__(self, link: ProxyLinkId, direction: TraceDirection) -> None:
         self.held = 0

@@ -12,7 +12,8 @@ import json
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 
 from ...console import complain
 from ..console import PacketToolError
@@ -103,27 +104,25 @@ def report_loop_errors() -> None:
     asyncio.get_running_loop().set_exception_handler(report)
 
 
-class ProgressLine:
-    """A line on a terminal that is written over and over; nothing where there is no terminal."""
+@contextmanager
+def progress_line(text: Callable[[float], str]) -> Iterator[None]:
+    """Write a line on a terminal over and over while the context lasts; nothing elsewhere.
 
-    def __init__(self, text: Callable[[float], str]) -> None:
-        """Make a line of a text that gets the seconds since it was asked last."""
-        self._text = text
-        self._task: asyncio.Task[None] | None = None
+    Its text gets the seconds since it was asked last.
+    """
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield
+        return
 
-    def start(self) -> None:
-        """Show the line from now on."""
-        if sys.stderr is not None and sys.stderr.isatty():
-            self._task = asyncio.get_running_loop().create_task(self._renew())
-
-    async def _renew(self) -> None:
+    async def renew() -> None:
         while True:
             await asyncio.sleep(PROGRESS_PERIOD)
-            sys.stderr.write(f"\r{self._text(PROGRESS_PERIOD)}\x1b[K")
+            sys.stderr.write(f"\r{text(PROGRESS_PERIOD)}\x1b[K")
             sys.stderr.flush()
 
-    def stop(self) -> None:
-        """Leave the line as it is and go to the next."""
-        if self._task is not None:
-            self._task.cancel()
-            sys.stderr.write("\n")
+    task = asyncio.get_running_loop().create_task(renew())
+    try:
+        yield
+    finally:
+        task.cancel()
+        sys.stderr.write("\n")

@@ -58,12 +58,7 @@ Paint = Callable[[str, Style], str]
 
 
 def painter(choice: str) -> Paint:
-    """Return what colours a text.
-
-    Args:
-        choice: `always`, `never`, or `auto`: on a terminal only, and not where the environment
-            says NO_COLOR (no-color.org).
-    """
+    """Return what colours a text; `auto`: on a terminal without NO_COLOR (no-color.org)."""
     wanted = on_terminal() and not os.environ.get("NO_COLOR")
     if choice == "always" or (choice == "auto" and wanted):
         return lambda text, style: f"\x1b[{style.value}m{text}\x1b[0m"

@@ -72,12 +72,7 @@ class NoSegment(Exception):
 
 
 def segment_of(link_type: int, frame: bytes, time: int) -> TcpSegment | None:
-    """Return the TCP segment in a captured frame, None where there is other traffic in it.
-
-    Args:
-        link_type: a key of `LINK_TYPES`.
-        frame: as captured.
-        time: when [ns].
+    """Return the TCP segment in a frame captured at a time [ns], None for other traffic.
 
     Raises:
         NoSegment: it is cut off inside a header, or is one fragment of an IP packet.

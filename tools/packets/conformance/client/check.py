@@ -36,11 +36,7 @@ _SHOWN = 3
 
 @dataclass(frozen=True, slots=True)
 class Habit:
-    """A departure from the rule that a known program is known for.
-
-    Attributes:
-        name: the program and what it does.
-    """
+    """A departure from the rule that a known program is known for."""
 
     name: str
     detail: str

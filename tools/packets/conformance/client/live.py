@@ -98,9 +98,6 @@ class LiveController:
     async def listening(self) -> AsyncIterator[dict[Purpose, int]]:
         """Listen and tick for as long as the context is open.
 
-        Yields:
-            The ports in use.
-
         Raises:
             PacketToolError: a port cannot be listened on.
         """

@@ -111,7 +111,6 @@ class SentTrajectory:
     """Points that belong together, in the order in which they were sent.
 
     Attributes:
-        steps: the points, repetitions included.
         after_stop: the stop before it, where no other trajectory lies between.
         stop: the stop that ended it; None where none did.
     """

@@ -9,7 +9,8 @@ from __future__ import annotations
 import asyncio
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from contextlib import asynccontextmanager
 from functools import partial
 
 from openpendant.simplemsg import CommType, Message, joint_array
@@ -170,6 +171,16 @@ async def reset_and_return(target: Target, here: Sequence[float]) -> None:
     await pendant.accepted(ResetStop(pendant.next_id()), "the reset of a stop")
     if distance(shown(pendant), here) > ARRIVED:
         await moved(pendant, target, here)
+
+
+@asynccontextmanager
+async def put_back(target: Target, here: Sequence[float]) -> AsyncIterator[None]:
+    """Close all connections after the context, reset the stop and go back to where it was."""
+    try:
+        yield
+    finally:
+        await target.close()
+        await reset_and_return(target, here)
 
 
 async def refused_or_stopped(
@@ -431,7 +442,7 @@ async def _stop_of(target: Target, comm_type: CommType) -> None:
     known_error = pendant.all(State)[-1].error_code
     other, witness = await welcomed(target), await welcomed(target)
     stop = SoftwareStop(0, "conformance", comm_type=comm_type)
-    try:
+    async with put_back(target, here):
         if comm_type == CommType.REQUEST:
             stop.request_id = other.next_id()
             await other.accepted(stop, "a stop by an observer")
@@ -460,9 +471,6 @@ async def _stop_of(target: Target, comm_type: CommType) -> None:
         await asyncio.sleep(0.5)
         if distance(shown(pendant), stood) > ARRIVED:
             raise RuleBroken(f"after the stop the robot moved by {distance(shown(pendant), stood)}")
-    finally:
-        await target.close()
-        await reset_and_return(target, here)
 
 
 check("PS37", moves=True, profiles=OURS)(partial(_stop_of, comm_type=CommType.REQUEST))
@@ -474,12 +482,9 @@ async def _reset_by_nobody(target: Target) -> None:
     pendant = await welcomed(target, rate=50.0)
     here = position(await pendant.state(), pendant)
     await pendant.accepted(SoftwareStop(pendant.next_id(), "conformance"), "a stop")
-    try:
+    async with put_back(target, here):
         reset = ResetStop(pendant.next_id())
         await pendant.refused(reset, VerdictCode.NOT_IN_CONTROL, "a reset without authority")
-    finally:
-        await target.close()
-        await reset_and_return(target, here)
 
 
 async def _left_alone(target: Target, end: Callable[[Wire], None]) -> None:
@@ -489,16 +494,13 @@ async def _left_alone(target: Target, end: Callable[[Wire], None]) -> None:
     goal = aside(target, here)
     witness = await welcomed(target, rate=50.0)
     end(pendant.wire)
-    try:
+    async with put_back(target, here):
         await asyncio.sleep(STOPPED_WITHIN)
         await witness.state()
         stood = shown(witness)
         await asyncio.sleep(STOPPED_WITHIN)
         if distance(shown(witness), stood) > 1e-3 or distance(shown(witness), goal) < ARRIVED:
             raise RuleBroken(f"the robot went on {STOPPED_WITHIN} s after its pendant was gone")
-    finally:
-        await target.close()
-        await reset_and_return(target, here)
 
 
 check("PS38", moves=True, profiles=OURS)(partial(_left_alone, end=Wire.reset))
@@ -523,7 +525,7 @@ async def _expires_in_motion(target: Target) -> None:
     pendant = await holder(target)
     lease = _lease(pendant)
     here, move = await under_way(pendant, target, speed_for(target, lease + 3.0))
-    try:
+    async with put_back(target, here):
         await _announced(pendant, AuthorityReason.EXPIRED, lease + _EXPIRES_WITHIN)
         outcome = await finished(pendant, move.request_id, 1.0)
         if outcome.outcome == OutcomeKind.COMPLETED:
@@ -534,9 +536,6 @@ async def _expires_in_motion(target: Target) -> None:
         await asyncio.sleep(STOPPED_WITHIN)
         if distance(shown(pendant), stood) > 1e-3:
             raise RuleBroken("the robot moves although the lease has expired")
-    finally:
-        await target.close()
-        await reset_and_return(target, here)
 
 
 @check("PS44", profiles=OURS)

@@ -52,7 +52,6 @@ class Options:
     Attributes:
         state_port: where it reports; None where it has no such port.
         order: its byte order; None to find it out.
-        real_size: bytes of a real on its wire.
         joint: index of the joint to move; None for the last one that can.
         amplitude: how far it is moved [rad or m].
     """

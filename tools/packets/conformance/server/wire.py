@@ -109,8 +109,6 @@ class Wire(asyncio.Protocol):
     """One connection to the target.
 
     Attributes:
-        name: what it is connected to, for reports.
-        log: the last things that travelled, in words.
         stray: bytes in which no frame can be found any more; empty while the stream is sound.
         listener: takes each frame in place of the queue, where set.
     """
