@@ -116,7 +116,7 @@ def _room_file(cells: list[str], controllers: list[dict[str, int]], jog_lead: fl
 def observed(
     server: dict[str, Any], cells: list[str], seconds: float
 ) -> tuple[dict[str, Any], float]:
-    """Have all pendants jog; return their account, and the p99 of the idle timer's lateness [ms]."""
+    """Have all pendants jog; return their account, and the idle timer's 99th percentile [ms]."""
     command = [sys.executable, "-m", "openpendant.tools.bench.jogging_pendants"]
     command += [str(server["pendant"]), str(server["pid"]), str(seconds), str(PEERS), *cells]
     idle = _IdleTimer()
