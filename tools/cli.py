@@ -84,15 +84,7 @@ CHECKOUT = _checkout()
 
 
 def main(argv: Sequence[str] | None = None, *, commands: Mapping[str, Command] = COMMANDS) -> int:
-    """Run the command `openpendant`.
-
-    Args:
-        argv: Arguments after the program's name; those of the process if None.
-        commands: The table of sub-commands.
-
-    Returns:
-        The exit code.
-    """
+    """Run the command `openpendant`."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     code: int = ExitCode.OK
     try:

@@ -50,12 +50,7 @@ class ExitCode(IntEnum):
 
 
 def command(about: str | None = None, exit_codes: str | None = None) -> typer.Typer:
-    """Return a command without sub-commands yet.
-
-    Args:
-        about: one sentence for its help; that of its only function where it is left out.
-        exit_codes: what its help says of them.
-    """
+    """Return a command without sub-commands yet."""
     import typer
 
     # What is left out must not be named: an explicit None would hide the help of a callback.
@@ -122,14 +117,7 @@ def run_parsed(
     argv: list[str] | None,
     faults: Faults,
 ) -> int:
-    """Parse arguments and run a command; whatever goes wrong becomes a line and a code.
-
-    Args:
-        parser: of the command.
-        body: what to do; returns the exit code.
-        argv: arguments behind the command's name; None takes those of the process.
-        faults: beside wrong usage, an interruption and a closed output.
-    """
+    """Parse arguments and run a command; whatever goes wrong becomes a line and a code."""
     try:
         # Options may also stand between a name and what belongs to it.
         arguments = parser.parse_intermixed_args(argv)
@@ -187,12 +175,7 @@ def complain(line: str) -> None:
 
 
 def one_line(text: str, mark: str | None = None) -> str:
-    """Return text of others without anything that a terminal would act on or turn round.
-
-    Args:
-        text: a name from a file, an argument, a message of a peer.
-        mark: stands in place of each such sign; its escape where it is left out.
-    """
+    """Return text of others with a mark, or its escape, for each sign that a terminal acts on."""
     return "".join(sign if sign.isprintable() else mark or _escaped(sign) for sign in text)
 
 
@@ -201,13 +184,7 @@ def _escaped(sign: str) -> str:
 
 
 def emit_json(value: object, *, compact: bool = False, flush: bool = False) -> None:
-    """Print plain data as one line of JSON.
-
-    Args:
-        value: numbers in it are finite.
-        compact: without blanks.
-        flush: write it at once, for a reader that waits for this line.
-    """
+    """Print plain data of finite numbers as one line of JSON, `compact` without blanks."""
     separators = (",", ":") if compact else None
     print(json.dumps(value, separators=separators, allow_nan=False), flush=flush)
 

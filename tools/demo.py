@@ -46,7 +46,6 @@ class DemoInterrupted(BaseException):
     """Interruption of the demonstration by a signal; `number` is the signal's."""
 
     def __init__(self, number: int) -> None:
-        """Make the interruption by a signal."""
         super().__init__(number)
         self.number = number
 
@@ -59,7 +58,6 @@ class Interruptions:
     """
 
     def __init__(self) -> None:
-        """Make it; `installed` puts the handlers in place."""
         self._pending: int | None = None
         self._is_welcome = False
 
@@ -76,11 +74,7 @@ class Interruptions:
 
     @contextmanager
     def welcome(self) -> Iterator[None]:
-        """Let a signal, also one that came before, interrupt what the context does.
-
-        Raises:
-            Interrupted: a signal came.
-        """
+        """Let a signal, also an earlier one, interrupt the context by DemoInterrupted."""
         self._is_welcome = True
         try:
             if self._pending is not None:
@@ -173,11 +167,7 @@ def _forward(stream: IO[str] | None, lines: queue.Queue[str]) -> None:
 
 
 def _ready(part: _Part, interruptions: Interruptions) -> dict[str, Any]:
-    """Return the ready line that a part prints as JSON.
-
-    Raises:
-        DemoFailed: it ended, or said nothing in time.
-    """
+    """Return the ready line that a part prints as JSON; DemoFailed where none comes in time."""
     try:
         with interruptions.welcome():
             line = part.lines.get(timeout=READY_TIMEOUT)
@@ -201,12 +191,6 @@ def run_demo(
     robot: str, work: Path, journals: Journals, interruptions: Interruptions
 ) -> DemoResult:
     """Run the three processes and the tour.
-
-    Args:
-        robot: name or file of the robot.
-        work: folder for what the processes leave behind.
-        journals: files for the journals.
-        interruptions: says when a signal may end it.
 
     Raises:
         DemoFailed: a part did not start, ended early or refused a motion.
@@ -262,11 +246,7 @@ def _run_tour(port: int, report: Path, interruptions: Interruptions) -> None:
 
 
 def _check_output(folder: Path) -> None:
-    """Make the folder for plot and table and see that files can be written there.
-
-    Raises:
-        DemoFailed: they cannot.
-    """
+    """Make the folder for plot and table; DemoFailed where files cannot be written there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

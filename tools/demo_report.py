@@ -58,8 +58,6 @@ class TourMotion:
     """One motion of the tour.
 
     Attributes:
-        name: what it was.
-        planned: its samples, from the server's first set-point on.
         plan_time: time that planning took [s].
         limit_ratio: the greatest share of a velocity or acceleration limit that it used.
         delay: from the server's first set-point to the controller's start [s].
@@ -81,16 +79,7 @@ class TourMotion:
 
 @dataclass(frozen=True, slots=True)
 class DemoResult:
-    """Results of the demonstration.
-
-    Attributes:
-        robot: name of the robot.
-        joints: names of its joints.
-        motions: in order.
-        executed: motion of the emulated controller.
-        violations: counted by its referee.
-        taught_poses: poses of the taught path.
-    """
+    """Results of the demonstration."""
 
     robot: str
     joints: tuple[str, ...]
@@ -119,16 +108,7 @@ class DemoResult:
 def summarise(
     robot: str, tour: Path, plans: Path, record: Path, referee: Path, origin: float
 ) -> DemoResult:
-    """Read the files of the processes and compare plan and execution.
-
-    Args:
-        robot: name or file of the robot.
-        tour: the pendant's report.
-        plans: the server's folder of kept motions.
-        record: the emulator's motion log.
-        referee: the emulator's referee report.
-        origin: monotonic time at which the motion log begins [s].
-    """
+    """Read the processes' files and compare plan and execution; the log begins at `origin` [s]."""
     about = json.loads(tour.read_text(encoding="utf-8"))
     joints, executed = _read_log(record, origin)
     names = [motion["name"] for motion in about["motions"]]

@@ -27,14 +27,7 @@ _IS_IT = f"is it a pendant port (default {DEFAULT_PORT})?"
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command.
-
-    Args:
-        argv: arguments behind `openpendant why`; None takes those of the process.
-
-    Returns:
-        The exit code, see above.
-    """
+    """Run the command."""
     arguments = _parser().parse_args(sys.argv[1:] if argv is None else argv)
     host, port = arguments.server
     try:
@@ -77,10 +70,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--cell", default="", help="name of the cell, where it serves several")
     parser.add_argument("--kind", choices=_KINDS, default="move", help="what shall move it")
     parser.add_argument(
-        "--ca",
-        type=Path,
-        metavar="FILE",
-        help="certificate of the server; encrypts the connection",
+        "--ca", type=Path, metavar="FILE", help="certificate of the server; encrypts the connection"
     )
     parser.add_argument(
         "--user",

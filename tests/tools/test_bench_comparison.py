@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from openpendant.tools.bench import __main__ as program
-from openpendant.tools.bench.comparison import (
+from openpendant.tools.bench.two_commits import (
     Quartiles,
     RowVerdict,
     as_json,
@@ -190,11 +190,11 @@ def test_what_cannot_be_compared_is_said_in_one_line(
 def test_rows_are_chosen_by_their_beginning_or_by_a_pattern(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(program, "MODULES", ("codec", "stream", "startup"))
-    chosen = program._chosen(["codec decode joint_p", "*of coalesced*"])
+    monkeypatch.setattr(program, "MODULES", ("codec", "startup", "rerun"))
+    chosen = program._chosen(["codec decode joint_p", "*of coalesced*", "*emulator memory"])
     assert {module: [each.name for each in rows] for module, rows in chosen.items()} == {
-        "codec": ["codec decode joint_position (60 bytes)"],
-        "stream": ["stream of coalesced 152-byte frames"],
+        "codec": ["codec decode joint_position (60 bytes)", "stream of coalesced 152-byte frames"],
+        "startup": ["startup emulator memory"],
     }
 
 

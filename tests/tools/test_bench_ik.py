@@ -6,8 +6,8 @@ import pytest
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.tools.bench import __main__ as program
-from openpendant.tools.bench import codec, ik, ik_peers
-from openpendant.tools.bench.ik_peers import Eaik, Toolbox
+from openpendant.tools.bench import codec, ik
+from openpendant.tools.bench.ik import Eaik, Toolbox
 from openpendant.tools.bench.table import Benchmark, MissingRequirement, measure
 
 KINEMATICS = [Kinematics(serial_robot(name)) for name in ik.FAMILIES]
@@ -54,7 +54,7 @@ def test_a_row_whose_peer_is_not_installed_is_left_out_aloud(
         raise ImportError(module)
 
     rows = [row for row in ik.benchmarks() if row.name.endswith("all branches / EAIK")]
-    monkeypatch.setattr(ik_peers, "import_module", absent)
+    monkeypatch.setattr(ik, "import_module", absent)
     monkeypatch.setattr(codec, "benchmarks", lambda: rows)
     monkeypatch.setattr(program, "MODULES", ("codec",))
     assert program.main([]) == 0

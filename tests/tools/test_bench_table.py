@@ -86,7 +86,7 @@ def test_the_table_has_one_line_for_each_row() -> None:
 
 
 def test_the_codec_benchmarks_cover_four_messages_both_ways() -> None:
-    names = [benchmark.name for benchmark in codec.benchmarks()]
+    names = [each.name for each in codec.benchmarks() if each.name.startswith("codec ")]
     sizes = [f"({size} bytes)" for size in (60, 60, 68, 68, 148, 148, 152, 152)]
     assert [name.split(" ", 3)[-1] for name in names] == sizes
 

@@ -11,7 +11,7 @@ import pytest
 from rigs.data.golden_vectors import FILES, GOLDEN, exact
 
 from openpendant.tools.packets.cli import main
-from openpendant.tools.packets.reading.text_lines import MAX_LINE
+from openpendant.tools.packets.console import MAX_LINE
 
 PING = "0c000000010000000200000000000000"
 PING_PACKET = {"msg_type": 1, "comm_type": 2, "reply_code": 0, "name": "ping", "fields": {}}

@@ -17,13 +17,12 @@ from fnmatch import fnmatchcase
 from importlib import import_module
 from pathlib import Path
 
-from . import comparison
+from . import two_commits
 from .table import Benchmark, BenchmarkResult, MissingRequirement, as_json, measure, render
 from .two_commits import LEAST_TURNS, ROOT, TURNS, NotComparable, measure_in_turns, two_sides
 
 MODULES = (
     "codec",
-    "stream",
     "latency",
     "ik",
     "planning",
@@ -40,9 +39,6 @@ MODULES = (
 def main(argv: list[str] | None = None) -> int:
     """Run the benchmarks.
 
-    Args:
-        argv: arguments; None takes those of the process.
-
     Returns:
         0; 1 when a benchmark crashed, or with `--base` a row is worse or was not measured; 2 when
         there is nothing to run; 130 when a comparison was interrupted.
@@ -57,11 +53,7 @@ def main(argv: list[str] | None = None) -> int:
     if arguments.base:
         names = {group: [each.name for each in found] for group, found in groups.items()}
         return compared(
-            arguments.base,
-            names,
-            arguments.turns,
-            quick=arguments.quick,
-            as_json=arguments.json,
+            arguments.base, names, arguments.turns, quick=arguments.quick, as_json=arguments.json
         )
     rows: list[BenchmarkResult] = []
     crashed = False
@@ -88,16 +80,7 @@ def compared(
     as_json: bool = False,
     root: Path = ROOT,
 ) -> int:
-    """Compare an earlier commit with the sources as they are; return the exit code of `main`.
-
-    Args:
-        base: the commit, as git names it.
-        groups: names of the rows, by group.
-        turns: how often each side is measured.
-        quick: take a third of the samples in each turn.
-        as_json: print JSON instead of a table.
-        root: the sources as they are.
-    """
+    """Compare an earlier commit with the sources as they are; return the exit code of `main`."""
     began = time.monotonic()
 
     def tell(what: str) -> None:
@@ -105,7 +88,7 @@ def compared(
 
     # Whoever ends this ends it as Ctrl-C does, so that no folder and no process stays.
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    found: list[comparison.Comparison] = []
+    found: list[two_commits.Comparison] = []
     try:
         with two_sides(base, root) as sides:
             for each in measure_in_turns(sides, groups, tell, turns, quick=quick):
@@ -120,8 +103,8 @@ def compared(
         return 130
     finally:
         signal.signal(signal.SIGTERM, before)
-    rows = comparison.as_json(found)
-    print(json.dumps(rows, indent=2) if as_json else comparison.render(found))
+    rows = two_commits.as_json(found)
+    print(json.dumps(rows, indent=2) if as_json else two_commits.render(found))
     return int(any(each.verdict.is_failure for each in found))
 
 

@@ -77,17 +77,7 @@ def _room(event_loop: str, figure: str) -> Iterator[Sides]:
 def running_room(
     robots: int, event_loop: str = "asyncio", *, is_pinned: bool = True, jog_lead: float = 0.05
 ) -> Iterator[tuple[dict[str, Any], list[str]]]:
-    """Run emulated robots and one server for all of them.
-
-    Args:
-        robots: how many.
-        event_loop: what server and controllers run on.
-        is_pinned: each process keeps to its processor; else the system places them.
-        jog_lead: how far set-points of the jogs are sent ahead [s].
-
-    Yields:
-        The server's ready line and the names of its cells.
-    """
+    """Run emulated robots and one server for all of them."""
     with ExitStack() as stack:
         controllers: list[dict[str, int]] = []
         for part in range(_EMULATORS):
@@ -126,11 +116,7 @@ def _room_file(cells: list[str], controllers: list[dict[str, int]], jog_lead: fl
 def observed(
     server: dict[str, Any], cells: list[str], seconds: float
 ) -> tuple[dict[str, Any], float]:
-    """Have all pendants jog for a while.
-
-    Returns:
-        Their account, and the 99th percentile of the idle timer's lateness meanwhile [ms].
-    """
+    """Have all pendants jog; return their account, and the idle timer's 99th percentile [ms]."""
     command = [sys.executable, "-m", "openpendant.tools.bench.jogging_pendants"]
     command += [str(server["pendant"]), str(server["pid"]), str(seconds), str(PEERS), *cells]
     idle = _IdleTimer()
@@ -153,7 +139,6 @@ class _IdleTimer:
     """A timer at 100 Hz that has nothing to do.
 
     Attributes:
-        is_over: tells it to end.
         late_p99: of a hundred ticks one was later [ms].
     """
 

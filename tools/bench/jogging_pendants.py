@@ -82,18 +82,13 @@ class JoggingPendant(asyncio.Protocol):
     """One pendant: listens at 100 Hz and holds a key.
 
     Attributes:
-        key: the aim of its jog.
         ticks: times of the ticks in its state messages [ns].
-        jogging: state messages that showed a jog.
-        moving: state messages in which the robot moved.
         dropped: state messages that it was too slow for.
         ended: how often a jog was refused or ended for each reason.
         slots: state messages, and those that showed a jog, by the slot in which they arrived.
-        is_latched: a stop is latched.
     """
 
     def __init__(self, cell: str, key: Key) -> None:
-        """Make a pendant of a cell."""
         self.key = key
         self.ticks: list[int] = []
         self.jogging = 0
@@ -211,7 +206,6 @@ class JoggingReport:
         cpu: share of one processor that the server took, percent.
         jogging: share of the state messages that showed a jog, percent.
         moving: share of the state messages in which the robot moved, percent.
-        keys: how many pendants jogged what.
         dropped: state messages that a pendant was too slow for.
         ended: how often a jog was refused or ended for each reason.
         slots: state messages, and those that showed a jog, by the monotonic start of their slot.

@@ -34,6 +34,9 @@ from openpendant.simplemsg.pendant import (
 )
 
 from .peers import (
+    EMULATOR,
+    ROBOT,
+    SERVER,
     PlainController,
     accept,
     connect,
@@ -46,7 +49,6 @@ from .peers import (
 )
 from .table import Benchmark, Bound, Sides
 
-ROBOT = "ur5"
 HERE, PEER = 0, 1
 """Places of this process and of whoever it measures."""
 
@@ -76,21 +78,9 @@ def benchmarks() -> list[Benchmark]:
 def _point_to_reply() -> Iterator[Sides]:
     """Time points of a trajectory that a real server collects for an emulated controller."""
     with ExitStack() as stack:
-        emulator = stack.enter_context(
-            process(
-                "openpendant.controller_emulator",
-                *("--robot", ROBOT, "--motion-port", "0", "--state-port", "0", "--json"),
-            )
-        )
-        server = stack.enter_context(
-            process(
-                "openpendant.server",
-                *("--robot", ROBOT, "--json", "--pendant-port", "0", "--ros-motion-port", "0"),
-                *("--ros-state-port", "0"),
-                *("--controller", f"127.0.0.1:{emulator['motion']}:{emulator['state']}"),
-                place=PEER,
-            )
-        )
+        emulator = stack.enter_context(process(*EMULATOR))
+        controller = f"127.0.0.1:{emulator['motion']}:{emulator['state']}"
+        server = stack.enter_context(process(*SERVER, "--controller", controller, place=PEER))
         echo = stack.enter_context(process("openpendant.tools.bench.peers", "echo", place=PEER))
         time.sleep(_SETTLE)
         stack.enter_context(pinned(HERE))
@@ -224,9 +214,8 @@ def _server_of(
 ) -> AbstractContextManager[dict[str, int]]:
     """Return a server whose controller is this process."""
     return process(
-        "openpendant.server",
-        *("--robot", ROBOT, "--json", "--pendant-port", "0", "--ros-motion-port", "0"),
-        *("--ros-state-port", "0", "--no-stop-connection"),
+        *SERVER,
+        "--no-stop-connection",
         *("--controller", f"127.0.0.1:{_port(motion)}:{_port(state)}"),
         place=PEER,
     )

@@ -73,12 +73,7 @@ class CommandPath(Enum):
 
 
 class PathAccuracy(NamedTuple):
-    """Distance of the mean of the attained paths from the command path.
-
-    Attributes:
-        distance: [mm].
-        angle: [°].
-    """
+    """Distance of the mean of the attained paths from the command path."""
 
     distance: float
     angle: float
@@ -118,13 +113,6 @@ def robot_accuracy(
     name: str, *, size: float = math.inf, places: int = 1, runs: int = ISO_RUNS, seed: int = _SEED
 ) -> dict[CommandPath, PathAccuracy]:
     """Measure a robot on every kind of path, the worst of several places each.
-
-    Args:
-        name: of the robot.
-        size: greatest length of a leg and diameter of a circle [m]; a tenth of the arm, if less.
-        places: how many paths of each kind, at random places that the robot reaches.
-        runs: how often each is run.
-        seed: of the places.
 
     Raises:
         RuntimeError: a kind of path was reached too seldom, or the controller refused a point.

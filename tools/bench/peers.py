@@ -30,33 +30,41 @@ from openpendant.simplemsg import (
 
 TIMEOUT = 10.0
 
+ROBOT = "ur5"
+EMULATOR = (
+    *("openpendant.controller_emulator", "--robot", ROBOT, "--json"),
+    *("--motion-port", "0", "--state-port", "0"),
+)
+SERVER = (
+    *("openpendant.server", "--robot", ROBOT, "--json"),
+    *("--pendant-port", "0", "--ros-motion-port", "0", "--ros-state-port", "0"),
+)
+"""Commands of `process`, on any free ports."""
 
-class EchoPeer(asyncio.Protocol):
+
+class _EchoPeer(asyncio.Protocol):
     """Peer that returns the bytes that it receives."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Keep the transport."""
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
 
     def data_received(self, data: bytes) -> None:
-        """Return the bytes."""
         self._transport.write(data)
 
 
-class RelayPeer(asyncio.Protocol):
+class _RelayPeer(asyncio.Protocol):
     """Peer that forwards the bytes that it receives to another connection."""
 
     def __init__(self, upstream: asyncio.Transport) -> None:
         self._upstream = upstream
 
     def data_received(self, data: bytes) -> None:
-        """Forward the bytes."""
         self._upstream.write(data)
 
 
 async def _serve_echo() -> None:
-    server = await asyncio.get_running_loop().create_server(EchoPeer, "127.0.0.1", 0)
+    server = await asyncio.get_running_loop().create_server(_EchoPeer, "127.0.0.1", 0)
     print(json.dumps({"port": server.sockets[0].getsockname()[1]}), flush=True)
     await server.serve_forever()
 
@@ -64,7 +72,7 @@ async def _serve_echo() -> None:
 async def _serve_relay(port: int) -> None:
     loop = asyncio.get_running_loop()
     upstream, _ = await loop.create_connection(asyncio.Protocol, "127.0.0.1", port)
-    server = await loop.create_server(lambda: RelayPeer(upstream), "127.0.0.1", 0)
+    server = await loop.create_server(lambda: _RelayPeer(upstream), "127.0.0.1", 0)
     print(json.dumps({"port": server.sockets[0].getsockname()[1]}), flush=True)
     await server.serve_forever()
 
@@ -84,11 +92,7 @@ def pin(pid: int, place: int) -> None:
 
 
 def before_ordinary_programs(pid: int) -> None:
-    """Let a process run first, as if it had a machine of its own; where the system allows it.
-
-    Args:
-        pid: process id, 0 for this one.
-    """
+    """Let a process run first, as if it had a machine of its own; where the system allows it."""
     with suppress(PermissionError):
         os.setpriority(os.PRIO_PROCESS, pid, _PEER_NICENESS)
 
@@ -101,13 +105,7 @@ _PROCESSORS = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity"
 def process(
     *command: str, place: int | None = None, first: bool = False
 ) -> Iterator[dict[str, int]]:
-    """Run a Python module that prints one JSON line when it is ready; end it afterwards.
-
-    Args:
-        command: the module and its arguments.
-        place: of `pin`; None for any.
-        first: whether it runs `before_ordinary_programs`.
-    """
+    """Run a Python module that prints one JSON line when it is ready; end it afterwards."""
     child = subprocess.Popen(
         [sys.executable, "-m", *command],
         stdin=subprocess.DEVNULL,
@@ -182,6 +180,32 @@ def receive_message(connection: socket.socket) -> Message:
     )
 
 
+def state_reports(
+    position: tuple[float, ...], *, moving: bool = False
+) -> tuple[JointFeedback, Status]:
+    """Return what a controller whose robot is there reports, (n,) [rad or m]."""
+    still = joint_array(())
+    return (
+        JointFeedback(
+            robot_id=0,
+            valid_fields=14,
+            time=0.0,
+            positions=joint_array(position),
+            velocities=still,
+            accelerations=still,
+        ),
+        Status(
+            drives_powered=1,
+            e_stopped=0,
+            error_code=0,
+            in_error=0,
+            in_motion=int(moving),
+            mode=2,
+            motion_possible=1,
+        ),
+    )
+
+
 @dataclass
 class PlainController:
     """A controller without dynamics: it stands at each point as soon as it receives it.
@@ -201,28 +225,8 @@ class PlainController:
         """Send joint feedback and status at 100 Hz until `ended`; runs in a thread."""
         codec = codec_for()
         while not self.ended:
-            joints = joint_array(self.position)
-            still = joint_array(())
-            frames = codec.encode(
-                JointFeedback(
-                    robot_id=0,
-                    valid_fields=14,
-                    time=0.0,
-                    positions=joints,
-                    velocities=still,
-                    accelerations=still,
-                )
-            ) + codec.encode(
-                Status(
-                    drives_powered=1,
-                    e_stopped=0,
-                    error_code=0,
-                    in_error=0,
-                    in_motion=int(self.moving),
-                    mode=2,
-                    motion_possible=1,
-                )
-            )
+            feedback, status = state_reports(self.position, moving=self.moving)
+            frames = codec.encode(feedback) + codec.encode(status)
             try:
                 self.state.sendall(frames)
             except OSError:

@@ -47,18 +47,10 @@ def benchmarks() -> list[Benchmark]:
             Bound(450.0, aim=150.0, judged=Judged.VALUE),
         )
     ]
-    for poses, bound in (
-        (5, None),
-        (50, Bound(50.0, aim=15.0, judged=Judged.VALUE)),
-        (500, None),
-    ):
+    for poses, bound in ((5, None), (50, Bound(50.0, aim=15.0, judged=Judged.VALUE)), (500, None)):
         found.append(
             Benchmark(
-                f"planning {poses} poses, certified",
-                "ms CPU",
-                partial(_path, poses),
-                bound,
-                9,
+                f"planning {poses} poses, certified", "ms CPU", partial(_path, poses), bound, 9
             )
         )
     found += [

@@ -13,16 +13,13 @@ from functools import partial
 from pathlib import Path
 
 from ..pendants.client import PendantClient
-from .peers import process
+from .peers import EMULATOR, SERVER, process
 from .table import Benchmark, Bound, Judged, Sides
 
 RECORDED = 60.0
 """Length of the recording [s]."""
 
-_ROBOT = "ur5"
 _STEP = 0.4
-_FREE_PORTS = ("--motion-port", "0", "--state-port", "0")
-_FREE_SERVER_PORTS = ("--pendant-port", "0", "--ros-motion-port", "0", "--ros-state-port", "0")
 
 
 def benchmarks() -> list[Benchmark]:
@@ -41,16 +38,10 @@ def _sides() -> Iterator[Sides]:
 
 def _record(emulator_file: Path, server_file: Path) -> None:
     with ExitStack() as stack:
-        emulator = stack.enter_context(
-            process(
-                *("openpendant.controller_emulator", "--robot", _ROBOT, "--json", *_FREE_PORTS),
-                *("--journal", str(emulator_file)),
-            )
-        )
+        emulator = stack.enter_context(process(*EMULATOR, "--journal", str(emulator_file)))
         server = stack.enter_context(
             process(
-                *("openpendant.server", "--robot", _ROBOT, "--json", *_FREE_SERVER_PORTS),
-                *("--controller", f"127.0.0.1:{emulator['motion']}:{emulator['state']}"),
+                *(*SERVER, "--controller", f"127.0.0.1:{emulator['motion']}:{emulator['state']}"),
                 *("--journal", str(server_file)),
             )
         )

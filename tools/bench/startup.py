@@ -10,13 +10,8 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
-from .peers import process
+from .peers import EMULATOR, SERVER, process
 from .table import Benchmark, Bound, Judged, Sides
-
-EMULATOR = ("openpendant.controller_emulator", "--robot", "ur5", "--json")
-SERVER = ("openpendant.server", "--robot", "ur5", "--json", "--controller", "127.0.0.1:1:1")
-FREE_PORTS = ("--motion-port", "0", "--state-port", "0")
-FREE_SERVER_PORTS = ("--pendant-port", "0", "--ros-motion-port", "0", "--ros-state-port", "0")
 
 
 def benchmarks() -> list[Benchmark]:
@@ -25,23 +20,19 @@ def benchmarks() -> list[Benchmark]:
         Benchmark(
             "startup emulator to open port",
             "ms",
-            partial(_sides, partial(_until_ready, *EMULATOR, *FREE_PORTS)),
+            partial(_sides, partial(_until_ready, *EMULATOR)),
             Bound(2.5, aim=1.5),
             9,
         ),
         Benchmark(
             "startup server to open port",
             "ms",
-            partial(_sides, partial(_until_ready, *SERVER, *FREE_SERVER_PORTS)),
+            partial(_sides, partial(_until_ready, *SERVER, "--controller", "127.0.0.1:1:1")),
             None,
             7,
         ),
         Benchmark(
-            "startup emulator memory",
-            "MB",
-            _memory,
-            Bound(70.0, aim=50.0, judged=Judged.VALUE),
-            3,
+            "startup emulator memory", "MB", _memory, Bound(70.0, aim=50.0, judged=Judged.VALUE), 3
         ),
     ]
 
@@ -66,7 +57,7 @@ def _sides(subject: Callable[[], float]) -> Iterator[Sides]:
 @contextmanager
 def _memory() -> Iterator[Sides]:
     def resident() -> float:
-        with process(*EMULATOR, *FREE_PORTS) as ready:
+        with process(*EMULATOR) as ready:
             for line in Path(f"/proc/{ready['pid']}/status").read_text().splitlines():
                 if line.startswith("VmRSS"):
                     return int(line.split()[1]) / 1024

@@ -24,12 +24,7 @@ class MissingRequirement(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Sides:
-    """Both sides of a benchmark.
-
-    Attributes:
-        subject: returns a sample of the measured code.
-        baseline: returns a sample of what it is compared with; None without a comparison.
-    """
+    """Both sides of a benchmark."""
 
     subject: Sample
     baseline: Sample | None = None
@@ -47,9 +42,7 @@ class Bound:
     """The largest accepted figure.
 
     Attributes:
-        most: the figure must not exceed this.
         aim: the target for a later version; None without one.
-        judged: kind of the bounded figure.
     """
 
     most: float
@@ -62,8 +55,7 @@ class Benchmark:
     """One row of the table.
 
     Attributes:
-        name: short, unique, the first word naming the module.
-        unit: unit of the samples.
+        name: short, unique, the first word naming what it is about.
         prepare: opens what both sides need (servers, files), yields the sides, and closes it.
         bound: None for a figure that is only shown.
         repetitions: samples of each side; a quick run takes a third of them.
@@ -81,9 +73,7 @@ class BenchmarkResult:
     """Measured figures of one benchmark.
 
     Attributes:
-        name: of the benchmark.
         median: of the subject's samples.
-        unit: of both medians.
         baseline: median of the baseline's samples, None without a baseline.
         ratio: median of the ratios, None without a baseline.
         bound: largest accepted figure, None where there is none.
@@ -104,12 +94,7 @@ class BenchmarkResult:
 
 
 def measure(benchmark: Benchmark, quick: bool = False) -> BenchmarkResult:
-    """Run one benchmark.
-
-    Args:
-        benchmark: what to run.
-        quick: take a third of the repetitions.
-    """
+    """Run one benchmark."""
     repetitions = benchmark.repetitions
     if quick:
         repetitions = min(repetitions, max(3, repetitions // 3))
@@ -163,12 +148,7 @@ def render(rows: Sequence[BenchmarkResult]) -> str:
 
 
 def aligned(rows: Sequence[tuple[str, ...]], left: Sequence[int]) -> str:
-    """Return rows of cells in columns.
-
-    Args:
-        rows: of the same length each.
-        left: columns of text; all others are figures, whose ends stand below each other.
-    """
+    """Return rows of cells in columns: those of `left` are text, all others figures."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join(
         "  ".join(

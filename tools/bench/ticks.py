@@ -29,18 +29,11 @@ from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
 from openpendant.server.shell.robot_kinematics import RobotKinematics
 from openpendant.server.store.store_client import AbsentStore
-from openpendant.simplemsg import (
-    PENDANT,
-    ByteOrder,
-    Connection,
-    JointFeedback,
-    Role,
-    Status,
-    joint_array,
-)
+from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Role
 from openpendant.simplemsg.journal import Journal
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME, PROTOCOL_VERSION, Hello
 
+from .peers import state_reports
 from .table import Benchmark, Bound, Judged, Sides
 
 ROBOT = "ur5"
@@ -97,28 +90,8 @@ class _Sink:
 
 
 def _report(app: App, now: int) -> None:
-    home, still = joint_array(serial_robot(ROBOT).home_position), joint_array(())
-    reports = (
-        JointFeedback(
-            robot_id=0,
-            valid_fields=14,
-            time=0.0,
-            positions=home,
-            velocities=still,
-            accelerations=still,
-        ),
-        Status(
-            drives_powered=1,
-            e_stopped=0,
-            error_code=0,
-            in_error=0,
-            in_motion=0,
-            mode=2,
-            motion_possible=1,
-        ),
-    )
     (cell,) = app.cells
-    for report in reports:
+    for report in state_reports(serial_robot(ROBOT).home_position):
         cell.deliver(ControllerReport(ControllerPath.STATE, report, 0), now)
 
 

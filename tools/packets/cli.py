@@ -24,14 +24,7 @@ TOOLS: Mapping[str, tuple[str, str]] = {
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command.
-
-    Args:
-        argv: arguments behind `openpendant packets`; None takes those of the process.
-
-    Returns:
-        The tool's exit code, see `ExitCode`; 2 for an unknown tool.
-    """
+    """Run the command and return the tool's exit code; 2 for an unknown tool."""
     arguments = sys.argv[1:] if argv is None else argv
     match arguments:
         case ["-h" | "--help", *_]:

@@ -1,13 +1,17 @@
-"""Arguments of the packet tools, their errors and the exit code of each.
+"""Arguments of the packet tools, their errors and exit codes, and the lines that they read.
 
-No input may end in a traceback. The standard library's argument parser is used because scripts call
-these tools often, and it starts in milliseconds.
+No input may end in a traceback; a line has a bounded length. The standard library's argument parser
+is used because scripts call these tools often, and it starts in milliseconds.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+import errno
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, nullcontext
+from typing import BinaryIO
 
 from openpendant.simplemsg import DIALECTS, ByteOrder, Codec, ProtocolError, codec_for
 from openpendant.simplemsg.errors import shown
@@ -47,13 +51,7 @@ def parser(command: str, about: str, epilog: str = "") -> argparse.ArgumentParse
 def add_wire_form(
     command: argparse.ArgumentParser, *, dialect: str = "standard", order: str | None = "little"
 ) -> None:
-    """Add `--order`, `--real` and `--dialect`; `codec_of` reads them.
-
-    Args:
-        command: where to add them.
-        dialect: the default dialect.
-        order: the default byte order; None leaves `arguments.order` None, to be detected.
-    """
+    """Add `--order`, `--real` and `--dialect`; an order of None leaves it to be detected."""
     told = f"default: {order}" if order else "default: detected"
     command.add_argument("--order", choices=ORDERS, default=order, help=f"byte order ({told})")
     command.add_argument(
@@ -68,12 +66,7 @@ def add_wire_form(
 
 
 def codec_of(arguments: argparse.Namespace, order: ByteOrder | None = None) -> Codec:
-    """Return the codec that `add_wire_form`'s arguments name.
-
-    Args:
-        arguments: as parsed.
-        order: the byte order where the arguments leave it open.
-    """
+    """Return the codec that `add_wire_form`'s arguments name."""
     known = ORDERS[arguments.order] if arguments.order else order or ByteOrder.LITTLE
     return codec_for(DIALECTS[arguments.dialect], known, arguments.real)
 
@@ -94,11 +87,40 @@ def run(
     body: Callable[[argparse.Namespace], int],
     argv: list[str] | None,
 ) -> int:
-    """Parse the arguments and run a command; whatever goes wrong becomes a line and a code.
-
-    Args:
-        command: the parser.
-        body: what to do; returns the exit code.
-        argv: arguments behind the command's name; None takes those of the process.
-    """
+    """Parse the arguments and run a command; whatever goes wrong becomes a line and a code."""
     return run_parsed(command, body, argv, _FAULTS)
+
+
+MAX_LINE = 1_048_576
+"""Longest accepted line, bytes; the largest frame needs half of it as JSON."""
+
+
+class LineError(Exception):
+    """A line of the input that cannot be converted; the text says why."""
+
+
+def open_input(file: str) -> AbstractContextManager[BinaryIO]:
+    """Open a file for reading; `-` is standard input, which stays open. OSError if it cannot."""
+    if file != "-":
+        return open(file, "rb")
+    if sys.stdin is None:
+        raise OSError(errno.EBADF, "standard input is closed")
+    return nullcontext(sys.stdin.buffer)
+
+
+def lines_of(stream: BinaryIO, longest: int = MAX_LINE) -> Iterator[bytes]:
+    """Yield lines as they come; of a line that is too long only the beginning, to bound memory."""
+    while line := stream.readline(longest + 1):
+        yield line
+        while len(line) > longest and not line.endswith(b"\n"):
+            line = stream.readline(longest + 1)
+
+
+def text_of(line: bytes, longest: int = MAX_LINE) -> str:
+    """Return a line of `lines_of` as stripped text; LineError where too long, or not UTF-8."""
+    if len(line) > longest and not line.endswith(b"\n"):
+        raise LineError(f"longer than {longest} bytes")
+    try:
+        return line.decode("utf-8-sig").strip()
+    except UnicodeDecodeError as error:
+        raise LineError(f"not UTF-8: byte {line[error.start]:#04x} at {error.start}") from None

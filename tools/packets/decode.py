@@ -15,13 +15,10 @@ from openpendant.simplemsg.errors import shown
 from openpendant.simplemsg.packet_text import packet_to_json
 
 from ..console import ExitCode, complain
-from .console import parser, run
-from .reading.output import Format, Output, add_presentation
-from .reading.presentation import frame_as_tree, message_as_line
-from .reading.reader import Reader, Reading
-from .reading.text_lines import LineError, lines_of, open_input, text_of
+from .console import LineError, lines_of, open_input, parser, run, text_of
+from .reading.presentation import Format, Output, add_presentation, frame_as_tree, message_as_line
+from .reading.reader import Reader, Reading, add_reading_form, codec_of, reader_of
 from .reading.trace_files import FileKind, detect, read_trace
-from .reading.wire_form import add_reading_form, codec_of, reader_of
 
 _ABOUT = """\
 Read packets and print what they say. FILE holds hexadecimal digits (one packet a line), a trace
@@ -33,15 +30,7 @@ file that is none of these or breaks off (what came before is printed)."""
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command.
-
-    Args:
-        argv: arguments behind `openpendant packets decode`; None takes those of the process.
-
-    Returns:
-        0 when every packet was decoded, 1 when one was not or the reader went away, 2 for wrong
-        arguments or a file that cannot be read to its end.
-    """
+    """Run the command and return its exit code."""
     command = parser("decode", _ABOUT, _EPILOG)
     command.add_argument(
         "file", nargs="?", default="-", metavar="FILE", help="- or nothing reads standard input"
@@ -110,13 +99,9 @@ def _line_as(output: Output, line: str, codec: Codec) -> str:
 
 
 def decode_line(line: str, codec: Codec) -> str:
-    """Return the packet in hexadecimal digits as a JSON object.
+    """Return a packet in hexadecimal digits as JSON; LineError or ProtocolError for no packet.
 
     Digits may be in upper or lower case, apart or together, with or without `0x`.
-
-    Raises:
-        LineError: these are no hexadecimal digits.
-        ProtocolError: these are no packet.
     """
     packet = packet_to_json(codec.decode(_frame_in(line)), codec)
     return json.dumps(packet, allow_nan=False)

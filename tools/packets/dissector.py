@@ -19,14 +19,7 @@ or put the file into Wireshark's folder of personal Lua plugins (Help, About, Fo
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the tool.
-
-    Args:
-        argv: arguments behind its name; None takes those of the process.
-
-    Returns:
-        An `ExitCode`.
-    """
+    """Run the tool and return its exit code."""
     command = parser("dissector", "Write the Wireshark dissector, in Lua.", _EPILOG)
     command.add_argument(
         "-o", "--output", type=Path, metavar="FILE", help="where to write it (default: stdout)"

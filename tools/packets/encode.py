@@ -10,23 +10,14 @@ from openpendant.simplemsg import Codec, ProtocolError
 from openpendant.simplemsg.packet_text import packet_from_json
 
 from ..console import ExitCode, complain
-from .console import parser, run
-from .reading.text_lines import LineError, lines_of, open_input, text_of
-from .reading.wire_form import add_reading_form, codec_of
+from .console import LineError, lines_of, open_input, parser, run, text_of
+from .reading.reader import add_reading_form, codec_of
 
 _ABOUT = "Read packets as JSON objects, one a line, as decode prints them; print hexadecimal."
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command.
-
-    Args:
-        argv: arguments behind `openpendant packets encode`; None takes those of the process.
-
-    Returns:
-        0 when every line was converted, 1 when one was not or the reader went away, 2 for wrong
-        arguments or an unreadable file.
-    """
+    """Run the command and return its exit code."""
     command = parser("encode", _ABOUT)
     command.add_argument(
         "file",
@@ -55,12 +46,7 @@ def _encode(arguments: argparse.Namespace) -> int:
 
 
 def encode_line(line: str, codec: Codec) -> str:
-    """Return the packet that a JSON object describes, in hexadecimal digits.
-
-    Raises:
-        LineError: this is no JSON.
-        ProtocolError: this is no packet, or one that cannot be encoded.
-    """
+    """Return the packet that JSON describes, in hexadecimal; LineError, ProtocolError for none."""
     return codec.encode(packet_from_json(_parse(line), codec)).hex()
 
 

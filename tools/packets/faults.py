@@ -12,15 +12,14 @@ from pathlib import Path
 from ..console import ExitCode, complain
 from .console import PacketToolError, parser, run
 from .faulty.fault_catalogue import explain, list_faults
-from .faulty.fault_engine import FaultDone, FaultEngine
-from .faulty.fault_relay import FaultRelay, fault_to_json
+from .faulty.fault_engine import FaultDone, FaultEngine, FaultRelay, fault_to_json
 from .faulty.fault_script import FaultScript, load_script
 from .live.line_output import LineOutput
 from .live.proxy import Pair, Proxy
 from .live.serving import (
-    ProgressLine,
     add_pairs,
     pairs_of,
+    progress_line,
     report_loop_errors,
     say_ready,
     stop_on_signals,
@@ -43,13 +42,7 @@ _NANOSECONDS = 1e9
 
 
 class FaultProxy:
-    """A proxy, the relay that breaks its traffic, and the log.
-
-    Attributes:
-        done: faults done so far, by name.
-        relay: counts the frames.
-        output: the log, None without one.
-    """
+    """A proxy, the relay that breaks its traffic, and the log."""
 
     def __init__(
         self,
@@ -60,15 +53,7 @@ class FaultProxy:
         log: str | None = None,
         on_end: Callable[[str], None] = lambda reason: None,
     ) -> None:
-        """Make a proxy that has touched nothing yet; needs a running loop.
-
-        Args:
-            pairs: where to listen, and where to connect to.
-            script: the rules.
-            seed: of all random choices; None takes the script's.
-            log: file of the faults done, "-" for standard output, None for none.
-            on_end: called with the reason when the log ends before it is asked to.
-        """
+        """Make a proxy that has touched nothing yet; needs a running loop."""
         self.done: Counter[str] = Counter()
         self.output = LineOutput(log, on_end=on_end) if log is not None else None
         self._began = round(asyncio.get_running_loop().time() * _NANOSECONDS)
@@ -86,12 +71,7 @@ class FaultProxy:
             self.output.write(json.dumps(fault_to_json(done, self._began)))
 
     async def start(self) -> list[int]:
-        """Listen, open the log, and return the ports in use.
-
-        Raises:
-            PeerError: a port cannot be used; the log is as it was.
-            OSError: the log cannot be opened; nothing listens any more.
-        """
+        """Listen, open the log, and return the ports; PeerError or OSError, and nothing listens."""
         try:
             ports = await self._proxy.start()
             if self.output is not None:
@@ -152,12 +132,10 @@ async def _break(pairs: list[Pair], script: FaultScript, arguments: argparse.Nam
     stop = asyncio.Event()
     stop_on_signals(stop)
     say_ready("faults", pairs, ports, as_json=arguments.json, on_stderr=arguments.log == "-")
-    progress = ProgressLine(lambda seconds: _progress_of(proxy))
-    progress.start()
     try:
-        await stop.wait()
+        with progress_line(lambda seconds: _progress_of(proxy)):
+            await stop.wait()
     finally:
-        progress.stop()
         await proxy.close()
     complain(_progress_of(proxy))
     failed = proxy.output is not None and proxy.output.failed

@@ -12,11 +12,11 @@ from ..console import ExitCode, complain
 from .console import parser, run
 from .live.line_output import LineOutput
 from .live.proxy import Pair, Proxy
-from .live.recording import RecordingRelay
+from .live.relay import RecordingRelay
 from .live.serving import (
-    ProgressLine,
     add_pairs,
     pairs_of,
+    progress_line,
     report_loop_errors,
     say_ready,
     stop_on_signals,
@@ -42,12 +42,7 @@ _NANOSECONDS = 1e9
 
 
 class PacketRecorder:
-    """A proxy, the relay that records, and the trace file.
-
-    Attributes:
-        relay: counts the packets.
-        output: knows whether the file is complete.
-    """
+    """A proxy, the relay that records, and the trace file."""
 
     def __init__(
         self,
@@ -57,14 +52,7 @@ class PacketRecorder:
         max_size: int | None = None,
         on_end: Callable[[str], None] = lambda reason: None,
     ) -> None:
-        """Make a recorder that has touched nothing yet; needs a running loop.
-
-        Args:
-            pairs: where to listen, and where to connect to.
-            path: the trace file, "-" for standard output.
-            max_size: bytes after which the recording ends.
-            on_end: called with the reason when the recording ends before it is asked to.
-        """
+        """Make a recorder that has touched nothing yet; needs a running loop."""
         started = datetime.datetime.now().astimezone().isoformat(timespec="microseconds")
         targets = ", ".join(str(pair.target) for pair in pairs)
         self.output = LineOutput(path, max_size=max_size, on_end=on_end)
@@ -92,12 +80,7 @@ class PacketRecorder:
         return self._proxy.unsent
 
     async def start(self) -> list[int]:
-        """Listen, open the file, and return the ports in use.
-
-        Raises:
-            PeerError: a port cannot be used; the file is as it was.
-            OSError: the file cannot be opened; nothing listens any more.
-        """
+        """Listen, open the file, return the ports; PeerError or OSError, and nothing listens."""
         try:
             ports = await self._proxy.start()
             self.output.start()
@@ -121,9 +104,7 @@ def main(argv: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     command = parser(
-        "record",
-        "Stand between client and server and write every frame to a trace file.",
-        _EPILOG,
+        "record", "Stand between client and server and write every frame to a trace file.", _EPILOG
     )
     add_pairs(command)
     command.add_argument("-o", dest="output", required=True, metavar="FILE", help="- for stdout")
@@ -161,12 +142,10 @@ async def _record(arguments: argparse.Namespace) -> int:
     ports = await recorder.start()
     stop_on_signals(stop)
     say_ready("recorder", pairs, ports, as_json=arguments.json, on_stderr=arguments.output == "-")
-    progress = ProgressLine(_progress_of(recorder))
-    progress.start()
     try:
-        await stop.wait()
+        with progress_line(_progress_of(recorder)):
+            await stop.wait()
     finally:
-        progress.stop()
         goes_on = False  # a failure from here on is the end of everything
         await recorder.close()
     return ExitCode.FAILED if recorder.output.failed else ExitCode.OK

@@ -12,13 +12,12 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from ..console import complain
-from .console import PacketToolError, parser, run
+from .console import PacketToolError, open_input, parser, run
 from .live.consent import add_consent, may_act, require_consent
 from .live.endpoints import Endpoint, listen_endpoint, target_endpoint
 from .live.playback import Pace, PlayedSide, RecordedSession, sessions_of
 from .live.replaying import Replay, ReplaySummary
 from .live.serving import report_loop_errors, warn_of_strangers
-from .reading.text_lines import open_input
 from .reading.trace_files import read_trace
 from .trace import Entry
 
@@ -106,11 +105,7 @@ def chosen(entries: Iterable[Entry], port: int | None, scenario: str | None) -> 
 
 
 def _ways(arguments: argparse.Namespace, part: PlayedSide, ports: list[int]) -> dict[int, Endpoint]:
-    """Return the address to use for each recorded port.
-
-    Raises:
-        PacketToolError: an address is wrong, missing, or for a port that was not recorded.
-    """
+    """Return the address for each recorded port; PacketToolError for one wrong, missing or idle."""
     option = "--to" if part is PlayedSide.CLIENT else "--listen"
     given: list[str] = arguments.to if part is PlayedSide.CLIENT else arguments.listen
     read = target_endpoint if part is PlayedSide.CLIENT else listen_endpoint

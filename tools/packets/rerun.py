@@ -1,6 +1,6 @@
 """`openpendant packets rerun`: run a server or an emulator again, exactly as its journal says.
 
-Owns arguments, output for people and for programs, and exit codes; the run is `journals.rerun`.
+Owns arguments, output for people and for programs, and exit codes; `journals.reenactment` runs it.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
 from ..console import ExitCode, complain
 from .console import parser, run
 from .journals.journal_file import BytesOut, Effect, GrantedQuestion
-from .journals.rerun import RerunOutcome, Until, rerun
+from .journals.reenactment import RerunOutcome, Until, rerun
 
 
 def in_words(path: Path, outcome: RerunOutcome) -> str:

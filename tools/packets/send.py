@@ -12,14 +12,23 @@ from openpendant.simplemsg.errors import shown
 from openpendant.simplemsg.framing import HEADER_SIZE, Cut, Frame, detect_byte_order
 
 from ..console import ExitCode
-from .console import PacketToolError, add_wire_form, codec_of, parser, run, seconds
+from .console import (
+    LineError,
+    PacketToolError,
+    add_wire_form,
+    codec_of,
+    lines_of,
+    open_input,
+    parser,
+    run,
+    seconds,
+    text_of,
+)
 from .encode import encode_line
 from .live.answers import Answering, AnswerPrinter, PeerAnswer, answering
 from .live.consent import add_consent, may_act, require_consent
-from .live.endpoints import Endpoint, target_endpoint
-from .live.peer import Peer
+from .live.endpoints import Endpoint, Peer, target_endpoint
 from .live.typed_message import message_from_words
-from .reading.text_lines import LineError, lines_of, open_input, text_of
 
 _EPILOG = """\
 NAME is a message's name or number, or stop. Arrays are comma lists; what is left out is zero.
@@ -144,14 +153,6 @@ async def talk(
     as_json: bool = False,
 ) -> int:
     """Send packets one after the other, print what comes back, return the exit code.
-
-    Args:
-        endpoint: the peer.
-        packets: what to send; each request waits for its reply.
-        codec: what the bytes are taken for; the peer's byte order is seen from its frames.
-        within: time for the connection and for each answer [s].
-        topics: how many topics to print afterwards.
-        as_json: print JSON objects.
 
     Raises:
         PeerError: the peer cannot be reached, hangs up or does not answer.

@@ -36,7 +36,6 @@ class Packet:
 
     Attributes:
         time: since the start of the trace [ns].
-        direction: which way.
         data: one whole frame, prefix included.
         port: TCP port of the server's end, 0 where unknown.
         connection: number of the connection on that port, from 1.
@@ -98,11 +97,7 @@ def entry_to_json(entry: Entry) -> dict[str, Any]:
 
 
 def entry_from_json(value: Any) -> Entry:
-    """Return the entry that a JSON object describes; unknown keys are ignored.
-
-    Raises:
-        EntryError: a key is missing or of the wrong kind; the text names it.
-    """
+    """Return the entry that a JSON object describes; EntryError names a missing or wrong key."""
     if not isinstance(value, dict):
         raise EntryError("an entry is a JSON object")
     seconds = value.get("t")
@@ -130,12 +125,7 @@ def entry_from_json(value: Any) -> Entry:
 
 
 def header_line(started: str, **more: str | int | float) -> str:
-    """Return the first line of a trace file.
-
-    Args:
-        started: wall-clock time of t = 0, ISO 8601 with its offset from UTC.
-        more: what else a reader may want to know, e.g. who was connected to whom.
-    """
+    """Return the first line of a trace file, with the wall-clock time of t = 0, ISO 8601."""
     return json.dumps({"format": FORMAT, "started": started, **more})
 
 

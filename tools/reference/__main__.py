@@ -12,14 +12,7 @@ _DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command.
-
-    Args:
-        argv: arguments; None takes those of the process.
-
-    Returns:
-        0; 1 where `--check` finds a stale file; 2 where a file cannot be written.
-    """
+    """Run the command; return 1 where a checked file is stale, 2 where one cannot be written."""
     parser = argparse.ArgumentParser(
         prog="python -m openpendant.tools.reference",
         description="Write the reference pages, the dissector, the vectors and the schemas.",

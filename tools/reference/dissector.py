@@ -22,8 +22,7 @@ from openpendant.simplemsg.declaration import (
     Text,
 )
 
-from .messages import ALL_MESSAGES, every_field, filter_name
-from .notice import NOTICE
+from .messages import ALL_MESSAGES, NOTICE, every_field, filter_name
 
 PORTS = "11000,11002,11010,12000,12002,50240-50242"
 """TCP ports that carry simple message unless told otherwise."""

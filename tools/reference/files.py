@@ -30,11 +30,7 @@ def generated_files() -> dict[str, str]:
 
 
 def write_files(folder: Path) -> None:
-    """Write every generated file below a folder, and remove what is generated no longer.
-
-    Raises:
-        OSError: a file cannot be written.
-    """
+    """Write every generated file below a folder, and remove what is generated no longer."""
     files = generated_files()
     for path, text in files.items():
         target = folder / path

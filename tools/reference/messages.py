@@ -1,4 +1,4 @@
-"""Every declared message, in the order of the reference, and the names that pages link to."""
+"""Every declared message in the order of the reference, names that pages link to, the notice."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 
 from openpendant.simplemsg import DIALECTS, STANDARD, Dialect, Message
 from openpendant.simplemsg.declaration import Array, Field
+
+NOTICE = "Generated from the declarations in simplemsg/ by `make reference`; do not edit."
 
 
 def own_messages(dialect: Dialect) -> tuple[type[Message], ...]:

@@ -11,7 +11,7 @@ import inspect
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
@@ -31,21 +31,28 @@ from ..pendants.management.programs import ProgramCalls
 from ..pendants.management.recordings import RecordingCalls
 from ..pendants.management.scene import SceneCalls
 from ..pendants.management.tools import ToolCalls
-from .docstrings import Docstring, told_of
-from .typed_data import with_models
+from .docstrings import Docstring, told_of, with_models
 
-GROUPS: Mapping[str, type] = {
-    "": CellCalls,
-    "programs": ProgramCalls,
-    "recordings": RecordingCalls,
-    "frames": FrameCalls,
-    "tools": ToolCalls,
-    "scene": SceneCalls,
-    "signals": SignalCalls,
-    "robots": RobotCalls,
-    "trace": TraceCalls,
-    "access": AccessCalls,
-    "users": UserCalls,
+
+class CallGroup(NamedTuple):
+    """A group of the client's calls, and its heading."""
+
+    calls: type
+    title: str
+
+
+GROUPS: Mapping[str, CallGroup] = {
+    "": CallGroup(CellCalls, "The cell"),
+    "programs": CallGroup(ProgramCalls, "Programs"),
+    "recordings": CallGroup(RecordingCalls, "Recordings"),
+    "frames": CallGroup(FrameCalls, "User frames"),
+    "tools": CallGroup(ToolCalls, "Tools"),
+    "scene": CallGroup(SceneCalls, "The scene"),
+    "signals": CallGroup(SignalCalls, "Signals"),
+    "robots": CallGroup(RobotCalls, "The robot itself"),
+    "trace": CallGroup(TraceCalls, "The trace of the tool"),
+    "access": CallGroup(AccessCalls, "Connections"),
+    "users": CallGroup(UserCalls, "Accounts"),
 }
 """Where a client has its calls, and what they are; the nameless group is the client itself."""
 
@@ -66,10 +73,8 @@ class PublishedOperation:
         name: value of `op`.
         group: where the client has its call; empty for the client itself.
         call: name of the client's call in it.
-        request: its declaration.
         reply: model of what answers it.
         returned: what the client's call says of that, as a model.
-        told: what the client's call says of itself.
     """
 
     name: str
@@ -108,7 +113,7 @@ class PublishedOperation:
 
 def _calls() -> Iterator[tuple[str, str, Any]]:
     """Return every call of the client: the group that has it, its name, and the request."""
-    for group, kind in GROUPS.items():
+    for group, (kind, _) in GROUPS.items():
         for name, member in vars(kind).items():
             if isinstance(member, call):
                 yield group, name, member.kind

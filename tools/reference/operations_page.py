@@ -11,7 +11,7 @@ from openpendant.simplemsg.pendant.management import edits, poses, statements
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .docstrings import Docstring
-from .notice import NOTICE
+from .messages import NOTICE
 from .operations import GROUPS, PublishedOperation, published_operations
 from .schemas import FieldRow, field_rows, reply_schema, request_schema, tagged
 
@@ -35,20 +35,6 @@ them at work.
   from 0, lines of a text from 1.
 """
 
-TITLES = {
-    "": "The cell",
-    "programs": "Programs",
-    "recordings": "Recordings",
-    "frames": "User frames",
-    "tools": "Tools",
-    "scene": "The scene",
-    "signals": "Signals",
-    "robots": "The robot itself",
-    "trace": "The trace of the tool",
-    "access": "Connections",
-    "users": "Accounts",
-}
-
 _REQUEST_HEADS = ("field", "type", "default", "meaning")
 
 _CODE = re.compile(r"\b[A-Z]+(?:_[A-Z]+)+\b|\bMOVING\b")
@@ -59,7 +45,7 @@ def operations_page() -> str:
     operations = published_operations()
     parts = [f"<!-- {NOTICE} -->", "", _OPENING, *_overview(operations.values()), ""]
     for group in GROUPS:
-        parts += [f"## {TITLES[group]}", ""]
+        parts += [f"## {GROUPS[group].title}", ""]
         for operation in operations.values():
             if operation.group == group:
                 parts += _operation(operation)

@@ -16,9 +16,9 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 from ..pendants import client
 from ..pendants.client import PendantClient
 from .docstrings import Docstring
-from .notice import NOTICE
+from .messages import NOTICE
 from .operations import GROUPS, PublishedOperation, published_operations
-from .operations_page import TITLES, linked, meaning_of, reply_cells, table
+from .operations_page import linked, meaning_of, reply_cells, table
 from .schemas import field_rows, request_schema
 
 _OPENING = """\
@@ -52,7 +52,7 @@ def python_page() -> str:
         parts += _members(kind, "pendant")
     operations = published_operations()
     for group in GROUPS:
-        parts += [f"## {TITLES[group]}", ""]
+        parts += [f"## {GROUPS[group].title}", ""]
         for operation in operations.values():
             if operation.group == group:
                 parts += _operation(operation)
@@ -148,7 +148,7 @@ def _operation(operation: PublishedOperation) -> Iterator[str]:
 
 def _reply_of(operation: PublishedOperation) -> Any:
     """Return the type that a call returns: the reply, or the part of it that is meant."""
-    request = vars(GROUPS[operation.group])[operation.call].request
+    request = vars(GROUPS[operation.group].calls)[operation.call].request
     (returned,) = get_args(request.__annotations__["return"])
     return returned
 

@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 
 from openpendant.server.endpoints.pendant.management import Failure
 
-from .notice import NOTICE
+from .messages import NOTICE
 from .operations import PublishedOperation, published_operations
 
 
@@ -62,11 +62,7 @@ def _as_json(value: object) -> object:
 
 
 def reply_schema(kind: Any) -> dict[str, Any]:
-    """Return the schema of a reply.
-
-    Args:
-        kind: its model, or a plain object.
-    """
+    """Return the schema of a reply."""
     schema: dict[str, Any] = TypeAdapter(kind).json_schema(mode="serialization")
     shown: dict[str, Any] = _without_defaults(schema)
     return shown
@@ -110,8 +106,6 @@ class FieldRow:
         path: its name, behind the names of what it is in.
         kind: its type, with its bounds.
         default: its value where it is left out, as JSON; empty where there is none.
-        is_needed: whether it must be there.
-        meaning: what it is.
     """
 
     path: str
@@ -126,12 +120,7 @@ Meaning = Callable[[str, str], str]
 
 
 def field_rows(schema: Schema, meaning: Meaning) -> Iterator[FieldRow]:
-    """Return the fields of an object, and below each of them those of the objects in it.
-
-    Args:
-        schema: of the object.
-        meaning: tells what a field means.
-    """
+    """Return the fields of an object, and below each of them those of the objects in it."""
     yield from _rows(schema, schema.get("$defs", {}), meaning, "")
 
 

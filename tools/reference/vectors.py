@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from openpendant.simplemsg import DIALECTS, PENDANT, ByteOrder, Codec, Dialect, Message, codec_for
 from openpendant.simplemsg.packet_text import packet_to_json
 
-from .messages import filter_name, own_messages
-from .notice import NOTICE
+from .messages import NOTICE, filter_name, own_messages
 from .samples import extremes, sample, zeros
 
 SOURCE = "openpendant's own encoder"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 from openpendant.simplemsg import ByteOrder, Message
-from openpendant.tools.packets.conformance.client.scenarios import Mutation
+from openpendant.tools.packets.conformance.client.setup import Mutation
 
 
 class Form(Enum):

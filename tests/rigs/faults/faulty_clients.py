@@ -28,7 +28,7 @@ from openpendant.simplemsg.motoman import (
     MotomanMotionCtrl,
     MotomanSelectTool,
 )
-from openpendant.tools.packets.conformance.client.scenarios import Mutation
+from openpendant.tools.packets.conformance.client.setup import Mutation
 
 _NOTHING = joint_array(())
 _STANDING = Status(1, 0, 0, 0, 0, 2, 1)

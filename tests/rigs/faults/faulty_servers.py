@@ -34,8 +34,7 @@ from openpendant.simplemsg import (
     Role,
 )
 from openpendant.simplemsg.journal import Journal
-from openpendant.tools.packets.conformance.check import Judgement, Profile
-from openpendant.tools.packets.conformance.findings import CheckVerdict
+from openpendant.tools.packets.conformance.check import CheckVerdict, Judgement, Profile
 from openpendant.tools.packets.conformance.server.checks import ServerCheck, server_checks
 from openpendant.tools.packets.conformance.server.runner import judge
 from openpendant.tools.packets.conformance.server.target import Options

@@ -38,7 +38,7 @@ from openpendant.simplemsg import (
     Status,
     accepted,
 )
-from openpendant.tools.packets.conformance.findings import CheckVerdict
+from openpendant.tools.packets.conformance.check import CheckVerdict
 
 DEVIATES = CheckVerdict.DEVIATES
 

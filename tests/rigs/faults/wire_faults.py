@@ -23,8 +23,7 @@ from rigs.faults.faulty_servers import (
 )
 
 from openpendant.simplemsg import Malformed, Message, MsgType, Ping, Received, ReplyCode
-from openpendant.tools.packets.conformance.check import Profile
-from openpendant.tools.packets.conformance.findings import CheckVerdict
+from openpendant.tools.packets.conformance.check import CheckVerdict, Profile
 
 DEVIATES = CheckVerdict.DEVIATES
 

@@ -32,7 +32,7 @@ from openpendant.simplemsg.motoman import (
     MotomanMotionCtrl,
     MotomanMotionReply,
 )
-from openpendant.tools.packets.conformance.client.actions import ClientLinkId
+from openpendant.tools.packets.conformance.client.controller import ClientLinkId
 from openpendant.tools.packets.conformance.client.setup import Purpose, Setup
 
 MS = 1_000_000

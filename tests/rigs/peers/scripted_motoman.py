@@ -36,8 +36,7 @@ from openpendant.simplemsg.motoman import (
     MotomanSelectTool,
 )
 from openpendant.simplemsg.motoman_codes import MotionCommand, MotionResult, Subcode
-from openpendant.tools.packets.conformance.check import Judgement, Profile
-from openpendant.tools.packets.conformance.findings import CheckVerdict
+from openpendant.tools.packets.conformance.check import CheckVerdict, Judgement, Profile
 from openpendant.tools.packets.conformance.server.runner import judge
 from openpendant.tools.packets.conformance.server.target import Options
 

@@ -24,19 +24,24 @@ from openpendant.simplemsg.motoman import (
     MotomanGroup,
     MotomanJointTrajPtFullEx,
 )
-from openpendant.tools.packets.conformance.client.actions import (
+from openpendant.tools.packets.conformance.check import CheckFinding
+from openpendant.tools.packets.conformance.client.check import ClientCheck
+from openpendant.tools.packets.conformance.client.controller import (
     Act,
     Action,
     ClientLinkId,
     Do,
+    ScriptedController,
     Write,
 )
-from openpendant.tools.packets.conformance.client.check import ClientCheck
-from openpendant.tools.packets.conformance.client.controller import ScriptedController
 from openpendant.tools.packets.conformance.client.judge import CHECKS, judge_scenario
-from openpendant.tools.packets.conformance.client.scenarios import Mutation, Scenario
-from openpendant.tools.packets.conformance.client.setup import TRIGGERED, Purpose, Setup
-from openpendant.tools.packets.conformance.findings import CheckFinding
+from openpendant.tools.packets.conformance.client.setup import (
+    TRIGGERED,
+    Mutation,
+    Purpose,
+    Scenario,
+    Setup,
+)
 from openpendant.tools.packets.trace import Entry
 
 STEP = 5 * MS

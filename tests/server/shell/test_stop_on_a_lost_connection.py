@@ -27,7 +27,7 @@ from openpendant.simplemsg.pendant import (
     ResetStop,
     SoftwareStop,
 )
-from openpendant.tools.packets.journals.rerun import rerun
+from openpendant.tools.packets.journals.reenactment import rerun
 
 CODEC = codec_for(PENDANT)
 STOP = CODEC.encode(SoftwareStop(1_000, "now"))

@@ -9,9 +9,10 @@ import pytest
 from openpendant.simplemsg import MOTOMAN, HeaderOnly, Message, MsgType, ReplyCode, codec_for
 from openpendant.simplemsg.declaration import joint_array
 from openpendant.simplemsg.motoman import MotomanMotionReply
+from openpendant.tools.packets.conformance.check import RuleBroken
 from openpendant.tools.packets.conformance.server.answers import is_taken, must_be_ping
 from openpendant.tools.packets.conformance.server.monitor import distance
-from openpendant.tools.packets.conformance.server.wire import ReceivedFrame, RuleBroken
+from openpendant.tools.packets.conformance.server.wire import ReceivedFrame
 
 POINT = MsgType.JOINT_TRAJ_PT
 SUCCESS, FAILURE = ReplyCode.SUCCESS, ReplyCode.FAILURE

@@ -14,15 +14,16 @@ import pytest
 from openpendant.tools.console import ExitCode
 from openpendant.tools.packets.conformance import cli
 from openpendant.tools.packets.conformance.catalogue import page_with_checks
-from openpendant.tools.packets.conformance.check import Judgement, Result
-from openpendant.tools.packets.conformance.cli import main
-from openpendant.tools.packets.conformance.findings import (
+from openpendant.tools.packets.conformance.check import (
     PASSED,
     CheckFinding,
+    Judgement,
+    Result,
     deviates,
     failed,
     not_applicable,
 )
+from openpendant.tools.packets.conformance.cli import main
 from openpendant.tools.packets.conformance.server.checks import server_checks
 
 PAGE = Path(__file__).parents[3] / "docs" / "conformance.md"

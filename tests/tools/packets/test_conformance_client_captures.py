@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from openpendant.simplemsg import MOTOMAN, STANDARD, ByteOrder
+from openpendant.tools.packets.conformance.check import CheckFinding, CheckVerdict
 from openpendant.tools.packets.conformance.client.judge import (
     CHECKS,
     judge_scenario,
     scenarios_of,
 )
 from openpendant.tools.packets.conformance.client.setup import Setup
-from openpendant.tools.packets.conformance.findings import CheckFinding, CheckVerdict
 from openpendant.tools.packets.reading.trace_files import read_trace
 
 VECTORS = Path(__file__).parents[2] / "vectors"

@@ -8,9 +8,9 @@ from rigs.faults.faulty_clients import FAULTS
 from rigs.processes.judged_client import findings_of_correct, judge, judge_by_its_check
 
 from openpendant.simplemsg.motoman import MotomanSelectTool
+from openpendant.tools.packets.conformance.check import CheckFinding, CheckVerdict
 from openpendant.tools.packets.conformance.client.judge import CHECKS
-from openpendant.tools.packets.conformance.client.scenarios import SCENARIOS, Mutation, Scenario
-from openpendant.tools.packets.conformance.findings import CheckFinding, CheckVerdict
+from openpendant.tools.packets.conformance.client.setup import SCENARIOS, Mutation, Scenario
 
 NOT_FOUND: dict[str, str] = {}
 """Faults that the judge misses, with the reason; at most one in twenty."""

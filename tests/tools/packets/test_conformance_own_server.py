@@ -12,13 +12,18 @@ from rigs.processes.judged_server import HALF_RATE, LoopPlanner
 from openpendant.motion.description.robot import serial_robot
 from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.cell_shell import CellParts
+from openpendant.tools.packets.conformance.check import CheckFinding, CheckVerdict
 from openpendant.tools.packets.conformance.client.controller import ScriptedController
 from openpendant.tools.packets.conformance.client.judge import results_of
 from openpendant.tools.packets.conformance.client.live import LiveController
 from openpendant.tools.packets.conformance.client.role import judge_live
-from openpendant.tools.packets.conformance.client.scenarios import SCENARIOS, Mutation, Scenario
-from openpendant.tools.packets.conformance.client.setup import Purpose, Setup
-from openpendant.tools.packets.conformance.findings import CheckFinding, CheckVerdict
+from openpendant.tools.packets.conformance.client.setup import (
+    SCENARIOS,
+    Mutation,
+    Purpose,
+    Scenario,
+    Setup,
+)
 from openpendant.tools.pendants.client import Aborted, PendantClient, Refused
 
 ROBOT = serial_robot("ur5")

@@ -15,8 +15,13 @@ from rigs.processes.judged_server import HALF_RATE, HOST, running_server
 
 from openpendant.simplemsg import Message
 from openpendant.simplemsg.pendant import AuthorityBeat, State
-from openpendant.tools.packets.conformance.check import Judgement, Profile
-from openpendant.tools.packets.conformance.findings import CheckVerdict, Section
+from openpendant.tools.packets.conformance.check import (
+    CheckVerdict,
+    Judgement,
+    Profile,
+    RuleBroken,
+    Section,
+)
 from openpendant.tools.packets.conformance.server.checks import server_checks
 from openpendant.tools.packets.conformance.server.pendant import (
     PendantConversation,
@@ -25,7 +30,6 @@ from openpendant.tools.packets.conformance.server.pendant import (
 )
 from openpendant.tools.packets.conformance.server.runner import judge
 from openpendant.tools.packets.conformance.server.target import Options, Target
-from openpendant.tools.packets.conformance.server.wire import RuleBroken
 
 pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
 

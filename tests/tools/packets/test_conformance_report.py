@@ -6,10 +6,12 @@ from xml.etree import ElementTree
 
 import pytest
 
-from openpendant.tools.packets.conformance.check import Check, Judgement, Result
-from openpendant.tools.packets.conformance.findings import (
+from openpendant.tools.packets.conformance.check import (
     PASSED,
+    Check,
     CheckVerdict,
+    Judgement,
+    Result,
     deviates,
     failed,
     not_applicable,

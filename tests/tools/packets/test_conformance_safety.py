@@ -14,8 +14,14 @@ from rigs.peers.fixed_layout_controllers import Receiver, clipping, fanuc, runni
 
 from openpendant.simplemsg import STANDARD as STANDARD_MESSAGES
 from openpendant.simplemsg import ByteOrder, codec_for
-from openpendant.tools.packets.conformance.check import Check, Judgement, Profile
-from openpendant.tools.packets.conformance.findings import PASSED, CheckFinding, CheckVerdict
+from openpendant.tools.packets.conformance.check import (
+    PASSED,
+    Check,
+    CheckFinding,
+    CheckVerdict,
+    Judgement,
+    Profile,
+)
 from openpendant.tools.packets.conformance.server.checks import STANDARD, ServerCheck
 from openpendant.tools.packets.conformance.server.monitor import INTERRUPTED, Watch
 from openpendant.tools.packets.conformance.server.moving import ready

@@ -9,7 +9,7 @@ from rigs.faults.subtle_faults import SUBTLE_FAULTS
 from rigs.faults.wire_faults import WIRE_FAULTS
 from rigs.peers.scripted_motoman import MOTOMAN_FAULTS, judged_motoman
 
-from openpendant.tools.packets.conformance.findings import CheckVerdict
+from openpendant.tools.packets.conformance.check import CheckVerdict
 
 FAULTS = (*WIRE_FAULTS, *MOTION_FAULTS, *SUBTLE_FAULTS)
 

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from openpendant.tools.packets.conformance.client.check import Habit, Moment, Problem, Tally
-from openpendant.tools.packets.conformance.client.judge import CHECKS, results_of
-from openpendant.tools.packets.conformance.findings import (
+from openpendant.tools.packets.conformance.check import (
     PASSED,
     CheckFinding,
     CheckVerdict,
@@ -14,6 +12,8 @@ from openpendant.tools.packets.conformance.findings import (
     failed,
     not_applicable,
 )
+from openpendant.tools.packets.conformance.client.check import Habit, Moment, Problem, finding_of
+from openpendant.tools.packets.conformance.client.judge import CHECKS, results_of
 
 HABIT = Habit("a program: what it does", "seen")
 
@@ -31,10 +31,8 @@ HABIT = Habit("a program: what it does", "seen")
 def test_the_worst_of_what_was_looked_at_is_found(
     seen: list[Problem | None], verdict: CheckVerdict
 ) -> None:
-    tally = Tally()
-    for number, problem in enumerate(seen):
-        tally.look(Moment(number), problem)
-    assert tally.finding("nothing to look at").verdict is verdict
+    observations = ((Moment(number), problem) for number, problem in enumerate(seen))
+    assert finding_of(observations, "nothing to look at").verdict is verdict
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from openpendant.simplemsg import (
     codec_for,
 )
 from openpendant.simplemsg.motoman import MotomanMotionReply
-from openpendant.tools.packets.faulty.fault_rules import RULE_CLASSES
+from openpendant.tools.packets.faulty.fault_script import RULE_CLASSES
 from openpendant.tools.packets.live.relay import CloseBoth, Freeze, ResetBoth
 from openpendant.tools.packets.trace import TraceDirection
 

@@ -8,8 +8,11 @@ import pytest
 
 from openpendant.tools.packets.faults import main
 from openpendant.tools.packets.faulty.fault_catalogue import CORRECT_PEER, explain, list_faults
-from openpendant.tools.packets.faulty.fault_rules import RULE_CLASSES
-from openpendant.tools.packets.faulty.fault_script import FaultScriptError, load_script
+from openpendant.tools.packets.faulty.fault_script import (
+    RULE_CLASSES,
+    FaultScriptError,
+    load_script,
+)
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples" / "faults").glob("*.toml"))
 DELAY = '[[rule]]\nfault = "delay"\n'

@@ -30,8 +30,7 @@ from openpendant.simplemsg import (
 from openpendant.simplemsg.pendant import JointMove, Outcome, SoftwareStop, Verdict
 from openpendant.tools.packets.cli import main
 from openpendant.tools.packets.reading.field_table import field_values
-from openpendant.tools.packets.reading.reader import Reader, Reading
-from openpendant.tools.packets.reading.wire_form import ALL
+from openpendant.tools.packets.reading.reader import ALL, Reader, Reading
 from openpendant.tools.packets.trace import (
     Entry,
     Event,

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rigs.peers.loopback_peers import PING, PONG
 
-from openpendant.tools.packets.live.recording import RecordingRelay
-from openpendant.tools.packets.live.relay import ProxyLinkId, ResetBoth, SendBytes
+from openpendant.tools.packets.live.relay import ProxyLinkId, RecordingRelay, ResetBoth, SendBytes
 from openpendant.tools.packets.trace import Entry, Event, Packet, TraceDirection
 
 LINK = ProxyLinkId(1, 11000, 1)

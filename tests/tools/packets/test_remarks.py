@@ -9,7 +9,7 @@ import pytest
 from openpendant.simplemsg import MOTOMAN, Message, Ping, codec_for
 from openpendant.simplemsg import motoman as m
 from openpendant.tools.packets.cli import main
-from openpendant.tools.packets.reading.remarks import is_failed_verdict, remark_on
+from openpendant.tools.packets.reading.field_table import is_failed_verdict, remark_on
 from openpendant.tools.packets.trace import Packet, TraceDirection, entry_line, header_line
 
 ZEROS = (0.0,) * 10

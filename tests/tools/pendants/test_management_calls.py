@@ -20,12 +20,12 @@ from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.loop_thread import LoopThread
 from openpendant.tools.pendants.management.calls import AsyncCalls, call
 from openpendant.tools.pendants.sync_client import SyncPendantClient
+from openpendant.tools.reference.docstrings import is_optional
 from openpendant.tools.reference.operations import (
     GROUPS,
     PublishedOperation,
     published_operations,
 )
-from openpendant.tools.reference.typed_data import is_optional
 
 ALL = published_operations()
 
@@ -123,7 +123,7 @@ def test_both_clients_have_the_same_groups_with_the_same_calls() -> None:
     background = PendantClient()
     blocking = SyncPendantClient(thread, background)
     try:
-        for group, kind in GROUPS.items():
+        for group, (kind, _) in GROUPS.items():
             own, other = (
                 getattr(client, group) if group else client for client in (background, blocking)
             )

@@ -12,8 +12,7 @@ from openpendant.simplemsg.motoman_catalogue import CATALOGUE as MOTOMAN_CATALOG
 from openpendant.simplemsg.standard import JointTraj, JointTrajPtFull
 from openpendant.simplemsg.verdicts import CATALOGUE as VERDICTS
 from openpendant.tools.reference.messages import ALL_MESSAGES, filter_name
-from openpendant.tools.reference.offsets import frame_fields, frame_size
-from openpendant.tools.reference.page import protocol_page
+from openpendant.tools.reference.page import frame_fields, frame_size, protocol_page
 from openpendant.tools.reference.samples import sample
 
 PAGE = protocol_page()

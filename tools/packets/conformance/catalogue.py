@@ -21,11 +21,7 @@ END = "<!-- end of checks -->"
 
 
 def page_with_checks(page: str) -> str:
-    """Return the page with its tables of checks written anew.
-
-    Raises:
-        ValueError: the marks between which they stand are missing.
-    """
+    """Return the page with its tables of checks written anew; ValueError where it has no marks."""
     before, begin, rest = page.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not (begin and end):

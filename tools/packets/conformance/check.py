@@ -1,7 +1,7 @@
-"""Checks and their results, the same for both roles and in all reports of all versions.
+"""Checks, their findings and results, the same for both roles and in all reports of all versions.
 
-Owns what a check is: a number, what gives it reason, and what looks and judges. Knows no sockets,
-no messages and no clock.
+Owns what a check is: a number, what gives it reason, and what looks and judges; and what it may
+find. Knows no sockets, no messages and no clock.
 """
 
 from __future__ import annotations
@@ -12,7 +12,77 @@ from enum import Enum
 from typing import Any, Generic, TypeVar
 
 from .clauses import clause_of
-from .findings import CheckFinding, CheckVerdict, Section
+
+
+class CheckVerdict(Enum):
+    """Result of a check. A check that did not look never says PASSED."""
+
+    PASSED = "passed"
+    FAILED = "failed"
+    DEVIATES = "deviates"
+    NOT_APPLICABLE = "not applicable"
+
+
+class Section(Enum):
+    """Subject of a check; the first letter of its number."""
+
+    FRAMING = "F"
+    HEADER = "H"
+    BYTE_ORDER = "B"
+    REPLIES = "R"
+    MOTION = "M"
+    STOP = "S"
+    LIMITS = "L"
+    TOPICS = "T"
+    STATUS = "Q"
+    LINK = "K"
+    MOTOMAN = "Y"
+    PENDANT = "P"
+
+
+@dataclass(frozen=True, slots=True)
+class CheckFinding:
+    """Finding of one check.
+
+    Attributes:
+        detail: what was seen, with numbers; why, where it is not applicable.
+        habit: name of the known vendor habit, where it deviates.
+    """
+
+    verdict: CheckVerdict
+    detail: str = ""
+    habit: str = ""
+
+
+PASSED = CheckFinding(CheckVerdict.PASSED)
+
+
+def passed(detail: str) -> CheckFinding:
+    """Return the finding of a rule that holds; `detail` says with which numbers."""
+    return CheckFinding(CheckVerdict.PASSED, detail)
+
+
+def failed(detail: str) -> CheckFinding:
+    """Return the finding of a broken rule; `detail` says what was seen instead."""
+    return CheckFinding(CheckVerdict.FAILED, detail)
+
+
+def deviates(habit: str, detail: str) -> CheckFinding:
+    """Return the finding of a known vendor habit, named."""
+    return CheckFinding(CheckVerdict.DEVIATES, detail, habit)
+
+
+def not_applicable(reason: str) -> CheckFinding:
+    """Return the finding of a check that could not look."""
+    return CheckFinding(CheckVerdict.NOT_APPLICABLE, reason)
+
+
+class RuleBroken(Exception):
+    """The target broke the rule of a check; the text says what was seen."""
+
+
+class CannotJudge(Exception):
+    """The check cannot look: something that it needs is missing; the text says what."""
 
 
 class Profile(Enum):
@@ -44,11 +114,7 @@ class Check(Generic[JudgeT]):
 
     Attributes:
         number: as in the tables of clauses, e.g. `FS03`.
-        title: what must hold, as a sentence.
-        clause: what gives it reason.
-        judge: looks and judges.
         moves: it can only be judged by moving the robot.
-        profiles: where it is run on a server.
         is_plain: it sends nothing, or nothing but whole points of standard form, STOP among them;
             only such a check is run on a target that does not tell frames apart by their header.
         deadline: it must be done by then [s]; what it leaves behind is put in order afterwards.
@@ -113,13 +179,7 @@ class Register(Generic[JudgeT]):
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """A check with its finding.
-
-    Attributes:
-        check: what was judged.
-        finding: what was found.
-        seconds: how long it took [s].
-    """
+    """A check with its finding."""
 
     check: Check[Any]
     finding: CheckFinding
@@ -133,7 +193,6 @@ class Judgement:
     Attributes:
         subject: who was judged, e.g. `server 127.0.0.1:12000`.
         role: `server` or `client`: which end was judged.
-        results: in the order in which they were found.
     """
 
     subject: str

@@ -23,8 +23,7 @@ from openpendant.simplemsg import JOINT_SLOTS
 from ...console import ExitCode, complain
 from ..console import ORDERS, PacketToolError, PeerError, add_wire_form, parser
 from ..console import run as run_command
-from .check import Check, Judgement, Profile, Result
-from .findings import CheckVerdict, Section
+from .check import Check, CheckVerdict, Judgement, Profile, Result, Section
 from .report import as_json, as_junit, as_text
 from .server.checks import server_checks
 from .server.runner import applicable, judge
@@ -123,7 +122,7 @@ def _run(arguments: argparse.Namespace) -> int:
     if arguments.role == "client":
         from .client import role as client_role
 
-        judgement = asyncio.run(client_role.judge_client(arguments, _quiet))
+        judgement = asyncio.run(client_role.judge_client(arguments))
     else:
         judgement = _judge_server(arguments, interruption)
     if arguments.junit is not None:
@@ -135,11 +134,7 @@ def _run(arguments: argparse.Namespace) -> int:
 
 
 def _check_writable(file: Path) -> None:
-    """Find out before the run that its report could not be written after it.
-
-    Raises:
-        PacketToolError: it could not.
-    """
+    """Raise PacketToolError before the run if its report could not be written after it."""
     is_new = not file.exists()
     try:
         file.open("a").close()
@@ -150,11 +145,7 @@ def _check_writable(file: Path) -> None:
 
 
 class _Interruption:
-    """Signals that end a run early, after the robot was sent STOP.
-
-    Attributes:
-        has_happened: one came.
-    """
+    """Signals that end a run early, after the robot was sent STOP."""
 
     def __init__(self) -> None:
         self.has_happened = False
@@ -284,10 +275,6 @@ def _limits(robot: str | None) -> JointLimits | None:
         return serial_robot(robot).limits
     except MotionError as error:
         raise PacketToolError(str(error)) from None
-
-
-def _quiet(result: Result) -> None:
-    """Take a result and show nothing: a client is judged when its recording is complete."""
 
 
 class _Progress:

@@ -12,35 +12,25 @@ from itertools import groupby
 from typing import Any
 from xml.etree import ElementTree
 
-from .check import Judgement, Result
-from .findings import CheckVerdict
+from .check import CheckVerdict, Judgement, Result
 
 FORMAT = "openpendant-conformance/1"
 """Name and version of the JSON report."""
 
-_WORDS = {
-    CheckVerdict.PASSED: "passed",
-    CheckVerdict.FAILED: "FAILED",
-    CheckVerdict.DEVIATES: "deviates",
-    CheckVerdict.NOT_APPLICABLE: "not applicable",
+_LOOKS = {
+    CheckVerdict.PASSED: ("passed", "32"),
+    CheckVerdict.FAILED: ("FAILED", "1;31"),
+    CheckVerdict.DEVIATES: ("deviates", "33"),
+    CheckVerdict.NOT_APPLICABLE: ("not applicable", "2"),
 }
-_COLORS = {
-    CheckVerdict.PASSED: "32",
-    CheckVerdict.FAILED: "1;31",
-    CheckVerdict.DEVIATES: "33",
-    CheckVerdict.NOT_APPLICABLE: "2",
-}
-_WIDTH = max(map(len, _WORDS.values()))
+"""Word and colour of each verdict."""
+
+_WIDTH = max(len(word) for word, _ in _LOOKS.values())
 _INDENT = " " * (_WIDTH + 8)
 
 
 def as_text(judgement: Judgement, color: bool) -> str:
-    """Return the report for a person.
-
-    Args:
-        judgement: what was found.
-        color: with the escape sequences of a terminal.
-    """
+    """Return the report for a person."""
     lines = [_printable(judgement.subject)]
     for section, results in groupby(judgement.results, lambda result: result.check.section):
         lines += ["", section.name.lower().replace("_", " ")]
@@ -57,9 +47,10 @@ def summary(judgement: Judgement) -> str:
 
 def _text_lines(result: Result, color: bool) -> Iterator[str]:
     check, finding = result.check, result.finding
-    word = f"{_WORDS[finding.verdict]:<{_WIDTH}}"
+    word, paint = _LOOKS[finding.verdict]
+    word = f"{word:<{_WIDTH}}"
     if color:
-        word = f"\x1b[{_COLORS[finding.verdict]}m{word}\x1b[0m"
+        word = f"\x1b[{paint}m{word}\x1b[0m"
     yield f"  {word} {check.number} {_printable(check.title)}"
     if finding.habit:
         yield f"{_INDENT}habit: {_printable(finding.habit)}"

@@ -8,8 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from inspect import getdoc
 
-from .fault_rules import RULE_CLASSES, Match, Rule
-from .fault_script import FaultScript
+from .fault_script import RULE_CLASSES, FaultScript, Match, Rule
 
 CORRECT_PEER = {
     "delay": "waits, up to its own deadline; then gives up with a reason and takes no late reply"
@@ -88,31 +87,26 @@ def _rule(rule: Rule) -> str:
     return f"{_whom(rule.match)}: {rule.fault}, which {done}"
 
 
+_WHOM = {
+    "type": "of type {}",
+    "comm": "that is a {}",
+    "reply_code": "with reply code {}",
+    "sequence": "with sequence {}",
+    "connection": "on connection {}",
+    "pair": "of pair {}",
+    "after_s": "from {:g} s on",
+    "before_s": "before {:g} s",
+    "nth": "but only no. {}",
+    "probability": "with probability {:g}",
+    "times": "at most {} times",
+}
+
+
 def _whom(match: Match) -> str:
     parts = ["every frame" if match.every is None else f"every frame no. {match.every} of those"]
     ways = {"to_server": "from client to server", "to_client": "from server to client"}
     if match.direction is not None:
         parts.append(ways[match.direction.value])
-    if match.type is not None:
-        parts.append(f"of type {match.type}")
-    if match.comm is not None:
-        parts.append(f"that is a {match.comm.value}")
-    if match.reply_code is not None:
-        parts.append(f"with reply code {match.reply_code}")
-    if match.sequence is not None:
-        parts.append(f"with sequence {match.sequence}")
-    if match.connection is not None:
-        parts.append(f"on connection {match.connection}")
-    if match.pair is not None:
-        parts.append(f"of pair {match.pair}")
-    if match.after_s is not None:
-        parts.append(f"from {match.after_s:g} s on")
-    if match.before_s is not None:
-        parts.append(f"before {match.before_s:g} s")
-    if match.nth is not None:
-        parts.append(f"but only no. {match.nth}")
-    if match.probability is not None:
-        parts.append(f"with probability {match.probability:g}")
-    if match.times is not None:
-        parts.append(f"at most {match.times} times")
+    given = match.model_dump(mode="json")
+    parts += [text.format(given[key]) for key, text in _WHOM.items() if given[key] is not None]
     return " ".join(parts)

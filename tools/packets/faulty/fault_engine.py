@@ -1,7 +1,7 @@
 """Fault engine: the choice of each frame's fault, and of the time at which its bytes leave.
 
-Pure: frames and times come in, actions go out. The same script, seed and input give the same
-output. What a fault does is `fault_case`'s business.
+Pure: frames and times come in, actions go out; the relay cuts a proxy's bytes into frames for it.
+The same script, seed and input give the same output. What a fault does is `fault_case`'s business.
 """
 
 from __future__ import annotations
@@ -9,23 +9,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from random import Random
+from typing import Any
 
 from openpendant.simplemsg import DIALECTS
-from openpendant.simplemsg.framing import Frame
+from openpendant.simplemsg.framing import Frame, Mode, Splitter
 
 from ..live.relay import Action, CloseBoth, EndStream, Freeze, ProxyLinkId, ResetBoth
 from ..trace import TraceDirection
-from . import fault_rules as faults
-from . import frame_surgery as surgery
-from .fault_case import FaultCase
+from . import fault_script as faults
+from .fault_case import FaultCase, FrameForm, is_reply, is_request, sequence_of
 from .fault_lane import OPPOSITE, Awaited, Lane, Prepared, Traffic, nanoseconds, pay
 from .fault_script import FaultScript, type_number
 
-_COMM_TYPES = {
-    faults.Exchange.TOPIC: 1,
-    faults.Exchange.REQUEST: 2,
-    faults.Exchange.REPLY: 3,
-}
+_COMM_TYPES = {faults.Exchange.TOPIC: 1, faults.Exchange.REQUEST: 2, faults.Exchange.REPLY: 3}
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,10 +31,6 @@ class FaultDone:
     Attributes:
         time: when [ns].
         rule: number of the rule, from 1.
-        fault: its name.
-        link: the connection.
-        direction: which way the frame travelled.
-        frame: the frame as it came.
         detail: what was done to it, in words.
     """
 
@@ -60,15 +52,9 @@ class FaultEngine:
         seed: int | None = None,
         log: Callable[[FaultDone], None] = lambda done: None,
     ) -> None:
-        """Make an engine that has seen nothing yet.
-
-        Args:
-            script: the rules.
-            seed: of all random choices; None takes the script's.
-            log: called with each fault done.
-        """
+        """Make an engine that has seen nothing yet; without a seed that of the script counts."""
         seed = script.seed if seed is None else seed
-        self._form = surgery.FrameForm(DIALECTS[script.dialect], script.real)
+        self._form = FrameForm(DIALECTS[script.dialect], script.real)
         self._log = log
         self._rules = [
             Prepared(number, rule, _number_of(rule, script.dialect), Random(f"{seed}/{number}"))
@@ -88,21 +74,14 @@ class FaultEngine:
     def take(
         self, direction: TraceDirection, link: ProxyLinkId, frame: bytes, now: int
     ) -> list[Action]:
-        """Take a frame and return what is to be done now.
-
-        Args:
-            direction: which way it travels.
-            link: the connection; one that is not open is ignored.
-            frame: one whole frame.
-            now: time [ns].
-        """
+        """Take a whole frame at a time [ns]; return what is to be done now."""
         traffic = self._traffic.get(link)
         if traffic is None:
             return []
-        if surgery.is_reply(frame) and self._settle(traffic, direction, link, frame, now):
+        if is_reply(frame) and self._settle(traffic, direction, link, frame, now):
             return self._release(link, traffic, now)
         prepared = self._first_that_fits(traffic, direction, link, frame, now)
-        expects = surgery.is_request(frame)
+        expects = is_request(frame)
         if prepared is None:
             self._forward(traffic, direction, frame, now)
         else:
@@ -174,7 +153,7 @@ class FaultEngine:
 
     def _forward(self, traffic: Traffic, direction: TraceDirection, frame: bytes, now: int) -> None:
         traffic.lanes[direction].put(frame, now)
-        if surgery.is_reply(frame):
+        if is_reply(frame):
             pay(traffic, OPPOSITE[direction], now)
 
     def _first_that_fits(
@@ -193,7 +172,7 @@ class FaultEngine:
         return None
 
     def _fits_sequence(self, match: faults.Match, frame: bytes) -> bool:
-        return match.sequence is None or (surgery.sequence_of(frame, self._form) == match.sequence)
+        return match.sequence is None or (sequence_of(frame, self._form) == match.sequence)
 
     def _note(
         self,
@@ -252,3 +231,80 @@ def _is_chosen(prepared: Prepared) -> bool:
         and (match.every is None or prepared.fitted % match.every == 0)
         and (match.probability is None or prepared.chance.random() < match.probability)
     )
+
+
+class FaultRelay:
+    """A `Relay` that lets an engine decide about every frame.
+
+    Bytes in which no frame can be found are forwarded as they are. A frame is forwarded when it is
+    complete; what there is of one when its sender ends is forwarded, too.
+    """
+
+    def __init__(self, engine: FaultEngine) -> None:
+        self.frames = 0
+        self._engine = engine
+        self._splitters: dict[ProxyLinkId, dict[TraceDirection, Splitter]] = {}
+
+    def opened(self, link: ProxyLinkId, now: int) -> None:
+        """Add a new connection."""
+        self._splitters[link] = {direction: Splitter(Mode.ONLOOKER) for direction in TraceDirection}
+        self._engine.opened(link, now)
+
+    def refused(self, link: ProxyLinkId, reason: str, now: int) -> None:
+        """Do nothing: the client is closed, and `closed` follows."""
+
+    def received(
+        self, link: ProxyLinkId, direction: TraceDirection, data: bytes, now: int
+    ) -> list[Action]:
+        """Cut bytes into frames and ask the engine about each."""
+        actions: list[Action] = []
+        for piece in self._splitters[link][direction].feed(data):
+            if piece.is_frame:
+                self.frames += 1
+                actions += self._engine.take(direction, link, piece.data, now)
+            else:
+                actions += self._engine.pass_on(direction, link, piece.data, now)
+        return actions
+
+    def ended(self, link: ProxyLinkId, direction: TraceDirection, now: int) -> list[Action]:
+        """Pass a FIN on behind what waits."""
+        actions: list[Action] = []
+        for piece in self._splitters[link][direction].finish():
+            actions += self._engine.pass_on(direction, link, piece.data, now)
+        return actions + self._engine.end(direction, link, now)
+
+    def reset(self, link: ProxyLinkId, direction: TraceDirection, now: int) -> list[Action]:
+        """Pass a RST on at once; what waits is lost."""
+        self._engine.forget(link)
+        return [ResetBoth(link)]
+
+    def closed(self, link: ProxyLinkId, now: int) -> None:
+        """Forget a connection."""
+        self._engine.forget(link)
+        del self._splitters[link]
+
+    def due(self, now: int) -> list[Action]:
+        """Return what was put off until now."""
+        return self._engine.due(now)
+
+    def next_due(self) -> int | None:
+        """Return when `due` has something to say next."""
+        return self._engine.next_due()
+
+    def held(self, link: ProxyLinkId, direction: TraceDirection) -> int:
+        """Return the bytes that are kept back."""
+        return self._engine.held(link, direction)
+
+
+def fault_to_json(done: FaultDone, began: int) -> dict[str, Any]:
+    """Return a line of the log that began at a time [ns]."""
+    return {
+        "t": (done.time - began) / 1e9,
+        "rule": done.rule,
+        "fault": done.fault,
+        "detail": done.detail,
+        "dir": done.direction.value,
+        "port": done.link.port,
+        "conn": done.link.number,
+        "hex": done.frame.hex(),
+    }

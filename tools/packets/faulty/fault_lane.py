@@ -13,7 +13,7 @@ from random import Random
 
 from ..live.relay import Action, ProxyLinkId, SendBytes
 from ..trace import TraceDirection
-from . import fault_rules as faults
+from . import fault_script as faults
 
 
 @dataclass(slots=True)
@@ -38,11 +38,7 @@ class _SetAside:
 
 
 class Lane:
-    """One direction of one connection.
-
-    Attributes:
-        held: bytes that have come and are not sent yet.
-    """
+    """One direction of one connection."""
 
     def __init__(self, link: ProxyLinkId, direction: TraceDirection) -> None:
         self.held = 0
@@ -58,15 +54,7 @@ class Lane:
     def put(
         self, data: bytes, now: int, *, delay: int = 0, piece: int | None = None, gap: int = 0
     ) -> None:
-        """Send bytes behind everything that waits.
-
-        Args:
-            data: the bytes.
-            now: time.
-            delay: wait so long first.
-            piece: send pieces of so many bytes.
-            gap: pause between two pieces.
-        """
+        """Send bytes behind everything that waits."""
         if self._gathered and not delay and piece is None:
             self._gather(data, now)
         else:

@@ -26,12 +26,7 @@ class JournalError(PacketToolError):
 
 @dataclass(frozen=True, slots=True)
 class BytesOut:
-    """Bytes that left.
-
-    Attributes:
-        link: on which connection.
-        data: the bytes.
-    """
+    """Bytes that left."""
 
     link: str
     data: bytes
@@ -39,12 +34,7 @@ class BytesOut:
 
 @dataclass(frozen=True, slots=True)
 class GrantedQuestion:
-    """A question to the world outside that was answered with yes.
-
-    Attributes:
-        question: one word.
-        link: of which connection.
-    """
+    """A question to the world outside that was answered with yes."""
 
     question: str
     link: str
@@ -61,10 +51,8 @@ class JournalEvent:
         number: of the event in the journal, from 1.
         time: since the start of the journal [ns].
         event: what happened, one word.
-        link: on which connection.
         data: the bytes that came.
         more: everything else that was noted.
-        effects: what followed, in order.
     """
 
     number: int
@@ -82,10 +70,8 @@ class Header:
 
     Attributes:
         kind: `server` or `emulator`.
-        version: of the program.
         started: wall-clock time, ISO 8601.
         now: monotonic time of the start [ns].
-        settings: of the process.
     """
 
     kind: str
@@ -99,17 +85,12 @@ class JournalFile:
     """A journal that is being read.
 
     Attributes:
-        header: its first line.
         is_cut: True once reading ended before the end line: the process was killed or still runs,
             or the disk was full. The last event may lack effects and is left out.
     """
 
     def __init__(self, path: Path, stream: BinaryIO) -> None:
-        """Read the header.
-
-        Raises:
-            JournalError: this is no journal.
-        """
+        """Read the header; raise JournalError where this is no journal."""
         self._path = path
         self._stream = stream
         self._line = 0
@@ -126,11 +107,7 @@ class JournalFile:
         )
 
     def happenings(self) -> Iterator[JournalEvent]:
-        """Yield the events in order.
-
-        Raises:
-            JournalError: a line is damaged.
-        """
+        """Yield the events in order; raise JournalError at a damaged line."""
         number = 0
         head: dict[str, Any] | None = None
         effects: list[Effect] = []

@@ -21,11 +21,7 @@ class ReenactedEmulator:
     """The emulator of a journal; needs a running loop, which never gets to run anything."""
 
     def __init__(self, header: Header, replayed: ReplayedJournal) -> None:
-        """Build the emulator that wrote the journal.
-
-        Raises:
-            JournalError: its settings or its robot cannot be used here.
-        """
+        """Build the emulator that wrote the journal; JournalError where it cannot be had here."""
         try:
             settings = EmulatorSettings.model_validate(header.settings)
             self._controller = build_controller(settings, header.now)

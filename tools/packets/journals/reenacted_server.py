@@ -82,11 +82,7 @@ class ReenactedServer:
     """The server of a journal; needs a running loop, which never gets to run anything."""
 
     def __init__(self, header: Header, replayed: ReplayedJournal) -> None:
-        """Build the server that wrote the journal.
-
-        Raises:
-            JournalError: its settings or its robot cannot be used here.
-        """
+        """Build the server that wrote the journal; JournalError where it cannot be had here."""
         about = header.settings.get("cells", [header.settings])
         if not isinstance(about, list) or not about:
             raise JournalError("its settings: cells: expected a list of cells")

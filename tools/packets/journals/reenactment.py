@@ -1,24 +1,38 @@
 """Reenactment of a journal by the process that wrote it: the same code and time, no I/O.
 
-Owns the comparison: what leaves must be, byte for byte and in order, what left then. The time and
-the answers of the world come from the journal; connections are transports that lead nowhere. What a
-server or an emulator is, `reenacted_server` and `reenacted_emulator` know.
+Owns the run, in which every event happens again, and the comparison: what leaves must be, byte for
+byte and in order, what left then. The time and the answers of the world come from the journal;
+connections are transports that lead nowhere. What a server or an emulator is, `reenacted_server`
+and `reenacted_emulator` know.
 """
 
 from __future__ import annotations
 
 import asyncio
 import socket
+import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import Context
+from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Protocol
 
 from pydantic import ValidationError
 
 from openpendant.simplemsg.journal import Journal
 
-from .journal_file import BytesOut, Effect, GrantedQuestion, Header, JournalError, JournalEvent
+from ..console import PacketToolError
+from .journal_file import (
+    BytesOut,
+    Effect,
+    GrantedQuestion,
+    Header,
+    JournalError,
+    JournalEvent,
+    JournalFile,
+)
 
 
 class ReenactedProcess(Protocol):
@@ -40,7 +54,6 @@ class Difference(BaseException):
     No `Exception`, so that no part of the application takes it for a fault of its own.
 
     Attributes:
-        happening: the event at hand.
         expected: what followed from it then; None where nothing more did.
         actual: what followed now; None where nothing more did.
     """
@@ -55,15 +68,9 @@ class Difference(BaseException):
 
 
 class ReplayedJournal(Journal):
-    """A journal that tells the recorded time and answers, and compares instead of writing.
-
-    Attributes:
-        frames: pieces of output that were found equal.
-        bytes_out: how many bytes they were.
-    """
+    """A journal that tells the recorded time and answers, and compares instead of writing."""
 
     def __init__(self, header: Header) -> None:
-        """Make the replay of one journal."""
         super().__init__(clock=lambda: self._time)
         self.is_kept = True  # what was noted then must be compared now
         self._start = self._time = self.now = header.now
@@ -75,11 +82,7 @@ class ReplayedJournal(Journal):
 
     @contextmanager
     def expecting(self, happening: JournalEvent) -> Iterator[None]:
-        """Compare all that follows from an event while the context lasts.
-
-        Raises:
-            Difference: something else followed, or something is missing.
-        """
+        """Compare all that follows from an event while the context lasts; raise Difference."""
         self._happening = happening
         self._time = self._start + happening.time
         self._effects.extend(happening.effects)
@@ -91,11 +94,7 @@ class ReplayedJournal(Journal):
             raise Difference(happening, self._effects[0], None)
 
     def begin(self, event: str, link: str | int = "", data: bytes = b"", **more: Any) -> int:
-        """Tell the recorded time of the event.
-
-        Raises:
-            Difference: another event starts.
-        """
+        """Tell the recorded time of the event; raise Difference where another event starts."""
         expected = self._current
         if not self._awaits_event or (event, str(link)) != (expected.event, expected.link):
             what = f"the event {expected.event!r} of link {expected.link!r}"
@@ -104,11 +103,7 @@ class ReplayedJournal(Journal):
         return super().begin(event, link, data)
 
     def out(self, link: str | int, data: bytes) -> None:
-        """Compare bytes that leave with those that left.
-
-        Raises:
-            Difference: they are not the same.
-        """
+        """Compare bytes that leave with those that left; raise Difference where they differ."""
         actual = BytesOut(str(link), data)
         expected = self._effects.popleft() if self._effects else None
         if expected != actual:
@@ -133,7 +128,6 @@ class NullTransport(asyncio.Transport):
     """A transport that leads nowhere; what is written was compared before."""
 
     def __init__(self, address: str = "") -> None:
-        """Make the transport of a peer at an address."""
         super().__init__({"peername": (address, 0), "socket": _NoSocket()})
 
     def write(self, data: bytes | bytearray | memoryview) -> None:
@@ -176,3 +170,141 @@ def unusable_settings(error: ValidationError) -> JournalError:
     first = error.errors(include_url=False, include_context=False)[0]
     where = ".".join(str(part) for part in first["loc"])
     return JournalError(f"its settings: {where}: {first['msg']}")
+
+
+_CONTEXT = 5
+
+
+@dataclass(slots=True)
+class RerunOutcome:
+    """Result of a run over a journal.
+
+    Attributes:
+        last: time of the last of them since the start [ns].
+        bytes_out: bytes that left, all equal.
+        before: the last events before the difference, it included.
+        is_cut: the journal has no end.
+    """
+
+    header: Header
+    events: int = 0
+    last: int = 0
+    bytes_in: int = 0
+    bytes_out: int = 0
+    frames: int = 0
+    seconds: float = 0.0
+    state: dict[str, Any] = field(default_factory=dict)
+    difference: Difference | None = None
+    before: deque[JournalEvent] = field(default_factory=lambda: deque(maxlen=_CONTEXT))
+    is_cut: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Until:
+    """End of a run: after the last event up to a time [ns], or after an event by number."""
+
+    time: int | None = None
+    number: int | None = None
+
+    def is_before(self, happening: JournalEvent) -> bool:
+        """Return True if the run ends before an event."""
+        if self.number is not None:
+            return happening.number > self.number
+        return self.time is not None and happening.time > self.time
+
+
+class StillLoop(asyncio.SelectorEventLoop):
+    """A loop on which nothing happens by itself: what is to happen is in the journal."""
+
+    is_still = False
+
+    def call_soon(  # type: ignore[override]  # the stubs' type variables cannot be repeated here
+        self, callback: Callable[..., object], *args: Any, context: Context | None = None
+    ) -> asyncio.Handle:
+        """Forget the callback while the loop is still."""
+        handle = asyncio.Handle(callback, args, self, context)
+        return handle if self.is_still else super().call_soon(callback, *args, context=context)
+
+    def call_at(  # type: ignore[override]
+        self,
+        when: float,
+        callback: Callable[..., object],
+        *args: Any,
+        context: Context | None = None,
+    ) -> asyncio.TimerHandle:
+        """Forget the timer while the loop is still."""
+        if self.is_still:
+            return asyncio.TimerHandle(when, callback, args, self, context)
+        return super().call_at(when, callback, *args, context=context)
+
+
+def rerun(path: Path, until: Until | None = None) -> RerunOutcome:
+    """Execute a journal again.
+
+    Raises:
+        JournalError: it is no journal, or a damaged one.
+        OSError: it cannot be read.
+    """
+    loop = StillLoop()
+
+    async def live_again() -> RerunOutcome:
+        # The process that is played wants a running loop.
+        loop.is_still = True
+        try:
+            return _rerun(path, until or Until())
+        finally:
+            loop.is_still = False
+
+    try:
+        return loop.run_until_complete(live_again())
+    finally:
+        loop.close()
+
+
+def _rerun(path: Path, limit: Until) -> RerunOutcome:
+    began = time.perf_counter()
+    with path.open("rb") as stream:
+        journal = JournalFile(path, stream)
+        replayed = ReplayedJournal(journal.header)
+        process = _process_of(journal.header)(journal.header, replayed)
+        outcome = RerunOutcome(journal.header)
+        try:
+            for happening in journal.happenings():
+                if limit.is_before(happening):
+                    break
+                _play(process, replayed, happening, outcome)
+        except Difference as difference:
+            outcome.difference = difference
+        outcome.is_cut = journal.is_cut
+    outcome.bytes_out, outcome.frames = replayed.bytes_out, replayed.frames
+    outcome.state = process.state()
+    outcome.seconds = time.perf_counter() - began
+    return outcome
+
+
+def _play(
+    process: ReenactedProcess,
+    replayed: ReplayedJournal,
+    happening: JournalEvent,
+    outcome: RerunOutcome,
+) -> None:
+    outcome.before.append(happening)
+    outcome.last = happening.time
+    outcome.bytes_in += len(happening.data)
+    with replayed.expecting(happening):
+        process.play(happening)
+    outcome.events += 1
+
+
+def _process_of(header: Header) -> MakeProcess:
+    # Either is imported only when it is wanted: an emulator's journal needs no Pinocchio.
+    match header.kind:
+        case "server":
+            from .reenacted_server import ReenactedServer
+
+            return ReenactedServer
+        case "emulator":
+            from .reenacted_emulator import ReenactedEmulator
+
+            return ReenactedEmulator
+    raise PacketToolError(f"a journal of {header.kind!r} is not known here")

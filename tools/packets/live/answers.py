@@ -30,7 +30,7 @@ from openpendant.simplemsg.packet_text import packet_to_json
 from openpendant.simplemsg.pendant import Hello, Management, Verdict
 
 from ...console import complain
-from ..reading.remarks import is_failed_verdict, remark_on
+from ..reading.field_table import is_failed_verdict, remark_on
 
 COMMAND_AT = HEADER_SIZE + 8
 """Offset of the field `command` in types 2001 and 2002; integers only stand before it."""
@@ -46,7 +46,6 @@ class Answering(NamedTuple):
     """Match of a reply and a request.
 
     Attributes:
-        fits: True if the reply answers the request.
         remark: why not, or whose habit it is; empty for what the protocol says.
     """
 
@@ -94,7 +93,6 @@ class PeerAnswer:
     """Reply of the peer to one request.
 
     Attributes:
-        piece: the frame, or stray bytes.
         latency: since the request was written [s]; None for a topic nobody asked for.
         fit: whether it is the answer to the request, None where there is none to compare.
     """
@@ -112,12 +110,7 @@ class AnswerPrinter:
     """
 
     def __init__(self, codec: Codec, *, as_json: bool) -> None:
-        """Make a printer.
-
-        Args:
-            codec: what the bytes are taken for; their byte order is seen from each.
-            as_json: print JSON objects, and no notes.
-        """
+        """Make a printer; the byte order of each answer is seen from it."""
         self.findings = 0
         self._codec = codec
         self._as_json = as_json

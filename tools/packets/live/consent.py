@@ -34,11 +34,7 @@ _SEQUENCE_AT = {
 
 
 def may_act(data: bytes) -> bool:
-    """Return True if bytes may move a robot or switch an output.
-
-    Args:
-        data: what is to be sent, any number of frames.
-    """
+    """Return True if bytes may move a robot or switch an output."""
     splitter = Splitter(Mode.ONLOOKER)
     pieces = [*splitter.feed(data), *splitter.finish()]
     return any(not piece.is_frame or _frame_may_act(piece.data) for piece in pieces)
@@ -64,15 +60,7 @@ def add_consent(command: argparse.ArgumentParser) -> None:
 
 
 def require_consent(given: bool, peer: str) -> None:
-    """Ask the user at a terminal, or refuse.
-
-    Args:
-        given: consent came with the arguments.
-        peer: who would get the packets.
-
-    Raises:
-        PacketToolError: there is no consent.
-    """
+    """Ask the user at a terminal unless consent is given; raise PacketToolError without it."""
     if given:
         return
     if all(stream is not None and stream.isatty() for stream in (sys.stdin, sys.stderr)):

@@ -47,13 +47,7 @@ class LineOutput:
         max_size: int | None = None,
         on_end: Callable[[str], None] = lambda reason: None,
     ) -> None:
-        """Take lines; the file is left alone until `start`.
-
-        Args:
-            path: the file, "-" for standard output.
-            max_size: bytes after which writing ends.
-            on_end: called once with the reason when nothing more is written.
-        """
+        """Take lines for a file, "-" for standard output; it is left alone until `start`."""
         self._path = path
         self._file: int | None = None
         self._is_never_waited_for = False
@@ -69,11 +63,7 @@ class LineOutput:
         self._stopping = asyncio.Event()
 
     def start(self) -> None:
-        """Open the file and start to flush; its old content is lost. Needs a running loop.
-
-        Raises:
-            OSError: the file cannot be opened.
-        """
+        """Open the file, emptied, and start to flush on the running loop; OSError if it cannot."""
         self._file = _open(self._path)
         # Windows can wait for sockets only; there a reader that takes nothing is waited for.
         is_file = stat.S_ISREG(os.fstat(self._file).st_mode)

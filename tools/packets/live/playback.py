@@ -14,7 +14,7 @@ from openpendant.simplemsg.codes import ReplyCode
 from openpendant.simplemsg.framing import Cut, Frame
 
 from ..console import PacketToolError
-from ..reading.wire_form import ALL
+from ..reading.reader import ALL
 from ..trace import Entry, Event, Packet, TraceDirection
 
 MAX_BYTES = 256 * 1024 * 1024
@@ -38,7 +38,6 @@ class PlayedPacket:
     """A packet to send.
 
     Attributes:
-        data: the bytes.
         at: when it was sent in the recording [ns].
         after: how many packets that count had come back by then.
         waits: even at recorded times it is not sent before those have come: a reply never
@@ -58,9 +57,7 @@ class RecordedSession:
     Attributes:
         port: TCP port of the recorded server.
         number: of the connection on that port.
-        opened: its start.
         ended: when its last packet or event was.
-        steps: what to send.
         expected: what should come back and counts.
     """
 
@@ -88,16 +85,7 @@ class Pace:
 def sessions_of(
     entries: Iterable[Entry], part: PlayedSide, *, exact: bool
 ) -> list[RecordedSession]:
-    """Return the connections of a recording, in the order of their starts.
-
-    Args:
-        entries: the recording, in order of time.
-        part: which side to play.
-        exact: topics count, too.
-
-    Raises:
-        PacketToolError: the recording is too large to be kept.
-    """
+    """Return the connections of a recording by their starts; PacketToolError if too large."""
     sessions: dict[tuple[int, int], RecordedSession] = {}
     size = 0
     for entry in entries:
@@ -134,14 +122,7 @@ def counts(piece: Cut, part: PlayedSide, before: list[Cut], *, exact: bool) -> b
 
 
 class Player:
-    """Plays one session against a peer.
-
-    Attributes:
-        sent: packets sent.
-        received: packets that came and count.
-        differences: how many of them are not as recorded.
-        first: the first difference in words, empty while there is none.
-    """
+    """Plays one session against a peer."""
 
     def __init__(self, session: RecordedSession, part: PlayedSide, pace: Pace) -> None:
         self.sent = 0

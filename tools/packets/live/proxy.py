@@ -13,7 +13,7 @@ import socket
 import struct
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple, Protocol, cast
+from typing import NamedTuple, cast
 
 from ..console import PeerError
 from ..trace import TraceDirection
@@ -26,25 +26,6 @@ WRITE_HIGH = 64 * 1024
 _RESET_ON_CLOSE = struct.pack("ii", 1, 0)
 
 
-class SideEvents(Protocol):
-    """Receiver of a side's events."""
-
-    def opened(self, client: ProxySide) -> None:
-        """A client is connected."""
-
-    def received(self, direction: TraceDirection, data: bytes) -> None:
-        """Bytes came."""
-
-    def ended(self, direction: TraceDirection) -> None:
-        """The peer will send nothing more."""
-
-    def lost(self, direction: TraceDirection, error: Exception | None) -> None:
-        """The connection is gone; with an error it broke."""
-
-    def balance(self) -> None:
-        """The side became full, or is full no more."""
-
-
 class ProxySide(asyncio.Protocol):
     """One of the two sockets of a link, named after the direction in which its peer sends.
 
@@ -54,7 +35,7 @@ class ProxySide(asyncio.Protocol):
         is_gone: there is no connection any more.
     """
 
-    def __init__(self, link: SideEvents, direction: TraceDirection) -> None:
+    def __init__(self, link: ProxyLink, direction: TraceDirection) -> None:
         self.is_full = False
         self.has_ended = False
         self.is_gone = False
@@ -169,11 +150,7 @@ class Pair(NamedTuple):
 
 
 class Proxy:
-    """Several listening ports, each with the server behind it.
-
-    Attributes:
-        links: connections now open.
-    """
+    """Several listening ports, each with the server behind it."""
 
     def __init__(
         self,
@@ -183,14 +160,7 @@ class Proxy:
         connect_timeout: float = CONNECT_TIMEOUT,
         max_links: int = MAX_LINKS,
     ) -> None:
-        """Make a proxy that is not listening yet; needs a running loop.
-
-        Args:
-            pairs: where to listen, and where to connect to.
-            relay: decides what happens to the bytes.
-            connect_timeout: for the connection to the server [s].
-            max_links: connections at once, all pairs together.
-        """
+        """Make a proxy that is not listening yet, its time-out in s; needs a running loop."""
         self.links: dict[ProxyLinkId, ProxyLink] = {}
         self.relay = relay
         self.connect_timeout = connect_timeout
@@ -212,11 +182,7 @@ class Proxy:
         return sum(link.unsent for link in self.links.values())
 
     async def start(self) -> list[int]:
-        """Listen on all ports and return them, in the order of the pairs.
-
-        Raises:
-            PeerError: a port cannot be used; nothing is left open then.
-        """
+        """Listen on all ports, return them in order; PeerError, and nothing open, if one fails."""
         ports = []
         for index, pair in enumerate(self._pairs, 1):
             try:

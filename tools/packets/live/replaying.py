@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 from ...console import ExitCode
 from ..console import PeerError
-from .endpoints import Endpoint, in_short
-from .peer import Peer, PeerSilentError
+from .endpoints import Endpoint, Peer, PeerSilentError, in_short
 from .playback import Pace, PlayedSide, Player, RecordedSession
 
 LINGER = 0.2
@@ -28,15 +27,7 @@ _Acceptor = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Awaitable[Non
 
 @dataclass(frozen=True, slots=True)
 class ReplaySummary:
-    """Result of a replay.
-
-    Attributes:
-        sent: packets sent.
-        received: packets that came back and count.
-        differences: how many are not as recorded.
-        first: the first of them in words.
-        failure: why a peer was given up, empty where none was.
-    """
+    """Result of a replay."""
 
     sent: int
     received: int
@@ -58,14 +49,7 @@ class Replay:
     def __init__(
         self, sessions: Sequence[RecordedSession], part: PlayedSide, pace: Pace, within: float
     ) -> None:
-        """Make a replay; needs a running loop.
-
-        Args:
-            sessions: the connections to play.
-            part: which side to play.
-            pace: how fast, and how to compare.
-            within: longest wait for the peer [s].
-        """
+        """Make a replay that waits so long for the peer [s]; needs a running loop."""
         self._sessions = sessions
         self._players = {id(session): Player(session, part, pace) for session in sessions}
         self._part = part
@@ -84,11 +68,7 @@ class Replay:
         return round(self._loop.time() * _NANOSECONDS)
 
     async def play_client(self, targets: dict[int, Endpoint]) -> ReplaySummary:
-        """Connect to the peers and play the client's side.
-
-        Args:
-            targets: the peer for each recorded port.
-        """
+        """Connect to the peers and play the client's side."""
         async with asyncio.TaskGroup() as group:
             for session in self._sessions:
                 group.create_task(self._connect(session, targets[session.port]))
@@ -118,14 +98,7 @@ class Replay:
                 await self._over[id(other)].wait()
 
     async def listen(self, listens: dict[int, Endpoint]) -> dict[int, int]:
-        """Listen, and return the ports in use.
-
-        Args:
-            listens: where to listen for each recorded port.
-
-        Raises:
-            PeerError: a port cannot be used.
-        """
+        """Listen, and return the ports in use; raise PeerError where one cannot be used."""
         for session in self._sessions:
             self._waiting[session.port].append(session)
         ports: dict[int, int] = {}

@@ -12,7 +12,8 @@ import json
 import os
 import signal
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 
 from ...console import complain
 from ..console import PacketToolError
@@ -24,12 +25,7 @@ PROGRESS_PERIOD = 0.5
 
 
 def add_pairs(command: argparse.ArgumentParser, *, required: bool = True) -> None:
-    """Add `--listen`, `--to` and `--json`; `pairs_of` reads the first two.
-
-    Args:
-        command: where to add them.
-        required: False where the command can do something without a pair.
-    """
+    """Add `--listen`, `--to` and `--json`; `pairs_of` reads the first two."""
     command.add_argument(
         "--listen",
         action="append",
@@ -50,11 +46,7 @@ def add_pairs(command: argparse.ArgumentParser, *, required: bool = True) -> Non
 
 
 def pairs_of(arguments: argparse.Namespace) -> list[Pair]:
-    """Return which port leads where.
-
-    Raises:
-        PacketToolError: there are more of the one than of the other.
-    """
+    """Return which port leads where; raise PacketToolError where they do not pair up."""
     listens: Sequence[Endpoint] = arguments.listen or ()
     targets: Sequence[Endpoint] = arguments.to or ()
     if not listens:
@@ -67,15 +59,7 @@ def pairs_of(arguments: argparse.Namespace) -> list[Pair]:
 def say_ready(
     tool: str, pairs: Sequence[Pair], ports: Sequence[int], *, as_json: bool, on_stderr: bool
 ) -> None:
-    """Print the ports in use, once they can be connected to; warn where strangers can.
-
-    Args:
-        tool: name of the tool.
-        pairs: as asked for.
-        ports: the ports in use, in the order of the pairs.
-        as_json: one JSON object instead of words.
-        on_stderr: standard output is taken.
-    """
+    """Print the ports in use, once they can be connected to; warn where strangers can."""
     warn_of_strangers(pair.listen for pair in pairs)
     if as_json:
         ways = [
@@ -120,31 +104,25 @@ def report_loop_errors() -> None:
     asyncio.get_running_loop().set_exception_handler(report)
 
 
-class ProgressLine:
-    """A line on a terminal that is written over and over; nothing where there is no terminal."""
+@contextmanager
+def progress_line(text: Callable[[float], str]) -> Iterator[None]:
+    """Write a line on a terminal over and over while the context lasts; nothing elsewhere.
 
-    def __init__(self, text: Callable[[float], str]) -> None:
-        """Make a line.
+    Its text gets the seconds since it was asked last.
+    """
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield
+        return
 
-        Args:
-            text: what to show; gets the seconds since it was asked last.
-        """
-        self._text = text
-        self._task: asyncio.Task[None] | None = None
-
-    def start(self) -> None:
-        """Show the line from now on."""
-        if sys.stderr is not None and sys.stderr.isatty():
-            self._task = asyncio.get_running_loop().create_task(self._renew())
-
-    async def _renew(self) -> None:
+    async def renew() -> None:
         while True:
             await asyncio.sleep(PROGRESS_PERIOD)
-            sys.stderr.write(f"\r{self._text(PROGRESS_PERIOD)}\x1b[K")
+            sys.stderr.write(f"\r{text(PROGRESS_PERIOD)}\x1b[K")
             sys.stderr.flush()
 
-    def stop(self) -> None:
-        """Leave the line as it is and go to the next."""
-        if self._task is not None:
-            self._task.cancel()
-            sys.stderr.write("\n")
+    task = asyncio.get_running_loop().create_task(renew())
+    try:
+        yield
+    finally:
+        task.cancel()
+        sys.stderr.write("\n")

@@ -45,11 +45,8 @@ _HEADER_KEYS = {"comm": "comm_type", "reply_code": "reply_code"}
 def message_from_words(name: str, words: Sequence[str], codec: Codec) -> Message:
     """Return the message that words describe; fields that are not given are zero.
 
-    Args:
-        name: of the message, its number, or "stop".
-        words: `field=value` each. Arrays are comma lists, filled up with zeros; records are JSON.
-            `comm=topic|request|reply` and `reply_code=N` change the header.
-        codec: knows the messages.
+    Arrays are comma lists, filled up with zeros; records are JSON. `comm=topic|request|reply` and
+    `reply_code=N` change the header.
 
     Raises:
         PacketToolError: no such message or field, or a value that does not fit.

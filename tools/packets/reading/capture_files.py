@@ -31,11 +31,7 @@ _SECOND = 1_000_000_000
 
 
 class CaptureFault(Exception):
-    """A capture file cannot be read on from here.
-
-    Attributes:
-        offset: where in the file, bytes.
-    """
+    """A capture file cannot be read on from here."""
 
     def __init__(self, offset: int, reason: str) -> None:
         super().__init__(reason)
@@ -60,37 +56,24 @@ class CapturedPacket:
 
 
 class Cursor:
-    """Reader of exact sizes that counts its offset.
-
-    Attributes:
-        offset: bytes read so far.
-    """
+    """Reader of exact sizes that counts its offset."""
 
     def __init__(self, stream: BinaryIO, offset: int = 0) -> None:
         self._stream = stream
         self.offset = offset
 
     def take(self, size: int, what: str) -> bytes:
-        """Return so many bytes.
-
-        Raises:
-            CaptureFault: the file ends before; the text says inside what.
-        """
+        """Return so many bytes; CaptureFault, saying inside what, where the file ends before."""
         data = self._stream.read(size)
         if len(data) < size:
             raise CaptureFault(
-                self.offset + len(data),
-                f"the file ends inside {what}: {len(data)} of {size} bytes",
+                self.offset + len(data), f"the file ends inside {what}: {len(data)} of {size} bytes"
             )
         self.offset += size
         return data
 
     def begins(self, size: int, what: str) -> bytes:
-        """Return so many bytes, or none at all where the file has ended.
-
-        Raises:
-            CaptureFault: it ends inside them.
-        """
+        """Return so many bytes, none at the file's end; CaptureFault where it ends inside them."""
         first = self._stream.read(1)
         if not first:
             return b""
@@ -100,10 +83,6 @@ class Cursor:
 
 def read_pcap(stream: BinaryIO, magic: bytes) -> Iterator[CapturedPacket]:
     """Yield the frames of a pcap file, each as soon as it was read.
-
-    Args:
-        stream: the file behind its first four bytes.
-        magic: those four bytes.
 
     Raises:
         CaptureFault: this is no pcap file, or it ends inside a record.
@@ -160,9 +139,6 @@ def read_pcapng(stream: BinaryIO) -> Iterator[CapturedPacket]:
     """Yield the frames of a pcapng file, each as soon as it was read.
 
     A frame of a simple packet block has no time; it gets that of the frame before it.
-
-    Args:
-        stream: the file behind its first four bytes, `MAGIC`.
 
     Raises:
         CaptureFault: a block is none, or the file ends inside one.

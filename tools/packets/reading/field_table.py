@@ -1,6 +1,8 @@
-"""The fields of a message one by one: path, offset in the frame, value, unit, name of the value.
+"""The fields of a message one by one, and a remark on what they mean together.
 
-Everything follows from the declaration of the message. Knows nothing of how fields are shown.
+A field has path, offset in the frame, value, unit and name of the value, all from the declaration.
+Verdicts and addresses of Motoman's have a remark, whose text is the catalogue's and loaded only
+when one is needed. Knows nothing of how fields are shown.
 """
 
 from __future__ import annotations
@@ -9,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from openpendant.simplemsg import Codec, HeaderOnly, Message, Opaque
+from openpendant.simplemsg import motoman as m
 from openpendant.simplemsg.declaration import (
     MASK,
     Array,
@@ -36,7 +39,6 @@ class FieldValue:
     Attributes:
         path: its name, such as `sequence` or `groups[1].positions`.
         offset: of its first byte from the beginning of the frame.
-        field: its declaration.
         value: as decoded; an array of reals is one value.
         label: name of the value, empty where it has none.
     """
@@ -95,3 +97,67 @@ class _Walk:
         else:
             self._offset += self._form.structure({path: field}).size
         return FieldValue(path, offset, field, value, value_name(field, value) or "")
+
+
+_IO_REPLIES = (
+    m.MotomanReadSingleIoReply,
+    m.MotomanWriteSingleIoReply,
+    m.MotomanReadGroupIoReply,
+    m.MotomanWriteGroupIoReply,
+    m.MotomanReadMregisterReply,
+    m.MotomanWriteMregisterReply,
+)
+
+
+def remark_on(message: Message) -> str:
+    """Return meaning and remedy of a verdict that is no success, or what an I/O address names."""
+    match message:
+        case m.MotomanMotionReply() if message.result:
+            return _motion_verdict(message)
+        case _ if isinstance(message, _IO_REPLIES) and message.result_code:
+            return _io_verdict(message.result_code)
+        case m.MotomanReadSingleIo() | m.MotomanWriteSingleIo():
+            return _areas(message.address)
+        case m.MotomanReadGroupIo() | m.MotomanWriteGroupIo():
+            return _areas(10 * message.address)
+    return ""
+
+
+def is_failed_verdict(message: Message) -> bool:
+    """Return True if the body says that a request failed, whatever the header says."""
+    if isinstance(message, m.MotomanMotionReply):
+        return message.result != 0
+    return isinstance(message, _IO_REPLIES) and message.result_code != 0
+
+
+def _motion_verdict(reply: m.MotomanMotionReply) -> str:
+    from openpendant.simplemsg.motoman_catalogue import explain  # most packets need no such text
+
+    told = explain(reply.command, reply.result, reply.subcode)
+    return f"{told.name}: {told.meaning} {told.remedy}"
+
+
+def _io_verdict(number: int) -> str:
+    from openpendant.simplemsg.motoman_catalogue import IO_RESULTS  # as above
+
+    for result, entry in IO_RESULTS.items():
+        if result == number:
+            return f"{result.name}: {entry.cause} {entry.remedy}"
+    return f"result {number}: This result is unknown."
+
+
+def _areas(bit: int) -> str:
+    """Return the purpose of a bit address in words; the models of the controller differ."""
+    from openpendant.simplemsg.motoman_addresses import ControllerModel, area_of  # as above
+
+    models: dict[str, list[str]] = {}
+    for controller in ControllerModel:
+        area = area_of(controller, bit)
+        what = "nothing" if area is None else area.name
+        if area is not None and area.writable:
+            what += " (can be written)"
+        models.setdefault(what, []).append(controller.value)
+    if len(models) == 1:
+        (what,) = models
+        return f"bit {bit}: {what}"
+    return f"bit {bit}: " + "; ".join(f"{what} on {', '.join(on)}" for what, on in models.items())

@@ -16,8 +16,7 @@ from openpendant.simplemsg import CommType
 
 from ..trace import Entry, Event, TraceDirection
 from .field_table import FieldValue, field_values
-from .reader import Reading
-from .wire_form import ALL
+from .reader import ALL, Reading
 
 _NANOSECONDS = 1_000_000_000
 _WAYS = {"to-server": TraceDirection.TO_SERVER, "to-client": TraceDirection.TO_CLIENT}
@@ -43,8 +42,6 @@ class FieldCondition:
     values fits. A packet without the field does not.
 
     Attributes:
-        path: name of the field.
-        sign: one of the comparisons.
         wanted: what to compare with, as written.
     """
 
@@ -54,11 +51,7 @@ class FieldCondition:
 
     @staticmethod
     def parse(text: str) -> FieldCondition:
-        """Return the condition that a text says.
-
-        Raises:
-            argparse.ArgumentTypeError: it says none.
-        """
+        """Return the condition that a text says; ArgumentTypeError where it says none."""
         match = _CONDITION.fullmatch(text)
         if match is None:
             raise argparse.ArgumentTypeError(
@@ -106,20 +99,7 @@ class FieldCondition:
 
 @dataclass(frozen=True, slots=True)
 class Filters:
-    """Conditions of which all must hold; None and empty ones always do.
-
-    Attributes:
-        types: names or numbers of message types.
-        comm: communication type.
-        port: TCP port of the server's end.
-        connection: number of the connection on its port.
-        direction: which way.
-        scenario: name of the part of the trace.
-        since: earliest time [s].
-        until: latest time [s].
-        malformed: only packets that could not be decoded.
-        fields: comparisons of fields.
-    """
+    """Conditions of which all must hold; None and empty ones always do."""
 
     types: tuple[str, ...] = ()
     comm: CommType | None = None

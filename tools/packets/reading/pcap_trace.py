@@ -13,8 +13,17 @@ from openpendant.simplemsg.framing import HEADER_SIZE, Cut, Mode, Splitter
 
 from ..trace import LONGEST_TRACE, Entry, Event, Packet, TraceDirection
 from .capture_files import CapturedPacket, CaptureFault
-from .link_layers import LINK_TYPES, Flag, NoSegment, TcpEndpoint, TcpSegment, segment_of
-from .tcp_streams import MissingBytes, Piece, StreamReassembly
+from .tcp_streams import (
+    LINK_TYPES,
+    Flag,
+    MissingBytes,
+    NoSegment,
+    Piece,
+    StreamReassembly,
+    TcpEndpoint,
+    TcpSegment,
+    segment_of,
+)
 
 _LONGEST_TRACE_NS = LONGEST_TRACE * 1_000_000_000
 
@@ -33,9 +42,6 @@ def entries_of(frames: Iterable[CapturedPacket]) -> Iterator[Entry]:
 
     The first frame of the capture is at time 0. A packet has the time of the segment that completed
     it. What could not be read is told as events: lost segments, strange interfaces, fragments.
-
-    Args:
-        frames: in the order of the capture.
 
     Raises:
         CaptureFault: the capture breaks off (what came before was given), or none of its frames
@@ -126,9 +132,7 @@ class _Connection:
     capture may be other traffic.
 
     Attributes:
-        about: both ends.
         closed: true when both ends said their last; later segments are ignored.
-        told: True once the reader has had it.
         carried: whether it carried any bytes.
     """
 

@@ -1,15 +1,21 @@
 """Packets of a trace, read: their messages, and which request each reply answers.
 
 Owns, for each connection, the byte order and the requests that wait for a reply: replies answer
-them in order, topics never. Reads packets one after the other and keeps a bounded amount.
+them in order, topics never; and the options that state the wire form. Reads packets one after the
+other and keeps a bounded amount.
 """
 
 from __future__ import annotations
 
+import argparse
 from collections import deque
 from dataclasses import dataclass, field
 
 from openpendant.simplemsg import (
+    DIALECTS,
+    MOTOMAN,
+    PENDANT,
+    STANDARD,
     ByteOrder,
     Codec,
     CommType,
@@ -20,6 +26,7 @@ from openpendant.simplemsg import (
 )
 from openpendant.simplemsg.framing import HEADER_SIZE, Frame, detect_byte_order
 
+from ..console import ORDERS
 from ..trace import Entry, Event, Packet, TraceDirection
 
 MAX_CONVERSATIONS = 4_096
@@ -37,8 +44,6 @@ class Reading:
 
     Attributes:
         number: place among the packets of the trace, from 1.
-        packet: as it travelled.
-        codec: what it was read with.
         header: the frame, None where it is shorter than a header.
         message: None where it is malformed.
         fault: why it is malformed, empty where it is not.
@@ -77,13 +82,7 @@ class Reader:
     """Reads the packets of a trace one after the other."""
 
     def __init__(self, dialect: Dialect, order: ByteOrder | None, real_size: int) -> None:
-        """Make a reader.
-
-        Args:
-            dialect: the messages to know.
-            order: the byte order of all connections; None detects it for each.
-            real_size: bytes of a real, 4 or 8.
-        """
+        """Make a reader; an order of None is detected for each connection."""
         self._dialect = dialect
         self._order = order
         self._real_size = real_size
@@ -155,3 +154,49 @@ def _other(direction: TraceDirection) -> TraceDirection:
         if direction is TraceDirection.TO_SERVER
         else TraceDirection.TO_SERVER
     )
+
+
+def _every_message() -> tuple[type[Message], ...]:
+    known = STANDARD.messages + MOTOMAN.messages + PENDANT.messages
+    return tuple(dict.fromkeys(known))
+
+
+ALL = Dialect("all", _every_message())
+"""Every message that any dialect knows."""
+
+READABLE = {**DIALECTS, ALL.name: ALL}
+
+
+def add_reading_form(
+    command: argparse.ArgumentParser, *, dialect: str | None = None, order: str | None = None
+) -> None:
+    """Add `--order`, `--real` and `--dialect`; a default of None leaves it to the input."""
+    command.add_argument(
+        "--order",
+        choices=ORDERS,
+        default=order,
+        help=f"byte order (default: {order or 'detected; little for hexadecimal lines'})",
+    )
+    command.add_argument(
+        "--real", type=int, choices=(4, 8), default=4, help="bytes of a real (default: 4)"
+    )
+    command.add_argument(
+        "--dialect",
+        choices=READABLE,
+        default=dialect,
+        help=f"messages to know (default: {dialect or 'all; standard for hexadecimal lines'})",
+    )
+
+
+def codec_of(arguments: argparse.Namespace) -> Codec:
+    """Return the codec for hexadecimal lines; little-endian and standard unless told otherwise."""
+    order = ORDERS[arguments.order] if arguments.order else ByteOrder.LITTLE
+    dialect = READABLE[arguments.dialect] if arguments.dialect else STANDARD
+    return codec_for(dialect, order, arguments.real)
+
+
+def reader_of(arguments: argparse.Namespace) -> Reader:
+    """Return the reader for a trace; it detects byte orders and knows all unless told otherwise."""
+    order = ORDERS[arguments.order] if arguments.order else None
+    dialect = READABLE[arguments.dialect] if arguments.dialect else ALL
+    return Reader(dialect, order, arguments.real)

@@ -16,13 +16,12 @@ from typing import Any, BinaryIO
 
 from openpendant.simplemsg.errors import shown
 
-from ..console import PacketToolError
+from ..console import LineError, PacketToolError, lines_of, text_of
 from ..trace import FORMAT, MAX_ENTRY, Entry, EntryError, entry_from_json
 from .capture_files import MAGIC as PCAPNG_MAGIC
 from .capture_files import MAGICS as PCAP_MAGICS
 from .capture_files import CaptureFault, read_pcap, read_pcapng
 from .pcap_trace import entries_of
-from .text_lines import LineError, lines_of, text_of
 
 MAX_CAPTURE = 64 * 1024 * 1024
 """Largest capture list, bytes: JSON arrays are read whole."""
@@ -103,14 +102,7 @@ def _kind_of(lead: bytes) -> FileKind | None:
 
 
 def read_trace(source: Path | BinaryIO, kind: FileKind | None = None) -> Iterator[Entry]:
-    """Yield the entries of a trace file in their order.
-
-    Args:
-        source: the file, or a stream of bytes (which stays open).
-        kind: what it holds; None looks at its content. `PCAP` is pcap or pcapng.
-
-    Yields:
-        Entries, each as soon as it is complete.
+    """Yield the entries of a trace file in their order, each as soon as it is complete.
 
     Raises:
         TraceFileError: this is no trace, or is one no further; what came before was given.

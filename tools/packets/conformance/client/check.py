@@ -11,11 +11,24 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
-from ..check import Check, Register, TestedRole
-from ..findings import PASSED, CheckFinding, deviates, failed, not_applicable
-from .reports import ReportHistory
-from .trace import ClientTrace
-from .trajectories import Motions
+from openpendant.simplemsg import MOTOMAN
+
+from ..check import (
+    PASSED,
+    CannotJudge,
+    Check,
+    CheckFinding,
+    Register,
+    Section,
+    TestedRole,
+    deviates,
+    failed,
+    not_applicable,
+)
+from .trace import ClientTrace, ReportHistory
+from .trajectories import Motions, SentPoint, SentTrajectory
+
+NO_TRAJECTORY = "the client sent no trajectory"
 
 _SHOWN = 3
 """Observations told in full; the rest is counted."""
@@ -23,12 +36,7 @@ _SHOWN = 3
 
 @dataclass(frozen=True, slots=True)
 class Habit:
-    """A departure from the rule that a known program is known for.
-
-    Attributes:
-        name: the program and what it does.
-        detail: what was seen.
-    """
+    """A departure from the rule that a known program is known for."""
 
     name: str
     detail: str
@@ -40,28 +48,23 @@ Problem = str | Habit
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """All that a check may look at.
-
-    Attributes:
-        trace: the packets and connections.
-        motions: what the client asked the robot to do.
-        reports: what the controller told of itself.
-    """
+    """All that a check may look at."""
 
     trace: ClientTrace
     motions: Motions
     reports: ReportHistory
 
+    def points(self) -> list[SentPoint]:
+        """Return all points of all trajectories."""
+        return self.motions.steps
 
-Judge = Callable[[Observed], CheckFinding]
+    def trajectories(self) -> list[SentTrajectory]:
+        """Return all trajectories."""
+        return self.motions.trajectories
 
-
-ClientCheck = Check[Judge]
-
-REGISTER: Register[Judge] = Register(TestedRole.CLIENT)
-
-client_check = REGISTER.add
-"""Registers a check on clients; see `Register.add`."""
+    def full_trajectories(self) -> list[SentTrajectory]:
+        """Return the trajectories that begin with a point of type 14 or 2016."""
+        return [item for item in self.motions.trajectories if item.steps[0].is_full]
 
 
 class Located(Protocol):
@@ -75,11 +78,7 @@ class Located(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """A time at which something could have been sent, but was not.
-
-    Attributes:
-        time: since the start of the trace [ns].
-    """
+    """A time at which something could have been sent, but was not."""
 
     time: int
 
@@ -89,55 +88,69 @@ class Moment:
         return f"at {self.time / 1e9:.3f} s"
 
 
+Observation = tuple[Located, Problem | None]
+Judge = Callable[[Observed], CheckFinding]
+ClientCheck = Check[Judge]
+
+REGISTER: Register[Judge] = Register(TestedRole.CLIENT)
+
 _Item = TypeVar("_Item", bound=Located)
 
 
-class Tally:
-    """Observations of one check, on their way to a finding."""
+def client_check(
+    number: str, nothing: str
+) -> Callable[[Callable[[Observed], Iterable[Observation]]], Judge]:
+    """Register a check that yields what it looks at, each with what is wrong with it.
 
-    def __init__(self) -> None:
-        """Make a tally that has looked at nothing yet."""
-        self._looked = 0
-        self._broken: list[str] = []
-        self._habits: dict[str, list[str]] = {}
+    A check of the Motoman section applies in that dialect only.
+    """
+    is_motoman = number.startswith(Section.MOTOMAN.value)
 
-    def look(self, item: Located, problem: Problem | None) -> None:
-        """Note that something was looked at, and what was wrong with it."""
-        self._looked += 1
+    def register(look: Callable[[Observed], Iterable[Observation]]) -> Judge:
+        def judge(seen: Observed) -> CheckFinding:
+            if is_motoman and seen.trace.setup.dialect is not MOTOMAN:
+                return not_applicable("not the Motoman dialect")
+            try:
+                return finding_of(look(seen), nothing)
+            except CannotJudge as error:
+                return not_applicable(str(error))
+
+        return REGISTER.add(number)(judge)
+
+    return register
+
+
+def rule_check(
+    number: str, items: Callable[[Observed], Iterable[_Item]], nothing: str
+) -> Callable[[Callable[[_Item, Observed], Problem | None]], Judge]:
+    """Register a rule: what is wrong with one of some things, None for nothing."""
+
+    def register(rule: Callable[[_Item, Observed], Problem | None]) -> Judge:
+        return client_check(number, nothing)(
+            lambda seen: ((item, rule(item, seen)) for item in items(seen))
+        )
+
+    return register
+
+
+def finding_of(observations: Iterable[Observation], nothing: str) -> CheckFinding:
+    """Return what all observations of one check come to."""
+    looked = False
+    broken: list[str] = []
+    habits: dict[str, list[str]] = {}
+    for item, problem in observations:
+        looked = True
         match problem:
             case Habit(name=name, detail=detail):
-                self._habits.setdefault(name, []).append(f"{item.where}: {detail}")
+                habits.setdefault(name, []).append(f"{item.where}: {detail}")
             case str():
-                self._broken.append(f"{item.where}: {problem}")
-
-    def finding(self, nothing: str) -> CheckFinding:
-        """Return what all of it comes to.
-
-        Args:
-            nothing: why the check is not applicable where nothing was looked at.
-        """
-        if self._broken:
-            return failed(_listed(self._broken))
-        if self._habits:
-            seen = [line for lines in self._habits.values() for line in lines]
-            return deviates("; ".join(self._habits), _listed(seen))
-        return PASSED if self._looked else not_applicable(nothing)
-
-
-def each(
-    items: Iterable[_Item], rule: Callable[[_Item], Problem | None], nothing: str
-) -> CheckFinding:
-    """Judge things one by one.
-
-    Args:
-        items: what to look at.
-        rule: what is wrong with one of them; None for nothing.
-        nothing: why the check is not applicable where there are none.
-    """
-    tally = Tally()
-    for item in items:
-        tally.look(item, rule(item))
-    return tally.finding(nothing)
+                broken.append(f"{item.where}: {problem}")
+    if broken:
+        return failed(_listed(broken))
+    if habits:
+        seen = [line for lines in habits.values() for line in lines]
+        return deviates("; ".join(habits), _listed(seen))
+    return PASSED if looked else not_applicable(nothing)
 
 
 def _listed(lines: list[str]) -> str:

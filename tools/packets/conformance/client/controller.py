@@ -1,28 +1,32 @@
 """Scripted robot controller: correct in everything but the one mutation of a scenario.
 
-Owns when something is answered or reported, and the trace of it all. Pure: bytes and times in,
-actions out; the shell (`live`) owns sockets and the clock, `messages` the contents.
+Owns when something is answered or reported, the trace of it all, and where its robot is: no
+emulator, since the judge looks at what the client sent, not at how well it can be followed. Pure:
+bytes and times in, actions out; the shell (`live`) owns sockets and the clock, `messages` the
+contents.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import Enum
 
 from openpendant.simplemsg import (
+    JOINT_SLOTS,
     ByteOrder,
     CommType,
     Message,
     ProtocolError,
     Status,
     codec_for,
+    joint_array,
 )
 from openpendant.simplemsg.framing import Mode, Splitter
 
 from ...trace import Entry, Event, Packet, TraceDirection
-from .actions import Act, Action, ClientLinkId, DelayedPieces, Do, Write
 from .messages import ControllerMessages
-from .robot import Drive, FollowingRobot
-from .scenarios import Mutation, Scenario
 from .setup import (
     CLIENT_CLOSED,
     CONNECTED,
@@ -31,10 +35,169 @@ from .setup import (
     SERVER_CLOSED,
     SERVER_RESET,
     WRITES_OBSERVED,
+    Mutation,
     Purpose,
+    Scenario,
     Setup,
 )
-from .trajectories import is_stop, parts_of
+from .trajectories import BEGINNINGS, GroupPoint, is_stop, parts_of
+
+
+class Act(Enum):
+    """Action of the shell other than a write."""
+
+    CLOSE = "close the connection"
+    RESET = "reset the connection"
+    AWAY = "close all connections and stop listening"
+    BACK = "listen again"
+
+
+@dataclass(frozen=True, slots=True)
+class ClientLinkId:
+    """A connection to the controller.
+
+    Attributes:
+        port: our TCP port.
+        number: number of the connection on that port, from 1.
+    """
+
+    purpose: Purpose
+    port: int
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    """Write bytes in one piece."""
+
+    link: ClientLinkId
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Do:
+    """Do something to a connection, or to all where it is None."""
+
+    act: Act
+    link: ClientLinkId | None = None
+
+
+Action = Write | Do
+
+
+@dataclass(order=True)
+class Piece:
+    """Bytes that leave later.
+
+    Attributes:
+        due: when [ns].
+        number: keeps the order among pieces of one time.
+        frame: the whole frame that this piece completes; empty where it completes none.
+    """
+
+    due: int
+    number: int
+    link: ClientLinkId = field(compare=False)
+    data: bytes = field(compare=False)
+    frame: bytes = field(compare=False, default=b"")
+
+
+class DelayedPieces:
+    """Pieces that leave later, those of one connection in the order in which they were put off."""
+
+    def __init__(self) -> None:
+        self._pieces: list[Piece] = []
+        self._count = 0
+
+    def add(self, link: ClientLinkId, due: int, data: bytes, frame: bytes = b"") -> None:
+        """Put a piece off."""
+        self._count += 1
+        self._pieces.append(Piece(due, self._count, link, data, frame))
+
+    def after(self, link: ClientLinkId, now: int) -> int:
+        """Return when a connection is free again [ns]: now, or behind its last piece."""
+        return max((piece.due + 1 for piece in self._pieces if piece.link == link), default=now)
+
+    def take_due(self, now: int) -> list[Piece]:
+        """Remove and return what is due, in order."""
+        due = sorted(piece for piece in self._pieces if piece.due <= now)
+        self._pieces = [piece for piece in self._pieces if piece.due > now]
+        return due
+
+    def times(self) -> list[int]:
+        """Return when something is due [ns]."""
+        return [piece.due for piece in self._pieces]
+
+
+SAME_PLACE = 1e-3
+"""A robot this close to a point is there [rad or m]."""
+
+
+class Drive(Enum):
+    """State of the robot's drive."""
+
+    ON = "it follows"
+    STOPPED = "an emergency stop holds it"
+
+
+@dataclass(frozen=True, slots=True)
+class _Target:
+    time: int
+    positions: tuple[float, ...]
+
+
+def _is_finite(part: GroupPoint) -> bool:
+    """Return True if a point can be followed at all; the judge says what is wrong with it."""
+    return all(map(math.isfinite, (*part.positions, part.time or 0.0, part.duration or 0.0)))
+
+
+class FollowingRobot:
+    """The robot's first group; others follow unseen."""
+
+    def __init__(self, positions: tuple[float, ...]) -> None:
+        """Put the robot somewhere; missing joints stand at 0."""
+        self.drive = Drive.ON
+        self._start = _Target(0, joint_array(positions[:JOINT_SLOTS]))
+        self._targets: list[_Target] = []
+        self._began = 0
+
+    def follow(self, sequence: int, part: GroupPoint, now: int) -> None:
+        """Take a point as the next target."""
+        if self.drive is Drive.STOPPED or not _is_finite(part):
+            return
+        if sequence in BEGINNINGS:
+            self.stop(now)
+            self._began = now
+        if part.time is not None:
+            due = self._began + round(part.time * 1e9)
+        else:
+            here = self._targets[-1] if self._targets else _Target(now, self.at(now))
+            gap = max(abs(a - b) for a, b in zip(here.positions, part.positions, strict=True))
+            # The stock client gives its first point 10 s, wherever the robot stands.
+            rests = sequence in BEGINNINGS and gap <= SAME_PLACE
+            due = max(here.time, now) + (0 if rests else round((part.duration or 0.0) * 1e9))
+        self._targets.append(_Target(due, part.positions))
+
+    def stop(self, now: int) -> None:
+        """Stand still where it is and forget all targets."""
+        self._start = _Target(now, self.at(now))
+        self._targets.clear()
+
+    def at(self, now: int) -> tuple[float, ...]:
+        """Return where it is, (10,) [rad or m]."""
+        before = self._start
+        for target in self._targets:
+            if now < target.time:
+                share = (now - before.time) / (target.time - before.time)
+                pairs = zip(before.positions, target.positions, strict=True)
+                return tuple(a + max(0.0, share) * (b - a) for a, b in pairs)
+            before = target
+        return before.positions
+
+    def moves(self, now: int) -> bool:
+        """Return True if a target lies ahead."""
+        return bool(self._targets) and now < self._targets[-1].time
+
 
 REPORT_PERIOD_NS = 25_000_000
 BYTE_PAUSE_NS = 500_000
@@ -61,14 +224,7 @@ class ScriptedController:
     def __init__(
         self, setup: Setup, positions: Sequence[float] = (), *, at_point: int = 1, now: int = 0
     ) -> None:
-        """Make a controller nobody is connected to.
-
-        Args:
-            setup: dialect, byte order and width of reals.
-            positions: where the robot stands.
-            at_point: index of the point at which a scenario makes its change.
-            now: monotonic time [ns].
-        """
+        """Make a controller nobody is connected to: positions [rad or m], now [ns]."""
         self.trace: list[Entry] = []
         self.began: int | None = None
         self.mutated_at: int | None = None

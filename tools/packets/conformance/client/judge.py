@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from ...trace import Entry
-from ..check import Result
-from ..findings import (
+from ..check import (
     PASSED,
     CheckFinding,
     CheckVerdict,
+    Result,
     Section,
     deviates,
     failed,
@@ -21,19 +21,16 @@ from ..findings import (
 )
 from . import (  # noqa: F401 - they register themselves
     framing,
-    headers,
     limits,
     link,
     motion,
     motoman,
     replies,
-    status,
     stop,
 )
 from .check import REGISTER, ClientCheck, Observed
-from .reports import ReportHistory
 from .setup import Setup
-from .trace import ClientTrace
+from .trace import ClientTrace, ReportHistory
 from .trajectories import motions_of
 
 CHECKS = REGISTER.in_order(Section)
@@ -43,16 +40,7 @@ CHECKS = REGISTER.in_order(Section)
 def judge_scenario(
     entries: Sequence[Entry], setup: Setup, checks: Iterable[ClientCheck] = CHECKS
 ) -> dict[str, CheckFinding]:
-    """Judge one scenario.
-
-    Args:
-        entries: its packets and events, in order of time.
-        setup: what is known of the controller.
-        checks: those to run.
-
-    Returns:
-        The finding of each of them by its number.
-    """
+    """Judge one scenario."""
     trace = ClientTrace(entries, setup)
     seen = Observed(trace, motions_of(trace), ReportHistory(trace))
     return {check.number: check.judge(seen) for check in checks}
@@ -71,15 +59,9 @@ def results_of(findings: Mapping[str, Mapping[str, CheckFinding]]) -> tuple[Resu
 
     The worst finding counts: one failure fails, one habit makes it deviate, and it passed only
     where some scenario gave it something to look at.
-
-    Args:
-        findings: by scenario, then by number of the check.
     """
     return tuple(
-        Result(
-            check,
-            _together({name: found[check.number] for name, found in findings.items()}),
-        )
+        Result(check, _together({name: found[check.number] for name, found in findings.items()}))
         for check in CHECKS
     )
 

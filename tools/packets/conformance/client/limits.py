@@ -6,17 +6,14 @@ The velocities of full points, too: at rest at both ends, leading along the way 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import MOTOMAN, JointTraj, MsgType, TriState, ValidField
 
-from ..findings import CheckFinding, not_applicable
-from .check import Habit, Observed, Problem, Tally, client_check, each
+from ..check import CannotJudge
+from .check import NO_TRAJECTORY, Habit, Observation, Observed, Problem, client_check, rule_check
 from .trajectories import GroupPoint, PointAnswer, SentPoint, SentTrajectory
-
-NO_LIMITS = "the robot was not told"
-NO_TRAJECTORY = "the client sent no trajectory"
 
 PLAUSIBLE_SPEED = 4 * math.pi
 """No joint of a known industrial robot is faster [rad/s or m/s]."""
@@ -33,19 +30,24 @@ START_TOLERANCE = 0.01
 MOTOMAN_START_TOLERANCE = 1e-3
 """The same for Motoman controllers, which take 30 pulses [rad or m]."""
 
+LEAST_WAY = 0.01
+"""A joint that goes less far, over all, is not judged by its velocities [rad or m]."""
 
-@client_check("LC01")
-def finite(seen: Observed) -> CheckFinding:
-    """Look at each real of each point."""
+LEAST_SHARE, LARGEST_SHARE = -0.25, 2.0
+"""What velocities add up to, over the way: 0 where each point is a stop, 1.5 in the steepest cubic
+without overshoot."""
 
-    def rule(step: SentPoint) -> Problem | None:
-        for part in step.parts:
-            for value in _numbers(part):
-                if not math.isfinite(value):
-                    return f"{value} at sequence {step.sequence}"
-        return None
+ENDED_FOR_NS = 1_000_000_000
+"""A trajectory without another point for so long is over."""
 
-    return each(seen.motions.steps, rule, NO_TRAJECTORY)
+
+@rule_check("LC01", Observed.points, NO_TRAJECTORY)
+def _finite(step: SentPoint, _: Observed) -> Problem | None:
+    for part in step.parts:
+        for value in _numbers(part):
+            if not math.isfinite(value):
+                return f"{value} at sequence {step.sequence}"
+    return None
 
 
 def _numbers(part: GroupPoint) -> Iterator[float]:
@@ -57,42 +59,37 @@ def _numbers(part: GroupPoint) -> Iterator[float]:
             yield value
 
 
-@client_check("LC02")
-def positions(seen: Observed) -> CheckFinding:
-    """Compare each position with the limits of its joint."""
+def _within_limits(number: str, outside: Callable[[JointLimits, GroupPoint], str | None]) -> None:
+    """Register a check that compares each group of each point with the robot's limits."""
 
-    def outside(limits: JointLimits, part: GroupPoint) -> str | None:
-        for joint, value in enumerate(part.positions[: limits.dof]):
-            lower, upper = limits.lower[joint], limits.upper[joint]
-            if not lower - ROUNDING <= value <= upper + ROUNDING:
-                return f"joint {joint + 1} at {value:g}, limits {lower:g} to {upper:g}"
+    @client_check(number, NO_TRAJECTORY)
+    def look(seen: Observed) -> Iterable[Observation]:
+        limits = seen.trace.setup.limits
+        if limits is None:
+            raise CannotJudge("the robot was not told")
+        for step in seen.points():
+            found = (outside(limits, part) for part in step.parts)
+            yield step, next((text for text in found if text is not None), None)
+
+
+def _position_outside(limits: JointLimits, part: GroupPoint) -> str | None:
+    for joint, value in enumerate(part.positions[: limits.dof]):
+        lower, upper = limits.lower[joint], limits.upper[joint]
+        if not lower - ROUNDING <= value <= upper + ROUNDING:
+            return f"joint {joint + 1} at {value:g}, limits {lower:g} to {upper:g}"
+    return None
+
+
+def _velocity_outside(limits: JointLimits, part: GroupPoint) -> str | None:
+    if not part.valid & ValidField.VELOCITY:
         return None
-
-    return _against_limits(seen, outside)
-
-
-@client_check("LC03")
-def velocities(seen: Observed) -> CheckFinding:
-    """Compare each velocity with the limit of its joint."""
-
-    def outside(limits: JointLimits, part: GroupPoint) -> str | None:
-        if not part.valid & ValidField.VELOCITY:
-            return None
-        return _beyond(part.velocities, limits.velocity, "moves with")
-
-    return _against_limits(seen, outside)
+    return _beyond(part.velocities, limits.velocity, "moves with")
 
 
-@client_check("LC04")
-def accelerations(seen: Observed) -> CheckFinding:
-    """Compare each acceleration with the limit of its joint."""
-
-    def outside(limits: JointLimits, part: GroupPoint) -> str | None:
-        if not part.valid & ValidField.ACCELERATION:
-            return None
-        return _beyond(part.accelerations, limits.acceleration, "accelerates with")
-
-    return _against_limits(seen, outside)
+def _acceleration_outside(limits: JointLimits, part: GroupPoint) -> str | None:
+    if not part.valid & ValidField.ACCELERATION:
+        return None
+    return _beyond(part.accelerations, limits.acceleration, "accelerates with")
 
 
 def _beyond(values: Sequence[float], most: Sequence[float], verb: str) -> str | None:
@@ -102,33 +99,20 @@ def _beyond(values: Sequence[float], most: Sequence[float], verb: str) -> str | 
     return None
 
 
-def _against_limits(
-    seen: Observed, outside: Callable[[JointLimits, GroupPoint], str | None]
-) -> CheckFinding:
-    limits = seen.trace.setup.limits
-    if limits is None:
-        return not_applicable(NO_LIMITS)
-
-    def rule(step: SentPoint) -> Problem | None:
-        found = (outside(limits, part) for part in step.parts)
-        return next((text for text in found if text is not None), None)
-
-    return each(seen.motions.steps, rule, NO_TRAJECTORY)
+_within_limits("LC02", _position_outside)
+_within_limits("LC03", _velocity_outside)
+_within_limits("LC04", _acceleration_outside)
 
 
-@client_check("LC05")
-def speed_between_points(seen: Observed) -> CheckFinding:
-    """Compare the way between two points with the time between them."""
-    limits = seen.trace.setup.limits
-    tally = Tally()
+@client_check("LC05", "no two points with a time between them")
+def _speed_between_points(seen: Observed) -> Iterable[Observation]:
     for trajectory in seen.motions.trajectories:
         for before, after in trajectory.pairs:
             for one, other in zip(before.parts, after.parts, strict=False):
                 duration = _between(one, other)
                 if duration is not None and duration > 0:
-                    problem = _too_fast(one.positions, other.positions, duration, limits)
-                    tally.look(after, problem)
-    return tally.finding("no two points with a time between them")
+                    limits = seen.trace.setup.limits
+                    yield after, _too_fast(one.positions, other.positions, duration, limits)
 
 
 def _between(one: GroupPoint, other: GroupPoint) -> float | None:
@@ -149,105 +133,66 @@ def _too_fast(
     return None
 
 
-@client_check("LC06")
-def starts_where_it_stands(seen: Observed) -> CheckFinding:
-    """Compare each first point with the robot's last report."""
-    tolerance = START_TOLERANCE
-    if seen.trace.setup.dialect is MOTOMAN:
-        tolerance = MOTOMAN_START_TOLERANCE
-    tally = Tally()
+@client_check("LC06", "no trajectory began after a report of where the robot stands")
+def _starts_where_it_stands(seen: Observed) -> Iterable[Observation]:
     for trajectory in seen.motions.trajectories:
         first = trajectory.steps[0]
         for part in first.parts:
             places = seen.reports.places(first.frame.time, part.group)
             if places:
-                tally.look(first, _start(first, part, places, tolerance, seen))
-    return tally.finding("no trajectory began after a report of where the robot stands")
+                yield first, _start(part, places, seen)
 
 
-def _start(
-    step: SentPoint,
-    part: GroupPoint,
-    places: list[tuple[float, ...]],
-    tolerance: float,
-    seen: Observed,
-) -> Problem | None:
+def _start(part: GroupPoint, places: list[tuple[float, ...]], seen: Observed) -> Problem | None:
     def distance(place: Sequence[float]) -> float:
         gaps = (abs(a - b) for a, b in zip(place, part.positions, strict=True))
         return max((math.inf if math.isnan(gap) else gap for gap in gaps), default=0.0)
 
+    setup = seen.trace.setup
     nearest = min(places, key=distance)
     gap = distance(nearest)
-    if gap <= tolerance:
+    if gap <= (MOTOMAN_START_TOLERANCE if setup.dialect is MOTOMAN else START_TOLERANCE):
         return None
     text = f"the first point is {gap:g} away from the robot"
     if part.duration is None:
         return text
-    if _too_fast(nearest, part.positions, part.duration, seen.trace.setup.limits):
+    if _too_fast(nearest, part.positions, part.duration, setup.limits):
         return f"{text}, and has only {part.duration:g} s"
     name = "industrial_robot_client: the start is not compared with where the robot stands"
     return Habit(name, f"{text}, with {part.duration:g} s to get there")
 
 
-@client_check("LC08")
-def no_joint_traj(seen: Observed) -> CheckFinding:
-    """Look for JOINT_TRAJ."""
-
-    def is_motion(message: object) -> bool:
-        return isinstance(message, JointTraj)
-
-    asked = [frame for frame in seen.trace.sent if frame.message is not None]
-    moving = [frame for frame in asked if is_motion(frame.message)]
-    steps = [step.frame for step in seen.motions.steps]
-    return each(
-        sorted([*moving, *steps], key=lambda frame: frame.number),
-        lambda frame: "JOINT_TRAJ, type 12" if is_motion(frame.message) else None,
-        NO_TRAJECTORY,
-    )
+@client_check("LC08", NO_TRAJECTORY)
+def _no_joint_traj(seen: Observed) -> Iterable[Observation]:
+    whole = [frame for frame in seen.trace.sent if isinstance(frame.message, JointTraj)]
+    steps = [step.frame for step in seen.points()]
+    for frame in sorted([*whole, *steps], key=lambda frame: frame.number):
+        is_whole = isinstance(frame.message, JointTraj)
+        yield frame, "JOINT_TRAJ, type 12" if is_whole else None
 
 
-LEAST_WAY = 0.01
-"""A joint that goes less far, over all, is not judged by its velocities [rad or m]."""
-
-LEAST_SHARE, LARGEST_SHARE = -0.25, 2.0
-"""What velocities add up to, over the way: 0 where each point is a stop, 1.5 in the steepest cubic
-without overshoot."""
-
-ENDED_FOR_NS = 1_000_000_000
-"""A trajectory without another point for so long is over."""
-
-
-@client_check("LC07")
-def starts_at_rest(seen: Observed) -> CheckFinding:
-    """Look at the velocities of each first point."""
-    is_motoman = seen.trace.setup.dialect is MOTOMAN
-
-    def rule(trajectory: SentTrajectory) -> Problem | None:
-        for part in trajectory.steps[0].parts:
-            fastest = max(map(abs, part.velocities), default=0.0)
-            if part.valid & ValidField.VELOCITY and not fastest <= ROUNDING:
-                text = f"it begins with a velocity of {fastest:g}"
-                name = "motoman_driver: the velocity of the first point is passed on as it is"
-                return Habit(name, text) if is_motoman else text
-        return None
-
-    full = [
-        item
-        for item in seen.motions.trajectories
-        if item.steps[0].frame.msg_type != MsgType.JOINT_TRAJ_PT
-    ]
-    return each(full, rule, "the client sent no point of type 14 or 2016")
+def _at_rest(step: SentPoint, seen: Observed, verb: str, which: str) -> Problem | None:
+    """Return what is wrong with the velocities of the first or last point of a trajectory."""
+    for part in step.parts:
+        fastest = max(map(abs, part.velocities), default=0.0)
+        if part.valid & ValidField.VELOCITY and not fastest <= ROUNDING:
+            text = f"it {verb} with a velocity of {fastest:g}"
+            name = f"motoman_driver: the velocity of the {which} point is passed on as it is"
+            return Habit(name, text) if seen.trace.setup.dialect is MOTOMAN else text
+    return None
 
 
-@client_check("LC09")
-def velocities_lead_there(seen: Observed) -> CheckFinding:
-    """Compare what the velocities of a trajectory add up to with its way, joint by joint."""
-    tally = Tally()
+@rule_check("LC07", Observed.full_trajectories, "the client sent no point of type 14 or 2016")
+def _starts_at_rest(trajectory: SentTrajectory, seen: Observed) -> Problem | None:
+    return _at_rest(trajectory.steps[0], seen, "begins", "first")
+
+
+@client_check("LC09", "no full trajectory with velocities has a way to go")
+def _velocities_lead_there(seen: Observed) -> Iterable[Observation]:
     for trajectory in seen.motions.trajectories:
         problem = _misled(trajectory)
         if problem is not None:
-            tally.look(trajectory, problem or None)
-    return tally.finding("no full trajectory with velocities has a way to go")
+            yield trajectory, problem or None
 
 
 def _misled(trajectory: SentTrajectory) -> str | None:
@@ -283,22 +228,13 @@ def _led_and_went(one: GroupPoint, other: GroupPoint) -> Iterator[tuple[int, flo
             yield joint, led, went
 
 
-@client_check("LC10")
-def ends_at_rest(seen: Observed) -> CheckFinding:
-    """Look at the velocities of the last point of what nothing cut short."""
-    is_motoman = seen.trace.setup.dialect is MOTOMAN
+def _whole_trajectories(seen: Observed) -> list[SentTrajectory]:
+    return [item for item in seen.trajectories() if _is_whole(item, seen)]
 
-    def rule(trajectory: SentTrajectory) -> Problem | None:
-        for part in trajectory.steps[-1].parts:
-            fastest = max(map(abs, part.velocities), default=0.0)
-            if part.valid & ValidField.VELOCITY and not fastest <= ROUNDING:
-                text = f"it ends with a velocity of {fastest:g}"
-                name = "motoman_driver: the velocity of the last point is passed on as it is"
-                return Habit(name, text) if is_motoman else text
-        return None
 
-    whole = [item for item in seen.motions.trajectories if _is_whole(item, seen)]
-    return each(whole, rule, "no full trajectory was seen to its end")
+@rule_check("LC10", _whole_trajectories, "no full trajectory was seen to its end")
+def _ends_at_rest(trajectory: SentTrajectory, seen: Observed) -> Problem | None:
+    return _at_rest(trajectory.steps[-1], seen, "ends", "last")
 
 
 def _is_whole(trajectory: SentTrajectory, seen: Observed) -> bool:

@@ -16,10 +16,8 @@ from functools import partial
 from ...console import PacketToolError
 from ...live.endpoints import in_short
 from ...trace import Entry
-from .actions import Act, Action, ClientLinkId, Do, Write
-from .controller import ScriptedController
-from .scenarios import Mutation, Scenario
-from .setup import TRIGGERED, Purpose
+from .controller import Act, Action, ClientLinkId, Do, ScriptedController, Write
+from .setup import TRIGGERED, Mutation, Purpose, Scenario
 
 LEAD_IN = 0.6
 """So long a client sees the reports of a scenario before it is asked to move [s]."""
@@ -46,7 +44,6 @@ class ClientLink(asyncio.Protocol):
     """One connection of the client."""
 
     def __init__(self, controller: LiveController, purpose: Purpose) -> None:
-        """Make a link that is not connected yet."""
         self._controller = controller
         self._purpose = purpose
         self._id: ClientLinkId | None = None
@@ -75,20 +72,9 @@ class ClientLink(asyncio.Protocol):
 
 
 class LiveController:
-    """Shell of the scripted controller: sockets, timer, and the bytes between client and core.
-
-    Attributes:
-        ports: the ports in use, once it listens.
-    """
+    """Shell of the scripted controller: sockets, timer, and the bytes between client and core."""
 
     def __init__(self, core: ScriptedController, host: str, ports: dict[Purpose, int]) -> None:
-        """Make a controller that does not listen yet.
-
-        Args:
-            core: the controller.
-            host: address to listen on.
-            ports: TCP port for each purpose, 0 for any free one.
-        """
         self.ports = dict(ports)
         self._core = core
         self._host = host
@@ -111,9 +97,6 @@ class LiveController:
     @asynccontextmanager
     async def listening(self) -> AsyncIterator[dict[Purpose, int]]:
         """Listen and tick for as long as the context is open.
-
-        Yields:
-            The ports in use.
 
         Raises:
             PacketToolError: a port cannot be listened on.
@@ -210,16 +193,7 @@ class LiveController:
             link.transport.close()
 
     async def play(self, scenario: Scenario, trigger: Trigger, wait: float) -> list[Entry]:
-        """Play one scenario with the client and return what was said.
-
-        Args:
-            scenario: what to change.
-            trigger: makes the client start a trajectory, or asks a person to.
-            wait: how long to wait for its first point [s].
-
-        Returns:
-            The trace, from the beginning of the scenario.
-        """
+        """Play one scenario; return its trace. A first point is waited for so long [s]."""
         core = self._core
         core.begin(scenario, self.now())
         self._schedule()

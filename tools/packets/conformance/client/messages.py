@@ -31,8 +31,7 @@ from openpendant.simplemsg import (
 )
 from openpendant.simplemsg.motoman import MotomanMotionCtrl, MotomanMotionReply
 
-from .scenarios import Mutation
-from .setup import Setup
+from .setup import Mutation, Setup
 
 UNKNOWN_TYPE = 999
 """A message type that no dialect has."""
@@ -41,19 +40,13 @@ SUCCESS, BUSY, FAILURE, INVALID = range(4)
 START_POSITION = 3011
 SERVO_OFF = 5006
 
-_KNOWN = (
-    MsgType.PING,
-    MsgType.JOINT_TRAJ_PT,
-    MsgType.JOINT_TRAJ_PT_FULL,
-    MsgType.JOINT_TRAJ,
-)
+_KNOWN = (MsgType.PING, MsgType.JOINT_TRAJ_PT, MsgType.JOINT_TRAJ_PT_FULL, MsgType.JOINT_TRAJ)
 
 
 class ControllerMessages:
     """Makes the frames of a controller."""
 
     def __init__(self, setup: Setup, order: ByteOrder) -> None:
-        """Make frames in a dialect and byte order."""
         self._is_motoman = setup.dialect is MOTOMAN
         self._order = order
         self._encode = codec_for(setup.dialect, order, setup.real_size).encode

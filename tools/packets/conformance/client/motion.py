@@ -4,134 +4,17 @@ from __future__ import annotations
 
 import math
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from operator import sub
 
-from openpendant.simplemsg import JOINT_SLOTS, CommType, MsgType, SpecialSequence, ValidField
+from openpendant.simplemsg import JOINT_SLOTS, CommType, SpecialSequence, ValidField
 from openpendant.simplemsg.framing import HEADER_SIZE
 
-from ..findings import CheckFinding, not_applicable
-from .check import Habit, Observed, Problem, Tally, client_check, each
+from ..check import CannotJudge
+from .check import NO_TRAJECTORY, Habit, Observation, Observed, Problem, client_check, rule_check
 from .trajectories import BEGINNINGS, GroupPoint, PointAnswer, SentPoint, SentTrajectory
 
-NO_TRAJECTORY = "the client sent no trajectory"
-
-
-@client_check("MC01")
-def begins_at_first(seen: Observed) -> CheckFinding:
-    """Look at the first sequence number of each trajectory."""
-
-    def rule(trajectory: SentTrajectory) -> Problem | None:
-        first = trajectory.steps[0].sequence
-        return None if first in BEGINNINGS else f"it begins with sequence {first}"
-
-    fresh = [item for item in seen.motions.trajectories if item.after_stop is None]
-    return each(fresh, rule, NO_TRAJECTORY)
-
-
-@client_check("MC02")
-def increases_by_one(seen: Observed) -> CheckFinding:
-    """Compare each sequence number with the one before."""
-
-    def rule(pair: tuple[SentPoint, SentPoint]) -> Problem | None:
-        before, after = pair
-        if after.sequence in (before.index + 1, SpecialSequence.END):
-            return None
-        return f"sequence {after.sequence} follows {before.sequence}"
-
-    tally = Tally()
-    for trajectory in seen.motions.trajectories:
-        for pair in trajectory.pairs:
-            tally.look(pair[1], rule(pair))
-    return tally.finding("no trajectory has two points")
-
-
-@client_check("MC03")
-def download_ends(seen: Observed) -> CheckFinding:
-    """Look at the last sequence number of downloads."""
-
-    def rule(trajectory: SentTrajectory) -> Problem | None:
-        last = trajectory.steps[-1]
-        if last.sequence != SpecialSequence.END:
-            was_cut = trajectory.stop is not None or last.frame.link.closed is not None
-            return None if was_cut else f"the last point has sequence {last.sequence}"
-        first = trajectory.steps[0]
-        if len(trajectory.steps) == 2 and last.parts[0].positions == first.parts[0].positions:
-            name = "industrial_robot_client: a single point is downloaded twice, as -1 and -3"
-            return Habit(name, "one point, sent twice")
-        return None
-
-    downloads = [item for item in seen.motions.trajectories if item.is_download]
-    return each(downloads, rule, "the client downloads nothing")
-
-
-@client_check("MC04")
-def comm_type_fits(seen: Observed) -> CheckFinding:
-    """Look at the communication type of each point."""
-
-    def rule(trajectory: SentTrajectory) -> Problem | None:
-        wanted = CommType.TOPIC if trajectory.is_download else CommType.REQUEST
-        wrong = [step for step in trajectory.steps if step.frame.comm_type != wanted]
-        if not wrong:
-            return None
-        step = wrong[0]
-        kind = "download" if trajectory.is_download else "stream"
-        return f"sequence {step.sequence} of a {kind} has communication type {step.frame.comm_type}"
-
-    return each(seen.motions.trajectories, rule, NO_TRAJECTORY)
-
-
-@client_check("MC05")
-def repeats_with_reason(seen: Observed) -> CheckFinding:
-    """Look at each point that has the sequence number of the one before."""
-    tally = Tally()
-    for trajectory in seen.motions.trajectories:
-        last = trajectory.advancing[-1].sequence
-        for step in trajectory.steps:
-            if step.repeats is not None:
-                tally.look(step, _repetition(step, step.repeats, last))
-    return tally.finding("no point was sent twice")
-
-
-def _repetition(step: SentPoint, before: SentPoint, last: int) -> Problem | None:
-    match before.answer:
-        case PointAnswer.BUSY:
-            return None
-        case PointAnswer.NONE if before.frame.link is not step.frame.link:
-            return None
-        case PointAnswer.UNREADABLE:
-            name = "industrial_robot_client: the same point again after an invalid reply"
-            return Habit(name, f"sequence {step.sequence} again")
-        case PointAnswer.TAKEN if step.sequence == last and step.frame.data == before.frame.data:
-            name = "industrial_robot_client: the last message repeated up to min_buffer_size"
-            return Habit(name, f"sequence {step.sequence} again")
-    return f"sequence {step.sequence} again, although its answer was: {before.answer.value}"
-
-
-@client_check("MC06")
-def repeats_unchanged(seen: Observed) -> CheckFinding:
-    """Compare repetitions with what they repeat, byte by byte."""
-
-    def rule(step: SentPoint) -> Problem | None:
-        assert step.repeats is not None
-        same = step.frame.data == step.repeats.frame.data
-        return None if same else f"sequence {step.sequence} again with other values"
-
-    repeated = [step for step in seen.motions.steps if step.repeats is not None]
-    return each(repeated, rule, "no point was sent twice")
-
-
-@client_check("MC16")
-def one_type(seen: Observed) -> CheckFinding:
-    """Compare the types of a trajectory's points."""
-
-    def rule(trajectory: SentTrajectory) -> Problem | None:
-        types = {step.frame.msg_type for step in trajectory.steps}
-        return f"types {sorted(types)}" if len(types) > 1 else None
-
-    return each(seen.motions.trajectories, rule, NO_TRAJECTORY)
-
-
+NO_REPETITION = "no point was sent twice"
 NO_RATIO_POINT = "the client sent no point of type 11"
 NO_FULL_POINT = "the client sent no point of type 14 or 2016"
 
@@ -154,78 +37,154 @@ LONGEST_START = 10.0
 """A robot that stands at the first point has nothing to wait for, for so long [s]."""
 
 
-@client_check("MC07")
-def unused_slots(seen: Observed) -> CheckFinding:
-    """Look behind the robot's last joint."""
+def _fresh(seen: Observed) -> list[SentTrajectory]:
+    return [item for item in seen.trajectories() if item.after_stop is None]
+
+
+def _downloads(seen: Observed) -> list[SentTrajectory]:
+    return [item for item in seen.trajectories() if item.is_download]
+
+
+def _ratio_points(seen: Observed) -> list[SentPoint]:
+    return [step for step in seen.points() if not step.is_full]
+
+
+def _full_points(seen: Observed) -> list[SentPoint]:
+    return [step for step in seen.points() if step.is_full]
+
+
+@rule_check("MC01", _fresh, NO_TRAJECTORY)
+def _begins_at_first(trajectory: SentTrajectory, _: Observed) -> Problem | None:
+    first = trajectory.steps[0].sequence
+    return None if first in BEGINNINGS else f"it begins with sequence {first}"
+
+
+@client_check("MC02", "no trajectory has two points")
+def _increases_by_one(seen: Observed) -> Iterable[Observation]:
+    for trajectory in seen.trajectories():
+        for before, after in trajectory.pairs:
+            is_next = after.sequence in (before.index + 1, SpecialSequence.END)
+            yield after, None if is_next else f"sequence {after.sequence} follows {before.sequence}"
+
+
+@rule_check("MC03", _downloads, "the client downloads nothing")
+def _download_ends(trajectory: SentTrajectory, _: Observed) -> Problem | None:
+    first, last = trajectory.steps[0], trajectory.steps[-1]
+    if last.sequence != SpecialSequence.END:
+        was_cut = trajectory.stop is not None or last.frame.link.closed is not None
+        return None if was_cut else f"the last point has sequence {last.sequence}"
+    if len(trajectory.steps) == 2 and last.parts[0].positions == first.parts[0].positions:
+        name = "industrial_robot_client: a single point is downloaded twice, as -1 and -3"
+        return Habit(name, "one point, sent twice")
+    return None
+
+
+@rule_check("MC04", Observed.trajectories, NO_TRAJECTORY)
+def _comm_type_fits(trajectory: SentTrajectory, _: Observed) -> Problem | None:
+    wanted = CommType.TOPIC if trajectory.is_download else CommType.REQUEST
+    kind = "download" if trajectory.is_download else "stream"
+    for step in trajectory.steps:
+        comm = step.frame.comm_type
+        if comm != wanted:
+            return f"sequence {step.sequence} of a {kind} has communication type {comm}"
+    return None
+
+
+@client_check("MC05", NO_REPETITION)
+def _repeats_with_reason(seen: Observed) -> Iterable[Observation]:
+    for trajectory in seen.trajectories():
+        last = trajectory.advancing[-1].sequence
+        for step in trajectory.steps:
+            if step.repeats is not None:
+                yield step, _repetition(step, step.repeats, last)
+
+
+def _repetition(step: SentPoint, before: SentPoint, last: int) -> Problem | None:
+    match before.answer:
+        case PointAnswer.BUSY:
+            return None
+        case PointAnswer.NONE if before.frame.link is not step.frame.link:
+            return None
+        case PointAnswer.UNREADABLE:
+            name = "industrial_robot_client: the same point again after an invalid reply"
+            return Habit(name, f"sequence {step.sequence} again")
+        case PointAnswer.TAKEN if step.sequence == last and step.frame.data == before.frame.data:
+            name = "industrial_robot_client: the last message repeated up to min_buffer_size"
+            return Habit(name, f"sequence {step.sequence} again")
+    return f"sequence {step.sequence} again, although its answer was: {before.answer.value}"
+
+
+@client_check("MC06", NO_REPETITION)
+def _repeats_unchanged(seen: Observed) -> Iterable[Observation]:
+    for step in seen.points():
+        if step.repeats is not None:
+            same = step.frame.data == step.repeats.frame.data
+            yield step, None if same else f"sequence {step.sequence} again with other values"
+
+
+@rule_check("MC16", Observed.trajectories, NO_TRAJECTORY)
+def _one_type(trajectory: SentTrajectory, _: Observed) -> Problem | None:
+    types = {step.frame.msg_type for step in trajectory.steps}
+    return f"types {sorted(types)}" if len(types) > 1 else None
+
+
+@client_check("MC07", NO_TRAJECTORY)
+def _unused_slots(seen: Observed) -> Iterable[Observation]:
     setup = seen.trace.setup
     dof = setup.limits.dof if setup.limits else setup.dof
     if dof is None:
-        return not_applicable("the number of joints was not told")
-
-    def rule(step: SentPoint) -> Problem | None:
-        for part in step.parts:
-            for values in (part.positions, part.velocities, part.accelerations):
-                if any(values[dof:]):
-                    return f"a value in a slot behind joint {dof}"
-        return None
-
-    return each(seen.motions.steps, rule, NO_TRAJECTORY)
+        raise CannotJudge("the number of joints was not told")
+    for step in seen.points():
+        used = any(
+            any(values[dof:])
+            for part in step.parts
+            for values in (part.positions, part.velocities, part.accelerations)
+        )
+        yield step, f"a value in a slot behind joint {dof}" if used else None
 
 
-@client_check("MC08")
-def ratio_in_range(seen: Observed) -> CheckFinding:
-    """Look at the speed ratio of each type-11 point."""
-
-    def rule(step: SentPoint) -> Problem | None:
-        ratio = step.parts[0].ratio
-        return None if ratio is not None and 0.0 < ratio <= 1.0 else f"speed ratio {ratio}"
-
-    return each(_ratio_steps(seen), rule, NO_RATIO_POINT)
+@rule_check("MC08", _ratio_points, NO_RATIO_POINT)
+def _ratio_in_range(step: SentPoint, _: Observed) -> Problem | None:
+    ratio = step.parts[0].ratio
+    return None if ratio is not None and 0.0 < ratio <= 1.0 else f"speed ratio {ratio}"
 
 
-@client_check("MC09")
-def ratio_means_something(seen: Observed) -> CheckFinding:
-    """Look for the placeholder in every point of a trajectory that moves."""
-
-    def rule(trajectory: SentTrajectory) -> Problem | None:
-        if any(step.parts[0].ratio != DEFAULT_RATIO for step in trajectory.steps):
-            return None
-        name = "industrial_robot_client: speed ratio 0.1 where no velocities are known"
-        return Habit(name, f"all {len(trajectory.steps)} points have it")
-
-    moving = [
-        trajectory
-        for trajectory in _ratio_trajectories(seen)
-        if len({step.parts[0].positions for step in trajectory.steps}) > 1
+def _moving_by_ratio(seen: Observed) -> list[SentTrajectory]:
+    """Return the trajectories of type 11 alone that go somewhere."""
+    return [
+        item
+        for item in seen.trajectories()
+        if not any(step.is_full for step in item.steps)
+        and len({step.parts[0].positions for step in item.steps}) > 1
     ]
-    return each(moving, rule, "no type-11 trajectory has two different points")
 
 
-@client_check("MC10")
-def duration_positive(seen: Observed) -> CheckFinding:
-    """Look at the duration of each type-11 point."""
-
-    def rule(step: SentPoint) -> Problem | None:
-        duration = step.parts[0].duration
-        if duration is None or not math.isfinite(duration) or duration < 0:
-            return f"duration {duration}"
-        if duration > LONGEST_SEGMENT:
-            return f"duration {duration:g} s, more than {LONGEST_SEGMENT:g}"
-        if duration == 0 and step.index > 0:
-            return f"duration 0 at sequence {step.sequence}"
-        if duration == PLACEHOLDER and step.sequence in BEGINNINGS:
-            name = "industrial_robot_client: 10 s for a first point whose time does not increase"
-            return Habit(name, "duration 10 s")
+@rule_check("MC09", _moving_by_ratio, "no type-11 trajectory has two different points")
+def _ratio_means_something(trajectory: SentTrajectory, _: Observed) -> Problem | None:
+    if any(step.parts[0].ratio != DEFAULT_RATIO for step in trajectory.steps):
         return None
+    name = "industrial_robot_client: speed ratio 0.1 where no velocities are known"
+    return Habit(name, f"all {len(trajectory.steps)} points have it")
 
-    return each(_ratio_steps(seen), rule, NO_RATIO_POINT)
+
+@rule_check("MC10", _ratio_points, NO_RATIO_POINT)
+def _duration_positive(step: SentPoint, _: Observed) -> Problem | None:
+    duration = step.parts[0].duration
+    if duration is None or not math.isfinite(duration) or duration < 0:
+        return f"duration {duration}"
+    if duration > LONGEST_SEGMENT:
+        return f"duration {duration:g} s, more than {LONGEST_SEGMENT:g}"
+    if duration == 0 and step.index > 0:
+        return f"duration 0 at sequence {step.sequence}"
+    if duration == PLACEHOLDER and step.sequence in BEGINNINGS:
+        name = "industrial_robot_client: 10 s for a first point whose time does not increase"
+        return Habit(name, "duration 10 s")
+    return None
 
 
-@client_check("MC11")
-def time_increases(seen: Observed) -> CheckFinding:
-    """Compare the time of each full point with the one before."""
-    tally = Tally()
-    for trajectory in seen.motions.trajectories:
+@client_check("MC11", NO_FULL_POINT)
+def _time_increases(seen: Observed) -> Iterable[Observation]:
+    for trajectory in seen.trajectories():
         last: float | None = None
         for step in trajectory.advancing:
             time = step.parts[0].time
@@ -238,13 +197,12 @@ def time_increases(seen: Observed) -> CheckFinding:
                 problem = _late_start(seen, step, time)
             elif not time > last:
                 problem = f"time {time:g} s after {last:g} s"
-            tally.look(step, problem)
+            yield step, problem
             last = time
-    return tally.finding(NO_FULL_POINT)
 
 
 def _late_start(seen: Observed, first: SentPoint, time: float) -> Problem | None:
-    """Return True if a robot that stands at the first point would wait there for long."""
+    """Return what is wrong where a robot that stands at the first point would wait there."""
     if first.index > 0 or time <= LONGEST_START:
         return None
     for part in first.parts:
@@ -255,22 +213,15 @@ def _late_start(seen: Observed, first: SentPoint, time: float) -> Problem | None
     return f"the first point has time {time:g} s, and the robot stands there"
 
 
-@client_check("MC12")
-def bits_defined(seen: Observed) -> CheckFinding:
-    """Look for undefined bits."""
-
-    def rule(step: SentPoint) -> Problem | None:
-        sent = _bits_on_the_wire(step, seen.trace.setup.real_size)
-        strange = [bits for bits in sent if bits > ValidField.ALL]
-        if not strange:
-            return None
-        text = f"valid_fields {strange[0]:#010x}"
-        if step.frame.msg_type == MULTI_GROUP:
-            name = "motoman_driver leaves the upper 28 bits of valid_fields uninitialised"
-            return Habit(name, text)
-        return text
-
-    return each(_full_steps(seen), rule, NO_FULL_POINT)
+@rule_check("MC12", _full_points, NO_FULL_POINT)
+def _bits_defined(step: SentPoint, seen: Observed) -> Problem | None:
+    sent = _bits_on_the_wire(step, seen.trace.setup.real_size)
+    strange = [bits for bits in sent if bits > ValidField.ALL]
+    if not strange:
+        return None
+    text = f"valid_fields {strange[0]:#010x}"
+    name = "motoman_driver leaves the upper 28 bits of valid_fields uninitialised"
+    return Habit(name, text) if step.frame.msg_type == MULTI_GROUP else text
 
 
 def _bits_on_the_wire(step: SentPoint, real_size: int) -> list[int]:
@@ -284,29 +235,19 @@ def _bits_on_the_wire(step: SentPoint, real_size: int) -> list[int]:
     return [int(word.unpack_from(frame.data, place)[0]) for place in places]
 
 
-@client_check("MC13")
-def position_valid(seen: Observed) -> CheckFinding:
-    """Look for the position bit."""
-
-    def rule(step: SentPoint) -> Problem | None:
-        missing = [part for part in step.parts if not part.valid & ValidField.POSITION]
-        return f"valid_fields {missing[0].valid} lacks the position" if missing else None
-
-    return each(_full_steps(seen), rule, NO_FULL_POINT)
+@rule_check("MC13", _full_points, NO_FULL_POINT)
+def _position_valid(step: SentPoint, _: Observed) -> Problem | None:
+    missing = [part for part in step.parts if not part.valid & ValidField.POSITION]
+    return f"valid_fields {missing[0].valid} lacks the position" if missing else None
 
 
-@client_check("MC14")
-def invalid_fields_zero(seen: Observed) -> CheckFinding:
-    """Look at the values of fields that are not meant."""
-
-    def rule(step: SentPoint) -> Problem | None:
-        for part in step.parts:
-            for bit, values, name in _fields(part):
-                if not part.valid & bit and any(values):
-                    return f"{name} is not valid but not zero"
-        return None
-
-    return each(_full_steps(seen), rule, NO_FULL_POINT)
+@rule_check("MC14", _full_points, NO_FULL_POINT)
+def _invalid_fields_zero(step: SentPoint, _: Observed) -> Problem | None:
+    for part in step.parts:
+        for bit, values, name in _fields(part):
+            if not part.valid & bit and any(values):
+                return f"{name} is not valid but not zero"
+    return None
 
 
 def _fields(part: GroupPoint) -> Iterator[tuple[ValidField, tuple[float, ...], str]]:
@@ -316,41 +257,16 @@ def _fields(part: GroupPoint) -> Iterator[tuple[ValidField, tuple[float, ...], s
     yield ValidField.ACCELERATION, part.accelerations, "the acceleration"
 
 
-@client_check("MC15")
-def same_groups(seen: Observed) -> CheckFinding:
-    """Compare the groups of each full point with those of the first, and with the reports."""
+@rule_check("MC15", Observed.full_trajectories, NO_FULL_POINT)
+def _same_groups(trajectory: SentTrajectory, seen: Observed) -> Problem | None:
+    """Compare the groups of each point with those of the first, and with the reports."""
     known = {report.group for report in seen.reports.joints}
-
-    def rule(trajectory: SentTrajectory) -> Problem | None:
-        groups = [tuple(part.group for part in step.parts) for step in trajectory.steps]
-        if any(group < 0 for group in groups[0]):
-            return f"group {min(groups[0])}"
-        strange = set(groups[0]) - known
-        # Several groups at once are told by 2017, which not every Motoman controller sends.
-        if known and strange and trajectory.steps[0].frame.msg_type != MULTI_GROUP:
-            return f"group {min(strange)}, and the controller reports {sorted(known)}"
-        others = [other for other in groups if other != groups[0]]
-        return f"groups {groups[0]}, then {others[0]}" if others else None
-
-    full = [item for item in seen.motions.trajectories if _is_full(item.steps[0])]
-    return each(full, rule, NO_FULL_POINT)
-
-
-def _ratio_steps(seen: Observed) -> list[SentPoint]:
-    return [s for s in seen.motions.steps if s.frame.msg_type == MsgType.JOINT_TRAJ_PT]
-
-
-def _ratio_trajectories(seen: Observed) -> list[SentTrajectory]:
-    return [
-        item
-        for item in seen.motions.trajectories
-        if all(step.frame.msg_type == MsgType.JOINT_TRAJ_PT for step in item.steps)
-    ]
-
-
-def _full_steps(seen: Observed) -> list[SentPoint]:
-    return [step for step in seen.motions.steps if _is_full(step)]
-
-
-def _is_full(step: SentPoint) -> bool:
-    return step.frame.msg_type != MsgType.JOINT_TRAJ_PT
+    groups = [tuple(part.group for part in step.parts) for step in trajectory.steps]
+    if any(group < 0 for group in groups[0]):
+        return f"group {min(groups[0])}"
+    strange = set(groups[0]) - known
+    # Several groups at once are told by 2017, which not every Motoman controller sends.
+    if known and strange and trajectory.steps[0].frame.msg_type != MULTI_GROUP:
+        return f"group {min(strange)}, and the controller reports {sorted(known)}"
+    others = [other for other in groups if other != groups[0]]
+    return f"groups {groups[0]}, then {others[0]}" if others else None

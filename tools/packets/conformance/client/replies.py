@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import struct
 from bisect import bisect_right
-from itertools import pairwise
+from collections.abc import Iterable
 
 from openpendant.simplemsg import ByteOrder, CommType, MsgType, ReplyCode
 from openpendant.simplemsg.framing import HEADER_SIZE
 from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
 
-from ..findings import CheckFinding
-from .check import Habit, Observed, Problem, Tally, client_check, each
+from .check import Habit, Observation, Observed, Problem, client_check, rule_check
+from .framing import replies
 from .setup import Purpose
 from .trace import ClientTrace, TracedFrame
-from .trajectories import PointAnswer, is_stop
+from .trajectories import PointAnswer, SentPoint, is_stop
 
 ANSWER_WITHIN_NS = 1_000_000_000
 """A request on the client is not called unanswered before this time is over."""
@@ -27,48 +27,39 @@ NO_ANSWER_TO_POSITION = (
 
 DEAF_MOTION = "industrial_robot_client: the motion node reads nothing but answers to its points"
 
+PATIENCE_NS = 5_000_000_000
+"""A client that waits longer for the answer to a point waits for ever."""
 
-@client_check("RC01")
-def one_at_a_time(seen: Observed) -> CheckFinding:
+
+@client_check("RC01", "the client sent no request but STOP")
+def _one_at_a_time(seen: Observed) -> Iterable[Observation]:
     """Count the outstanding requests of each motion and I/O connection."""
     trace = seen.trace
-    tally = Tally()
-    for purpose in (Purpose.MOTION, Purpose.IO):
-        for link in trace.links_for(purpose):
-            outstanding: list[TracedFrame] = []
-            for frame in link.frames:
-                if not frame.from_client:
-                    outstanding = [
-                        asked
-                        for asked in outstanding
-                        if trace.replies.get(asked.number) is not frame
-                    ]
-                elif frame.comm_type == CommType.REQUEST:
-                    if not is_stop(frame.message):
-                        tally.look(frame, _impatience(outstanding))
-                    outstanding.append(frame)
-    return tally.finding("the client sent no request but STOP")
+    for link in trace.links_for(Purpose.MOTION) + trace.links_for(Purpose.IO):
+        outstanding: list[TracedFrame] = []
+        for frame in link.frames:
+            if not frame.from_client:
+                outstanding = [
+                    asked for asked in outstanding if trace.replies.get(asked.number) is not frame
+                ]
+            elif frame.comm_type == CommType.REQUEST:
+                if not is_stop(frame.message):
+                    count = len(outstanding)
+                    yield frame, f"sent while {count} are unanswered" if count else None
+                outstanding.append(frame)
 
 
-def _impatience(outstanding: list[TracedFrame]) -> Problem | None:
-    return f"sent while {len(outstanding)} are unanswered" if outstanding else None
-
-
-@client_check("RC02")
-def silent_on_state(seen: Observed) -> CheckFinding:
-    """Look at everything that the client sent on the state port."""
+@client_check("RC02", "the client sent nothing on a state port")
+def _silent_on_state(seen: Observed) -> Iterable[Observation]:
     asked: set[int] = set()
-
-    def rule(frame: TracedFrame) -> Problem | None:
-        if frame.comm_type == CommType.REPLY:
-            return None
-        if _identifies(frame) and id(frame.link) not in asked:
+    for frame in seen.trace.on(Purpose.STATE):
+        if not frame.is_whole_header:
+            continue
+        may = frame.comm_type == CommType.REPLY
+        if not may and _identifies(frame) and id(frame.link) not in asked:
             asked.add(id(frame.link))
-            return None
-        return f"type {frame.msg_type}, not a reply"
-
-    frames = [frame for frame in seen.trace.on(Purpose.STATE) if frame.is_whole_header]
-    return each(frames, rule, "the client sent nothing on a state port")
+            may = True
+        yield frame, None if may else f"type {frame.msg_type}, not a reply"
 
 
 def _identifies(frame: TracedFrame) -> bool:
@@ -81,167 +72,9 @@ def _identifies(frame: TracedFrame) -> bool:
     return len(action) == 4 and struct.unpack(f"{order}i", action)[0] == OperatorAction.IDENTIFY
 
 
-@client_check("RC03")
-def answers(seen: Observed) -> CheckFinding:
-    """Look for requests without a reply."""
-    trace = seen.trace
-    streams = any(step.frame.msg_type == MsgType.JOINT_TRAJ_PT for step in seen.motions.steps)
-
-    def rule(request: TracedFrame) -> Problem | None:
-        if request.number in trace.replies:
-            return None
-        if request.msg_type == MsgType.JOINT_POSITION:
-            return Habit(NO_ANSWER_TO_POSITION, "no answer to a request of type 10")
-        text = f"no answer to a request of type {request.msg_type}"
-        if request.link.purpose is Purpose.MOTION and streams:
-            return Habit(DEAF_MOTION, text)
-        return text
-
-    return each(_judgeable_requests(trace), rule, NOTHING_ASKED)
-
-
-@client_check("RC04")
-def answers_once(seen: Observed) -> CheckFinding:
-    """Look for replies that answer nothing, where something had been asked."""
-    trace = seen.trace
-    tally = Tally()
-    for request in _asked(trace):
-        extra = any(
-            reply.link is request.link and reply.msg_type == request.msg_type
-            for reply in trace.unasked
-        )
-        tally.look(request, f"another reply of type {request.msg_type}" if extra else None)
-    return tally.finding(NOTHING_ASKED)
-
-
-@client_check("RC05")
-def topics_unanswered(seen: Observed) -> CheckFinding:
-    """Look for unasked replies of a type that the controller sent as a topic."""
-    trace = seen.trace
-    tally = Tally()
-    for link in trace.links.values():
-        topics = {
-            frame.msg_type: frame
-            for frame in link.frames
-            if not frame.from_client and frame.comm_type == CommType.TOPIC
-        }
-        for topic in topics.values():
-            answers = [
-                reply
-                for reply in trace.unasked
-                if reply.link is link and reply.msg_type == topic.msg_type
-            ]
-            where = answers[0] if answers else topic
-            tally.look(where, f"a reply to topics of type {topic.msg_type}" if answers else None)
-    return tally.finding("the controller sent no topics")
-
-
-@client_check("RC06")
-def no_unasked_reply(seen: Observed) -> CheckFinding:
-    """Look at each reply of the client."""
-    unasked = {reply.number for reply in seen.trace.unasked}
-    return each(
-        [f for f in seen.trace.sent if f.is_whole_header and f.comm_type == CommType.REPLY],
-        lambda reply: "nothing was asked" if reply.number in unasked else None,
-        "the client sent no reply",
-    )
-
-
-@client_check("RC07")
-def same_type(seen: Observed) -> CheckFinding:
-    """Compare each reply of the client with its request.
-
-    Only a STATUS has a body that anybody asks a client for; other types that clients know have
-    none to give.
-    """
-    trace = seen.trace
-
-    def rule(request: TracedFrame) -> Problem | None:
-        reply = trace.replies[request.number]
-        if reply.msg_type != request.msg_type:
-            return f"a request of type {request.msg_type} was answered with type {reply.msg_type}"
-        is_bare = reply.reply_code == ReplyCode.SUCCESS and len(reply.data) < len(request.data)
-        if request.msg_type == MsgType.STATUS and is_bare:
-            size = len(reply.data) - HEADER_SIZE
-            return f"a STATUS request succeeded with {size} bytes of body"
-        return None
-
-    return each(_answered(trace), rule, NOTHING_ASKED)
-
-
-@client_check("RC08")
-def ping_succeeds(seen: Observed) -> CheckFinding:
-    """Look at the answers to PING."""
-    trace = seen.trace
-
-    def rule(request: TracedFrame) -> Problem | None:
-        code = trace.replies[request.number].reply_code
-        return None if code == ReplyCode.SUCCESS else f"PING was answered with reply code {code}"
-
-    pings = [request for request in _answered(trace) if request.msg_type == MsgType.PING]
-    return each(pings, rule, "no PING of the controller was answered")
-
-
-@client_check("RC09")
-def unknown_fails(seen: Observed) -> CheckFinding:
-    """Look at the answers to requests of types that nobody has."""
-    trace = seen.trace
-
-    def rule(request: TracedFrame) -> Problem | None:
-        reply = trace.replies[request.number]
-        if reply.reply_code == ReplyCode.FAILURE:
-            return None
-        return f"unknown type {request.msg_type} was answered with reply code {reply.reply_code}"
-
-    unknown = [request for request in _answered(trace) if _is_unknown(trace, request)]
-    return each(unknown, rule, "no unknown request was answered")
-
-
-@client_check("RC10")
-def failure_is_bare(seen: Observed) -> CheckFinding:
-    """Look at the failure replies of the client."""
-    return each(
-        [f for f in _replies_of_client(seen.trace) if f.reply_code == ReplyCode.FAILURE],
-        lambda f: (
-            f"{len(f.data) - HEADER_SIZE} bytes of body" if len(f.data) > HEADER_SIZE else None
-        ),
-        "the client sent no failure reply",
-    )
-
-
-@client_check("RC11")
-def survives_unknown(seen: Observed) -> CheckFinding:
-    """Look whether the client closed within a second of something unknown."""
-    trace = seen.trace
-
-    def rule(frame: TracedFrame) -> Problem | None:
-        link = frame.link
-        if not link.closed_by_client or link.closed is None:
-            return None
-        if not 0 <= link.closed - frame.time <= ANSWER_WITHIN_NS:
-            return None
-        delay = (link.closed - frame.time) / 1e6
-        return f"closed {delay:.0f} ms after a message of unknown type {frame.msg_type}"
-
-    heard = [frame for frame in trace.from_controller() if _is_unknown(trace, frame)]
-    unknown = [frame for frame in heard if frame.comm_type != CommType.REPLY]
-    return each(unknown, rule, "the controller sent nothing unknown")
-
-
-def _asked(trace: ClientTrace) -> list[TracedFrame]:
-    return [
-        frame
-        for frame in trace.frames
-        if not frame.from_client and frame.is_whole_header and frame.comm_type == CommType.REQUEST
-    ]
-
-
-def _answered(trace: ClientTrace) -> list[TracedFrame]:
-    return [request for request in _asked(trace) if request.number in trace.replies]
-
-
-def _judgeable_requests(trace: ClientTrace) -> list[TracedFrame]:
+def _judgeable_requests(seen: Observed) -> list[TracedFrame]:
     """Return the controller's sound requests that were answered, or had time to be."""
+    trace = seen.trace
 
     def had_time(request: TracedFrame) -> bool:
         closed = request.link.closed
@@ -252,8 +85,118 @@ def _judgeable_requests(trace: ClientTrace) -> list[TracedFrame]:
     return [request for request in sound if request.number in trace.replies or had_time(request)]
 
 
-def _replies_of_client(trace: ClientTrace) -> list[TracedFrame]:
-    return [f for f in trace.sent if f.is_whole_header and f.comm_type == CommType.REPLY]
+@rule_check("RC03", _judgeable_requests, NOTHING_ASKED)
+def _answers(request: TracedFrame, seen: Observed) -> Problem | None:
+    if request.number in seen.trace.replies:
+        return None
+    if request.msg_type == MsgType.JOINT_POSITION:
+        return Habit(NO_ANSWER_TO_POSITION, "no answer to a request of type 10")
+    text = f"no answer to a request of type {request.msg_type}"
+    streams = any(not step.is_full for step in seen.points())
+    return Habit(DEAF_MOTION, text) if request.link.purpose is Purpose.MOTION and streams else text
+
+
+@rule_check("RC04", lambda seen: _asked(seen.trace), NOTHING_ASKED)
+def _answers_once(request: TracedFrame, seen: Observed) -> Problem | None:
+    extra = any(
+        reply.link is request.link and reply.msg_type == request.msg_type
+        for reply in seen.trace.unasked
+    )
+    return f"another reply of type {request.msg_type}" if extra else None
+
+
+@client_check("RC05", "the controller sent no topics")
+def _topics_unanswered(seen: Observed) -> Iterable[Observation]:
+    """Look for unasked replies of a type that the controller sent as a topic."""
+    for link in seen.trace.links.values():
+        topics = {
+            frame.msg_type: frame
+            for frame in link.frames
+            if not frame.from_client and frame.comm_type == CommType.TOPIC
+        }
+        for kind, topic in topics.items():
+            unasked = (reply for reply in seen.trace.unasked if reply.link is link)
+            answer = next((reply for reply in unasked if reply.msg_type == kind), None)
+            yield answer or topic, f"a reply to topics of type {kind}" if answer else None
+
+
+@rule_check("RC06", replies, "the client sent no reply")
+def _no_unasked_reply(reply: TracedFrame, seen: Observed) -> Problem | None:
+    return "nothing was asked" if reply in seen.trace.unasked else None
+
+
+def _answered(seen: Observed) -> list[TracedFrame]:
+    trace = seen.trace
+    return [request for request in _asked(trace) if request.number in trace.replies]
+
+
+@rule_check("RC07", _answered, NOTHING_ASKED)
+def _same_type(request: TracedFrame, seen: Observed) -> Problem | None:
+    """Compare each reply of the client with its request.
+
+    Only a STATUS has a body that anybody asks a client for; other types that clients know have
+    none to give.
+    """
+    reply = seen.trace.replies[request.number]
+    if reply.msg_type != request.msg_type:
+        return f"a request of type {request.msg_type} was answered with type {reply.msg_type}"
+    is_bare = reply.reply_code == ReplyCode.SUCCESS and len(reply.data) < len(request.data)
+    if request.msg_type == MsgType.STATUS and is_bare:
+        return f"a STATUS request succeeded with {len(reply.data) - HEADER_SIZE} bytes of body"
+    return None
+
+
+def _answered_pings(seen: Observed) -> list[TracedFrame]:
+    return [request for request in _answered(seen) if request.msg_type == MsgType.PING]
+
+
+@rule_check("RC08", _answered_pings, "no PING of the controller was answered")
+def _ping_succeeds(request: TracedFrame, seen: Observed) -> Problem | None:
+    code = seen.trace.replies[request.number].reply_code
+    return None if code == ReplyCode.SUCCESS else f"PING was answered with reply code {code}"
+
+
+def _answered_unknown(seen: Observed) -> list[TracedFrame]:
+    return [request for request in _answered(seen) if _is_unknown(seen.trace, request)]
+
+
+@rule_check("RC09", _answered_unknown, "no unknown request was answered")
+def _unknown_fails(request: TracedFrame, seen: Observed) -> Problem | None:
+    code = seen.trace.replies[request.number].reply_code
+    text = f"unknown type {request.msg_type} was answered with reply code {code}"
+    return None if code == ReplyCode.FAILURE else text
+
+
+@client_check("RC10", "the client sent no failure reply")
+def _failure_is_bare(seen: Observed) -> Iterable[Observation]:
+    for frame in replies(seen):
+        if frame.reply_code == ReplyCode.FAILURE:
+            size = len(frame.data) - HEADER_SIZE
+            yield frame, f"{size} bytes of body" if size else None
+
+
+def _unknown_heard(seen: Observed) -> list[TracedFrame]:
+    heard = [frame for frame in seen.trace.from_controller() if _is_unknown(seen.trace, frame)]
+    return [frame for frame in heard if frame.comm_type != CommType.REPLY]
+
+
+@rule_check("RC11", _unknown_heard, "the controller sent nothing unknown")
+def _survives_unknown(frame: TracedFrame, _: Observed) -> Problem | None:
+    link = frame.link
+    if not link.closed_by_client or link.closed is None:
+        return None
+    delay = link.closed - frame.time
+    if not 0 <= delay <= ANSWER_WITHIN_NS:
+        return None
+    return f"closed {delay / 1e6:.0f} ms after a message of unknown type {frame.msg_type}"
+
+
+def _asked(trace: ClientTrace) -> list[TracedFrame]:
+    return [
+        frame
+        for frame in trace.frames
+        if not frame.from_client and frame.is_whole_header and frame.comm_type == CommType.REQUEST
+    ]
 
 
 def _is_unknown(trace: ClientTrace, frame: TracedFrame) -> bool:
@@ -262,36 +205,26 @@ def _is_unknown(trace: ClientTrace, frame: TracedFrame) -> bool:
     return frame.msg_type not in known and not 65_000 <= frame.msg_type <= 65_535
 
 
-PATIENCE_NS = 5_000_000_000
-"""A client that waits longer for the answer to a point waits for ever."""
+def _excused(step: SentPoint, name: str, detail: str) -> Problem:
+    """Return a fault that is a habit of the client which sends points of type 11."""
+    return detail if step.is_full else Habit(name, detail)
 
 
-@client_check("RC12")
-def minds_the_type(seen: Observed) -> CheckFinding:
-    """Look at what follows a reply of another type."""
-    tally = Tally()
-    for trajectory in seen.motions.trajectories:
+@client_check("RC12", "no point was answered with another type")
+def _minds_the_type(seen: Observed) -> Iterable[Observation]:
+    name = "industrial_robot_client: any frame counts as the answer"
+    for trajectory in seen.trajectories():
         following = dict(trajectory.pairs)
         for step in trajectory.advancing:
-            if step.answer is not PointAnswer.WRONG_TYPE:
-                continue
-            on = following.get(step)
-            problem: Problem | None = None
-            if on is not None and on.frame.msg_type == MsgType.JOINT_TRAJ_PT:
-                name = "industrial_robot_client: any frame counts as the answer"
-                problem = Habit(name, f"{on.where} the next point follows")
-            elif on is not None:
-                problem = f"{on.where} the next point follows"
-            tally.look(step, problem)
-    return tally.finding("no point was answered with another type")
+            if step.answer is PointAnswer.WRONG_TYPE:
+                on = following.get(step)
+                yield step, _excused(on, name, f"{on.where} the next point follows") if on else None
 
 
-@client_check("RC13")
-def minds_the_code(seen: Observed) -> CheckFinding:
-    """Look at what follows a reply with reply code 0."""
-    tally = Tally()
-    for trajectory in seen.motions.trajectories:
-        for step, on in zip(trajectory.steps, [*trajectory.steps[1:], None], strict=True):
+@client_check("RC13", "no point was answered with reply code 0")
+def _minds_the_code(seen: Observed) -> Iterable[Observation]:
+    for trajectory in seen.trajectories():
+        for step, on in trajectory.followed:
             if step.answer is not PointAnswer.UNREADABLE:
                 continue
             problem: Problem | None = None
@@ -300,37 +233,30 @@ def minds_the_code(seen: Observed) -> CheckFinding:
                 problem = Habit(name, f"sequence {on.sequence} again")
             elif on is not None:
                 problem = f"sequence {on.sequence} follows as if it had been taken"
-            tally.look(step, problem)
-    return tally.finding("no point was answered with reply code 0")
+            yield step, problem
 
 
-@client_check("MC17")
-def refusal_ends(seen: Observed) -> CheckFinding:
-    """Look at what follows a refused point."""
-    tally = Tally()
-    for trajectory in seen.motions.trajectories:
-        following = dict(pairwise(trajectory.steps))
-        for step in trajectory.steps:
+@client_check("MC17", "no point was refused")
+def _refusal_ends(seen: Observed) -> Iterable[Observation]:
+    for trajectory in seen.trajectories():
+        for step, on in trajectory.followed:
             if step.answer is not PointAnswer.REFUSED:
                 continue
-            on = following.get(step)
             problem: Problem | None = None
-            if on is not None and on.frame.msg_type == MsgType.JOINT_TRAJ_PT:
+            if on is not None and not on.is_full:
                 name = "industrial_robot_client: FAILURE is ignored, the next point follows"
                 problem = Habit(name, f"sequence {on.sequence} after {step.sequence} was refused")
             elif on is not None:
                 problem = f"sequence {on.sequence} follows although {step.sequence} was refused"
-            tally.look(step, problem)
-    return tally.finding("no point was refused")
+            yield step, problem
 
 
-@client_check("MC18")
-def reacts_to_silence(seen: Observed) -> CheckFinding:
+@client_check("MC18", "every point was answered soon, or the link was lost before")
+def _reacts_to_silence(seen: Observed) -> Iterable[Observation]:
     """Look at what the client does within 5 s of a point that is never answered."""
-    frames = [*seen.motions.stops, *(step.frame for step in seen.motions.steps)]
+    frames = [*seen.motions.stops, *(step.frame for step in seen.points())]
     moves = sorted(frames, key=lambda frame: frame.number)
-    tally = Tally()
-    for step in seen.motions.steps:
+    for step in seen.points():
         sent, link, reply = step.frame.time, step.frame.link, step.reply
         if step.frame.comm_type != CommType.REQUEST:
             continue
@@ -343,7 +269,6 @@ def reacts_to_silence(seen: Observed) -> CheckFinding:
         gave_up = left or (act is not None and (reply is None or act.number < reply.number))
         if waited >= PATIENCE_NS:
             name = "industrial_robot_client: waits without limit for the answer to a point"
-            tally.look(step, Habit(name, f"nothing for {waited / 1e9:.1f} s"))
+            yield step, Habit(name, f"nothing for {waited / 1e9:.1f} s")
         elif gave_up:
-            tally.look(step, None)
-    return tally.finding("every point was answered soon, or the link was lost before")
+            yield step, None

@@ -9,7 +9,7 @@ import argparse
 import asyncio
 import re
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
@@ -17,31 +17,20 @@ from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import MOTOMAN, ByteOrder
 
 from ....console import complain
-from ...console import (
-    ORDERS,
-    PacketToolError,
-    PeerError,
-    add_wire_form,
-    codec_of,
-    seconds,
-)
+from ...console import ORDERS, PacketToolError, PeerError, add_wire_form, codec_of, seconds
 from ...live.endpoints import is_loopback
 from ...reading.trace_files import read_trace
 from ...trace import Entry
-from ..check import Judgement, Result
-from ..findings import CheckFinding
+from ..check import CheckFinding, Judgement
 from .controller import ScriptedController
 from .judge import judge_scenario, results_of, scenarios_of
 from .live import LiveController, Trigger
-from .scenarios import SCENARIOS, Scenario
-from .setup import Purpose, Setup
+from .setup import SCENARIOS, Purpose, Scenario, Setup
 
 MAX_ENTRIES = 1_000_000
 """Most entries of a recording; each is held in memory."""
 
 _PORTS = (Purpose.MOTION, Purpose.STATE, Purpose.IO)
-
-Progress = Callable[[Result], None]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -93,12 +82,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_wire_form(parser, order=None)
 
 
-async def judge_client(options: argparse.Namespace, report_progress: Progress) -> Judgement:
-    """Judge a client as the arguments say.
-
-    Args:
-        options: as parsed; see `add_arguments`.
-        report_progress: called with each result.
+async def judge_client(options: argparse.Namespace) -> Judgement:
+    """Judge a client as the arguments say; see `add_arguments`.
 
     Raises:
         PacketToolError: the arguments make no sense, a file cannot be read, a port is taken.
@@ -108,20 +93,12 @@ async def judge_client(options: argparse.Namespace, report_progress: Progress) -
         raise PacketToolError("--role client needs either --capture or --listen")
     setup = _setup(options)
     if options.capture is not None:
-        judgement = judge_recording(options.capture, setup)
-    else:
-        judgement = await _judge_listening(options, setup)
-    for result in judgement.results:
-        report_progress(result)
-    return judgement
+        return judge_recording(options.capture, setup)
+    return await _judge_listening(options, setup)
 
 
 def judge_recording(file: Path, setup: Setup) -> Judgement:
-    """Judge a recorded client, scenario by scenario.
-
-    Raises:
-        PacketToolError: the file cannot be read, or is too large.
-    """
+    """Judge a recorded client, scenario by scenario; PacketToolError where it is unreadable."""
     entries: list[Entry] = []
     for entry in read_trace(file):
         entries.append(entry)
@@ -137,10 +114,7 @@ async def _judge_listening(options: argparse.Namespace, setup: Setup) -> Judgeme
         state = motion and motion + (1 if setup.dialect is MOTOMAN else 2)
     robot = _robot(options)
     core = ScriptedController(
-        setup,
-        robot[1] if robot else (),
-        at_point=options.at_point,
-        now=LiveController.now(),
+        setup, robot[1] if robot else (), at_point=options.at_point, now=LiveController.now()
     )
     live = LiveController(core, host, {Purpose.MOTION: motion, Purpose.STATE: state})
     chosen = [
@@ -160,27 +134,9 @@ async def _judge_listening(options: argparse.Namespace, setup: Setup) -> Judgeme
 
 
 async def judge_live(
-    live: LiveController,
-    setup: Setup,
-    scenarios: list[Scenario],
-    trigger: Trigger,
-    wait: float,
+    live: LiveController, setup: Setup, scenarios: list[Scenario], trigger: Trigger, wait: float
 ) -> Mapping[str, Mapping[str, CheckFinding]]:
-    """Play scenarios with a client and judge each.
-
-    Args:
-        live: a controller that listens.
-        setup: what the controller is.
-        scenarios: what to play, in order.
-        trigger: makes the client start a trajectory.
-        wait: how long to wait for it [s].
-
-    Returns:
-        The findings by scenario, then by number of the check.
-
-    Raises:
-        PeerError: no client ever connected.
-    """
+    """Return the findings by scenario and check; PeerError where no client ever connected."""
     ports = {port: purpose for purpose, port in live.ports.items()}
     known = Setup(setup.dialect, setup.order, setup.real_size, setup.dof, setup.limits, ports)
     findings: dict[str, Mapping[str, CheckFinding]] = {}

@@ -1,6 +1,7 @@
-"""Setup of a client's judgement: known values of its controller, and the names of trace events.
+"""Setup of a client's judgement: what is known of its controller, trace events, and scenarios.
 
-Owns what a port is for, and the names of events. Knows no packets.
+Owns what a port is for, the names of events, and the list of scenarios, each with one mutation of
+correct behaviour. How a mutation is carried out is `controller`'s business. Knows no packets.
 """
 
 from __future__ import annotations
@@ -75,3 +76,112 @@ class Setup:
     dof: int | None = None
     limits: JointLimits | None = None
     ports: Mapping[int, Purpose] = field(default_factory=dict)
+
+
+class Mutation(Enum):
+    """The one change that a scenario makes to correct behaviour."""
+
+    NONE = "nothing"
+    BYTEWISE = "replies come byte by byte"
+    MERGED = "a reply and a PING request come in one piece"
+    LATE = "a reply comes after 2 s"
+    REFUSED = "a point is refused"
+    WRONG_TYPE = "a point is answered by a reply of type PING"
+    UNREADABLE = "a point is answered with reply code 0"
+    REPLY_LOST = "a reply never comes"
+    UNKNOWN_TOPIC_MOTION = "an unknown topic on the motion connection"
+    UNKNOWN_REQUEST_MOTION = "an unknown request on the motion connection"
+    UNKNOWN_TOPIC_STATE = "an unknown topic on the state connection"
+    UNKNOWN_REQUEST_STATE = "an unknown request on the state connection"
+    PING_MOTION = "a PING request on the motion connection"
+    PING_STATE = "a PING request on the state connection"
+    STATUS_REQUEST = "STATUS as a request on the state connection"
+    CLOSED = "the motion connection is closed in the middle of a trajectory"
+    RESET = "the motion connection is reset in the middle of a trajectory"
+    HALF_OPEN = "the motion connection goes dumb, but stays open"
+    STATE_CLOSED = "the state connection is closed in the middle of a trajectory"
+    RESTART = "the controller goes away and comes back after 1 s"
+    EMERGENCY_STOP = "an emergency stop in motion"
+    NOT_POSSIBLE = "motion is not possible from the start"
+    SILENCE = "no reports for 3 s in motion"
+    BUSY = "a point is answered BUSY three times (Motoman)"
+    NOT_READY = "readiness is denied (Motoman)"
+    HEADER_FAILURE = "a reply fails in its header and succeeds in its body (Motoman)"
+
+    @property
+    def of_replies(self) -> bool:
+        """True if it changes the answer to a point."""
+        return self in _OF_REPLIES
+
+    @property
+    def on_state(self) -> bool:
+        """True if it sends an additional message on the state connection."""
+        return self in _ON_STATE
+
+
+_OF_REPLIES = {
+    Mutation.MERGED,
+    Mutation.LATE,
+    Mutation.REFUSED,
+    Mutation.WRONG_TYPE,
+    Mutation.UNREADABLE,
+    Mutation.REPLY_LOST,
+    Mutation.BUSY,
+    Mutation.HEADER_FAILURE,
+}
+_ON_STATE = {
+    Mutation.UNKNOWN_TOPIC_STATE,
+    Mutation.UNKNOWN_REQUEST_STATE,
+    Mutation.PING_STATE,
+    Mutation.STATUS_REQUEST,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """One scenario.
+
+    Attributes:
+        mutation: the change.
+        lasts: how long it is watched after the change, at least [s].
+        is_motoman: it makes sense for the Motoman dialect only.
+    """
+
+    mutation: Mutation
+    lasts: float = 2.0
+    is_motoman: bool = False
+
+    @property
+    def name(self) -> str:
+        """Its name on the command line and in reports."""
+        return self.mutation.name.lower().replace("_", "-")
+
+
+SCENARIOS: tuple[Scenario, ...] = (
+    Scenario(Mutation.NONE),
+    Scenario(Mutation.BYTEWISE),
+    Scenario(Mutation.MERGED),
+    Scenario(Mutation.LATE, lasts=4.0),
+    Scenario(Mutation.REFUSED),
+    Scenario(Mutation.WRONG_TYPE),
+    Scenario(Mutation.UNREADABLE),
+    Scenario(Mutation.REPLY_LOST, lasts=6.0),
+    Scenario(Mutation.UNKNOWN_TOPIC_MOTION),
+    Scenario(Mutation.UNKNOWN_REQUEST_MOTION),
+    Scenario(Mutation.UNKNOWN_TOPIC_STATE),
+    Scenario(Mutation.UNKNOWN_REQUEST_STATE),
+    Scenario(Mutation.PING_MOTION),
+    Scenario(Mutation.PING_STATE),
+    Scenario(Mutation.STATUS_REQUEST),
+    Scenario(Mutation.CLOSED, lasts=3.0),
+    Scenario(Mutation.RESET, lasts=3.0),
+    Scenario(Mutation.HALF_OPEN, lasts=6.0),
+    Scenario(Mutation.STATE_CLOSED, lasts=3.0),
+    Scenario(Mutation.RESTART, lasts=4.0),
+    Scenario(Mutation.EMERGENCY_STOP),
+    Scenario(Mutation.NOT_POSSIBLE, lasts=3.0),
+    Scenario(Mutation.SILENCE, lasts=4.0),
+    Scenario(Mutation.BUSY, is_motoman=True),
+    Scenario(Mutation.NOT_READY, is_motoman=True),
+    Scenario(Mutation.HEADER_FAILURE, is_motoman=True),
+)

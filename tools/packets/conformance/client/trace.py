@@ -1,34 +1,35 @@
-"""A trace of one client, taken apart: links, frames, and which reply answers which request.
+"""A trace of one client, taken apart: links, frames, answers, and the controller's reports.
 
 Owns how a trace is read: which port serves what, in which byte order a frame is written, what its
-header says and what its body means. Judges nothing: a frame that cannot be read says why, and the
-checks decide what that is worth.
+header says and what its body means, and the state that the client had to know at each time. Judges
+nothing: a frame that cannot be read says why, and the checks decide what that is worth.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from bisect import bisect_right
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
 from openpendant.simplemsg import (
     ByteOrder,
     CommType,
+    JointFeedback,
+    JointPosition,
     Message,
     MsgType,
     ProtocolError,
+    Status,
+    ValidField,
     codec_for,
 )
 from openpendant.simplemsg.framing import MAX_DETECTABLE_LENGTH, PREFIX_SIZE, Frame
+from openpendant.simplemsg.motoman import MotomanJointFeedbackEx
 
 from ...trace import Entry, Event, Packet, TraceDirection
 from .setup import CLOSERS, CONNECTED, WELL_KNOWN, Purpose, Setup
 
-_STATE_TYPES = {
-    MsgType.JOINT_POSITION,
-    MsgType.STATUS,
-    MsgType.JOINT_FEEDBACK,
-    2017,
-}
+_STATE_TYPES = {MsgType.JOINT_POSITION, MsgType.STATUS, MsgType.JOINT_FEEDBACK, 2017}
 _IO_TYPES = {2003, 2005, 2007, 2009, 2012, 2013}
 
 
@@ -121,7 +122,6 @@ class ClientTrace:
     """
 
     def __init__(self, entries: Sequence[Entry], setup: Setup) -> None:
-        """Read the entries of one scenario."""
         self.setup = setup
         self.frames: list[TracedFrame] = []
         self.links: dict[tuple[int, int], TracedLink] = {}
@@ -232,3 +232,86 @@ def _purpose_of(frames: Iterable[TracedFrame]) -> Purpose | None:
             if frame.msg_type in _STATE_TYPES:
                 return Purpose.STATE
     return None
+
+
+LOOK_BACK_NS = 300_000_000
+"""A client may act on a report that is this old: it takes a moment to read and to plan."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointReport:
+    """Reported position of one group.
+
+    Attributes:
+        time: when the server sent it [ns].
+        positions: (10,) [rad or m].
+    """
+
+    time: int
+    group: int
+    positions: tuple[float, ...]
+
+
+class ReportHistory:
+    """The state messages of a trace, oldest first.
+
+    Attributes:
+        status: status reports with their times [ns].
+    """
+
+    def __init__(self, trace: ClientTrace) -> None:
+        self.joints: list[JointReport] = []
+        self.status: list[tuple[int, Status]] = []
+        self._ended = trace.ended + 1
+        for frame in trace.from_controller():
+            match frame.message:
+                case JointPosition(joints=joints):
+                    self.joints.append(JointReport(frame.time, 0, joints))
+                case JointFeedback(robot_id=group, valid_fields=valid, positions=positions):
+                    if valid & ValidField.POSITION:
+                        self.joints.append(JointReport(frame.time, group, positions))
+                case MotomanJointFeedbackEx(groups=groups):
+                    self.joints += [
+                        JointReport(frame.time, group.robot_id, group.positions)
+                        for group in groups
+                        if group.valid_fields & ValidField.POSITION
+                    ]
+                case Status():
+                    self.status.append((frame.time, frame.message))
+
+    def status_at(self, time: int) -> Status | None:
+        """Return the last status that was sent by a time; None before the first."""
+        index = bisect_right(self.status, time, key=lambda entry: entry[0])
+        return self.status[index - 1][1] if index else None
+
+    def spells(self, holds: Callable[[Status], bool]) -> list[tuple[int, int]]:
+        """Return from when to when a condition was reported to hold [ns].
+
+        The end is the first report to the contrary; the end of the trace where there is none.
+        """
+        found: list[tuple[int, int]] = []
+        began: int | None = None
+        for time, status in self.status:
+            if holds(status):
+                began = time if began is None else began
+            elif began is not None:
+                found.append((began, time))
+                began = None
+        return found if began is None else [*found, (began, self._ended)]
+
+    def last_joints(self, time: int) -> JointReport | None:
+        """Return the last joint report that was sent by a time; None before the first."""
+        index = bisect_right(self.joints, time, key=lambda report: report.time)
+        return self.joints[index - 1] if index else None
+
+    def places(self, time: int, group: int) -> list[tuple[float, ...]]:
+        """Return where a client may believe that a group stands at a time.
+
+        The last report, and those shortly before: the client may have started from any of them.
+        """
+        index = bisect_right(self.joints, time, key=lambda report: report.time)
+        own = [report for report in self.joints[:index] if report.group == group]
+        if not own:
+            return []
+        recent = [report for report in own if time - report.time <= LOOK_BACK_NS] or own[-1:]
+        return [report.positions for report in recent]

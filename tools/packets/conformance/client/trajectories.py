@@ -29,7 +29,7 @@ from openpendant.simplemsg.motoman import (
 )
 
 from .setup import Purpose
-from .trace import ClientTrace, TracedFrame, TracedLink
+from .trace import ClientTrace, TracedFrame
 
 STOP_MOTION = 200111
 """MOTION_CTRL command that stops (motoman_driver, `motion_ctrl.h`)."""
@@ -56,11 +56,9 @@ class GroupPoint:
     """One group's share of a point.
 
     Attributes:
-        group: robot or group number.
         valid: `valid_fields` as sent; of a type-11 point, position only.
         time: from the start of the trajectory [s]; None in type 11.
         duration: of the segment [s]; None but in type 11.
-        ratio: speed ratio; None but in type 11.
         positions: (10,) [rad or m].
         velocities: (10,) [rad/s or m/s]; empty in type 11.
         accelerations: (10,) [rad/s² or m/s²]; empty in type 11.
@@ -81,11 +79,7 @@ class SentPoint:
     """A point as it was sent once.
 
     Attributes:
-        frame: the packet.
         sequence: index of the point or a special number.
-        parts: one for each group.
-        answer: what the controller said.
-        reply: its reply.
         repeats: the step before it, where that had the same sequence number.
     """
 
@@ -106,13 +100,17 @@ class SentPoint:
         """Its number in the trajectory; the marks of a beginning carry the first point."""
         return 0 if self.sequence in BEGINNINGS else self.sequence
 
+    @property
+    def is_full(self) -> bool:
+        """True if it is of type 14 or 2016, with times and velocities of its own."""
+        return self.frame.msg_type != MsgType.JOINT_TRAJ_PT
+
 
 @dataclass(slots=True, eq=False)
 class SentTrajectory:
     """Points that belong together, in the order in which they were sent.
 
     Attributes:
-        steps: the points, repetitions included.
         after_stop: the stop before it, where no other trajectory lies between.
         stop: the stop that ended it; None where none did.
     """
@@ -146,19 +144,15 @@ class SentTrajectory:
         """Each point with the one after it, without repetitions."""
         return list(pairwise(self.advancing))
 
-    def links(self) -> list[TracedLink]:
-        """The connections that carried it, in order."""
-        return list({id(step.frame.link): step.frame.link for step in self.steps}.values())
+    @property
+    def followed(self) -> list[tuple[SentPoint, SentPoint | None]]:
+        """Each point with the one sent after it, repetitions included; None behind the last."""
+        return list(zip(self.steps, [*self.steps[1:], None], strict=True))
 
 
 @dataclass(slots=True)
 class Motions:
-    """All that a client asked the robot to do.
-
-    Attributes:
-        trajectories: in order.
-        stops: in order.
-    """
+    """All that a client asked the robot to do, in order."""
 
     trajectories: list[SentTrajectory] = field(default_factory=list)
     stops: list[TracedFrame] = field(default_factory=list)

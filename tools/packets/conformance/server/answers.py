@@ -9,18 +9,24 @@ from __future__ import annotations
 from openpendant.simplemsg import (
     CommType,
     JointTrajPt,
+    JointTrajPtFull,
     MsgType,
     Ping,
     ReplyCode,
     SpecialSequence,
+    ValidField,
     joint_array,
 )
 from openpendant.simplemsg.motoman import MotomanMotionReply
 
-from ..findings import PASSED, CheckFinding, deviates
-from .wire import REPLY_WITHIN, ReceivedFrame, RuleBroken, Wire
+from ..check import PASSED, CheckFinding, RuleBroken, deviates
+from .wire import REPLY_WITHIN, ReceivedFrame, Wire
 
-STOP = JointTrajPt(SpecialSequence.STOP, joint_array(()), 0.0, 0.0)
+_ZEROS = joint_array(())
+
+STOP = JointTrajPt(SpecialSequence.STOP, _ZEROS, 0.0, 0.0)
+STOP_TOPIC = JointTrajPt(SpecialSequence.STOP, _ZEROS, 0.0, 0.0, comm_type=CommType.TOPIC)
+FULL_STOP = JointTrajPtFull(0, SpecialSequence.STOP, 0, 0.0, _ZEROS, _ZEROS, _ZEROS)
 
 MOTION_REPLY: int = MotomanMotionReply.PLACE.msg_type
 """Type 2002, with which Motoman answers everything."""
@@ -29,11 +35,7 @@ _POINT_BODY = 52
 
 
 def must_be_ping(reply: ReceivedFrame, what: str) -> None:
-    """Make sure that a frame is a whole answer to a PING: its type, a reply, success.
-
-    Raises:
-        RuleBroken: it is not.
-    """
+    """Raise RuleBroken unless a frame is a whole answer to a PING: its type, a reply, success."""
     if (reply.msg_type, reply.comm_type, reply.reply_code) != (
         MsgType.PING,
         CommType.REPLY,
@@ -43,22 +45,14 @@ def must_be_ping(reply: ReceivedFrame, what: str) -> None:
 
 
 async def ping(wire: Wire, what: str = "a PING", within: float = REPLY_WITHIN) -> ReceivedFrame:
-    """Send a PING that must be answered; return the answer.
-
-    Raises:
-        RuleBroken: it was not, or by something else.
-    """
+    """Return the answer to a PING; raise RuleBroken where there is none, or something else."""
     reply = await wire.ask(Ping(), what, within)
     must_be_ping(reply, what)
     return reply
 
 
 def judge_point_reply(reply: ReceivedFrame) -> CheckFinding:
-    """Judge the form of a reply that takes a point; vendors answer with bodies of their own.
-
-    Raises:
-        RuleBroken: it is none.
-    """
+    """Judge the form of a reply that takes a point, with vendors' bodies; RuleBroken for none."""
     if reply.comm_type != CommType.REPLY or reply.reply_code != ReplyCode.SUCCESS:
         raise RuleBroken(f"the point was answered by {reply}")
     body = len(reply.body)
@@ -74,6 +68,12 @@ def judge_point_reply(reply: ReceivedFrame) -> CheckFinding:
     raise RuleBroken(f"the point was answered by {reply}")
 
 
+def full_point(sequence: int, joints: tuple[float, ...], time: float = 0.0) -> JointTrajPtFull:
+    """Return a full point at rest: joints (10,) [rad or m], time from the start [s]."""
+    valid = int(ValidField.TIME | ValidField.POSITION | ValidField.VELOCITY)
+    return JointTrajPtFull(0, sequence, valid, time, joints, _ZEROS, _ZEROS)
+
+
 def is_taken(reply: ReceivedFrame) -> bool:
     """Return True if a reply says that a point was taken; Motoman says it in the body."""
     if reply.msg_type == MOTION_REPLY:
@@ -82,42 +82,24 @@ def is_taken(reply: ReceivedFrame) -> bool:
 
 
 class LivenessProbe:
-    """Liveness probe: a PING, or STOP where the target does not know PING.
-
-    Attributes:
-        message: the question.
-        name: its name in reports.
-    """
+    """Liveness probe: a PING, or STOP where the target does not know PING."""
 
     def __init__(self, *, knows_ping: bool) -> None:
-        """Choose the question that the target knows."""
         self.message = Ping() if knows_ping else STOP
         self.name = "PING" if knows_ping else "STOP"
 
     def judge(self, reply: ReceivedFrame, what: str) -> None:
-        """Make sure that a frame answers it.
-
-        Raises:
-            RuleBroken: it does not.
-        """
+        """Raise RuleBroken unless a frame answers it."""
         if self.name == "PING":
             must_be_ping(reply, what)
         else:
             judge_point_reply(reply)
 
     async def answered(self, wire: Wire, what: str) -> None:
-        """Wait for an answer to a question that was sent.
-
-        Raises:
-            RuleBroken: none came, or something else.
-        """
+        """Wait for the answer to what was sent; RuleBroken where none came, or something else."""
         self.judge(await wire.expect(f"an answer to {what}"), what)
 
     async def ask(self, wire: Wire, when: str = "") -> None:
-        """Ask, and wait for the answer.
-
-        Raises:
-            RuleBroken: none came, or something else.
-        """
+        """Ask, and wait for the answer; RuleBroken where none came, or something else."""
         wire.send(self.message)
         await self.answered(wire, f"a {self.name} {when}".rstrip())

@@ -5,12 +5,10 @@ Owns how a module adds one. Knows no bytes, no sockets and no verdicts.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from collections.abc import Awaitable, Callable, Coroutine
+from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, Unpack
 
-from ..check import Check, Profile, Register, TestedRole
-from ..findings import CheckFinding, Section
+from ..check import Check, CheckFinding, Profile, Register, Section, TestedRole
 
 if TYPE_CHECKING:
     from .target import Target
@@ -28,8 +26,8 @@ FULL = frozenset({Profile.GENERIC})
 DIALECT = frozenset({Profile.MOTOMAN})
 """Controllers that speak the Motoman dialect."""
 
-Body = Callable[["Target"], Coroutine[Any, Any, CheckFinding]]
-
+Body = Callable[["Target"], Coroutine[Any, Any, CheckFinding | None]]
+"""Looks at a target and returns what was found; None where the rule holds and nothing is to say."""
 
 ServerCheck = Check[Body]
 
@@ -41,16 +39,42 @@ _ORDER = (
     *(Section.MOTOMAN, Section.PENDANT),
 )
 
-check = partial(_REGISTER.add, profiles=STANDARD)
-"""Registers a check on servers; see `Register.add`."""
+_Given = TypeVar("_Given")
+
+
+class How(TypedDict, total=False):
+    """Options of a check; see `Check`."""
+
+    moves: bool
+    profiles: frozenset[Profile]
+    is_plain: bool
+    deadline: float
+
+
+def check(number: str, **how: Unpack[How]) -> Callable[[Body], Body]:
+    """Register a check on servers; see `Register.add`."""
+    how.setdefault("profiles", STANDARD)
+    return _REGISTER.add(number, **how)
+
+
+def check_on(
+    given: Callable[[Target], Awaitable[_Given]], number: str, **how: Unpack[How]
+) -> Callable[[Callable[[_Given], Coroutine[Any, Any, CheckFinding | None]]], Body]:
+    """Register a check of something that is had of the target first."""
+
+    def register(judge: Callable[[_Given], Coroutine[Any, Any, CheckFinding | None]]) -> Body:
+        async def body(target: Target) -> CheckFinding | None:
+            return await judge(await given(target))
+
+        return check(number, **how)(body)
+
+    return register
 
 
 def server_checks() -> tuple[ServerCheck, ...]:
     """Return every check on servers: those that move nothing first, sections in their order."""
     from . import (  # noqa: F401 - they register themselves, and import this module
-        byte_order,
         framing,
-        headers,
         limits,
         link,
         motion,
@@ -59,7 +83,6 @@ def server_checks() -> tuple[ServerCheck, ...]:
         pendant_motion,
         replies,
         state,
-        status,
         stop,
     )
 

@@ -10,18 +10,19 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from openpendant.motion.description.limits import JointLimits
-from openpendant.simplemsg import JointTrajPtFull, ValidField, joint_array
+from openpendant.simplemsg import ValidField, joint_array
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
-from .answers import STOP, is_taken
-from .checks import FULL, check
+from ..check import PASSED, CannotJudge, CheckFinding, CheckVerdict, RuleBroken, deviates, passed
+from .answers import STOP, full_point, is_taken
+from .checks import FULL, check, check_on
 from .monitor import distance, rate
 from .moving import LEAD_IN, SPEED, VERY_SLOW, Mover, ready
 from .recordings import must_be_slow
 from .target import Target
-from .wire import CannotJudge, ReceivedFrame, RuleBroken
+from .wire import ReceivedFrame
 
 _UNCHECKED = "no vendor's server checks for numbers that are none"
 _BEYOND = 0.1
@@ -94,32 +95,24 @@ async def _infinite(target: Target) -> CheckFinding:
     return await _point(mover, _with(mover, _INF), "an infinite position", _UNCHECKED)
 
 
-@check("LS03", moves=True, profiles=FULL, is_plain=True)
-async def _nan_velocity(target: Target) -> CheckFinding:
-    mover = await ready(target)
-    what = "a velocity that is no number"
-    return await _point(mover, mover.start, what, _UNCHECKED, velocity=_NAN)
+async def _point_here(mover: Mover, what: str, habit: str, how: dict[str, float]) -> CheckFinding:
+    return await _point(mover, mover.start, what, habit, **how)
 
 
-@check("LS04", moves=True, profiles=FULL, is_plain=True)
-async def _nan_duration(target: Target) -> CheckFinding:
-    mover = await ready(target)
-    what = "a duration that is no number"
-    return await _point(mover, mover.start, what, _UNCHECKED, duration=_NAN)
-
-
-@check("LS05", moves=True, profiles=FULL, is_plain=True)
-async def _negative_duration(target: Target) -> CheckFinding:
-    mover = await ready(target)
-    habit = "Fanuc, Stäubli: the duration is not used"
-    return await _point(mover, mover.start, "a duration of -1 s", habit, duration=-1.0)
-
-
-@check("LS06", moves=True, profiles=FULL, is_plain=True)
-async def _velocity_above_one(target: Target) -> CheckFinding:
-    mover = await ready(target)
-    habit = "Stäubli: the velocity is clipped; Fanuc: it is not used"
-    return await _point(mover, mover.start, "a velocity of 1.5", habit, velocity=1.5)
+for _number, _what, _habit, _how in (
+    ("LS03", "a velocity that is no number", _UNCHECKED, {"velocity": _NAN}),
+    ("LS04", "a duration that is no number", _UNCHECKED, {"duration": _NAN}),
+    ("LS05", "a duration of -1 s", "Fanuc, Stäubli: the duration is not used", {"duration": -1.0}),
+    (
+        "LS06",
+        "a velocity of 1.5",
+        "Stäubli: the velocity is clipped; Fanuc: it is not used",
+        {"velocity": 1.5},
+    ),
+):
+    check_on(ready, _number, moves=True, profiles=FULL, is_plain=True)(
+        partial(_point_here, what=_what, habit=_habit, how=_how)
+    )
 
 
 async def _out_of_range(target: Target, *, upper: bool) -> CheckFinding:
@@ -139,14 +132,8 @@ async def _out_of_range(target: Target, *, upper: bool) -> CheckFinding:
         return deviates(habit, str(error))
 
 
-@check("LS07", moves=True, is_plain=True)
-async def _above(target: Target) -> CheckFinding:
-    return await _out_of_range(target, upper=True)
-
-
-@check("LS08", moves=True, is_plain=True)
-async def _below(target: Target) -> CheckFinding:
-    return await _out_of_range(target, upper=False)
+check("LS07", moves=True, is_plain=True)(partial(_out_of_range, upper=True))
+check("LS08", moves=True, is_plain=True)(partial(_out_of_range, upper=False))
 
 
 @check("LS09", moves=True, profiles=FULL, is_plain=True)
@@ -158,7 +145,7 @@ async def _too_fast(target: Target) -> CheckFinding:
     reply = await mover.point(1, mover.goal, mover.amplitude / (3 * most))
     if not is_taken(reply):
         await mover.stays(0.5, "a refused point", mover.start)
-        return CheckFinding(CheckVerdict.PASSED, "refused")
+        return passed("refused")
     await mover.watch.until(lambda: mover.has_left, 3.0)
     await mover.rests_within(5.0)
     reports = [(at.time, at.values[joint]) for at in mover.watch.joints]
@@ -169,9 +156,7 @@ async def _too_fast(target: Target) -> CheckFinding:
     )
     if fastest > 1.2 * most:
         raise RuleBroken(f"it was moved at {fastest:.3g} of at most {most:.3g} rad/s")
-    return CheckFinding(
-        CheckVerdict.PASSED, f"taken, and moved at {fastest:.3g} of {most:.3g} rad/s"
-    )
+    return passed(f"taken, and moved at {fastest:.3g} of {most:.3g} rad/s")
 
 
 @check("LS10", moves=True, profiles=FULL, is_plain=True)
@@ -190,19 +175,11 @@ async def _rest_refused(target: Target) -> CheckFinding:
 async def _full(target: Target, what: str, habit: str, **changed: object) -> CheckFinding:
     """Send a full point that must be refused."""
     mover = await ready(target)
-    zeros = joint_array(())
-    valid = int(ValidField.TIME | ValidField.POSITION | ValidField.VELOCITY)
-    point = JointTrajPtFull(0, 0, valid, 0.0, mover.start, zeros, zeros)
+    point = full_point(0, mover.start)
     for name, value in changed.items():
         setattr(point, name, value)
     reply = await mover.wire.ask(point, what)
     return await _refused_or_still(mover, reply, what, habit)
-
-
-@check("LS11", moves=True, profiles=FULL)
-async def _no_position(target: Target) -> CheckFinding:
-    valid = int(ValidField.TIME)
-    return await _full(target, "a full point without a position", "", valid_fields=valid)
 
 
 @check("LS12", moves=True, profiles=FULL)
@@ -223,28 +200,27 @@ async def _full_nan(target: Target) -> CheckFinding:
     return worst[0] if worst else PASSED
 
 
-@check("LS13", moves=True, profiles=FULL)
-async def _other_robot(target: Target) -> CheckFinding:
-    return await _full(target, "a full point for robot 7", "", robot_id=7)
+check("LS11", moves=True, profiles=FULL)(
+    partial(
+        _full, what="a full point without a position", habit="", valid_fields=int(ValidField.TIME)
+    )
+)
+check("LS13", moves=True, profiles=FULL)(
+    partial(_full, what="a full point for robot 7", habit="", robot_id=7)
+)
 
 
-@check("LS14", moves=True, profiles=FULL)
-async def _time_stands(target: Target) -> CheckFinding:
-    mover = await ready(target)
-    zeros = joint_array(())
-    valid = int(ValidField.TIME | ValidField.POSITION | ValidField.VELOCITY)
-    first = JointTrajPtFull(0, 0, valid, 0.0, mover.start, zeros, zeros)
-    if not is_taken(await mover.wire.ask(first, "a full point")):
+@check_on(ready, "LS14", moves=True, profiles=FULL)
+async def _time_stands(mover: Mover) -> CheckFinding:
+    if not is_taken(await mover.wire.ask(full_point(0, mover.start), "a full point")):
         raise CannotJudge("the target refuses full points, as it may")
-    again = JointTrajPtFull(0, 1, valid, 0.0, mover.goal, zeros, zeros)
-    reply = await mover.wire.ask(again, "a second full point at time 0")
+    reply = await mover.wire.ask(full_point(1, mover.goal), "a second full point at time 0")
     habit = "Motoman: a time that does not advance is taken and not moved"
     return await _refused_or_still(mover, reply, "a second full point at time 0", habit)
 
 
-@check("LS15", moves=True, profiles=FULL, is_plain=True)
-async def _no_jump(target: Target) -> CheckFinding:
-    mover = await ready(target)
+@check_on(ready, "LS15", moves=True, profiles=FULL, is_plain=True)
+async def _no_jump(mover: Mover) -> CheckFinding:
     near = mover.between(_GENTLE)
     way = _GENTLE * mover.amplitude
     reply = await mover.point(0, near, 0.0)
@@ -260,7 +236,7 @@ async def _no_jump(target: Target) -> CheckFinding:
     moved = distance(mover.watch.position, before) > 0.1 * way
     if not is_taken(reply) and moved:
         raise RuleBroken("the point was refused and moved to all the same")
-    return CheckFinding(CheckVerdict.PASSED, "moved to" if moved else "not moved to")
+    return passed("moved to" if moved else "not moved to")
 
 
 async def _all_refused(target: Target, value_of: Callable[[int], float], what: str) -> CheckFinding:
@@ -289,7 +265,7 @@ async def _all_refused(target: Target, value_of: Callable[[int], float], what: s
             if not await mover.watch.standstill(2.0):
                 raise RuleBroken(f"{what} for joint {joint + 1} was refused, and the robot moves")
     await mover.stays(0.2, what, mover.start)
-    return CheckFinding(CheckVerdict.PASSED, f"{len(joints)} joints, first and second points")
+    return passed(f"{len(joints)} joints, first and second points")
 
 
 @check("LS16", moves=True, is_plain=True)

@@ -7,18 +7,19 @@ ends or falls silent only after some time shows on no link that lives as long as
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Awaitable, Callable, Sequence
+from functools import partial
 
 from openpendant.simplemsg import Ping
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, Section, deviates
+from ..check import PASSED, CannotJudge, CheckFinding, RuleBroken, Section, deviates, passed
 from .answers import is_taken, must_be_ping, ping
-from .checks import ANY, FULL, ServerCheck, check
+from .checks import ANY, FULL, ServerCheck, check, check_on
 from .monitor import STEADY, Watch, distance
 from .moving import LEAD_IN, SPEED, STOP_WITHIN, ready
-from .recordings import LOSS_SEEN, SLOW, RecordedMotion, lost, lost_by_reset
+from .recordings import LOSS_SEEN, SLOW, RecordedMotion, lost_link, reset_link
 from .target import Target
-from .wire import CannotJudge, RuleBroken, TargetUnreachable, Wire
+from .wire import TargetUnreachable, Wire
 
 IDLE = "KS17"
 """The check that judges the idle link."""
@@ -101,36 +102,33 @@ async def old_enough(watch: Watch | Wire) -> None:
 
 
 @check("KS01", profiles=ANY, is_plain=True)
-async def _idle(target: Target) -> CheckFinding:
+async def _idle(target: Target) -> None:
     wire = await target.motion()
     await target.probe.ask(wire)
     await wire.expect_silence(1.2, "a second of silence")
     await target.probe.ask(wire, "after a second of silence")
-    return PASSED
 
 
 @check("KS02", profiles=ANY, is_plain=True)
-async def _come_again(target: Target) -> CheckFinding:
+async def _come_again(target: Target) -> None:
     for attempt in range(1, 9):
         wire = await target.motion()
         await target.probe.ask(wire, f"on connection {attempt}")
         await target.close()
-    return PASSED
 
 
 @check("KS03", profiles=ANY, is_plain=True)
-async def _leave_by_reset(target: Target) -> CheckFinding:
+async def _leave_by_reset(target: Target) -> None:
     for attempt in range(1, 4):
         wire = await target.motion()
         await target.probe.ask(wire, f"on connection {attempt}")
         wire.reset()
         await asyncio.sleep(0.03)
     await target.probe.ask(await target.motion(), "after three resets")
-    return PASSED
 
 
 @check("KS04", profiles=FULL)
-async def _many(target: Target) -> CheckFinding:
+async def _many(target: Target) -> None:
     for _ in range(20):
         try:
             await target.motion()
@@ -139,7 +137,6 @@ async def _many(target: Target) -> CheckFinding:
     await target.close()
     await asyncio.sleep(0.2)
     await target.probe.ask(await target.motion(), "after twenty clients came and went")
-    return PASSED
 
 
 @check("KS05", is_plain=True)
@@ -164,16 +161,15 @@ async def _second_client(target: Target) -> CheckFinding:
 
 
 @check("KS06", profiles=ANY, is_plain=True)
-async def _no_listener(target: Target) -> CheckFinding:
+async def _no_listener(target: Target) -> None:
     wire = await target.motion()
     await target.probe.ask(wire, "without a state connection")
     await target.state()
     await target.probe.ask(wire, "with a state connection")
-    return PASSED
 
 
 @check("KS07", profiles=ANY, is_plain=True)
-async def _state_goes_on(target: Target) -> CheckFinding:
+async def _state_goes_on(target: Target) -> None:
     watch = await target.state()
     await watch.begin()
     wire = await target.motion()
@@ -183,17 +179,14 @@ async def _state_goes_on(target: Target) -> CheckFinding:
     await asyncio.sleep(0.7)
     if watch.wire.is_lost or len(watch.frames) <= count:
         raise RuleBroken("with the motion link the state link ended or fell silent")
-    return PASSED
 
 
-@check("KS08", profiles=FULL)
-async def _flood(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "KS08", profiles=FULL)
+async def _flood(wire: Wire) -> None:
     wire.send(*[Ping()] * 500)
     for number in range(1, 501):
         what = f"answer {number} of five hundred"
         must_be_ping(await wire.expect(what, 3.0), f"PING {number} of five hundred")
-    return PASSED
 
 
 @check("KS09", profiles=FULL)
@@ -213,7 +206,10 @@ async def _deaf_client(target: Target) -> CheckFinding:
     return deviates("industrial_core: one client a port", "the second was served after the first")
 
 
-async def _judge_loss(target: Target, motion: RecordedMotion, how: str) -> CheckFinding:
+async def _stops(
+    target: Target, made: Callable[[Target], Awaitable[RecordedMotion]], how: str
+) -> CheckFinding:
+    motion = await made(target)
     final = motion.at(motion.event + LOSS_SEEN)
     late = [
         report.time - motion.event
@@ -221,42 +217,33 @@ async def _judge_loss(target: Target, motion: RecordedMotion, how: str) -> Check
         if report.time <= motion.event + LOSS_SEEN and distance(report.values, final) > 2 * STEADY
     ]
     end = max(late, default=0.0)
-    way = motion.goal[motion.joint] - motion.start[motion.joint]
-    part = (final[motion.joint] - motion.start[motion.joint]) / way
+    part = motion.progress(final)
     if end > STOP_WITHIN + 0.2 or part > 0.95:
         seen = f"{end:.2f} s after {how} the robot still moved ({100 * part:.0f} %)"
         if target.knows_ping:
             raise RuleBroken(seen)
         return deviates("ABB: a motion goes on without its client", seen)
-    return CheckFinding(CheckVerdict.PASSED, f"stood {max(end, 0.0):.3f} s after {how}")
+    return passed(f"stood {max(end, 0.0):.3f} s after {how}")
 
 
-@check("KS10", moves=True, is_plain=True)
-async def _stops_on_close(target: Target) -> CheckFinding:
-    motion: RecordedMotion = await target.once("a lost link", lost)
-    return await _judge_loss(target, motion, "the end of the link")
+check("KS10", moves=True, is_plain=True)(partial(_stops, made=lost_link, how="the end of the link"))
+check("KS11", moves=True, is_plain=True)(
+    partial(_stops, made=reset_link, how="the reset of the link")
+)
 
 
-@check("KS11", moves=True, is_plain=True)
-async def _stops_on_reset(target: Target) -> CheckFinding:
-    motion: RecordedMotion = await target.once("a reset link", lost_by_reset)
-    return await _judge_loss(target, motion, "the reset of the link")
-
-
-@check("KS12", moves=True, is_plain=True)
-async def _does_not_resume(target: Target) -> CheckFinding:
-    motion: RecordedMotion = await target.once("a lost link", lost)
+@check_on(lost_link, "KS12", moves=True, is_plain=True)
+async def _does_not_resume(motion: RecordedMotion) -> None:
     if motion.event_reply is None:
         raise RuleBroken("the connection made after the loss was not served")
     before = motion.at(motion.event + LOSS_SEEN)
     off = distance(motion.end, before)
     if off > motion.tolerance:
         raise RuleBroken(f"with a new connection the robot moved on by {off:.3g} rad or m")
-    return PASSED
 
 
 @check("KS13", moves=True, is_plain=True)
-async def _works_again(target: Target) -> CheckFinding:
+async def _works_again(target: Target) -> None:
     mover = await ready(target)
     await mover.set_off(SLOW)
     mover.wire.close()
@@ -273,7 +260,6 @@ async def _works_again(target: Target) -> CheckFinding:
     at = await mover.rests_within(5.0)
     if distance(at, mover.start) > mover.arrival:
         raise RuleBroken(f"it ended {distance(at, mover.start):.4g} rad or m off")
-    return PASSED
 
 
 @check("KS14", moves=True, profiles=FULL, is_plain=True)
@@ -292,9 +278,7 @@ async def _repeated(target: Target) -> CheckFinding:
     part = mover.progress(at)
     if not -0.1 <= part <= 1.1:
         raise RuleBroken(f"it stands at {100 * part:.0f} % of the way")
-    return CheckFinding(
-        CheckVerdict.PASSED, f"{'taken' if is_taken(reply) else 'refused'}, at {part:.0%}"
-    )
+    return passed(f"{'taken' if is_taken(reply) else 'refused'}, at {part:.0%}")
 
 
 @check("KS15", moves=True, profiles=FULL, is_plain=True)
@@ -344,7 +328,7 @@ async def _idle_all_the_run(target: Target) -> CheckFinding:
     if wire.is_lost:
         raise RuleBroken("an idle link was closed during the run")
     await target.probe.ask(wire, f"after {wire.age:.0f} s of silence")
-    return CheckFinding(CheckVerdict.PASSED, f"after {wire.age:.0f} s")
+    return passed(f"after {wire.age:.0f} s")
 
 
 @check("KS18", profiles=ANY, is_plain=True)
@@ -358,4 +342,4 @@ async def _told_all_the_run(target: Target) -> CheckFinding:
     asked = asyncio.get_running_loop().time()
     if not await watch.until(lambda: bool(watch.joints) and watch.joints[-1].time > asked, 1.0):
         raise RuleBroken(f"a state link has fallen silent within {watch.wire.age:.0f} s")
-    return CheckFinding(CheckVerdict.PASSED, f"for {watch.wire.age:.0f} s")
+    return passed(f"for {watch.wire.age:.0f} s")

@@ -24,7 +24,8 @@ from openpendant.simplemsg import (
     ValidField,
 )
 
-from .wire import Arrivals, ReceivedFrame, RuleBroken, Wire
+from ..check import RuleBroken
+from .wire import Arrivals, ReceivedFrame, Wire
 
 STEADY = 2e-4
 """A joint that changes by less between reports stands [rad or m]; real encoders flicker."""
@@ -40,9 +41,6 @@ class FrameSummary(NamedTuple):
 
     Attributes:
         time: when its last byte came [s].
-        msg_type: message type.
-        comm_type: communication type.
-        reply_code: reply code.
         size: its length, prefix included [bytes].
     """
 
@@ -78,7 +76,6 @@ class ReportedStatus(NamedTuple):
 
     Attributes:
         time: when it came [s].
-        status: what it said.
     """
 
     time: float
@@ -89,20 +86,13 @@ class Watch:
     """A state connection and the reports received on it.
 
     Attributes:
-        wire: the connection.
-        frames: the header of every frame, in order.
         positions: joint values of type 10.
         feedback: joint values with velocity, of type 15; the times are those of arrival.
         statuses: STATUS, type 13.
     """
 
     def __init__(self, wire: Wire, look: Callable[[Sequence[float]], None] | None = None) -> None:
-        """Watch a connection from now on.
-
-        Args:
-            wire: the connection.
-            look: told every reported position [rad or m].
-        """
+        """Watch a connection from now on; `look` is told every reported position [rad or m]."""
         self.wire = wire
         self._look = look
         self.began = asyncio.get_running_loop().time()
@@ -150,11 +140,7 @@ class Watch:
 
     @property
     def position(self) -> tuple[float, ...]:
-        """Present position of the joints, all slots.
-
-        Raises:
-            RuleBroken: nothing was reported yet.
-        """
+        """Present position of the joints, all slots; RuleBroken where nothing was reported yet."""
         if self.positions:
             return self.positions[-1].values
         if self.feedback:
@@ -175,11 +161,7 @@ class Watch:
         return await self.until(lambda: bool(self.joints and self.statuses), within)
 
     def is_steady(self, since: float) -> bool:
-        """Return True if reports came and the joints have not changed for long enough.
-
-        Args:
-            since: reports before this time do not count [s].
-        """
+        """Return True if reports came since a time [s], and the joints have not changed of late."""
         joints = self.joints
         if not joints:
             return False
@@ -246,7 +228,6 @@ class Guard:
     """
 
     def __init__(self, stop: Callable[[], None]) -> None:
-        """Take the way to send STOP at once, on whatever connection is open."""
         self._stop = stop
         self._home: tuple[float, ...] = ()
         self._work: asyncio.Task[Any] | None = None
@@ -290,11 +271,7 @@ class Guard:
         self._work.cancel()
 
     async def over(self, work: Coroutine[Any, Any, _Result]) -> _Result:
-        """Run a check that may be interrupted.
-
-        Raises:
-            BrokenOff: it was.
-        """
+        """Run a check; raise MotionInterrupted where it was interrupted."""
         self._reason = ""
         task: asyncio.Task[_Result] = asyncio.create_task(work)
         self._work = task

@@ -6,6 +6,8 @@ questions, stops, and requests that must be refused.
 
 from __future__ import annotations
 
+from functools import partial
+
 from openpendant.simplemsg import (
     CommType,
     GetVersion,
@@ -26,12 +28,13 @@ from openpendant.simplemsg.motoman import (
 )
 from openpendant.simplemsg.motoman_codes import MotionCommand, MotionResult, Subcode
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
-from .checks import DIALECT, check
+from ..check import PASSED, CannotJudge, CheckFinding, RuleBroken, deviates, passed
+from .answers import full_point
+from .checks import DIALECT, check, check_on
 from .monitor import rate
-from .recordings import Sample, sample
+from .recordings import Sample, at_rest
 from .target import Target
-from .wire import CannotJudge, RuleBroken, raw_frame
+from .wire import Wire, raw_frame
 
 _NO_COMMAND = 200_199
 _DH_BYTES = 512
@@ -52,8 +55,7 @@ def _control(command: int, group: int = 0, sequence: int = 17) -> MotomanMotionC
 
 
 def _point(**changed: object) -> JointTrajPtFull:
-    valid = int(ValidField.TIME | ValidField.POSITION | ValidField.VELOCITY)
-    point = JointTrajPtFull(0, 1, valid, 1.0, _EMPTY, _EMPTY, _EMPTY)
+    point = full_point(1, _EMPTY, 1.0)
     for name, value in changed.items():
         setattr(point, name, value)
     return point
@@ -63,7 +65,7 @@ def _expect(found: MotomanMotionReply, what: str, *accepted: tuple[int, int]) ->
     """Judge result and subcode; -1 as a subcode accepts any."""
     for result, subcode in accepted:
         if found.result == result and subcode in (-1, found.subcode):
-            return CheckFinding(CheckVerdict.PASSED, f"result {result}, subcode {found.subcode}")
+            return passed(f"result {result}, subcode {found.subcode}")
     raise RuleBroken(f"{what}: result {found.result}, subcode {found.subcode}")
 
 
@@ -86,7 +88,7 @@ async def _ready(target: Target) -> CheckFinding:
 
 
 @check("YS02", profiles=DIALECT)
-async def _quotes(target: Target) -> CheckFinding:
+async def _quotes(target: Target) -> None:
     for sequence in (1, 4711):
         found = await _ask(
             target, _control(MotionCommand.CHECK_MOTION_READY, sequence=sequence), "a question"
@@ -100,11 +102,10 @@ async def _quotes(target: Target) -> CheckFinding:
                 f"group 0, sequence {sequence} and the command came back as"
                 f" {found.robot_id}, {found.sequence}, {found.command}"
             )
-    return PASSED
 
 
 @check("YS03", profiles=DIALECT)
-async def _header(target: Target) -> CheckFinding:
+async def _header(target: Target) -> None:
     for message in (
         _control(MotionCommand.CHECK_MOTION_READY),
         _control(_NO_COMMAND),
@@ -113,12 +114,10 @@ async def _header(target: Target) -> CheckFinding:
         found = await _ask(target, message, "a request")
         if found.comm_type != CommType.REPLY or found.reply_code != ReplyCode.SUCCESS:
             raise RuleBroken(f"comm {found.comm_type}, code {found.reply_code}")
-    return PASSED
 
 
-@check("YS04", profiles=DIALECT)
-async def _unknown_type(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "YS04", profiles=DIALECT)
+async def _unknown_type(wire: Wire) -> CheckFinding:
     frame = await wire.ask(raw_frame(wire.codec, 9999, CommType.REQUEST), "an unknown type")
     found = frame.message()
     if not isinstance(found, MotomanMotionReply):
@@ -129,9 +128,8 @@ async def _unknown_type(target: Target) -> CheckFinding:
     return _expect(found, "an unknown type", (MotionResult.INVALID, Subcode.INVALID_MESSAGE_TYPE))
 
 
-@check("YS05", profiles=DIALECT)
-async def _unknown_command(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "YS05", profiles=DIALECT)
+async def _unknown_command(wire: Wire) -> CheckFinding:
     before = (await wire.ask(_control(MotionCommand.CHECK_MOTION_READY), "a question")).message()
     frame = await wire.ask(_control(_NO_COMMAND), "an unknown command")
     found = frame.message()
@@ -143,7 +141,7 @@ async def _unknown_command(target: Target) -> CheckFinding:
 
 
 @check("YS06", profiles=DIALECT)
-async def _queue(target: Target) -> CheckFinding:
+async def _queue(target: Target) -> None:
     found = await _ask(target, _control(MotionCommand.CHECK_QUEUE_CNT), "CHECK_QUEUE_CNT")
     if found.result != MotionResult.SUCCESS or found.subcode < 0:
         raise RuleBroken(f"CHECK_QUEUE_CNT: result {found.result}, subcode {found.subcode}")
@@ -152,45 +150,37 @@ async def _queue(target: Target) -> CheckFinding:
     )
     if (bad.result, bad.subcode) != (MotionResult.FAILURE, -1):
         raise RuleBroken(f"group 9: result {bad.result}, subcode {bad.subcode}")
-    return PASSED
 
 
-@check("YS07", profiles=DIALECT)
-async def _stop(target: Target) -> CheckFinding:
-    return _expect(
-        await _ask(target, _control(MotionCommand.STOP_MOTION), "STOP_MOTION"),
-        "STOP_MOTION",
-        (MotionResult.SUCCESS, -1),
+async def _answered(
+    target: Target, message: Message, what: str, accepted: tuple[int, int]
+) -> CheckFinding:
+    return _expect(await _ask(target, message, what), what, accepted)
+
+
+_UNKNOWN_TOOL = (MotionResult.INVALID, Subcode.INVALID_TOOL)
+_UNKNOWN_TYPE = (MotionResult.INVALID, Subcode.INVALID_MESSAGE_TYPE)
+
+_QUESTIONS: tuple[tuple[str, str, Message, tuple[int, int]], ...] = (
+    ("YS07", "STOP_MOTION", _control(MotionCommand.STOP_MOTION), (MotionResult.SUCCESS, -1)),
+    ("YS15", "tool 64", MotomanSelectTool(0, 64, 3), _UNKNOWN_TOOL),
+    ("YS16", "GET_VERSION", GetVersion(), _UNKNOWN_TYPE),
+)
+for _number, _what, _question, _answer in _QUESTIONS:
+    check(_number, profiles=DIALECT)(
+        partial(_answered, message=_question, what=_what, accepted=_answer)
     )
 
+_NO_VELOCITY = {"valid_fields": int(ValidField.TIME | ValidField.POSITION)}
 
-@check("YS08", profiles=DIALECT)
-async def _no_velocity(target: Target) -> CheckFinding:
-    valid = int(ValidField.TIME | ValidField.POSITION)
-    return await _refused(
-        target,
-        _point(valid_fields=valid),
-        Subcode.INVALID_INSUFFICIENT_FIELDS,
-        "a point without velocity",
-    )
-
-
-@check("YS09", profiles=DIALECT)
-async def _bad_group(target: Target) -> CheckFinding:
-    return await _refused(target, _point(robot_id=9), Subcode.INVALID_GROUP, "a point for group 9")
-
-
-@check("YS10", profiles=DIALECT)
-async def _negative_sequence(target: Target) -> CheckFinding:
-    return await _refused(
-        target, _point(sequence=-4), Subcode.INVALID_SEQUENCE, "a point of sequence -4"
-    )
-
-
-@check("YS11", profiles=DIALECT)
-async def _far_time(target: Target) -> CheckFinding:
-    return await _refused(
-        target, _point(time=14_401.0), Subcode.INVALID_TIME, "a point after four hours"
+for _number, _what, _changed, _subcode in (
+    ("YS08", "a point without velocity", _NO_VELOCITY, Subcode.INVALID_INSUFFICIENT_FIELDS),
+    ("YS09", "a point for group 9", {"robot_id": 9}, Subcode.INVALID_GROUP),
+    ("YS10", "a point of sequence -4", {"sequence": -4}, Subcode.INVALID_SEQUENCE),
+    ("YS11", "a point after four hours", {"time": 14_401.0}, Subcode.INVALID_TIME),
+):
+    check(_number, profiles=DIALECT)(
+        partial(_refused, point=_point(**_changed), subcode=_subcode, what=_what)
     )
 
 
@@ -204,9 +194,8 @@ async def _dh(target: Target) -> CheckFinding:
     return PASSED
 
 
-@check("YS13", profiles=DIALECT)
-async def _read_bit(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "YS13", profiles=DIALECT)
+async def _read_bit(wire: Wire) -> None:
     for address, codes in ((80_025, (0,)), (18, (1001,)), (999_999, (1001,))):
         reply = await wire.ask(MotomanReadSingleIo(address), f"bit {address}")
         found = reply.message()
@@ -216,7 +205,6 @@ async def _read_bit(target: Target) -> CheckFinding:
             raise RuleBroken(f"bit {address}: code {found.result_code}, expected {codes[0]}")
         if (found.reply_code == ReplyCode.SUCCESS) != (found.result_code == 0):
             raise RuleBroken(f"bit {address}: header {found.reply_code}, code {found.result_code}")
-    return PASSED
 
 
 @check("YS14", profiles=DIALECT)
@@ -231,25 +219,12 @@ async def _register(target: Target) -> CheckFinding:
     )
 
 
-@check("YS15", profiles=DIALECT)
-async def _bad_tool(target: Target) -> CheckFinding:
-    found = await _ask(target, MotomanSelectTool(0, 64, 3), "tool 64")
-    return _expect(found, "tool 64", (MotionResult.INVALID, Subcode.INVALID_TOOL))
-
-
-@check("YS16", profiles=DIALECT)
-async def _version(target: Target) -> CheckFinding:
-    found = await _ask(target, GetVersion(), "GET_VERSION")
-    return _expect(found, "GET_VERSION", (MotionResult.INVALID, Subcode.INVALID_MESSAGE_TYPE))
-
-
-@check("YS17", profiles=DIALECT)
-async def _state(target: Target) -> CheckFinding:
-    taken: Sample = await target.once("the state at rest", sample)
+@check_on(at_rest, "YS17", profiles=DIALECT)
+async def _state(taken: Sample) -> CheckFinding:
     kinds = {frame.msg_type for frame in taken.frames}
     if not {MsgType.JOINT_FEEDBACK, MsgType.STATUS} <= kinds:
         raise RuleBroken(f"types {sorted(kinds)}; expected 15 and 13")
     found = rate([told.time for told in taken.statuses])
     if not 25 <= found <= 45:
         raise RuleBroken(f"STATUS at {found:.3g} Hz; expected 40")
-    return CheckFinding(CheckVerdict.PASSED, f"{found:.3g} Hz")
+    return passed(f"{found:.3g} Hz")

@@ -13,10 +13,11 @@ from typing import NamedTuple
 
 from openpendant.simplemsg import JointTrajPt, TriState
 
+from ..check import CannotJudge, RuleBroken
 from .answers import STOP, is_taken
 from .monitor import Watch, distance
 from .target import FENCE_TOLERANCE, Target
-from .wire import CannotJudge, ReceivedFrame, RuleBroken, Wire
+from .wire import ReceivedFrame, Wire
 
 ARRIVED = 0.005
 """So close to a goal the ROS-I action server counts a joint as arrived [rad or m]."""
@@ -59,11 +60,8 @@ class Mover:
     """A motion connection and a state connection, ready to move one joint.
 
     Attributes:
-        wire: the motion connection.
-        watch: the state connection.
         start: all slots where the robot stands [rad or m].
         goal: all slots with the joint moved by the amplitude [rad or m].
-        joint: index of the joint that is moved.
         arrival: so close to a goal counts as arrived [rad or m].
     """
 
@@ -76,7 +74,6 @@ class Mover:
         way: float,
         arrival: float,
     ) -> None:
-        """Take connections to a robot that stands at `start`."""
         self.arrival = arrival
         self.wire = wire
         self.watch = watch
@@ -121,30 +118,18 @@ class Mover:
         return await self.wire.ask(message, f"a point of sequence {sequence}", within)
 
     async def go(self, duration: float) -> None:
-        """Send a trajectory to the goal: a first point where the robot stands, and the goal.
-
-        Raises:
-            RuleBroken: a point was refused or not answered.
-        """
+        """Send a point where the robot stands, then the goal; RuleBroken unless both are taken."""
         await self.accepted(0, self.start, LEAD_IN)
         await self.accepted(1, self.goal, duration)
 
     async def accepted(self, sequence: int, joints: Sequence[float], duration: float) -> None:
-        """Send a point as a request that must be taken.
-
-        Raises:
-            RuleBroken: it was refused or not answered.
-        """
+        """Send a point as a request; raise RuleBroken where it is refused or not answered."""
         reply = await self.point(sequence, joints, duration)
         if not is_taken(reply):
             raise RuleBroken(f"the point of sequence {sequence} was refused: {reply}")
 
     async def set_off(self, duration: float) -> None:
-        """Send the robot to the goal and wait until it has visibly left its start.
-
-        Raises:
-            CannotJudge: it did not move; other checks say so.
-        """
+        """Send the robot to the goal and wait until it has visibly left, else raise CannotJudge."""
         try:
             await self.go(duration)
         except RuleBroken as error:
@@ -153,21 +138,13 @@ class Mover:
             raise CannotJudge("the robot did not move")
 
     async def rests_within(self, within: float) -> tuple[float, ...]:
-        """Wait until the robot stands and return where.
-
-        Raises:
-            RuleBroken: it is not at rest in time.
-        """
+        """Return where the robot comes to stand; RuleBroken where it is not at rest in time."""
         if not await self.watch.standstill(within):
             raise RuleBroken(f"the robot did not come to rest within {within:g} s")
         return self.watch.position
 
     async def stays(self, seconds: float, after: str, since: Sequence[float]) -> None:
-        """Make sure that the robot stays where it is.
-
-        Raises:
-            RuleBroken: it moved.
-        """
+        """Raise RuleBroken if the robot moves from where it is."""
         tolerance = 0.04 * self.amplitude
         if await self.watch.until(
             lambda: distance(self.watch.position, since) > tolerance, seconds

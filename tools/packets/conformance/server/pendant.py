@@ -13,6 +13,7 @@ import math
 from collections import deque
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from functools import partial
 from typing import TypeVar
 
 from openpendant.simplemsg import ByteOrder, CommType, Message, MsgType, Ping, ReplyCode
@@ -35,13 +36,11 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..check import Profile
-from ..findings import PASSED, CheckFinding
-from ..findings import CheckVerdict as Judged
-from .checks import check
+from ..check import CannotJudge, CheckFinding, Profile, RuleBroken, passed
+from .checks import check, check_on
 from .monitor import distance, rate
 from .target import Target
-from .wire import Arrivals, CannotJudge, ReceivedFrame, RuleBroken, Wire, raw_frame
+from .wire import Arrivals, ReceivedFrame, Wire, raw_frame
 
 ANSWER_WITHIN = 2.0
 """A verdict that takes longer is missing; a motion is planned before it comes [s]."""
@@ -59,16 +58,15 @@ class PendantConversation:
     """One pendant connection.
 
     Attributes:
-        wire: the connection.
-        hello: the server's welcome; None before it.
         topics: topics that came, newest last, with their times.
         fault: what is wrong with the stream itself, empty while nothing is.
     """
 
+    hello: HelloReply
+    """The server's welcome, set by `welcomed`."""
+
     def __init__(self, wire: Wire) -> None:
-        """Take a connection on which nothing was said yet."""
         self.wire = wire
-        self.hello: HelloReply | None = None
         self.topics: deque[tuple[float, Message]] = deque(maxlen=_TOPICS_KEPT)
         self.fault = ""
         self._topic_sizes: deque[int] = deque()
@@ -119,11 +117,7 @@ class PendantConversation:
         return self._last_request
 
     async def until(self, condition: Callable[[], bool], within: float) -> bool:
-        """Wait for a condition on the messages; return True if it holds in time.
-
-        Raises:
-            RuleBroken: the stream itself is faulty.
-        """
+        """Wait for a condition; return True if it holds in time. RuleBroken for a faulty stream."""
 
         def holds() -> bool:
             if condition():
@@ -135,11 +129,7 @@ class PendantConversation:
         return await self._news.until(holds, within)
 
     async def answer(self, what: str, within: float = ANSWER_WITHIN) -> ReceivedFrame:
-        """Return the next reply.
-
-        Raises:
-            RuleBroken: none came.
-        """
+        """Return the next reply; raise RuleBroken where none came."""
         await self.until(lambda: bool(self._answers), within)
         if not self._answers:
             end = "the link was closed" if self.wire.is_lost else f"none came within {within:g} s"
@@ -156,11 +146,7 @@ class PendantConversation:
         return await self.answer(what, within)
 
     async def verdict(self, message: Message, what: str) -> Verdict:
-        """Send a request and return the verdict on it, which must quote its id.
-
-        Raises:
-            RuleBroken: none came, or it quotes another request.
-        """
+        """Return the verdict on a request; RuleBroken where none came, or on another request."""
         reply = (await self.ask(message, what)).message()
         if not isinstance(reply, Verdict):
             raise RuleBroken(f"{what} was answered by {type(reply).__name__}, not by a verdict")
@@ -172,31 +158,19 @@ class PendantConversation:
         return reply
 
     async def refused(self, message: Message, code: int, what: str) -> None:
-        """Send a request that must be refused for a certain reason.
-
-        Raises:
-            RuleBroken: it is accepted, or refused for another one.
-        """
+        """Send a request; raise RuleBroken unless it is refused, and for this reason."""
         found = await self.verdict(message, what)
         if found.code != code:
             raise RuleBroken(f"{what}: verdict {found.code} ({found.text!r}), expected {code}")
 
     async def accepted(self, message: Message, what: str) -> None:
-        """Send a request that must be accepted.
-
-        Raises:
-            RuleBroken: it is refused.
-        """
+        """Send a request; raise RuleBroken where it is refused."""
         found = await self.verdict(message, what)
         if found.code:
             raise RuleBroken(f"{what} was refused: {found.code} {found.text!r}")
 
     async def take_authority(self) -> None:
-        """Take the motion authority.
-
-        Raises:
-            CannotJudge: somebody else has it.
-        """
+        """Take the motion authority; raise CannotJudge where somebody else has it."""
         request = Authority(self.next_id(), AuthorityAction.REQUEST)
         found = await self.verdict(request, "the request for the authority")
         if found.code:
@@ -223,11 +197,7 @@ class PendantConversation:
         return [message for _, message in self.topics if isinstance(message, kind)]
 
     async def state(self, within: float = 1.5) -> State:
-        """Return the newest state, waiting for one where none came yet.
-
-        Raises:
-            CannotJudge: none comes.
-        """
+        """Return the newest state, waiting for the first; raise CannotJudge where none comes."""
         if not await self.until(lambda: bool(self.all(State)), within):
             raise CannotJudge("no state came")
         return self.all(State)[-1]
@@ -241,11 +211,7 @@ async def stranger(target: Target, order: ByteOrder = ByteOrder.LITTLE) -> Penda
 async def welcomed(
     target: Target, *, rate: float = 0.0, order: ByteOrder = ByteOrder.LITTLE, name: str = "tester"
 ) -> PendantConversation:
-    """Connect to the pendant port and say hello.
-
-    Raises:
-        RuleBroken: the hello was refused.
-    """
+    """Connect to the pendant port and say hello; RuleBroken where that is refused."""
     pendant = await stranger(target, order)
     reply = (await pendant.ask(Hello(PROTOCOL_VERSION, rate, "", name), "hello")).message()
     if not isinstance(reply, HelloReply):
@@ -269,155 +235,135 @@ def _move(pendant: PendantConversation, count: int = 6) -> JointMove:
 @check("PS01", profiles=OURS)
 async def _hello(target: Target) -> CheckFinding:
     hello = (await welcomed(target)).hello
-    assert hello is not None
     if hello.protocol_version != PROTOCOL_VERSION or hello.session == 0:
         raise RuleBroken(f"version {hello.protocol_version}, session {hello.session}")
     if not 1 <= hello.dof <= 10 or not 1023 <= hello.max_frame <= MAX_PENDANT_FRAME:
         raise RuleBroken(f"dof {hello.dof}, max_frame {hello.max_frame}")
     if not (hello.max_state_rate >= 1 and hello.authority_timeout > 0 and hello.robot):
         raise RuleBroken(f"rate {hello.max_state_rate}, timeout {hello.authority_timeout}")
-    return CheckFinding(Judged.PASSED, f"{hello.server}, cell {hello.cell}, robot {hello.robot}")
+    return passed(f"{hello.server}, cell {hello.cell}, robot {hello.robot}")
 
 
 @check("PS02", profiles=OURS)
-async def _sessions(target: Target) -> CheckFinding:
+async def _sessions(target: Target) -> None:
     numbers = []
     for _ in range(3):
-        hello = (await welcomed(target)).hello
-        assert hello is not None
-        numbers.append(hello.session)
+        numbers.append((await welcomed(target)).hello.session)
     if len(set(numbers)) != 3:
         raise RuleBroken(f"three connections have sessions {numbers}")
-    return PASSED
 
 
-@check("PS03", profiles=OURS)
-async def _before_hello(target: Target) -> CheckFinding:
-    pendant = await stranger(target)
+@check_on(stranger, "PS03", profiles=OURS)
+async def _before_hello(pendant: PendantConversation) -> None:
     await pendant.refused(_move(pendant), VerdictCode.HELLO_FIRST, "a motion before hello")
-    return PASSED
 
 
-async def _unwelcome(target: Target, hello: Hello, code: VerdictCode, what: str) -> CheckFinding:
+async def _unwelcome(target: Target, hello: Hello, code: VerdictCode, what: str) -> None:
     pendant = await stranger(target)
     await pendant.refused(hello, code, what)
     if not await pendant.wire.is_closed_within(2.0):
         raise RuleBroken(f"after {what} the link is still open")
-    return PASSED
 
 
-@check("PS04", profiles=OURS)
-async def _version(target: Target) -> CheckFinding:
-    hello = Hello(PROTOCOL_VERSION + 1, 0.0, "", "tester")
-    return await _unwelcome(target, hello, VerdictCode.VERSION, "a hello of another version")
+check("PS04", profiles=OURS)(
+    partial(
+        _unwelcome,
+        hello=Hello(PROTOCOL_VERSION + 1, 0.0, "", "tester"),
+        code=VerdictCode.VERSION,
+        what="a hello of another version",
+    )
+)
+check("PS05", profiles=OURS)(
+    partial(
+        _unwelcome,
+        hello=Hello(PROTOCOL_VERSION, 0.0, "no such cell", "tester"),
+        code=VerdictCode.UNKNOWN_CELL,
+        what="a hello to another cell",
+    )
+)
 
 
-@check("PS05", profiles=OURS)
-async def _cell(target: Target) -> CheckFinding:
-    hello = Hello(PROTOCOL_VERSION, 0.0, "no such cell", "tester")
-    return await _unwelcome(target, hello, VerdictCode.UNKNOWN_CELL, "a hello to another cell")
-
-
-@check("PS06", profiles=OURS)
-async def _second_hello(target: Target) -> CheckFinding:
-    pendant = await welcomed(target)
+@check_on(welcomed, "PS06", profiles=OURS)
+async def _second_hello(pendant: PendantConversation) -> None:
     hello = Hello(PROTOCOL_VERSION, 0.0, "", "tester")
     await pendant.refused(hello, VerdictCode.BAD_ARGUMENT, "a second hello")
     await pendant.ask(Ping(), "a PING after a second hello")
-    return PASSED
 
 
-@check("PS07", profiles=OURS)
-async def _no_hello(target: Target) -> CheckFinding:
-    pendant = await stranger(target)
+@check_on(stranger, "PS07", profiles=OURS)
+async def _no_hello(pendant: PendantConversation) -> None:
     if not await pendant.wire.is_closed_within(8.0):
         raise RuleBroken("8 s without hello, and the link is still open")
-    return PASSED
 
 
-@check("PS08", profiles=OURS)
-async def _unknown_request(target: Target) -> CheckFinding:
-    pendant = await welcomed(target)
+@check_on(welcomed, "PS08", profiles=OURS)
+async def _unknown_request(pendant: PendantConversation) -> None:
     frame = raw_frame(pendant.wire.codec, _UNKNOWN, CommType.REQUEST, body=bytes(300))
     reply = await pendant.ask(frame, "an unknown request")
     if (reply.msg_type, reply.reply_code) != (_UNKNOWN, ReplyCode.FAILURE):
         raise RuleBroken(f"an unknown request was answered by {reply}")
     await pendant.ask(Ping(), "a PING after an unknown request")
-    return PASSED
 
 
-@check("PS09", profiles=OURS)
-async def _unknown_topic(target: Target) -> CheckFinding:
-    pendant = await welcomed(target)
+@check_on(welcomed, "PS09", profiles=OURS)
+async def _unknown_topic(pendant: PendantConversation) -> None:
     topic = raw_frame(pendant.wire.codec, _UNKNOWN, CommType.TOPIC, body=bytes(5000))
     pendant.wire.send(topic, Ping())
     reply = await pendant.answer("a PING behind an unknown topic")
     if reply.msg_type != MsgType.PING:
         raise RuleBroken(f"an unknown topic was answered by {reply}")
-    return PASSED
 
 
 @check("PS10", profiles=OURS)
-async def _ping(target: Target) -> CheckFinding:
+async def _ping(target: Target) -> None:
     for pendant in (await stranger(target), await welcomed(target)):
         reply = await pendant.ask(Ping(), "a PING")
         if (reply.msg_type, reply.reply_code) != (MsgType.PING, ReplyCode.SUCCESS):
             raise RuleBroken(f"a PING was answered by {reply}")
-    return PASSED
 
 
-@check("PS11", profiles=OURS)
-async def _malformed(target: Target) -> CheckFinding:
-    pendant = await welcomed(target)
+@check_on(welcomed, "PS11", profiles=OURS)
+async def _malformed(pendant: PendantConversation) -> None:
     frame = raw_frame(pendant.wire.codec, Subscribe.PLACE.msg_type, CommType.REQUEST, body=bytes(6))
     reply = (await pendant.ask(frame, "a request that is too short")).message()
     if not isinstance(reply, Verdict) or reply.code != VerdictCode.MALFORMED:
         raise RuleBroken(f"a request that is too short was answered by {reply}")
     await pendant.ask(Ping(), "a PING after a malformed request")
-    return PASSED
 
 
-@check("PS12", profiles=OURS)
-async def _split(target: Target) -> CheckFinding:
-    pendant = await stranger(target)
+@check_on(stranger, "PS12", profiles=OURS)
+async def _split(pendant: PendantConversation) -> None:
     hello = pendant.wire.encode(Hello(PROTOCOL_VERSION, 0.0, "", "tester"))
     await pendant.wire.send_in_pieces(hello)
     await pendant.answer("a hello that came byte by byte")
-    return PASSED
 
 
 @check("PS13", profiles=OURS)
-async def _big_endian(target: Target) -> CheckFinding:
+async def _big_endian(target: Target) -> None:
     await welcomed(target, order=ByteOrder.BIG)
-    return PASSED
 
 
-@check("PS14", profiles=OURS)
-async def _too_large(target: Target) -> CheckFinding:
-    pendant = await welcomed(target)
+@check_on(welcomed, "PS14", profiles=OURS)
+async def _too_large(pendant: PendantConversation) -> None:
     wire = pendant.wire
     wire.send(raw_frame(wire.codec, _UNKNOWN, CommType.TOPIC, length=MAX_PENDANT_FRAME + 1))
     if not await wire.is_closed_within(3.0):
         raise RuleBroken("a length beyond max_frame left the link open for 3 s")
-    return PASSED
 
 
-@check("PS15", profiles=OURS)
-async def _nonsense(target: Target) -> CheckFinding:
-    pendant = await welcomed(target)
+@check_on(welcomed, "PS15", profiles=OURS)
+async def _nonsense(pendant: PendantConversation) -> None:
     frame = raw_frame(pendant.wire.codec, _UNKNOWN, CommType.REQUEST)
     for _ in range(30):
         pendant.wire.send(frame)
         await asyncio.sleep(0.01)
     if not await pendant.wire.is_closed_within(2.0):
         raise RuleBroken("thirty unknown requests in a row, and the link is still open")
-    return PASSED
 
 
 @check("PS16", profiles=OURS)
 async def _state_rate(target: Target) -> CheckFinding:
     hello = (await welcomed(target)).hello
-    assert hello is not None
     found = []
     for asked in (min(_RATE, hello.max_state_rate), hello.max_state_rate):
         pendant = await welcomed(target, rate=asked)
@@ -426,11 +372,11 @@ async def _state_rate(target: Target) -> CheckFinding:
         if not 0.8 * asked <= got <= 1.2 * asked:
             raise RuleBroken(f"asked for {asked:g} Hz, got {got:.3g}")
         found.append(f"{got:.3g} Hz")
-    return CheckFinding(Judged.PASSED, ", ".join(found))
+    return passed(", ".join(found))
 
 
 @check("PS17", profiles=OURS)
-async def _state_order(target: Target) -> CheckFinding:
+async def _state_order(target: Target) -> None:
     pendant = await welcomed(target, rate=50.0)
     await pendant.until(lambda: len(pendant.all(State)) >= 10, 2.0)
     states = pendant.all(State)
@@ -445,11 +391,10 @@ async def _state_order(target: Target) -> CheckFinding:
         raise RuleBroken(f"age {states[-1].age}")
     if not any(state.age for state in states):
         raise RuleBroken("the age is always 0 s: no report comes in the moment of its state")
-    return PASSED
 
 
 @check("PS22", profiles=OURS)
-async def _same_joints(target: Target) -> CheckFinding:
+async def _same_joints(target: Target) -> None:
     watch = await target.state()
     await watch.begin()
     pendant = await welcomed(target, rate=50.0)
@@ -457,11 +402,10 @@ async def _same_joints(target: Target) -> CheckFinding:
     gap = distance(state.positions, watch.position)
     if gap > _SAME:
         raise RuleBroken(f"the pendant port and the state port differ by {gap:.4g} rad or m")
-    return PASSED
 
 
 @check("PS23", profiles=OURS)
-async def _at_rest(target: Target) -> CheckFinding:
+async def _at_rest(target: Target) -> None:
     pendant = await welcomed(target, rate=50.0)
     await pendant.until(lambda: len(pendant.all(State)) >= 10, 2.0)
     first, *_, last = [await pendant.state(), *pendant.all(State)]
@@ -470,15 +414,14 @@ async def _at_rest(target: Target) -> CheckFinding:
     if last.request_id or last.holder:
         raise RuleBroken(f"request {last.request_id}, holder {last.holder}, where there are none")
     if not last.valid_fields & StateField.VELOCITY:
-        return PASSED
+        return
     fastest = max(map(abs, last.velocities))
     if not fastest <= _RESTING:
         raise RuleBroken(f"the joints stand, and are said to move with {fastest:g} rad/s or m/s")
-    return PASSED
 
 
 @check("PS18", profiles=OURS)
-async def _unsubscribe(target: Target) -> CheckFinding:
+async def _unsubscribe(target: Target) -> None:
     pendant = await welcomed(target, rate=_RATE)
     await pendant.state()
     await pendant.accepted(Subscribe(pendant.next_id(), 0.0), "a subscription of 0 Hz")
@@ -486,31 +429,25 @@ async def _unsubscribe(target: Target) -> CheckFinding:
     await asyncio.sleep(0.6)
     if len(pendant.all(State)) > count:
         raise RuleBroken(f"{len(pendant.all(State)) - count} states after a subscription of 0 Hz")
-    return PASSED
 
 
-@check("PS19", profiles=OURS)
-async def _bad_rate(target: Target) -> CheckFinding:
-    pendant = await welcomed(target)
+@check_on(welcomed, "PS19", profiles=OURS)
+async def _bad_rate(pendant: PendantConversation) -> None:
     for asked in (-5.0, 0.1, 1e6, math.nan, math.inf):
         found = await pendant.verdict(Subscribe(pendant.next_id(), asked), f"{asked} Hz")
         if found.code not in (VerdictCode.BAD_ARGUMENT, VerdictCode.NOT_FINITE):
             raise RuleBroken(f"a state rate of {asked} Hz: verdict {found.code}")
-    return PASSED
 
 
-@check("PS20", profiles=OURS)
-async def _once(target: Target) -> CheckFinding:
-    pendant = await welcomed(target)
+@check_on(welcomed, "PS20", profiles=OURS)
+async def _once(pendant: PendantConversation) -> None:
     await pendant.accepted(Subscribe(pendant.next_id(), 0.0), "a subscription")
     if await pendant.until(lambda: pendant.has_answer, 0.4):
         raise RuleBroken("a subscription was answered twice")
-    return PASSED
 
 
-@check("PS21", profiles=OURS)
-async def _management(target: Target) -> CheckFinding:
-    pendant = await welcomed(target)
+@check_on(welcomed, "PS21", profiles=OURS)
+async def _management(pendant: PendantConversation) -> None:
     for body in (b"{", b"[]", b'{"no such": "question"}', b"\xff\xfe", b""):
         request = Management(pendant.next_id(), body)
         frame = await pendant.ask(request, f"management {body!r}")
@@ -520,14 +457,11 @@ async def _management(target: Target) -> CheckFinding:
         if frame.reply_code != ReplyCode.FAILURE:
             raise RuleBroken(f"management {body!r} was answered with success")
         _parsed(frame.data[HEADER_SIZE + 4 :])
-    return PASSED
 
 
-@check("PS24", profiles=OURS)
-async def _snapshot(target: Target) -> CheckFinding:
-    pendant = await welcomed(target)
+@check_on(welcomed, "PS24", profiles=OURS)
+async def _snapshot(pendant: PendantConversation) -> None:
     hello = pendant.hello
-    assert hello is not None
     request = Management(pendant.next_id(), b'{"op": "snapshot"}')
     frame = await pendant.ask(request, "a snapshot")
     reply = frame.message()
@@ -543,7 +477,6 @@ async def _snapshot(target: Target) -> CheckFinding:
             f"the snapshot shows cell {shown.get('cell')!r} with {count} joints, hello"
             f" {hello.cell!r} with {hello.dof}"
         )
-    return PASSED
 
 
 def _parsed(body: bytes) -> dict[str, object]:

@@ -9,7 +9,9 @@ from __future__ import annotations
 import asyncio
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from contextlib import asynccontextmanager
+from functools import partial
 
 from openpendant.simplemsg import CommType, Message, joint_array
 from openpendant.simplemsg.pendant import (
@@ -36,13 +38,12 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.simplemsg.verdicts import VerdictCode
 
-from ..findings import PASSED, CheckFinding
-from ..findings import CheckVerdict as Judged
-from .checks import check
+from ..check import CannotJudge, CheckFinding, RuleBroken, passed
+from .checks import check, check_on
 from .monitor import distance
 from .pendant import OURS, PendantConversation, welcomed
 from .target import Target
-from .wire import CannotJudge, RuleBroken, Wire
+from .wire import Wire
 
 SPEED = 0.05
 """Fraction of the joints' largest speed for motions that have to arrive."""
@@ -67,11 +68,7 @@ def release(pendant: PendantConversation) -> Authority:
 
 
 async def holder(target: Target) -> PendantConversation:
-    """Connect, have state at 50 Hz, and take the authority.
-
-    Raises:
-        CannotJudge: somebody else has it, or no state comes.
-    """
+    """Connect, have state at 50 Hz, and take the authority; CannotJudge where either is not had."""
     pendant = await welcomed(target, rate=50.0)
     await pendant.state()
     await pendant.take_authority()
@@ -80,7 +77,6 @@ async def holder(target: Target) -> PendantConversation:
 
 def dof(pendant: PendantConversation) -> int:
     """Return how many joints the server says the robot has."""
-    assert pendant.hello is not None
     return pendant.hello.dof
 
 
@@ -131,11 +127,7 @@ def speed_for(target: Target, seconds: float) -> float:
 
 
 async def finished(pendant: PendantConversation, request_id: int, within: float) -> Outcome:
-    """Wait for the one outcome of a request, with beats.
-
-    Raises:
-        RuleBroken: there is none, or more than one.
-    """
+    """Wait, with beats, for the one outcome of a request; RuleBroken for none or more than one."""
 
     def ended() -> list[Outcome]:
         return [found for found in pendant.all(Outcome) if found.request_id == request_id]
@@ -162,11 +154,7 @@ async def moved(
 async def under_way(
     pendant: PendantConversation, target: Target, speed: float = SLOW
 ) -> tuple[tuple[float, ...], JointMove]:
-    """Start a slow motion; return the start position and the request.
-
-    Raises:
-        CannotJudge: the robot does not move.
-    """
+    """Start a slow motion; return start position and request. CannotJudge where nothing moves."""
     here = await standing(pendant, target)
     move = joint_move(pendant, aside(target, here), speed)
     target.may_have_moved = True
@@ -183,6 +171,16 @@ async def reset_and_return(target: Target, here: Sequence[float]) -> None:
     await pendant.accepted(ResetStop(pendant.next_id()), "the reset of a stop")
     if distance(shown(pendant), here) > ARRIVED:
         await moved(pendant, target, here)
+
+
+@asynccontextmanager
+async def put_back(target: Target, here: Sequence[float]) -> AsyncIterator[None]:
+    """Close all connections after the context, reset the stop and go back to where it was."""
+    try:
+        yield
+    finally:
+        await target.close()
+        await reset_and_return(target, here)
 
 
 async def refused_or_stopped(
@@ -205,11 +203,7 @@ async def refused_or_stopped(
 
 
 def judge_states(pendant: PendantConversation, request_id: int) -> None:
-    """Make sure that the states shown during one motion belong to it and to each other.
-
-    Raises:
-        RuleBroken: a wrong request or activity, or velocities that do not lead where it went.
-    """
+    """Raise RuleBroken unless the states of one motion belong to it and to each other."""
     states = pendant.all(State)
     activities = {state.activity for state in states}
     if Activity.MOVING not in activities or states[-1].activity != Activity.IDLE:
@@ -241,11 +235,7 @@ def seconds(state: State) -> float:
 
 
 def judge_pace(target: Target, pendant: PendantConversation, outcome: Outcome, way: float) -> None:
-    """Make sure that a motion of the last joint took the time that its speed and limit demand.
-
-    Raises:
-        RuleBroken: it was faster, or its duration is none.
-    """
+    """Raise RuleBroken where a motion of the last joint was faster than speed and limit allow."""
     taken = outcome.motion_time
     if not taken > 0.0:
         raise RuleBroken(f"a motion of {way:.3f} rad is said to have taken {taken:g} s")
@@ -303,20 +293,18 @@ def _moving_requests(pendant: PendantConversation, state: State) -> list[Message
 
 
 @check("PS30", profiles=OURS)
-async def _no_authority(target: Target) -> CheckFinding:
+async def _no_authority(target: Target) -> None:
     pendant = await welcomed(target, rate=50.0)
     for request in _moving_requests(pendant, await pendant.state()):
         name = type(request).__name__
         await pendant.refused(request, VerdictCode.NOT_IN_CONTROL, f"{name} without authority")
     await pendant.refused(release(pendant), VerdictCode.NOT_IN_CONTROL, "a release")
-    return PASSED
 
 
 @check("PS31", profiles=OURS)
-async def _granted(target: Target) -> CheckFinding:
+async def _granted(target: Target) -> None:
     witness = await welcomed(target)
     pendant = await holder(target)
-    assert pendant.hello is not None
     session = pendant.hello.session
     if not await witness.until(lambda: bool(witness.all(AuthorityChanged)), 1.0):
         raise RuleBroken("the grant was not announced to another pendant")
@@ -329,15 +317,10 @@ async def _granted(target: Target) -> CheckFinding:
     await _announced(witness, AuthorityReason.RELEASED, 1.0)
     if not await pendant.until(lambda: pendant.all(State)[-1].holder == 0, 1.0):
         raise RuleBroken(f"after a release state names holder {pendant.all(State)[-1].holder}")
-    return PASSED
 
 
 async def _announced(witness: PendantConversation, reason: AuthorityReason, within: float) -> None:
-    """Wait until a pendant is told that nobody holds the authority, and why.
-
-    Raises:
-        RuleBroken: it is not, or for another reason.
-    """
+    """Raise RuleBroken unless a pendant is told that nobody holds the authority, and why."""
 
     def ends() -> list[AuthorityChanged]:
         return [change for change in witness.all(AuthorityChanged) if change.holder == 0]
@@ -350,30 +333,23 @@ async def _announced(witness: PendantConversation, reason: AuthorityReason, with
 
 
 @check("PS32", profiles=OURS)
-async def _one_holder(target: Target) -> CheckFinding:
+async def _one_holder(target: Target) -> None:
     await holder(target)
     other = await welcomed(target)
     request = Authority(other.next_id(), AuthorityAction.REQUEST)
     await other.refused(request, VerdictCode.HELD_BY_OTHER, "a second request for it")
-    return PASSED
 
 
 def _lease(pendant: PendantConversation) -> float:
-    """Return the lease of the authority, its time without beats [s].
-
-    Raises:
-        CannotJudge: too long to wait for.
-    """
-    assert pendant.hello is not None
+    """Return the time of the authority without beats [s]; CannotJudge where it is long."""
     lease = pendant.hello.authority_timeout
     if lease > _LONGEST_LEASE:
         raise CannotJudge(f"the lease lasts {lease:g} s")
     return lease
 
 
-@check("PS33", profiles=OURS, deadline=40.0)
-async def _expires(target: Target) -> CheckFinding:
-    pendant = await holder(target)
+@check_on(holder, "PS33", profiles=OURS, deadline=40.0)
+async def _expires(pendant: PendantConversation) -> None:
     lease = _lease(pendant)
     for _ in range(4):
         await asyncio.sleep(lease / 2)
@@ -383,11 +359,10 @@ async def _expires(target: Target) -> CheckFinding:
     if lost:
         raise RuleBroken(f"the authority was lost although beats came within {lease:g} s")
     await _announced(pendant, AuthorityReason.EXPIRED, 0.2 * lease + _EXPIRES_WITHIN)
-    return PASSED
 
 
 @check("PS34", profiles=OURS)
-async def _ends_with_link(target: Target) -> CheckFinding:
+async def _ends_with_link(target: Target) -> None:
     for name, end in _ENDS:
         pendant = await holder(target)
         other = await welcomed(target)
@@ -398,11 +373,10 @@ async def _ends_with_link(target: Target) -> CheckFinding:
             raise RuleBroken(f"after {name} of its holder: {broken}") from None
         await other.take_authority()
         await other.accepted(release(other), "a release")
-    return PASSED
 
 
 @check("PS35", moves=True, profiles=OURS)
-async def _bad_targets(target: Target) -> CheckFinding:
+async def _bad_targets(target: Target) -> None:
     pendant = await holder(target)
     here = await standing(pendant, target)
     cases: list[tuple[JointMove, VerdictCode, str]] = [
@@ -430,7 +404,6 @@ async def _bad_targets(target: Target) -> CheckFinding:
     for move, code, what in cases:
         await refused_or_stopped(pendant, target, move, code, what)
         pendant.wire.send(AuthorityBeat())
-    return PASSED
 
 
 def _just_outside(target: Target) -> list[tuple[int, float]]:
@@ -459,29 +432,18 @@ async def _completed(target: Target) -> CheckFinding:
     judge_states(pendant, outcome.request_id)
     judge_pace(target, pendant, outcome, distance(goal, here))
     back = await moved(pendant, target, here)
-    return CheckFinding(
-        Judged.PASSED, f"{outcome.motion_time:.2f} s there, {back.motion_time:.2f} back"
-    )
+    return passed(f"{outcome.motion_time:.2f} s there, {back.motion_time:.2f} back")
 
 
-@check("PS37", moves=True, profiles=OURS)
-async def _stopped(target: Target) -> CheckFinding:
-    return await _stop_of(target, SoftwareStop(0, "conformance"))
-
-
-@check("PS40", moves=True, profiles=OURS)
-async def _stopped_by_topic(target: Target) -> CheckFinding:
-    return await _stop_of(target, SoftwareStop(0, "conformance", comm_type=CommType.TOPIC))
-
-
-async def _stop_of(target: Target, stop: SoftwareStop) -> CheckFinding:
+async def _stop_of(target: Target, comm_type: CommType) -> None:
     """Have an observer stop a motion; make sure that all are told, and that it stays stopped."""
     pendant = await holder(target)
     here, move = await under_way(pendant, target)
     known_error = pendant.all(State)[-1].error_code
     other, witness = await welcomed(target), await welcomed(target)
-    try:
-        if stop.comm_type == CommType.REQUEST:
+    stop = SoftwareStop(0, "conformance", comm_type=comm_type)
+    async with put_back(target, here):
+        if comm_type == CommType.REQUEST:
             stop.request_id = other.next_id()
             await other.accepted(stop, "a stop by an observer")
         else:
@@ -509,58 +471,44 @@ async def _stop_of(target: Target, stop: SoftwareStop) -> CheckFinding:
         await asyncio.sleep(0.5)
         if distance(shown(pendant), stood) > ARRIVED:
             raise RuleBroken(f"after the stop the robot moved by {distance(shown(pendant), stood)}")
-    finally:
-        await target.close()
-        await reset_and_return(target, here)
-    return PASSED
+
+
+check("PS37", moves=True, profiles=OURS)(partial(_stop_of, comm_type=CommType.REQUEST))
+check("PS40", moves=True, profiles=OURS)(partial(_stop_of, comm_type=CommType.TOPIC))
 
 
 @check("PS41", moves=True, profiles=OURS)
-async def _reset_by_nobody(target: Target) -> CheckFinding:
+async def _reset_by_nobody(target: Target) -> None:
     pendant = await welcomed(target, rate=50.0)
     here = position(await pendant.state(), pendant)
     await pendant.accepted(SoftwareStop(pendant.next_id(), "conformance"), "a stop")
-    try:
+    async with put_back(target, here):
         reset = ResetStop(pendant.next_id())
         await pendant.refused(reset, VerdictCode.NOT_IN_CONTROL, "a reset without authority")
-    finally:
-        await target.close()
-        await reset_and_return(target, here)
-    return PASSED
 
 
-async def _left_alone(target: Target, end: Callable[[Wire], None]) -> CheckFinding:
+async def _left_alone(target: Target, end: Callable[[Wire], None]) -> None:
     """End the connection that commands the robot; make sure that it stops on the way."""
     pendant = await holder(target)
     here, _ = await under_way(pendant, target)
     goal = aside(target, here)
     witness = await welcomed(target, rate=50.0)
     end(pendant.wire)
-    try:
+    async with put_back(target, here):
         await asyncio.sleep(STOPPED_WITHIN)
         await witness.state()
         stood = shown(witness)
         await asyncio.sleep(STOPPED_WITHIN)
         if distance(shown(witness), stood) > 1e-3 or distance(shown(witness), goal) < ARRIVED:
             raise RuleBroken(f"the robot went on {STOPPED_WITHIN} s after its pendant was gone")
-    finally:
-        await target.close()
-        await reset_and_return(target, here)
-    return PASSED
 
 
-@check("PS38", moves=True, profiles=OURS)
-async def _lost(target: Target) -> CheckFinding:
-    return await _left_alone(target, Wire.reset)
-
-
-@check("PS42", moves=True, profiles=OURS)
-async def _hung_up(target: Target) -> CheckFinding:
-    return await _left_alone(target, Wire.half_close)
+check("PS38", moves=True, profiles=OURS)(partial(_left_alone, end=Wire.reset))
+check("PS42", moves=True, profiles=OURS)(partial(_left_alone, end=Wire.half_close))
 
 
 @check("PS39", moves=True, profiles=OURS)
-async def _busy(target: Target) -> CheckFinding:
+async def _busy(target: Target) -> None:
     pendant = await holder(target)
     here, move = await under_way(pendant, target)
     found = await pendant.verdict(joint_move(pendant, here), "a second motion")
@@ -570,15 +518,14 @@ async def _busy(target: Target) -> CheckFinding:
     if outcome.outcome != OutcomeKind.COMPLETED:
         raise RuleBroken(f"the first motion was disturbed: {outcome.code} {outcome.text!r}")
     await moved(pendant, target, here)
-    return PASSED
 
 
 @check("PS43", moves=True, profiles=OURS, deadline=60.0)
-async def _expires_in_motion(target: Target) -> CheckFinding:
+async def _expires_in_motion(target: Target) -> None:
     pendant = await holder(target)
     lease = _lease(pendant)
     here, move = await under_way(pendant, target, speed_for(target, lease + 3.0))
-    try:
+    async with put_back(target, here):
         await _announced(pendant, AuthorityReason.EXPIRED, lease + _EXPIRES_WITHIN)
         outcome = await finished(pendant, move.request_id, 1.0)
         if outcome.outcome == OutcomeKind.COMPLETED:
@@ -589,16 +536,11 @@ async def _expires_in_motion(target: Target) -> CheckFinding:
         await asyncio.sleep(STOPPED_WITHIN)
         if distance(shown(pendant), stood) > 1e-3:
             raise RuleBroken("the robot moves although the lease has expired")
-    finally:
-        await target.close()
-        await reset_and_return(target, here)
-    return PASSED
 
 
 @check("PS44", profiles=OURS)
-async def _beats_of_others(target: Target) -> CheckFinding:
+async def _beats_of_others(target: Target) -> None:
     pendant, other = await holder(target), await welcomed(target)
     lease = _lease(pendant)
     async with other.beating():
         await _announced(pendant, AuthorityReason.EXPIRED, lease + _EXPIRES_WITHIN)
-    return PASSED

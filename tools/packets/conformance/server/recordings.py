@@ -7,16 +7,18 @@ what is kept of it; the checks only look.
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Awaitable, Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from openpendant.simplemsg import CommType, JointFeedback, MsgType, Ping
 
+from ..check import CannotJudge
 from .answers import STOP
 from .monitor import STEADY, FrameSummary, ReportedJoints, ReportedStatus, distance
 from .moving import LEAD_IN, SPEED, START_WITHIN, Mover, ready
 from .target import Target
-from .wire import CannotJudge, ReceivedFrame, raw_frame
+from .wire import ReceivedFrame, raw_frame
 
 SAMPLE = 2.2
 """Time for which the state port is observed at rest [s]."""
@@ -30,6 +32,8 @@ UNDISTURBED = 1.5
 LOSS_SEEN = 0.8
 """So long after the loss of a link the robot is judged, before a new link is made [s]."""
 
+_Made = TypeVar("_Made")
+
 _SETTLING = 0.3
 _SPEED_OVER = 0.05
 
@@ -40,10 +44,7 @@ class Sample:
 
     Attributes:
         opened: when the connection was made [s].
-        frames: the header of every frame.
-        joints: joint values.
         feedback: type 15 with its times of arrival.
-        statuses: STATUS.
         stray: bytes that are no frame.
     """
 
@@ -60,17 +61,13 @@ class RecordedMotion:
     """One recorded motion.
 
     Attributes:
-        joint: index of the joint that was moved.
         start: all slots before it [rad or m].
         goal: all slots where it should have ended.
         duration: what was asked for [s].
         sent: when the last point was sent [s].
         event: when the motion was interrupted, or when the last point was answered [s].
-        replies: answers to the points, in order.
         event_reply: answer to the interruption; None where there was none.
         joints: joint values from just before it to the end.
-        feedback: type 15 of the same time.
-        statuses: STATUS of the same time.
     """
 
     joint: int
@@ -95,6 +92,11 @@ class RecordedMotion:
         """Last reported position of the robot."""
         return self.joints[-1].values
 
+    def progress(self, position: Sequence[float]) -> float:
+        """Return which part of the way to the goal a position is."""
+        start, goal = self.start[self.joint], self.goal[self.joint]
+        return (position[self.joint] - start) / (goal - start)
+
     def moving(self, by: float | None = None) -> tuple[ReportedJoints, ...]:
         """Return the reports between leaving the start and being where the robot ended.
 
@@ -109,11 +111,7 @@ class RecordedMotion:
         return self.joints[away[0] : left[-1] + 1]
 
     def visibly_moving(self) -> tuple[ReportedJoints, ...]:
-        """Return the reports from the first visible motion to the last.
-
-        Raises:
-            CannotJudge: nothing moved.
-        """
+        """Return the reports from first to last visible motion; CannotJudge where nothing moved."""
         self.must_have_moved()
         return self.moving(2 * STEADY)
 
@@ -126,11 +124,7 @@ class RecordedMotion:
         return way / (before[-1].time - before[0].time)
 
     def must_have_moved(self) -> tuple[ReportedJoints, ...]:
-        """Return `moving`.
-
-        Raises:
-            CannotJudge: nothing moved.
-        """
+        """Return `moving`; raise CannotJudge where nothing moved."""
         moving = self.moving()
         if len(moving) < 2:
             raise CannotJudge("no motion was reported; MS02 says so")
@@ -182,12 +176,8 @@ async def reference(target: Target) -> RecordedMotion:
 
 
 async def must_be_slow(target: Target) -> None:
-    """Make sure that the robot moves as slowly as it is asked to.
-
-    Raises:
-        CannotJudge: it does not, or did not move when it was asked to.
-    """
-    motion: RecordedMotion = await target.once("a motion", reference)
+    """Raise CannotJudge unless the robot is seen to move as slowly as it is asked to."""
+    motion = await undisturbed(target)
     moving = motion.must_have_moved()
     if moving[-1].time - moving[0].time < 0.4 * motion.duration:
         raise CannotJudge(
@@ -215,7 +205,6 @@ class Questions:
     Attributes:
         ping: the answer to a PING; None where there was none within half a second.
         status: the answer to a request for STATUS, if one was sent; None where there was none.
-        was_moving: the robot moved before and after both.
     """
 
     ping: ReceivedFrame | None
@@ -293,3 +282,22 @@ def _motion(
 
 def _now() -> float:
     return asyncio.get_running_loop().time()
+
+
+def _once(
+    name: str, make: Callable[[Target], Awaitable[_Made]]
+) -> Callable[[Target], Awaitable[_Made]]:
+    """Return what makes an observation once in a run, and gives it to every check that asks."""
+
+    async def made(target: Target) -> _Made:
+        return await target.once(name, make)
+
+    return made
+
+
+at_rest = _once("the state at rest", sample)
+undisturbed = _once("a motion", reference)
+stopped_motion = _once("a stopped motion", stopped)
+lost_link = _once("a lost link", lost)
+reset_link = _once("a reset link", lost_by_reset)
+asked_in_motion = _once("answers in motion", questioned)

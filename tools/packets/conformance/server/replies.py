@@ -7,8 +7,6 @@ import struct
 from openpendant.simplemsg import (
     CommType,
     GetVersion,
-    JointTrajPt,
-    JointTrajPtFull,
     Message,
     MsgType,
     Ping,
@@ -16,23 +14,25 @@ from openpendant.simplemsg import (
     SpecialSequence,
     Status,
     TriState,
-    joint_array,
 )
 from openpendant.simplemsg.framing import HEADER_SIZE
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
+from ..check import PASSED, CannotJudge, CheckFinding, CheckVerdict, RuleBroken, deviates, passed
 from .answers import (
+    FULL_STOP,
     MOTION_REPLY,
     STOP,
+    STOP_TOPIC,
     judge_point_reply,
     must_be_ping,
     ping,
 )
-from .checks import ANY, FULL, check
-from .headers import UNKNOWN
-from .recordings import Questions, questioned
+from .checks import ANY, FULL, check, check_on
+from .framing import UNKNOWN
+from .monitor import Watch
+from .recordings import Questions, asked_in_motion
 from .target import Target
-from .wire import REPLY_WITHIN, CannotJudge, RuleBroken, Wire, raw_frame
+from .wire import REPLY_WITHIN, Wire, raw_frame
 
 _PROMPT = 0.25
 _UNKNOWN_TYPES = (20, 21, 1399, 64_999, 0x7FFF_FFFF)
@@ -55,9 +55,8 @@ async def _ping(target: Target) -> CheckFinding:
     return deviates("ABB, Fanuc, Stäubli: PING is not known", "a PING was not answered")
 
 
-@check("RS02")
-async def _ping_with_body(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "RS02")
+async def _ping_with_body(wire: Wire) -> CheckFinding:
     wire.send(raw_frame(wire.codec, MsgType.PING, CommType.REQUEST, body=bytes(40)))
     reply = await wire.expect("an answer to a PING with a body")
     must_be_ping(reply, "a PING with a body")
@@ -69,17 +68,14 @@ async def _ping_with_body(target: Target) -> CheckFinding:
     return PASSED
 
 
-@check("RS03", profiles=ANY)
-async def _prompt(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "RS03", profiles=ANY)
+async def _prompt(wire: Wire) -> None:
     for number in range(1, 6):
         await ping(wire, f"PING {number} of five", _PROMPT)
-    return PASSED
 
 
-@check("RS04", profiles=FULL)
-async def _ping_topic(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "RS04", profiles=FULL)
+async def _ping_topic(wire: Wire) -> CheckFinding:
     wire.send(_topic(MsgType.PING, wire))
     reply = await wire.poll(0.2)
     if reply is None:
@@ -107,9 +103,8 @@ async def _unknown_request(target: Target) -> CheckFinding:
     return await _refusal_of(await target.motion(), UNKNOWN)
 
 
-@check("RS06", profiles=FULL)
-async def _unknown_requests(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "RS06", profiles=FULL)
+async def _unknown_requests(wire: Wire) -> CheckFinding:
     for msg_type in _UNKNOWN_TYPES:
         finding = await _refusal_of(wire, msg_type)
         if finding.verdict is not CheckVerdict.PASSED:
@@ -117,39 +112,33 @@ async def _unknown_requests(target: Target) -> CheckFinding:
     return PASSED
 
 
-@check("RS07")
-async def _link_survives(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "RS07")
+async def _link_survives(wire: Wire) -> None:
     body = struct.pack("<3i", 1, 2, 3)
     wire.send(raw_frame(wire.codec, UNKNOWN, CommType.REQUEST, body=body))
     await wire.expect("an answer to an unknown request with a body")
     await ping(wire, "a PING after an unknown request")
-    return PASSED
 
 
-@check("RS08")
-async def _unknown_topic(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "RS08")
+async def _unknown_topic(wire: Wire) -> None:
     wire.send(raw_frame(wire.codec, UNKNOWN, CommType.TOPIC, body=bytes(24)))
     await wire.expect_silence(0.2, "an unknown topic")
     await ping(wire, "a PING after an unknown topic")
-    return PASSED
 
 
-@check("RS09", profiles=FULL)
-async def _version(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "RS09", profiles=FULL)
+async def _version(wire: Wire) -> CheckFinding:
     reply = await wire.ask(GetVersion(), "a request for the version")
     if reply.reply_code == ReplyCode.FAILURE:
         return deviates("no vendor's server answers GET_VERSION", str(reply))
     if reply.msg_type != MsgType.GET_VERSION or len(reply.body) != 12:
         raise RuleBroken(f"the version is to be three integers of type 2, not {reply}")
-    return CheckFinding(CheckVerdict.PASSED, "version " + ".".join(map(str, reply.integers(3))))
+    return passed("version " + ".".join(map(str, reply.integers(3))))
 
 
-@check("RS10", profiles=FULL)
-async def _status_request(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "RS10", profiles=FULL)
+async def _status_request(wire: Wire) -> CheckFinding:
     # No document says which body such a request has: none, or that of the reply.
     for body in (b"", bytes(28)):
         question = raw_frame(wire.codec, MsgType.STATUS, CommType.REQUEST, body=body)
@@ -166,9 +155,8 @@ async def _status_request(target: Target) -> CheckFinding:
     return PASSED
 
 
-@check("RS11", profiles=FULL)
-async def _state_ping(target: Target) -> CheckFinding:
-    watch = await target.state()
+@check_on(Target.state, "RS11", profiles=FULL)
+async def _state_ping(watch: Watch) -> CheckFinding:
     await watch.begin()
     watch.wire.send(Ping())
 
@@ -193,8 +181,7 @@ async def _stop_at_rest(target: Target) -> CheckFinding:
 @check("RS13", is_plain=True)
 async def _stop_topic(target: Target) -> CheckFinding:
     wire = await target.motion()
-    zeros = joint_array(())
-    wire.send(JointTrajPt(SpecialSequence.STOP, zeros, 0.0, 0.0, comm_type=CommType.TOPIC))
+    wire.send(STOP_TOPIC)
     reply = await wire.poll(0.2)
     if reply is None:
         await target.probe.ask(wire, "after STOP as a topic")
@@ -209,18 +196,16 @@ async def _stop_topic(target: Target) -> CheckFinding:
 
 
 @check("RS14")
-async def _once(target: Target) -> CheckFinding:
+async def _once(target: Target) -> None:
     for what, message in (("a PING", Ping()), ("STOP", STOP), ("an unknown request", None)):
         wire = await target.motion()
         unknown = raw_frame(wire.codec, UNKNOWN, CommType.REQUEST)
         await wire.ask(unknown if message is None else message, what)
         await wire.expect_silence(0.15, f"the answer to {what}")
-    return PASSED
 
 
-@check("RS15")
-async def _order(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "RS15")
+async def _order(wire: Wire) -> None:
     wire.send(Ping(), raw_frame(wire.codec, UNKNOWN, CommType.REQUEST), STOP, Ping())
     replies = [await wire.expect(f"answer {n} of four") for n in range(1, 5)]
     types = [reply.msg_type for reply in replies]
@@ -228,7 +213,6 @@ async def _order(target: Target) -> CheckFinding:
         raise RuleBroken(f"PING, type {UNKNOWN}, STOP and PING were answered by types {types}")
     must_be_ping(replies[0], "the first PING")
     must_be_ping(replies[3], "the second PING")
-    return PASSED
 
 
 def _all_stop(wire: Wire, words: int) -> bytes:
@@ -253,17 +237,15 @@ async def _not_taken(wire: Wire, frame: bytes | Message, what: str) -> CheckFind
     raise RuleBroken(f"{what} was not answered; the real client waits for ever")
 
 
-@check("RS16")
-async def _short_body(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "RS16")
+async def _short_body(wire: Wire) -> CheckFinding:
     body = _all_stop(wire, 12)
     frame = raw_frame(wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=body)
     return await _not_taken(wire, frame, "a point of 48 bytes")
 
 
-@check("RS17", profiles=FULL)
-async def _long_body(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "RS17", profiles=FULL)
+async def _long_body(wire: Wire) -> CheckFinding:
     # Read from either end this is a STOP, so that a lenient server does no harm.
     stop = wire.encode(STOP)[HEADER_SIZE:]
     frame = raw_frame(wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=stop[:4] + stop)
@@ -278,9 +260,7 @@ async def _long_body(target: Target) -> CheckFinding:
 
 @check("RS18", profiles=FULL)
 async def _full_point(target: Target) -> CheckFinding:
-    zeros = joint_array(())
-    stop = JointTrajPtFull(0, SpecialSequence.STOP, 0, 0.0, zeros, zeros, zeros)
-    reply = await (await target.motion()).ask(stop, "STOP in a full point")
+    reply = await (await target.motion()).ask(FULL_STOP, "STOP in a full point")
     if reply.msg_type == MOTION_REPLY:
         return deviates("Motoman: full points are answered by type 2002", str(reply))
     if reply.msg_type != MsgType.JOINT_TRAJ_PT_FULL or reply.comm_type != CommType.REPLY:
@@ -288,9 +268,8 @@ async def _full_point(target: Target) -> CheckFinding:
     return PASSED
 
 
-@check("RS19", profiles=FULL)
-async def _wrong_count(target: Target) -> CheckFinding:
-    wire = await target.motion()
+@check_on(Target.motion, "RS19", profiles=FULL)
+async def _wrong_count(wire: Wire) -> CheckFinding:
     count = (7).to_bytes(4, "little" if wire.codec.byte_order.value == "<" else "big")
     body = wire.encode(STOP)[HEADER_SIZE:] + count
     frame = raw_frame(wire.codec, MsgType.JOINT_TRAJ, CommType.REQUEST, body=body)
@@ -298,32 +277,30 @@ async def _wrong_count(target: Target) -> CheckFinding:
 
 
 @check("RS20", profiles=ANY, is_plain=True)
-async def _unasked(target: Target) -> CheckFinding:
+async def _unasked(target: Target) -> None:
     wire = await target.motion()
     await wire.expect_silence(0.2, "connecting to the motion port")
     await target.probe.ask(wire)
     await wire.expect_silence(0.2, f"the answer to a {target.probe.name}")
-    return PASSED
 
 
 async def _questions(target: Target) -> Questions:
-    asked: Questions = await target.once("answers in motion", questioned)
+    asked = await asked_in_motion(target)
     if not asked.was_moving:
         raise CannotJudge("the robot did not move meanwhile")
     return asked
 
 
 @check("RS21", moves=True)
-async def _ping_in_motion(target: Target) -> CheckFinding:
+async def _ping_in_motion(target: Target) -> None:
     reply = (await _questions(target)).ping
     if reply is None:
         raise RuleBroken("a PING in motion was not answered within 0.5 s")
     must_be_ping(reply, "a PING in motion")
-    return PASSED
 
 
 @check("RS22", moves=True, profiles=FULL)
-async def _status_in_motion(target: Target) -> CheckFinding:
+async def _status_in_motion(target: Target) -> None:
     reply = (await _questions(target)).status
     if reply is None:
         raise RuleBroken("a request for STATUS in motion was not answered within 0.5 s")
@@ -332,4 +309,3 @@ async def _status_in_motion(target: Target) -> CheckFinding:
     message = reply.message()
     if not isinstance(message, Status) or message.in_motion == TriState.FALSE:
         raise RuleBroken(f"a moving robot answered with {message}")
-    return PASSED

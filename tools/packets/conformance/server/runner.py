@@ -9,14 +9,25 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable, Iterable, Sequence
 
-from ..check import Judgement, Profile, Result
-from ..findings import CheckFinding, CheckVerdict, Section, failed, not_applicable
+from ..check import (
+    PASSED,
+    CannotJudge,
+    CheckFinding,
+    CheckVerdict,
+    Judgement,
+    Profile,
+    Result,
+    RuleBroken,
+    Section,
+    failed,
+    not_applicable,
+)
 from .checks import ServerCheck, server_checks
 from .link import LongLivedLinks
 from .monitor import INTERRUPTED, MotionInterrupted
 from .moving import Restored, restore
 from .target import Options, Target
-from .wire import CannotJudge, RuleBroken, TargetUnreachable
+from .wire import TargetUnreachable
 
 REVIVALS = 3
 """So often a target that takes no connections is tried again before it is given up."""
@@ -36,12 +47,7 @@ Progress = Callable[[Result], None]
 
 
 def applicable(options: Options, only: Sequence[str] = ()) -> tuple[ServerCheck, ...]:
-    """Return the checks of a profile, in the order in which they are run.
-
-    Args:
-        options: profile, dialect and ports.
-        only: numbers or names of sections; empty for all.
-    """
+    """Return the checks of a profile, in the order in which they are run."""
     wanted = {word.upper() for word in only}
     return tuple(
         entry
@@ -68,20 +74,10 @@ async def judge(
     progress: Progress | None = None,
     on_start: Callable[[Callable[[], None]], None] | None = None,
 ) -> Judgement:
-    """Judge a server.
+    """Judge a server; raise TargetUnreachable where nobody is there at the first look.
 
-    Whatever ends it early, a robot that may move is sent STOP first.
-
-    Args:
-        options: where it is and what may be done.
-        only: numbers or names of sections; empty for all.
-        checks: the checks to run; those of the profile by default.
-        progress: told each result as it is found.
-        on_start: given what ends the run early: the robot is stopped, and the checks that are left
-            are not applicable.
-
-    Raises:
-        Unreachable: nobody is there at the first look.
+    Whatever ends it early, a robot that may move is sent STOP first, and the checks that are left
+    are not applicable; `on_start` is given what ends it.
     """
     target = Target(options)
     if on_start is not None:
@@ -113,11 +109,7 @@ class _Run:
         self._is_alive = True
 
     async def begin(self) -> None:
-        """Survey the target.
-
-        Raises:
-            Unreachable: nobody is there.
-        """
+        """Survey the target; TargetUnreachable where nobody is there."""
         target = self._target
         try:
             await target.guard.over(target.survey())
@@ -222,7 +214,7 @@ async def _outcome(entry: ServerCheck, target: Target, links: LongLivedLinks) ->
     try:
         await target.guard.over(links.before(entry, target))
         async with asyncio.timeout(entry.deadline):
-            return await target.guard.over(entry.judge(target))
+            return await target.guard.over(entry.judge(target)) or PASSED
     except MotionInterrupted as error:
         return not_applicable(INTERRUPTED) if target.guard.is_interrupted else failed(str(error))
     except RuleBroken as error:

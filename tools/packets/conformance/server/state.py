@@ -1,4 +1,4 @@
-"""Section T: the topics of the state port; how often, in which order, and whether they are true."""
+"""Sections T and Q: what the state port tells; how often, in which order, and if it is true."""
 
 from __future__ import annotations
 
@@ -7,16 +7,36 @@ import itertools
 import math
 from collections.abc import Sequence
 
-from openpendant.simplemsg import JointFeedback, MsgType, ValidField
+from openpendant.simplemsg import (
+    PENDANT,
+    CommType,
+    ControllerMode,
+    JointFeedback,
+    MsgType,
+    ReplyCode,
+    Status,
+    TriState,
+    ValidField,
+)
 from openpendant.simplemsg.framing import HEADER_SIZE
+from openpendant.simplemsg.pendant import OperatorAction, OperatorEvent
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
-from .checks import ANY, FULL, check
+from ..check import PASSED, CannotJudge, CheckFinding, RuleBroken, deviates, passed
+from .answers import STOP, is_taken
+from .checks import ANY, FULL, check, check_on
 from .monitor import ReportedJoints, distance, longest_gap, rate
-from .moving import SPEED
-from .recordings import RecordedMotion, Sample, reference, sample
+from .moving import LEAD_IN, SPEED, STOP_WITHIN, VERY_SLOW, ready
+from .recordings import (
+    SLOW,
+    RecordedMotion,
+    Sample,
+    at_rest,
+    must_be_slow,
+    stopped_motion,
+    undisturbed,
+)
 from .target import Target
-from .wire import CannotJudge, RuleBroken
+from .wire import raw_frame
 
 LEAST_RATE = 10.0
 """Joint values a second; a tenth less is granted, as a pause of 0.1 s plus the work gives."""
@@ -41,36 +61,26 @@ _HANGING = 3.0
 _ENOUGH = 10
 
 
-async def _sample(target: Target) -> Sample:
-    taken: Sample = await target.once("the state at rest", sample)
-    return taken
-
-
 def _longest_gap(target: Target) -> float:
     return _LONGEST_GAP_EXACTLY if target.is_minimum else _LONGEST_GAP
 
 
 async def _with_joints(target: Target) -> Sample:
-    taken = await _sample(target)
+    taken = await at_rest(target)
     if not taken.joints:
         raise RuleBroken("the state port reports no joint values")
     return taken
 
 
-async def _undisturbed(target: Target) -> RecordedMotion:
-    motion: RecordedMotion = await target.once("a motion", reference)
-    return motion
-
-
 @check("TS01", profiles=ANY, is_plain=True)
 async def _speaks(target: Target) -> CheckFinding:
-    taken = await _sample(target)
+    taken = await at_rest(target)
     if not taken.frames:
         raise RuleBroken("the state port said nothing for 2.2 s")
     late = taken.frames[0].time - taken.opened
     if late > (_FIRST_FRAME_EXACTLY if target.is_minimum else _FIRST_FRAME):
         raise RuleBroken(f"the first frame came {late:.2f} s after connecting")
-    return CheckFinding(CheckVerdict.PASSED, f"first frame after {late:.3f} s")
+    return passed(f"first frame after {late:.3f} s")
 
 
 @check("TS02", profiles=ANY, is_plain=True)
@@ -78,7 +88,7 @@ async def _joint_rate(target: Target) -> CheckFinding:
     found = rate([report.time for report in (await _with_joints(target)).joints])
     if found < LEAST_RATE * _GRANTED:
         raise RuleBroken(f"joint values come at {found:.3g} Hz")
-    return CheckFinding(CheckVerdict.PASSED, f"{found:.3g} Hz")
+    return passed(f"{found:.3g} Hz")
 
 
 @check("TS03", profiles=ANY, is_plain=True)
@@ -87,20 +97,19 @@ async def _gaps(target: Target) -> CheckFinding:
     gap = longest_gap([report.time for report in taken.joints])
     if gap > _longest_gap(target):
         raise RuleBroken(f"for {gap:.3g} s no joint values came")
-    return CheckFinding(CheckVerdict.PASSED, f"longest pause {gap:.3g} s")
+    return passed(f"longest pause {gap:.3g} s")
 
 
 @check("TS04", profiles=ANY, is_plain=True)
 async def _status_rate(target: Target) -> CheckFinding:
-    times = [told.time for told in (await _sample(target)).statuses]
+    times = [told.time for told in (await at_rest(target)).statuses]
     if len(times) < 2 or longest_gap(times) > 1.1:
         raise RuleBroken(f"STATUS came {len(times)} times in 2.2 s, longest pause over 1.1 s")
-    return CheckFinding(CheckVerdict.PASSED, f"{rate(times):.3g} Hz")
+    return passed(f"{rate(times):.3g} Hz")
 
 
-@check("TS05", is_plain=True)
-async def _order(target: Target) -> CheckFinding:
-    taken = await _with_joints(target)
+@check_on(_with_joints, "TS05", is_plain=True)
+async def _order(taken: Sample) -> None:
     kinds = [frame.msg_type for frame in taken.frames]
     joint_types = (MsgType.JOINT_POSITION, MsgType.JOINT_FEEDBACK)
     if kinds[0] not in joint_types:
@@ -114,11 +123,10 @@ async def _order(target: Target) -> CheckFinding:
             late += is_same_round
     if late > len(taken.statuses) // 4:
         raise RuleBroken(f"STATUS stood in front of joint values in {late} rounds")
-    return PASSED
 
 
 @check("TS06", profiles=ANY, is_plain=True)
-async def _unused_slots(target: Target) -> CheckFinding:
+async def _unused_slots(target: Target) -> None:
     if target.options.limits is None:
         raise CannotJudge("how many joints the robot has is not known without --robot")
     dof = target.options.limits.dof
@@ -126,16 +134,13 @@ async def _unused_slots(target: Target) -> CheckFinding:
         for slot, value in enumerate(report.values[dof:], start=dof + 1):
             if value != 0:
                 raise RuleBroken(f"slot {slot} is {value:g}, but the robot has {dof} joints")
-    return PASSED
 
 
-@check("TS07", is_plain=True)
-async def _sequence(target: Target) -> CheckFinding:
-    taken = await _sample(target)
+@check_on(at_rest, "TS07", is_plain=True)
+async def _sequence(taken: Sample) -> None:
     if not any(frame.msg_type == MsgType.JOINT_POSITION for frame in taken.frames):
         raise CannotJudge("no joint values of type 10 are reported")
     _must_be_zero(taken.joints)
-    return PASSED
 
 
 def _must_be_zero(reports: Sequence[ReportedJoints]) -> None:
@@ -144,9 +149,8 @@ def _must_be_zero(reports: Sequence[ReportedJoints]) -> None:
             raise RuleBroken(f"joint values are reported with sequence {report.sequence}")
 
 
-@check("TS08", profiles=ANY, is_plain=True)
-async def _sizes(target: Target) -> CheckFinding:
-    taken = await _sample(target)
+@check_on(at_rest, "TS08", profiles=ANY, is_plain=True)
+async def _sizes(taken: Sample) -> None:
     for frame in taken.frames:
         sizes = _SIZES.get(MsgType(frame.msg_type)) if frame.msg_type in _SIZES else None
         if sizes is not None and frame.size - HEADER_SIZE not in sizes:
@@ -155,7 +159,6 @@ async def _sizes(target: Target) -> CheckFinding:
             )
     if not taken.frames:
         raise CannotJudge("the state port says nothing")
-    return PASSED
 
 
 @check("TS09", is_plain=True)
@@ -166,18 +169,17 @@ async def _generic_joints(target: Target) -> CheckFinding:
     return deviates("Motoman: joint values come as type 15 only", f"types {sorted(kinds)}")
 
 
-@check("TS10", profiles=ANY, is_plain=True)
-async def _still(target: Target) -> CheckFinding:
-    taken = await _with_joints(target)
+@check_on(_with_joints, "TS10", profiles=ANY, is_plain=True)
+async def _still(taken: Sample) -> CheckFinding:
     first = taken.joints[0].values
     worst = max(distance(report.values, first) for report in taken.joints)
     if worst > _NOISE:
         raise RuleBroken(f"joint values of a resting robot differ by {worst:.3g} rad or m")
-    return CheckFinding(CheckVerdict.PASSED, f"within {worst:.1g} rad or m")
+    return passed(f"within {worst:.1g} rad or m")
 
 
 @check("TS11", profiles=ANY, is_plain=True)
-async def _in_range(target: Target) -> CheckFinding:
+async def _in_range(target: Target) -> None:
     limits = target.options.limits
     if limits is None:
         raise CannotJudge("the robot's range is not known without --robot")
@@ -189,12 +191,10 @@ async def _in_range(target: Target) -> CheckFinding:
                     f"joint {joint + 1} reports {value:.4g}, range {limits.lower[joint]:.4g} to"
                     f" {limits.upper[joint]:.4g}"
                 )
-    return PASSED
 
 
-@check("TS12", profiles=ANY, is_plain=True)
-async def _feedback(target: Target) -> CheckFinding:
-    taken = await _sample(target)
+@check_on(at_rest, "TS12", profiles=ANY, is_plain=True)
+async def _feedback(taken: Sample) -> None:
     if not taken.feedback:
         raise CannotJudge("no feedback of type 15 is reported")
     times: list[float] = []
@@ -210,7 +210,6 @@ async def _feedback(target: Target) -> CheckFinding:
             times.append(told.time)
     if any(later < earlier for earlier, later in itertools.pairwise(times)):
         raise RuleBroken("the time of type 15 runs backwards")
-    return PASSED
 
 
 def _fields_of(told: JointFeedback) -> dict[ValidField, tuple[float, ...]]:
@@ -238,14 +237,13 @@ async def _two_listeners(target: Target) -> CheckFinding:
 
 
 @check("TS14", profiles=ANY, is_plain=True)
-async def _again(target: Target) -> CheckFinding:
+async def _again(target: Target) -> None:
     for attempt in range(1, 4):
         watch = await target.state()
         await watch.begin()
         if not watch.joints:
             raise RuleBroken(f"at connection {attempt} no joint values came for 2.5 s")
         await target.close()
-    return PASSED
 
 
 @check("TS15", profiles=FULL, is_plain=True)
@@ -264,16 +262,15 @@ async def _hanging_listener(target: Target) -> CheckFinding:
 
 @check("TS16", moves=True, is_plain=True)
 async def _pace_in_motion(target: Target) -> CheckFinding:
-    motion = await _undisturbed(target)
+    motion = await undisturbed(target)
     times = [report.time for report in motion.joints]
     if rate(times) < LEAST_RATE * _GRANTED or longest_gap(times) > _longest_gap(target):
         raise RuleBroken(f"{rate(times):.3g} Hz, longest pause {longest_gap(times):.3g} s")
-    return CheckFinding(CheckVerdict.PASSED, f"{rate(times):.3g} Hz")
+    return passed(f"{rate(times):.3g} Hz")
 
 
-@check("TS17", moves=True, is_plain=True)
-async def _no_jumps(target: Target) -> CheckFinding:
-    motion = await _undisturbed(target)
+@check_on(undisturbed, "TS17", moves=True, is_plain=True)
+async def _no_jumps(motion: RecordedMotion) -> None:
     motion.must_have_moved()
     way = abs(motion.goal[motion.joint] - motion.start[motion.joint])
     for earlier, later in zip(motion.joints, motion.joints[1:], strict=False):
@@ -284,23 +281,19 @@ async def _no_jumps(target: Target) -> CheckFinding:
             raise RuleBroken(
                 f"{step:.3g} rad or m between two reports {later.time - earlier.time:.3f} s apart"
             )
-    return PASSED
 
 
-@check("TS18", moves=True, is_plain=True)
-async def _others_stay(target: Target) -> CheckFinding:
-    motion = await _undisturbed(target)
+@check_on(undisturbed, "TS18", moves=True, is_plain=True)
+async def _others_stay(motion: RecordedMotion) -> None:
     motion.must_have_moved()
     for slot in range(len(motion.start)):
         off = max(abs(report.values[slot] - motion.start[slot]) for report in motion.joints)
         if slot != motion.joint and off > _OTHERS_MOVE:
             raise RuleBroken(f"joint {slot + 1} moved by {off:.3g}, asked was {motion.joint + 1}")
-    return PASSED
 
 
-@check("TS19", moves=True, profiles=FULL, is_plain=True)
-async def _velocities(target: Target) -> CheckFinding:
-    motion = await _undisturbed(target)
+@check_on(undisturbed, "TS19", moves=True, profiles=FULL, is_plain=True)
+async def _velocities(motion: RecordedMotion) -> CheckFinding:
     moving = motion.must_have_moved()
     middle = [
         told
@@ -315,12 +308,263 @@ async def _velocities(target: Target) -> CheckFinding:
     true = way / (moving[-1].time - moving[0].time)
     if not 0.8 < mean / true < 1.25:
         raise RuleBroken(f"reported {mean:.3g} rad/s on average, the positions say {true:.3g}")
-    return CheckFinding(CheckVerdict.PASSED, f"{mean:.3g} against {true:.3g} rad/s")
+    return passed(f"{mean:.3g} against {true:.3g} rad/s")
 
 
-@check("TS20", moves=True, is_plain=True)
-async def _sequence_in_motion(target: Target) -> CheckFinding:
-    motion = await _undisturbed(target)
+@check_on(undisturbed, "TS20", moves=True, is_plain=True)
+async def _sequence_in_motion(motion: RecordedMotion) -> None:
     motion.must_have_moved()
     _must_be_zero(motion.joints)
+
+
+_TRI_STATES = ("drives_powered", "e_stopped", "in_error", "in_motion", "motion_possible")
+_DELAY = 0.5
+
+
+async def _statuses(target: Target) -> list[Status]:
+    taken = await at_rest(target)
+    if not taken.statuses:
+        raise RuleBroken("no STATUS was reported")
+    return [told.status for told in taken.statuses]
+
+
+async def _told_in_motion(target: Target) -> RecordedMotion:
+    motion = await undisturbed(target)
+    if not motion.statuses:
+        raise CannotJudge("no STATUS was reported")
+    return motion
+
+
+@check("QS01", profiles=ANY, is_plain=True)
+async def _tri_states(target: Target) -> None:
+    for status in await _statuses(target):
+        for name in _TRI_STATES:
+            if getattr(status, name) not in (-1, 0, 1):
+                raise RuleBroken(f"{name} is {getattr(status, name)}")
+
+
+@check("QS02", profiles=ANY, is_plain=True)
+async def _modes(target: Target) -> None:
+    for status in await _statuses(target):
+        if status.mode not in (-1, 1, 2):
+            raise RuleBroken(f"mode is {status.mode}")
+
+
+@check("QS03", profiles=ANY, is_plain=True)
+async def _error_code(target: Target) -> CheckFinding:
+    for status in await _statuses(target):
+        if status.in_error == TriState.TRUE and status.error_code == 0:
+            raise RuleBroken("in_error is 1, error_code 0")
+        if status.in_error == TriState.FALSE and status.error_code != 0:
+            number = f"error_code {status.error_code} with in_error 0"
+            return deviates("Fanuc: the number of the last error stays", number)
     return PASSED
+
+
+@check("QS04", profiles=ANY, is_plain=True)
+async def _at_rest_not_in_motion(target: Target) -> CheckFinding:
+    last = (await _statuses(target))[-1]
+    if last.in_motion == TriState.TRUE:
+        raise RuleBroken("in_motion is 1 although the joint values stand still")
+    if last.in_motion == TriState.UNKNOWN:
+        return deviates("in_motion unknown: the action server passes it with a warning", "-1")
+    return PASSED
+
+
+@check("QS05", profiles=ANY, is_plain=True)
+async def _possible(target: Target) -> None:
+    for status in await _statuses(target):
+        is_dead = status.e_stopped == TriState.TRUE or status.drives_powered == TriState.FALSE
+        if is_dead and status.motion_possible == TriState.TRUE:
+            raise RuleBroken(
+                f"motion_possible is 1 with e_stopped {status.e_stopped},"
+                f" drives_powered {status.drives_powered}"
+            )
+
+
+@check("QS06", profiles=ANY, is_plain=True)
+async def _known(target: Target) -> CheckFinding:
+    last = (await _statuses(target))[-1]
+    unknown = [name for name in (*_TRI_STATES, "mode") if getattr(last, name) == -1]
+    if unknown:
+        return deviates(
+            "ABB and others: values without a named output are unknown (-1)", ", ".join(unknown)
+        )
+    return PASSED
+
+
+@check_on(_statuses, "QS07", profiles=ANY, is_plain=True)
+async def _steady(states: list[Status]) -> None:
+    for name in (*_TRI_STATES, "mode", "error_code"):
+        values = [getattr(status, name) for status in states]
+        changes = sum(a != b for a, b in itertools.pairwise(values))
+        if changes > 1:
+            raise RuleBroken(f"{name} changed {changes} times in 2.2 s at rest")
+
+
+@check_on(_told_in_motion, "QS08", moves=True, is_plain=True)
+async def _says_motion(motion: RecordedMotion) -> CheckFinding:
+    left = motion.must_have_moved()[0].time
+    said = [told.time for told in motion.statuses if told.status.in_motion == TriState.TRUE]
+    if not said:
+        if all(told.status.in_motion == TriState.UNKNOWN for told in motion.statuses):
+            return deviates("in_motion unknown: the action server passes it with a warning", "-1")
+        raise RuleBroken("in_motion was never 1 although the robot moved")
+    if said[0] > left + _DELAY:
+        raise RuleBroken(f"in_motion became 1 only {said[0] - left:.2f} s after the robot moved")
+    return passed(f"{said[0] - left:+.3f} s after the first visible motion")
+
+
+@check_on(_told_in_motion, "QS09", moves=True, is_plain=True)
+async def _until_it_stands(motion: RecordedMotion) -> None:
+    moving = motion.visibly_moving()
+    began, ended = moving[0].time, moving[-1].time - 0.02
+    has_said = False
+    for told in motion.statuses:
+        if not began < told.time < ended:
+            continue
+        has_said = has_said or told.status.in_motion == TriState.TRUE
+        is_late = has_said or told.time > began + _DELAY
+        if is_late and told.status.in_motion == TriState.FALSE:
+            raise RuleBroken(f"in_motion was 0 {ended - told.time:.3f} s before the robot stood")
+
+
+@check_on(_told_in_motion, "QS10", moves=True, is_plain=True)
+async def _says_rest(motion: RecordedMotion) -> CheckFinding:
+    stood = motion.must_have_moved()[-1].time
+    rest = [
+        told.time
+        for told in motion.statuses
+        if told.time >= stood - 0.02 and told.status.in_motion != TriState.TRUE
+    ]
+    if not rest or rest[0] > stood + 1.0:
+        raise RuleBroken("in_motion was still 1 a second after the robot stood")
+    return passed(f"{rest[0] - stood:+.3f} s")
+
+
+@check_on(_told_in_motion, "QS11", moves=True, is_plain=True)
+async def _had_said_possible(motion: RecordedMotion) -> None:
+    motion.must_have_moved()
+    before = [told.status for told in motion.statuses if told.time <= motion.sent]
+    if not before:
+        raise CannotJudge("no STATUS came before the motion")
+    last = before[-1]
+    if last.motion_possible == TriState.FALSE or last.drives_powered == TriState.FALSE:
+        raise RuleBroken(
+            f"it moved with motion_possible {last.motion_possible},"
+            f" drives_powered {last.drives_powered}"
+        )
+    if last.mode == 1:
+        raise RuleBroken("it moved by remote command with mode 1, manual")
+
+
+@check_on(stopped_motion, "QS12", moves=True, is_plain=True)
+async def _stop_is_no_error(motion: RecordedMotion) -> None:
+    last = motion.statuses[-1].status
+    if last.in_motion == TriState.TRUE:
+        raise RuleBroken("in_motion was still 1 1.2 s after STOP")
+    if last.in_error == TriState.TRUE:
+        raise RuleBroken(f"after STOP the robot is in error {last.error_code}")
+
+
+@check("QS13", moves=True, profiles=FULL)
+async def _error_is_over(target: Target) -> None:
+    await must_be_slow(target)
+    mover = await ready(target)
+    nan = tuple(float("nan") if slot == mover.joint else v for slot, v in enumerate(mover.start))
+    short = mover.wire.encode(STOP)[HEADER_SIZE : HEADER_SIZE + 4] * 2
+    mover.wire.send(
+        raw_frame(mover.wire.codec, MsgType.JOINT_TRAJ_PT, CommType.REQUEST, body=short)
+    )
+    await mover.wire.poll(0.5)
+    if not mover.wire.is_lost:
+        if is_taken(await mover.point(0, nan, VERY_SLOW)):
+            mover.wire.send(STOP)
+            raise CannotJudge("what is no number was taken; LS01 says so")
+    await target.close()
+    again = await ready(target)
+    if not is_taken(await again.point(0, again.start, LEAD_IN)):
+        raise RuleBroken("after a refused point a good trajectory is refused too")
+    await again.watch.until(lambda: not again.watch.says_motion(), 3.0)
+    await again.rests_within(3.0)
+    if not await again.watch.until(lambda: _no_error(again.watch.status), 1.5):
+        code = again.watch.status.error_code if again.watch.status else 0
+        raise RuleBroken(f"error {code} stays after a good trajectory")
+
+
+def _is_off(status: Status | None) -> bool:
+    return status is not None and status.drives_powered != TriState.TRUE
+
+
+def _no_error(status: Status | None) -> bool:
+    return status is not None and status.in_error != TriState.TRUE
+
+
+async def _operate(target: Target, action: OperatorAction) -> bool:
+    """Play the operator of an emulator; return True if it obeyed."""
+    wire = await target.motion()
+    event = target.codec(dialect=PENDANT).encode(OperatorEvent(action))
+    reply = await wire.ask(event, "OPERATOR_EVENT")
+    return reply.reply_code == ReplyCode.SUCCESS
+
+
+@check("QS14", moves=True, profiles=FULL)
+async def _emergency_stop(target: Target) -> None:
+    mover = await ready(target)
+    watch = mover.watch
+    if not await _operate(target, OperatorAction.EMERGENCY_STOP):
+        raise CannotJudge("the target takes no OPERATOR_EVENT")
+    try:
+        if not await watch.until(
+            lambda: watch.status is not None and watch.status.e_stopped == TriState.TRUE, _DELAY
+        ):
+            raise RuleBroken("STATUS does not show the emergency stop")
+        if watch.status is not None and watch.status.motion_possible == TriState.TRUE:
+            raise RuleBroken("motion_possible is 1 in emergency stop")
+        if not await watch.until(lambda: _is_off(watch.status), _DELAY):
+            raise RuleBroken("drives_powered is 1 in emergency stop")
+        reply = await mover.point(0, mover.start, LEAD_IN)
+        if is_taken(reply):
+            raise RuleBroken("a point was taken in emergency stop")
+        await mover.wire.ask(STOP, "STOP in emergency stop")
+    finally:
+        await _operate(target, OperatorAction.RESET)
+    await mover.stays(0.5, "the reset of an emergency stop", mover.start)
+    if not await watch.until(
+        lambda: watch.status is not None and watch.status.e_stopped == TriState.FALSE, _DELAY
+    ):
+        raise RuleBroken("STATUS still shows the emergency stop after its reset")
+
+
+@check("QS15", moves=True, profiles=FULL)
+async def _emergency_stop_in_motion(target: Target) -> None:
+    mover = await ready(target)
+    await mover.set_off(SLOW)
+    if not await _operate(target, OperatorAction.EMERGENCY_STOP):
+        raise CannotJudge("the target takes no OPERATOR_EVENT")
+    try:
+        await asyncio.sleep(STOP_WITHIN)
+        stood = mover.watch.position
+        await mover.stays(0.4, "an emergency stop", stood)
+    finally:
+        await _operate(target, OperatorAction.RESET)
+    await mover.stays(0.8, "the reset of an emergency stop", stood)
+
+
+@check_on(_told_in_motion, "QS16", moves=True, is_plain=True)
+async def _healthy(motion: RecordedMotion) -> None:
+    moving = motion.visibly_moving()
+    for told in motion.statuses:
+        if moving[0].time <= told.time <= moving[-1].time:
+            _must_be_healthy(told.status)
+
+
+def _must_be_healthy(status: Status) -> None:
+    if status.in_error == TriState.TRUE:
+        raise RuleBroken(f"in_error is 1, error {status.error_code}, while the robot moves")
+    if status.e_stopped == TriState.TRUE:
+        raise RuleBroken("e_stopped is 1 while the robot moves")
+    if status.drives_powered == TriState.FALSE:
+        raise RuleBroken("drives_powered is 0 while the robot moves")
+    if status.mode == ControllerMode.MANUAL:
+        raise RuleBroken("mode is 1, manual, while the robot moves by remote command")

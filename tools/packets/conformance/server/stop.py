@@ -8,35 +8,20 @@ from __future__ import annotations
 
 import asyncio
 
-from openpendant.simplemsg import (
-    CommType,
-    JointTrajPt,
-    JointTrajPtFull,
-    SpecialSequence,
-    joint_array,
-)
+from openpendant.simplemsg import CommType, JointTrajPt, SpecialSequence
 
-from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
-from .answers import STOP, is_taken, judge_point_reply
-from .checks import FULL, check
+from ..check import PASSED, CannotJudge, CheckFinding, RuleBroken, deviates, passed
+from .answers import FULL_STOP, STOP, STOP_TOPIC, is_taken, judge_point_reply
+from .checks import FULL, check, check_on
 from .monitor import STEADY, distance, longest_gap
 from .moving import LEAD_IN, SPEED, STOP_WITHIN, Mover, ready
-from .recordings import SLOW, RecordedMotion, stopped
+from .recordings import SLOW, RecordedMotion, stopped_motion
 from .target import Target
-from .wire import CannotJudge, RuleBroken, Wire
-
-
-async def _stopped(target: Target) -> RecordedMotion:
-    motion: RecordedMotion = await target.once("a stopped motion", stopped)
-    return motion
+from .wire import Wire
 
 
 async def _stands(mover: Mover, what: str, seconds: float = 0.4) -> None:
-    """Make sure that the robot stands half a second from now, and for some time more.
-
-    Raises:
-        RuleBroken: it does not, or it has come to its goal.
-    """
+    """Raise RuleBroken unless the robot stands in half a second, short of its goal, and stays."""
     await asyncio.sleep(STOP_WITHIN)
     at = mover.watch.position
     await mover.stays(seconds, what, at)
@@ -44,9 +29,8 @@ async def _stands(mover: Mover, what: str, seconds: float = 0.4) -> None:
         raise RuleBroken(f"after {what} the robot went on to its goal")
 
 
-@check("SS01", moves=True, is_plain=True)
-async def _answered(target: Target) -> CheckFinding:
-    motion = await _stopped(target)
+@check_on(stopped_motion, "SS01", moves=True, is_plain=True)
+async def _answered(motion: RecordedMotion) -> CheckFinding:
     reply = motion.event_reply
     if reply is None:
         raise RuleBroken("STOP in motion was not answered within 1 s; the real client hangs")
@@ -55,20 +39,18 @@ async def _answered(target: Target) -> CheckFinding:
     return judge_point_reply(reply)
 
 
-@check("SS02", moves=True, is_plain=True)
-async def _stands_in_time(target: Target) -> CheckFinding:
-    motion = await _stopped(target)
+@check_on(stopped_motion, "SS02", moves=True, is_plain=True)
+async def _stands_in_time(motion: RecordedMotion) -> CheckFinding:
     final = motion.end
     moving = [at.time for at in motion.joints if distance(at.values, final) > 2 * STEADY]
     late = (max(moving) if moving else motion.event) - motion.event
     if late > STOP_WITHIN:
         raise RuleBroken(f"the robot moved for {late:.2f} s after STOP")
-    return CheckFinding(CheckVerdict.PASSED, f"stood {max(late, 0.0):.3f} s after STOP")
+    return passed(f"stood {max(late, 0.0):.3f} s after STOP")
 
 
-@check("SS03", moves=True, is_plain=True)
-async def _does_not_resume(target: Target) -> CheckFinding:
-    motion = await _stopped(target)
+@check_on(stopped_motion, "SS03", moves=True, is_plain=True)
+async def _does_not_resume(motion: RecordedMotion) -> None:
     settled = motion.at(motion.event + STOP_WITHIN)
     for report in motion.joints:
         if report.time > motion.event + STOP_WITHIN:
@@ -77,15 +59,13 @@ async def _does_not_resume(target: Target) -> CheckFinding:
                 raise RuleBroken(
                     f"{report.time - motion.event:.2f} s after STOP it had moved by {off:.3g} more"
                 )
-    return PASSED
 
 
-@check("SS04", moves=True, is_plain=True)
-async def _on_its_way(target: Target) -> CheckFinding:
-    motion = await _stopped(target)
+@check_on(stopped_motion, "SS04", moves=True, is_plain=True)
+async def _on_its_way(motion: RecordedMotion) -> CheckFinding:
     way = motion.goal[motion.joint] - motion.start[motion.joint]
-    at_event = (motion.at(motion.event)[motion.joint] - motion.start[motion.joint]) / way
-    part = (motion.end[motion.joint] - motion.start[motion.joint]) / way
+    at_event = motion.progress(motion.at(motion.event))
+    part = motion.progress(motion.end)
     speed = motion.speed_before(motion.event)
     # Longest way after STOP: speed times the time of a stop and of the longest gap in reports.
     seen_late = longest_gap([report.time for report in motion.joints])
@@ -95,14 +75,11 @@ async def _on_its_way(target: Target) -> CheckFinding:
     fastest = motion.fastest(motion.event + seen_late)
     if fastest > 1.5 * speed + 4 * STEADY / max(seen_late, 0.02):
         raise RuleBroken(f"after STOP it moved at {fastest:.3g} rad/s, before at {speed:.3g}")
-    return CheckFinding(
-        CheckVerdict.PASSED, f"from {100 * at_event:.0f} % to {100 * part:.0f} % of the way"
-    )
+    return passed(f"from {100 * at_event:.0f} % to {100 * part:.0f} % of the way")
 
 
-@check("SS05", moves=True, is_plain=True)
-async def _new_trajectory(target: Target) -> CheckFinding:
-    mover = await ready(target)
+@check_on(ready, "SS05", moves=True, is_plain=True)
+async def _new_trajectory(mover: Mover) -> None:
     await mover.set_off(SLOW)
     if not is_taken(await mover.wire.ask(STOP, "STOP")):
         raise CannotJudge("STOP was refused; SS01 says so")
@@ -114,21 +91,17 @@ async def _new_trajectory(target: Target) -> CheckFinding:
     at = await mover.rests_within(5.0)
     if distance(at, mover.start) > mover.arrival:
         raise RuleBroken(f"a trajectory after STOP ended {distance(at, mover.start):.4g} off")
-    return PASSED
 
 
-@check("SS06", moves=True, is_plain=True)
-async def _before_motion(target: Target) -> CheckFinding:
-    mover = await ready(target)
+@check_on(ready, "SS06", moves=True, is_plain=True)
+async def _before_motion(mover: Mover) -> None:
     await mover.go(SLOW)
     await mover.wire.ask(STOP, "STOP before the motion began")
     await _stands(mover, "STOP before the motion began")
-    return PASSED
 
 
-@check("SS07", moves=True, is_plain=True)
-async def _amid_points(target: Target) -> CheckFinding:
-    mover = await ready(target)
+@check_on(ready, "SS07", moves=True, is_plain=True)
+async def _amid_points(mover: Mover) -> None:
     await mover.accepted(0, mover.start, LEAD_IN)
     for sequence in range(1, 9):
         await mover.accepted(sequence, mover.between(sequence / 8), SLOW / 8)
@@ -136,24 +109,20 @@ async def _amid_points(target: Target) -> CheckFinding:
         raise CannotJudge("the robot did not move")
     await mover.wire.ask(STOP, "STOP amid eight points")
     await _stands(mover, "STOP amid eight points")
-    return PASSED
 
 
-@check("SS08", moves=True, profiles=FULL, is_plain=True)
-async def _twice(target: Target) -> CheckFinding:
-    mover = await ready(target)
+@check_on(ready, "SS08", moves=True, profiles=FULL, is_plain=True)
+async def _twice(mover: Mover) -> None:
     await mover.set_off(SLOW)
     for which in ("first", "second", "third"):
         reply = await mover.wire.ask(STOP, f"the {which} STOP")
         if not is_taken(reply):
             raise RuleBroken(f"the {which} STOP was answered by {reply}")
     await _stands(mover, "three STOPs", 0.3)
-    return PASSED
 
 
-@check("SS09", moves=True, profiles=FULL, is_plain=True)
-async def _left_over(target: Target) -> CheckFinding:
-    mover = await ready(target)
+@check_on(ready, "SS09", moves=True, profiles=FULL, is_plain=True)
+async def _left_over(mover: Mover) -> CheckFinding:
     await mover.set_off(SLOW)
     await mover.wire.ask(STOP, "STOP")
     await mover.rests_within(3.0)
@@ -181,58 +150,44 @@ async def _by_another(target: Target) -> CheckFinding:
     return PASSED
 
 
-@check("SS11", moves=True, profiles=FULL, is_plain=True)
-async def _as_topic(target: Target) -> CheckFinding:
-    mover = await ready(target)
+@check_on(ready, "SS11", moves=True, profiles=FULL, is_plain=True)
+async def _as_topic(mover: Mover) -> None:
     await mover.set_off(SLOW)
-    zeros = joint_array(())
-    topic = JointTrajPt(SpecialSequence.STOP, zeros, 0.0, 0.0, comm_type=CommType.TOPIC)
-    mover.wire.send(topic)
+    mover.wire.send(STOP_TOPIC)
     await _stands(mover, "STOP as a topic")
-    return PASSED
 
 
-@check("SS12", moves=True, profiles=FULL, is_plain=True)
-async def _with_a_point(target: Target) -> CheckFinding:
-    mover = await ready(target)
+@check_on(ready, "SS12", moves=True, profiles=FULL, is_plain=True)
+async def _with_a_point(mover: Mover) -> None:
     await mover.accepted(0, mover.start, LEAD_IN)
     mover.wire.send(JointTrajPt(1, mover.goal, SPEED, SLOW), STOP)
     for what in ("a point", "STOP behind it"):
         await mover.wire.expect(f"an answer to {what}, both in one piece")
     await _stands(mover, "STOP in one piece with a point")
-    return PASSED
 
 
-@check("SS13", moves=True, profiles=FULL, is_plain=True)
-async def _in_pieces(target: Target) -> CheckFinding:
-    mover = await ready(target)
+@check_on(ready, "SS13", moves=True, profiles=FULL, is_plain=True)
+async def _in_pieces(mover: Mover) -> None:
     await mover.set_off(SLOW)
     await mover.wire.send_in_pieces(mover.wire.encode(STOP), 37, 0.02)
     await mover.wire.expect("an answer to a STOP in two pieces")
     await _stands(mover, "STOP in two pieces", 0.5)
-    return PASSED
 
 
-@check("SS14", moves=True, profiles=FULL, is_plain=True)
-async def _amid_download(target: Target) -> CheckFinding:
-    mover = await ready(target)
+@check_on(ready, "SS14", moves=True, profiles=FULL, is_plain=True)
+async def _amid_download(mover: Mover) -> None:
     for sequence, part in ((SpecialSequence.START_DOWNLOAD, 0.0), (1, 0.5), (2, 1.0)):
         joints, seconds = mover.between(part), SLOW if part else LEAD_IN
         point = JointTrajPt(int(sequence), joints, SPEED, seconds, comm_type=CommType.TOPIC)
         mover.wire.send(point)
     await mover.wire.ask(STOP, "STOP amid a download")
     await mover.stays(1.0, "STOP amid a download", mover.start)
-    return PASSED
 
 
-@check("SS15", moves=True, profiles=FULL)
-async def _full_stop(target: Target) -> CheckFinding:
-    mover = await ready(target)
+@check_on(ready, "SS15", moves=True, profiles=FULL)
+async def _full_stop(mover: Mover) -> None:
     await mover.set_off(SLOW)
-    zeros = joint_array(())
-    stop = JointTrajPtFull(0, SpecialSequence.STOP, 0, 0.0, zeros, zeros, zeros)
-    reply = await mover.wire.ask(stop, "STOP in a full point")
+    reply = await mover.wire.ask(FULL_STOP, "STOP in a full point")
     if not is_taken(reply):
         raise CannotJudge("the target refuses full points, as it may")
     await _stands(mover, "STOP in a full point")
-    return PASSED

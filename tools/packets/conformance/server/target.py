@@ -26,10 +26,10 @@ from openpendant.simplemsg import (
     codec_for,
 )
 
-from ..check import Profile
+from ..check import CannotJudge, Profile, RuleBroken
 from .answers import STOP, LivenessProbe
 from .monitor import Guard, Watch
-from .wire import CannotJudge, RuleBroken, TargetUnreachable, Wire, open_wire
+from .wire import TargetUnreachable, Wire, open_wire
 
 _Kept = TypeVar("_Kept")
 
@@ -50,18 +50,10 @@ class Options:
     """Options of the user for one run.
 
     Attributes:
-        host: address of the target.
-        motion_port: where it takes points.
         state_port: where it reports; None where it has no such port.
-        pendant_port: where it speaks our pendant protocol; None where it does not.
-        profile: what it is judged as.
-        dialect: name of the messages that it speaks.
         order: its byte order; None to find it out.
-        real_size: bytes of a real on its wire.
-        may_move: the robot may be moved.
         joint: index of the joint to move; None for the last one that can.
         amplitude: how far it is moved [rad or m].
-        limits: the robot's joint limits, where they are known.
     """
 
     host: str
@@ -82,7 +74,6 @@ class Target:
     """The target and the connections that are open to it.
 
     Attributes:
-        options: what the user said.
         order: its byte order, as found.
         home: all ten slots at the first look, [rad or m]; None before it and without state port.
         moved_joint: index of the joint that is moved; None before it was chosen.
@@ -137,11 +128,7 @@ class Target:
                 wire.send(self.codec().encode(STOP))
 
     async def state_wire(self) -> Wire:
-        """Connect to the state port.
-
-        Raises:
-            CannotJudge: the target has none.
-        """
+        """Connect to the state port; raise CannotJudge where the target has none."""
         if self.options.state_port is None:
             raise CannotJudge("no state port was given")
         return await self._open("state", self.options.state_port, self.codec())
@@ -151,11 +138,7 @@ class Target:
         return Watch(await self.state_wire(), self.guard.look)
 
     async def pendant(self, order: ByteOrder = ByteOrder.LITTLE) -> Wire:
-        """Connect to the pendant port.
-
-        Raises:
-            CannotJudge: the target has none.
-        """
+        """Connect to the pendant port; raise CannotJudge where the target has none."""
         if self.options.pendant_port is None:
             raise CannotJudge("no pendant port was given")
         return await self._open("pendant", self.options.pendant_port, codec_for(PENDANT, order, 4))
@@ -193,11 +176,7 @@ class Target:
     # What is known of it.
 
     async def survey(self) -> None:
-        """Survey the target: byte order, knowledge of PING, and the robot's position.
-
-        Raises:
-            Unreachable: a port takes no connection.
-        """
+        """Find byte order, knowledge of PING, position; TargetUnreachable where a port is shut."""
         if self.options.profile is Profile.PENDANT:
             await self.pendant()
             await self.close()
@@ -273,18 +252,9 @@ class Target:
         return max(used, default=0) + 1
 
     async def once(
-        self,
-        name: str,
-        make: Callable[[Target], Awaitable[_Kept]],
-        *,
-        is_subject: bool = False,
+        self, name: str, make: Callable[[Target], Awaitable[_Kept]], *, is_subject: bool = False
     ) -> _Kept:
         """Return what was observed once and is judged by several checks.
-
-        Args:
-            name: what it is, in words.
-            make: observes it.
-            is_subject: the check is about whether it can be observed at all.
 
         Raises:
             CannotJudge: it could not be observed, now or at the first attempt.

@@ -17,12 +17,13 @@ from collections.abc import Callable
 from openpendant.simplemsg import Codec, Message, MessageFault
 from openpendant.simplemsg.framing import HEADER_SIZE, LEAST_LENGTH, Frame, Mode, Splitter
 
+from ..check import RuleBroken
+
 
 class Arrivals:
     """Notification of arrivals on one connection."""
 
     def __init__(self) -> None:
-        """Start without an arrival."""
         self._came = asyncio.Event()
 
     def came(self) -> None:
@@ -52,14 +53,6 @@ _MOST_WAITING_BYTES = 1 << 20
 _LOG_LENGTH = 12
 
 
-class RuleBroken(Exception):
-    """The target broke the rule of a check; the text says what was seen."""
-
-
-class CannotJudge(Exception):
-    """The check cannot look: something that it needs is missing; the text says what."""
-
-
 class TargetUnreachable(Exception):
     """The target takes no connection on a port."""
 
@@ -69,7 +62,6 @@ class ReceivedFrame(Frame):
 
     Attributes:
         time: when its last byte came [s, the loop's].
-        codec: how this connection reads.
     """
 
     __slots__ = ("codec", "time")
@@ -80,21 +72,13 @@ class ReceivedFrame(Frame):
         self.codec = codec
 
     def integers(self, count: int) -> tuple[int, ...]:
-        """Return the first integers of the body.
-
-        Raises:
-            RuleBroken: the body is shorter.
-        """
+        """Return the first integers of the body; raise RuleBroken where it is shorter."""
         if len(self.body) < 4 * count:
             raise RuleBroken(f"{self}: the body is shorter than {4 * count} bytes")
         return struct.unpack_from(f"{self.codec.byte_order.value}{count}i", self.body)
 
     def message(self) -> Message:
-        """Return the message in it.
-
-        Raises:
-            RuleBroken: there is none.
-        """
+        """Return the message in it; raise RuleBroken where there is none."""
         try:
             return self.codec.decode(self.data)
         except MessageFault as fault:
@@ -115,16 +99,7 @@ def raw_frame(
     body: bytes = b"",
     length: int | None = None,
 ) -> bytes:
-    """Return a frame with any header, right or wrong.
-
-    Args:
-        codec: gives the byte order.
-        msg_type: message type.
-        comm_type: communication type.
-        reply_code: reply code.
-        body: what follows the header.
-        length: the length field; the true one by default.
-    """
+    """Return a frame with any header, right or wrong."""
     true_length = LEAST_LENGTH + len(body)
     fields = (true_length if length is None else length, msg_type, comm_type, reply_code)
     return struct.pack(f"{codec.byte_order.value}4i", *fields) + body
@@ -134,9 +109,6 @@ class Wire(asyncio.Protocol):
     """One connection to the target.
 
     Attributes:
-        name: what it is connected to, for reports.
-        codec: how it reads and writes.
-        log: the last things that travelled, in words.
         stray: bytes in which no frame can be found any more; empty while the stream is sound.
         listener: takes each frame in place of the queue, where set.
     """
@@ -285,11 +257,7 @@ class Wire(asyncio.Protocol):
         return await self.expect(f"an answer to {what}", within)
 
     async def expect_silence(self, seconds: float, after: str) -> None:
-        """Make sure that the target says nothing and keeps the link.
-
-        Raises:
-            RuleBroken: it does say something, or closes the link.
-        """
+        """Raise RuleBroken where the target says something or closes the link."""
         frame = await self.poll(seconds)
         if frame is not None:
             raise RuleBroken(f"after {after} came {frame}, though nothing is due")
@@ -329,11 +297,7 @@ class Wire(asyncio.Protocol):
 
 
 async def open_wire(name: str, host: str, port: int, codec: Codec) -> Wire:
-    """Connect.
-
-    Raises:
-        Unreachable: there is nobody, or nobody answers in time.
-    """
+    """Connect; raise TargetUnreachable where there is nobody, or nobody answers in time."""
     loop = asyncio.get_running_loop()
     try:
         async with asyncio.timeout(CONNECT_WITHIN):

@@ -1,3 +1,0 @@
-"""Notice at the top of every generated file."""
-
-NOTICE = "Generated from the declarations in simplemsg/ by `make reference`; do not edit."
