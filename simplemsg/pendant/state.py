@@ -5,11 +5,9 @@ from typing import Annotated
 
 from ..codes import ControllerMode, TriState
 from ..declaration import Int, Real, Reals, Topic, message
-from .jog import JogReason
-from .modes import EnablingPosition, OperatingMode
+from .authority import EnablingPosition, OperatingMode, StopKind
+from .motion import JogReason, ProgramState
 from .places import JOINT_UNIT, from_server
-from .programs import ProgramState
-from .stops import StopKind
 
 
 class Activity(IntEnum):
