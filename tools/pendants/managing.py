@@ -12,14 +12,19 @@ from typing import Any, cast
 from openpendant.simplemsg.pendant.management.declaration import Request, body_of
 from openpendant.simplemsg.pendant.management.recordings import PlaybackAccount, PlayRecording
 
-from .management.access import AccessCalls, UserCalls
 from .management.calls import AsyncCalls, Manage, function_of, then
-from .management.devices import RobotCalls, SignalCalls, TraceCalls
-from .management.frames import FrameCalls
-from .management.programs import ProgramCalls
-from .management.recordings import RecordingCalls
-from .management.scene import SceneCalls
-from .management.tools import ToolCalls
+from .management.groups import (
+    AccessCalls,
+    FrameCalls,
+    ProgramCalls,
+    RecordingCalls,
+    RobotCalls,
+    SceneCalls,
+    SignalCalls,
+    ToolCalls,
+    TraceCalls,
+    UserCalls,
+)
 from .motions import MotionHandle
 from .observing import Observing
 from .operating import Moves

@@ -15,7 +15,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from .connection_errors import PendantError, Refused, StateSilent, WrongArgument
 from .conversation import REPLY_TIMEOUT
 from .management.calls import AsyncCalls
-from .management.cell import CellCalls
+from .management.groups import CellCalls
 from .motions import MotionHandle, Pose
 from .session import PendantSession
 

@@ -7,14 +7,19 @@ from typing import Any
 
 from .client import PendantClient
 from .loop_thread import LoopThread
-from .management.access import AccessCalls, UserCalls
 from .management.calls import SyncCalls, then
-from .management.devices import RobotCalls, SignalCalls, TraceCalls
-from .management.frames import FrameCalls
-from .management.programs import ProgramCalls
-from .management.recordings import RecordingCalls
-from .management.scene import SceneCalls
-from .management.tools import ToolCalls
+from .management.groups import (
+    AccessCalls,
+    FrameCalls,
+    ProgramCalls,
+    RecordingCalls,
+    RobotCalls,
+    SceneCalls,
+    SignalCalls,
+    ToolCalls,
+    TraceCalls,
+    UserCalls,
+)
 from .managing import PlaybackHandle
 from .motions import MotionHandle
 from .sync_session import SyncMotion, SyncSession

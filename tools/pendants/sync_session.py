@@ -15,7 +15,7 @@ from .client import DEFAULT_PORT, ConnectionLost, PendantClient, Pose
 from .jog import Jog
 from .loop_thread import LoopThread
 from .management.calls import SyncCalls
-from .management.cell import CellCalls
+from .management.groups import CellCalls
 from .motions import JogAccount, MotionHandle, MotionResult
 
 

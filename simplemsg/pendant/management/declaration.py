@@ -1,9 +1,9 @@
 """Declaration of management operations: one frozen dataclass a request, with its reply and role.
 
-Owns the table of all operations, and the markers that say of a field what Python's types do not:
-bounds, lengths, and how JSON becomes its value. A marker has the method that pydantic looks for by
-name, so that the server reads requests by their declarations and this package needs the standard
-library only.
+Owns the table of all operations, the markers that say of a field what Python's types do not
+(bounds, lengths, and how JSON becomes its value), and the values that several topics share. A
+marker has the method that pydantic looks for by name, so that the server reads requests by their
+declarations and this package needs the standard library only.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import (
     Literal,
     NotRequired,
     TypeAlias,
+    TypedDict,
     TypeVar,
     dataclass_transform,
     get_args,
@@ -272,3 +273,50 @@ Content: TypeAlias = Annotated[Mapping[str, Any], ReadAs(dict[str, Any])]
 
 Revision: TypeAlias = Annotated[int, Count(0)]
 """The revision that a change was made from."""
+
+
+class PlacedPose(TypedDict):
+    """A pose in some frame.
+
+    Attributes:
+        position: x, y, z [m].
+        orientation: quaternion x, y, z, w; left out for no rotation.
+    """
+
+    position: Vector
+    orientation: NotRequired[Annotated[Quaternion, Default((0.0, 0.0, 0.0, 1.0))]]
+
+
+class FoundPose(TypedDict):
+    """A pose that was worked out.
+
+    Attributes:
+        position: x, y, z [m].
+        orientation: quaternion x, y, z, w.
+    """
+
+    position: list[float]
+    orientation: list[float]
+
+
+AnyPose: TypeAlias = PlacedPose | FoundPose
+"""What a call takes: a pose that somebody wrote, or one that the server found."""
+
+Placed: TypeAlias = Annotated[AnyPose, ReadAsKeys(PlacedPose)]
+"""A pose in a request."""
+
+ORIGIN: PlacedPose = {"position": (0.0, 0.0, 0.0), "orientation": (0.0, 0.0, 0.0, 1.0)}
+
+
+class Done(TypedDict):
+    """Nothing more is told: it is done."""
+
+
+class Changed(TypedDict):
+    """The revision to make the next change from.
+
+    Attributes:
+        revision: the one that is kept now: make the next change from it.
+    """
+
+    revision: int

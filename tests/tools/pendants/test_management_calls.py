@@ -15,7 +15,7 @@ from openpendant.server.endpoints.pendant.escape_request import RetreatReply
 from openpendant.server.endpoints.pendant.snapshot import ServedCells, Snapshot
 from openpendant.server.programs.editing import edits as server_edits
 from openpendant.server.programs.language import statements as server_statements
-from openpendant.simplemsg.pendant.management import cell, edits, programs, statements
+from openpendant.simplemsg.pendant.management import cell, edits, programs
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.loop_thread import LoopThread
 from openpendant.tools.pendants.management.calls import AsyncCalls, call
@@ -52,7 +52,7 @@ def _by_tag(union: Any, tag: str) -> dict[str, Any]:
 
 TAGGED = [
     ("edit", server_edits.Edit, edits.Edit),
-    ("statement", server_statements.Statement, statements.Statement),
+    ("statement", server_statements.Statement, edits.Statement),
 ]
 
 
@@ -86,7 +86,7 @@ def _fields(kind: Any) -> tuple[Mapping[str, Any], set[str]]:
 )
 def test_what_is_inside_an_edit_has_the_fields_of_the_server(name: str, nested: str) -> None:
     theirs = getattr(server_edits if name != "Move" else server_statements, name)
-    ours = getattr(edits if name != "Move" else statements, name)
+    ours = getattr(edits, name)
     their_kind, our_kind = (_inner(get_type_hints(kind)[nested]) for kind in (theirs, ours))
     assert set(get_type_hints(our_kind)) == set(_fields(their_kind)[0])
 
