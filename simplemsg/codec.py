@@ -1,7 +1,7 @@
 """Whole frames to messages and back, for one dialect, byte order and real width.
 
 Owns the header of a frame and the choice of a layout. How a body is packed is the business of
-`fixed` and `variable`; where a frame begins in a stream is `connection`'s.
+`packing`; where a frame begins in a stream is `connection`'s.
 """
 
 from __future__ import annotations
@@ -15,15 +15,12 @@ from typing import Any
 from .codes import ByteOrder, CommType, MsgType, ReplyCode
 from .declaration import Message
 from .errors import BodyFault, HeaderFault, LocalProtocolError, NotEncodable
-from .fixed import UNPACKABLE, FixedLayout
 from .framing import HEADER_SIZE, PREFIX_SIZE, Bytes, broken_header_rule
-from .layout import Decode, Encode, Misfit, WireForm
+from .layout import Decode, Encode, Misfit, WireForm, header_fault
 from .motoman import MOTOMAN_MESSAGES
-from .opaque import HeaderOnly, Opaque
+from .packing import UNPACKABLE, FixedLayout, VariableLayout
 from .pendant import PENDANT_MESSAGES
-from .standard import STANDARD_MESSAGES
-from .unfit import header_fault
-from .variable import VariableLayout
+from .standard import STANDARD_MESSAGES, HeaderOnly, Opaque
 
 _REAL_CODES = {4: "f", 8: "d"}
 
@@ -261,7 +258,7 @@ def _header_only_decoder(msg_type: int, code: ReplyCode) -> Decode:
     def decode(frame: Bytes) -> Message:
         if len(frame) != HEADER_SIZE:
             raise Misfit("a bare reply has no body")
-        # As in `fixed`: to call the class takes three times as long, and every point is answered.
+        # As in `packing`: to call the class takes three times as long, and every point is answered.
         reply = new()
         reply.msg_type, reply.comm_type, reply.reply_code = msg_type, comm, code
         return reply

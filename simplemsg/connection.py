@@ -24,7 +24,7 @@ from .errors import (
 )
 from .framing import HEADER_SIZE, LEAST_LENGTH, MAX_FRAME, PREFIX_SIZE, Bytes, detect_byte_order
 from .layout import Decode
-from .opaque import message_type
+from .standard import message_type
 from .stop_walk import StopRule, StopWalk, WaitingStop
 
 MAX_REFERENCE_FRAME = 1023

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from .motoman_codes import IoResult
+from .motoman import IoResult
 
 REGISTER_OFFSET = 1_000_000
 """Number that the controller adds to a smaller register number to make an address."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
-from .motoman_codes import IoResult, MotionCommand, MotionResult, Subcode
+from .motoman import IoResult, MotionCommand, MotionResult, Subcode
 from .verdicts import CatalogueEntry
 
 

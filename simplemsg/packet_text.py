@@ -25,7 +25,7 @@ from .declaration import (
 )
 from .errors import LocalProtocolError, shown
 from .masking import masked_body
-from .opaque import HeaderOnly, Opaque, message_type
+from .standard import HeaderOnly, Opaque, message_type
 
 _NON_FINITE = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
 

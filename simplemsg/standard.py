@@ -1,15 +1,20 @@
-"""The standard messages of ROS-Industrial simple message, each declared once.
+"""The standard messages of ROS-Industrial simple message, each declared once, and undeclared ones.
 
 Layouts: REP-I0006 and the `load`/`unload` routines of industrial_core's `simple_message` 0.7.3;
-where the two disagree the C++ library is followed (`docs/simplemsg.md` lists the cases).
+where the two disagree the C++ library is followed (`docs/simplemsg.md` lists the cases). Bare
+replies, and types that the dialect does not know, have a body that is not taken apart.
 """
 
+import dataclasses
+from dataclasses import dataclass
 from typing import Annotated
 
 from .codes import (
     MAX_TRAJECTORY_POINTS,
+    CommType,
     ControllerMode,
     MsgType,
+    ReplyCode,
     SpecialSequence,
     TriState,
     ValidField,
@@ -248,3 +253,49 @@ STANDARD_MESSAGES: tuple[type[Message], ...] = (
     JointTrajPtFull,
     JointFeedback,
 )
+
+
+@dataclass(slots=True)
+class HeaderOnly(Message):
+    """A reply with an empty body, of any type: the plain "taken" or "not taken".
+
+    Attributes:
+        msg_type: type of the request that it answers.
+    """
+
+    msg_type: int
+    comm_type: int = dataclasses.field(default=CommType.REPLY, kw_only=True)
+    reply_code: int = dataclasses.field(default=ReplyCode.SUCCESS, kw_only=True)
+
+
+@dataclass(slots=True)
+class Opaque(Message):
+    """A frame of a type that the dialect does not know, or a reply in a vendor's own layout.
+
+    Attributes:
+        msg_type: type from the header.
+        body: the body as it came, byte order and all.
+    """
+
+    msg_type: int
+    body: bytes
+
+
+_UNDECLARED = HeaderOnly, Opaque
+
+
+def message_type(message: Message) -> int:
+    """Return the message type of any message, declared or not."""
+    if isinstance(message, _UNDECLARED):
+        return message.msg_type
+    return message.PLACE.msg_type
+
+
+def accepted(request: Message) -> HeaderOnly:
+    """Return the bare reply that says: the request could be taken."""
+    return HeaderOnly(message_type(request), reply_code=ReplyCode.SUCCESS)
+
+
+def refused(request: Message) -> HeaderOnly:
+    """Return the bare reply that says: the request could not be taken."""
+    return HeaderOnly(message_type(request), reply_code=ReplyCode.FAILURE)

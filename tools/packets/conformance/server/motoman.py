@@ -17,14 +17,16 @@ from openpendant.simplemsg import (
     joint_array,
 )
 from openpendant.simplemsg.motoman import (
+    MotionCommand,
+    MotionResult,
     MotomanGetDhParameters,
     MotomanMotionCtrl,
     MotomanMotionReply,
     MotomanReadSingleIo,
     MotomanReadSingleIoReply,
     MotomanSelectTool,
+    Subcode,
 )
-from openpendant.simplemsg.motoman_codes import MotionCommand, MotionResult, Subcode
 
 from ..findings import PASSED, CheckFinding, CheckVerdict, deviates
 from .checks import DIALECT, check
