@@ -25,9 +25,8 @@ from ..error_codes import ErrorCode, PointRefusal, ViolationKind
 from ..interpolation.legs import Knot, MotionLeg
 from ..interpolation.servo import Servo, ServoPhase
 from .admission import Admission
-from .points import read_point
+from .points import PointKind, PointSequence, read_point
 from .referee import Referee
-from .trajectory import PointKind, PointSequence
 
 
 class Admitted(NamedTuple):

@@ -29,11 +29,18 @@ from openpendant.simplemsg.pendant import OperatorAction
 
 from ..float32 import NANOSECONDS
 from ..interpolation.segment import State
-from .arguments import parser, settings_of, settings_of_each
 from .build import build_controller
 from .recording import MotionLog, write_report
 from .service import EmulatorListenFailed, EmulatorPorts, Service, loop_time
-from .settings import EmulatorSettings, EmulatorSettingsError, EventLoop, as_toml
+from .settings import (
+    EmulatorSettings,
+    EmulatorSettingsError,
+    EventLoop,
+    as_toml,
+    parser,
+    settings_of,
+    settings_of_each,
+)
 
 OK, FAILED, USAGE, PORT_TAKEN = 0, 1, 2, 3
 
