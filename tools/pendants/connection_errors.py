@@ -151,6 +151,22 @@ def check_port(port: int) -> None:
         raise WrongArgument(f"no port: {port!r}; accepted: a whole number from 1 to 65535")
 
 
+def server_address(text: str) -> tuple[str, int] | None:
+    """Return host and port of `HOST`, `HOST:PORT`, `[HOST]:PORT` or a bare IPv6 address.
+
+    Without a port it is the default one. None where the text is none of these.
+    """
+    host, port = text, str(DEFAULT_PORT)
+    if text.startswith("["):
+        host, _, rest = text[1:].partition("]")
+        port = rest.removeprefix(":") or port
+    elif text.count(":") == 1:
+        host, _, port = text.partition(":")
+    if not host or not (port.isascii() and port.isdigit() and 1 <= int(port) <= 65_535):
+        return None
+    return host, int(port)
+
+
 def unreachable(error: OSError, host: str, port: int, *, tls: bool) -> Unreachable:
     """Return the error of a failed attempt to connect.
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ..client import DEFAULT_PORT
+from ..connection_errors import server_address
 from ..credentials import PASSWORD_VARIABLE, guest_name, pairing_code, password_of, tls_context
 
 EPILOG = (
@@ -52,7 +53,7 @@ def parser(name: str, description: str, *, logs_in: bool = True) -> argparse.Arg
     )
     reader.add_argument(
         "--server",
-        type=_address,
+        type=address_argument,
         default=("127.0.0.1", DEFAULT_PORT),
         metavar="HOST[:PORT]",
         help=f"the pendant server (default: 127.0.0.1:{DEFAULT_PORT})",
@@ -105,16 +106,16 @@ def server_access(arguments: argparse.Namespace) -> ServerAccess:
     return ServerAccess(host, port, arguments.cell, tls, arguments.user, password)
 
 
-def _address(text: str) -> tuple[str, int]:
-    host, port = text, str(DEFAULT_PORT)
-    if text.startswith("["):
-        host, _, rest = text[1:].partition("]")
-        port = rest.removeprefix(":") or port
-    elif text.count(":") == 1:
-        host, _, port = text.partition(":")
-    if not host or not (port.isascii() and port.isdigit() and 1 <= int(port) <= 65_535):
+def address_argument(text: str) -> tuple[str, int]:
+    """Return host and port of a command's argument, for `argparse`.
+
+    Raises:
+        ArgumentTypeError: it is no address.
+    """
+    address = server_address(text)
+    if address is None:
         raise argparse.ArgumentTypeError(f"{text!r} is no HOST[:PORT] with a port of 1 to 65535")
-    return host, int(port)
+    return address
 
 
 def _fraction(text: str) -> float:

@@ -20,7 +20,7 @@ from .jog_pad import JogKind
 from .keyboard import Page
 from .panel import Panel, open_state, other_program, running_statement
 from .prompts import Choice, ProgramChoice, TextEntry
-from .reachability import REACHABLE
+from .taught_program import REACHABLE
 
 COLUMNS, ROWS = 20, 4
 

@@ -15,9 +15,9 @@ from .commands import ApplyEdit, AskDryRun, Command, RunProgram
 from .keyboard import Intent
 from .messages import Messages
 from .prompts import Choice
-from .reachability import DryRunFindings
 from .taught_program import (
     DeleteStatement,
+    DryRunFindings,
     HistoryStep,
     ProgramEdit,
     RecordHere,
