@@ -19,7 +19,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from .console import ExitCode, complain
 from .pendants.client import DEFAULT_PORT, PendantClient, PendantError, Refused, WrongArgument
-from .pendants.commands.arguments import address_argument
+from .pendants.commands.running import address_argument
 from .pendants.credentials import PASSWORD_VARIABLE, password_of, tls_context
 
 _TIMEOUT = 5.0

@@ -6,9 +6,8 @@ import sys
 from functools import partial
 
 from ..client import PendantClient
-from .arguments import add_speed, parser, server_access
 from .moving import STATE_RATE, move
-from .running import CommandOutput, run
+from .running import CommandOutput, add_speed, parser, run, server_access
 
 _TARGETS = ("home", "zero")
 

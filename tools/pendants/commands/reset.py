@@ -12,8 +12,7 @@ from openpendant.simplemsg.pendant.management.cell import LatchedStop
 
 from ...console import ExitCode
 from ..client import PendantClient, Refused
-from .arguments import parser, server_access
-from .running import CommandOutput, facts_of, run
+from .running import CommandOutput, facts_of, parser, run, server_access
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -9,9 +9,8 @@ from functools import partial
 from openpendant.simplemsg.pendant import ProgramReport, ProgramState
 
 from ..client import PendantClient
-from .arguments import add_speed, parser, server_access
 from .moving import STATE_RATE, move
-from .running import CommandOutput, run
+from .running import CommandOutput, add_speed, parser, run, server_access
 
 _STANDS = {
     ProgramState.PAUSED: "is paused",

@@ -11,8 +11,7 @@ from functools import partial
 
 from ...console import ExitCode
 from ..client import PendantClient, PendantError
-from .arguments import parser, server_access
-from .running import CommandOutput, run
+from .running import CommandOutput, parser, run, server_access
 
 _WITHIN = 3.0
 _UNSURE = "it is not sure that the robot was stopped: use the controller's own emergency stop"

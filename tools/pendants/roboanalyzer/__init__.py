@@ -14,21 +14,35 @@ where an argument is none. Numbers may be floats throughout, as MATLAB's are: jo
 
 from __future__ import annotations
 
+import contextlib
 import math
 import ssl
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from types import TracebackType
 from typing import Self
 
-from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.pendant import Motion, OperatingMode, StateField
+from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..client import DEFAULT_PORT, Pose
-from ..connection_errors import ConnectionLost, Refused, WrongArgument
+from ..connection_errors import ConnectionLost, PendantError, Refused, WrongArgument
 from ..motions import quaternion_of, roll_pitch_yaw
 from ..sync_client import SyncPendantClient
-from .arguments import fraction, joint_index, number, numbers, text, whole
-from .motion_calls import arrive, begun, enabled
-from .robots import RobotDisplay, RobotPosture, chosen_cell, display_of, posture_of, some_cell
+from ..sync_session import SyncMotion
+from .values import (
+    RobotDisplay,
+    RobotPosture,
+    chosen_cell,
+    display_of,
+    fraction,
+    joint_index,
+    number,
+    numbers,
+    posture_of,
+    some_cell,
+    text,
+    whole,
+)
 
 _X, _Y, _Z = range(3)
 _ROLL, _PITCH, _YAW = range(3)
@@ -275,3 +289,47 @@ class RoboAnalyzerClient:
         if self._connection is None:
             raise ConnectionLost("the robot was disposed of; make another RoboAnalyzerClient")
         return self._connection
+
+
+_READY_WITHIN = 10.0
+
+
+def begun(pendant: SyncPendantClient) -> list[float]:
+    """Take control of a robot; return one degree or one millimetre of each joint, in rad or m.
+
+    Raises:
+        Refused: somebody else moves it.
+        PendantError: its controller reports no position.
+    """
+    joints = pendant.snapshot()["joints"]
+    pendant.take_control()
+    try:
+        pendant.wait_until(
+            lambda state: bool(state.valid_fields & StateField.TOOL), within=_READY_WITHIN
+        )
+    except TimeoutError:
+        text = f"the controller did not tell within {_READY_WITHIN:g} s where the robot stands"
+        raise PendantError(f"{text}; openpendant why says what is missing") from None
+    return [math.radians(1.0) if joint["unit"] == "rad" else 0.001 for joint in joints]
+
+
+@contextlib.contextmanager
+def enabled(pendant: SyncPendantClient) -> Iterator[None]:
+    """Hold the enabling device (training) in the modes that need it."""
+    state = pendant.next_state()
+    if state.operating_mode == OperatingMode.AUTOMATIC:
+        yield
+        return
+    with pendant.enabling():
+        yield
+
+
+def arrive(move: Callable[[], SyncMotion]) -> None:
+    """Start a motion and wait for its end; a robot at the target already has arrived."""
+    try:
+        motion = move()
+    except Refused as refused:
+        if refused.code != VerdictCode.NO_MOTION:
+            raise
+        return
+    motion.done()
