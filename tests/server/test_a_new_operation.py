@@ -59,7 +59,7 @@ SceneService.count = handles(toy.CountTrace)(count)
 from rigs.cells.surrounded_cell import SurroundedCell
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.managing import AsyncTraceCalls
-from openpendant.tools.pendants.sync_managing import SyncTrace
+from openpendant.tools.pendants.sync_client import SyncTrace
 from openpendant.tools.reference.operations_page import operations_page
 from openpendant.tools.reference.schemas import schema_files
 

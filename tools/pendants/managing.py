@@ -1,7 +1,7 @@
 """The client's programs, recordings, frames, tools, scene, devices and accounts, in groups.
 
 What each operation asks and tells is said in `management`; here the two that move the robot get
-their motions. `sync_managing` has the same groups, blocking.
+their motions. `sync_client` has the same groups, blocking.
 """
 
 from __future__ import annotations

@@ -27,8 +27,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from ..client import DEFAULT_PORT, Pose
 from ..connection_errors import ConnectionLost, PendantError, Refused, WrongArgument
 from ..motions import quaternion_of, roll_pitch_yaw
-from ..sync_client import SyncPendantClient
-from ..sync_session import SyncMotion
+from ..sync_client import SyncMotion, SyncPendantClient
 from .values import (
     RobotDisplay,
     RobotPosture,
