@@ -11,7 +11,6 @@ class ControllerProfile(NamedTuple):
     """One vendor's way of speaking simple message.
 
     Attributes:
-        name: as in the settings.
         motion_port: default TCP port of the motion link.
         state_port: default TCP port of the state link.
         byte_order: order on the state link, where a silent client cannot be asked.

@@ -31,7 +31,6 @@ class Dialect:
 
     Attributes:
         name: as on the command line.
-        messages: the message classes it knows.
     """
 
     name: str
@@ -72,8 +71,6 @@ class Codec:
         usual: the sixteen header bytes of every frame of fixed size with a usual header, with the
             size of the frame and a decoder for it; that decoder raises `struct.error` for another
             size and `UnicodeDecodeError` for a text that is none.
-        dialect: the messages that it knows.
-        byte_order: order of bytes on the wire.
         real_size: bytes of a real, 4 or 8.
     """
 

@@ -75,7 +75,6 @@ class Reals(Field):
     """A fixed number of reals.
 
     Attributes:
-        count: how many.
         shape: how the readable form nests them, slowest index first; empty for a plain list.
     """
 
@@ -114,11 +113,7 @@ class Array(Field):
     """Records of one kind, one after the other; at most one per message.
 
     Attributes:
-        of: the record class.
         count_name: name of the integer that counts the records, empty where there is none.
-        count_place: where that integer stands.
-        least: fewest records.
-        most: most records.
         meant_by: name of the field before them that says how many records are meant, empty where
             there is none. That many travel, or `most`, of which the last are padding.
     """
@@ -142,11 +137,8 @@ class Place:
     """A message's place in the protocol.
 
     Attributes:
-        msg_type: number of the message type.
         name: snake-case name, as in the reference vectors.
-        direction: which way it travels.
         reply: what is expected in answer, in words; "none" for topics and replies.
-        source: where the layout comes from.
         about: one sentence on its purpose.
         is_reply: true where the body of the reply differs from the request of the same type.
         any_body: true where a receiver accepts a body of any size and ignores it.
@@ -260,9 +252,6 @@ def record(cls: type[_RecordT]) -> type[_RecordT]:
 def message(place: Place) -> Callable[[type[_MessageT]], type[_MessageT]]:
     """Declare a message class.
 
-    Args:
-        place: its number, name and role.
-
     Returns:
         A decorator that makes the class a slotted dataclass and attaches `PLACE` and `FIELDS`.
     """
@@ -294,10 +283,6 @@ def joint_array(values: Sequence[float]) -> tuple[float, ...]:
 
 def value_name(field: Field, value: object) -> str | None:
     """Return the name of a field's value, such as `BUSY` or `TIME|POSITION`.
-
-    Args:
-        field: its declaration.
-        value: as decoded.
 
     Returns:
         None where the field's values have no names, or this one has none. Bits without a name are

@@ -37,9 +37,6 @@ Bytes = bytes | bytearray | memoryview
 def detect_byte_order(frame: Bytes) -> ByteOrder | None:
     """Return the byte order that a frame's length tells: only one reading lies in 12 to 65,535.
 
-    Args:
-        frame: the frame or its beginning.
-
     Returns:
         The order, or None where neither reading of the first four bytes is a frame's length.
     """
@@ -166,10 +163,7 @@ class Splitter:
         """Make a splitter to which nothing was fed.
 
         Args:
-            mode: what happens behind a length that no frame has.
-            byte_order: where it is known.
             least_length: least length field that is taken for one, where the order is known.
-            in_step: the first byte is the first of a frame.
         """
         self.byte_order = byte_order
         self.in_step = in_step

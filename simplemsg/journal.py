@@ -42,7 +42,6 @@ class LongValue:
     """A value that is not spelled out yet, and never changes.
 
     Attributes:
-        content: the text or the bytes.
         spell: returns how a piece of it stands between the quotation marks.
     """
 
@@ -148,8 +147,6 @@ class Gap(NamedTuple):
     Attributes:
         lasted: how long it was [ns].
         event: what happened at its beginning; empty before the first event.
-        link: on which connection.
-        data: the bytes that came.
     """
 
     lasted: int = 0
@@ -224,8 +221,6 @@ class Journal:
 
         Args:
             event: what happened, one word.
-            link: on which connection.
-            data: the bytes that came.
             more: what else must be known to repeat it, as plain JSON data and long values, which
                 never change.
         """
@@ -256,8 +251,6 @@ class Journal:
 
         Args:
             question: one word, such as `clogged`.
-            link: of which connection.
-            answer: the answer.
         """
         if answer and self._stream is not None:
             self._write(f'{{"ask": "{question}", "link": "{link}"}}\n')

@@ -56,7 +56,6 @@ class WireForm:
         """Return the packed structure of several fields of fixed size.
 
         Args:
-            fields: the fields by name.
             prefix: `struct` codes of what stands in front of them.
         """
         codes = "".join(self.format_of(field) for field in fields.values())
@@ -95,7 +94,6 @@ class _Unfit:
     Attributes:
         path: where it stands, such as `points[3].joints[0]`.
         value: the value; asterisks for a secret.
-        expected: what would have been accepted.
     """
 
     path: str

@@ -36,14 +36,7 @@ class ControllerModel(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Area:
-    """A range of bit addresses with one purpose.
-
-    Attributes:
-        name: what lies there.
-        first: lowest bit address.
-        last: highest bit address.
-        writable: whether a client may write it.
-    """
+    """A range of bit addresses with one purpose."""
 
     name: str
     first: int

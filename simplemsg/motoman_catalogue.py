@@ -20,8 +20,6 @@ class Explanation:
 
     Attributes:
         name: of result and reason, such as `NOT_READY/NOT_READY_HOLD`.
-        meaning: what it says.
-        remedy: what to do about it.
     """
 
     name: str
@@ -203,7 +201,6 @@ def explain(command: int, result: int, subcode: int) -> Explanation:
 
     Args:
         command: of the reply; a message type where it answers no MOTION_CTRL.
-        result: of the reply.
         subcode: of the reply; a count, and no reason, where the command is CHECK_QUEUE_CNT.
     """
     try:

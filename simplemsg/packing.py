@@ -114,7 +114,6 @@ class FixedLayout:
     """A message of fixed size in one wire form.
 
     Attributes:
-        cls: the message class.
         size: bytes of the frame, prefix included.
         encode: `encode(message) -> bytes`, the whole frame; raises `LocalProtocolError`, and
             `NotEncodable` for a value that does not fit.
@@ -234,11 +233,7 @@ _COUNT_SIZE = 4
 
 
 class VariableLayout:
-    """A message of variable size in one wire form.
-
-    Attributes:
-        cls: the message class.
-    """
+    """A message of variable size in one wire form."""
 
     def __init__(self, cls: type[Message], form: WireForm) -> None:
         self.cls = cls

@@ -257,11 +257,7 @@ STANDARD_MESSAGES: tuple[type[Message], ...] = (
 
 @dataclass(slots=True)
 class HeaderOnly(Message):
-    """A reply with an empty body, of any type: the plain "taken" or "not taken".
-
-    Attributes:
-        msg_type: type of the request that it answers.
-    """
+    """A reply with an empty body, of any type: the plain "taken" or "not taken"."""
 
     msg_type: int
     comm_type: int = dataclasses.field(default=CommType.REPLY, kw_only=True)
@@ -273,7 +269,6 @@ class Opaque(Message):
     """A frame of a type that the dialect does not know, or a reply in a vendor's own layout.
 
     Attributes:
-        msg_type: type from the header.
         body: the body as it came, byte order and all.
     """
 

@@ -140,14 +140,12 @@ class StopWalk:
     Attributes:
         is_lost: a length was met that cannot be one; nothing behind it is looked at.
         taken: how many of the frames were decoded.
-        before_all: messages that are handled in their turn whatever comes behind them.
     """
 
     def __init__(self, rule: StopRule, max_frame: int) -> None:
         """Begin before the first frame.
 
         Args:
-            rule: what a STOP is.
             max_frame: largest frame of the conversation, prefix included.
         """
         self.is_lost = False
@@ -213,7 +211,6 @@ class StopWalk:
         """Note that frames at the front of the buffer were decoded and are gone from it.
 
         Args:
-            frames: how many.
             size: their bytes.
 
         Returns:

@@ -44,12 +44,7 @@ class Admitted(NamedTuple):
 
 
 class Rejected(NamedTuple):
-    """A point that may not be taken.
-
-    Attributes:
-        sequence: its number.
-        refusal: why.
-    """
+    """A point that may not be taken."""
 
     sequence: int
     refusal: PointRefusal
@@ -64,8 +59,6 @@ def admit(
     """Check points one after the other.
 
     Args:
-        admission: the checks.
-        points: the points, in order.
         tail: state that the motion has before them.
         elapsed: time of the point before, from the start of the trajectory [ns]; None if these
             points start one.
@@ -114,9 +107,6 @@ class PointIntake:
         """Take points of whoever sends the first.
 
         Args:
-            admission: the checks, with the robot's limits.
-            servo: what executes them.
-            referee: counts them.
             is_strict: a gap in the sequence is a fault.
         """
         self.owner: int | None = None
@@ -141,9 +131,6 @@ class PointIntake:
         """Take points if whoever sends them may command, they are the next ones, and there is room.
 
         Args:
-            link: where they came from.
-            message: one point or a whole trajectory.
-            now: the time [ns].
             is_behind: others of this link wait already.
 
         Returns:

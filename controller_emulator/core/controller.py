@@ -85,16 +85,10 @@ class EmulatedController:
         """Switch the controller on: at rest, drives powered, no error.
 
         Args:
-            admission: the checks, with the robot's limits.
             start: (n,) where the robot stands [rad or m], controller side.
-            profile: whose controller it is.
-            buffer_depth: most buffered points.
-            start_rule: when a streamed motion starts.
             is_strict: a gap in the sequence breaks the motion off.
             operator_events: the messages OPERATOR_EVENT and SET_INPUTS are obeyed.
             signals: its digital inputs and outputs; none by default.
-            referee: the record to write; a new one by default.
-            now: the time [ns].
         """
         self.referee = referee or Referee()
         self._limits = admission.limits
@@ -255,9 +249,6 @@ class EmulatedController:
         """Take points if the state of the controller allows it; nothing is answered here.
 
         Args:
-            link: where they came from.
-            message: one point or a whole trajectory.
-            now: the time [ns].
             is_head: the message waited, and everything before it is dealt with.
         """
         if self._e_stopped:
@@ -310,7 +301,6 @@ class EmulatedController:
 
         Args:
             code: the error from now on; None keeps what there is.
-            now: the time [ns].
         """
         self._servo.stop(now)
         self._taking.break_off()

@@ -68,7 +68,6 @@ def read_point(
 
     Args:
         message: a point, not a STOP.
-        dof: number of the robot's driven joints.
     """
     if isinstance(message, JointTrajPtFull):
         return _read_full(message, dof)
@@ -201,8 +200,6 @@ class PointSequence:
         """Note an accepted point.
 
         Args:
-            message: the point.
-            step: what `classify` said of it.
             elapsed: its time from the start of the trajectory [ns].
         """
         if step is PointKind.START:

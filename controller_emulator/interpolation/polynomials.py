@@ -136,9 +136,6 @@ def quintics(
 
     Args:
         h: duration [s].
-        starts: state of each joint at the start.
-        ends: state of each joint at the end.
-        bounds: bounds of each joint.
     """
     if not _are_quintics_within(h, starts, ends, bounds):
         return None

@@ -215,7 +215,6 @@ def _switch_within(
 
     Args:
         h: duration [s].
-        joints: start, end and bounds of each joint.
         share: how much is used of what the greatest acceleration is beyond the smooth one, 0 to 1.
     """
     earliest, latest = 0.0, h
@@ -365,9 +364,6 @@ def connect(
 
     Args:
         duration: [s], more than 0.
-        starts: state of each joint at the start.
-        ends: state of each joint at the end.
-        bounds: bounds of each joint.
 
     Returns:
         The segment, or the refusal with the first joint for which no motion keeps its bounds.

@@ -50,8 +50,6 @@ class Servo:
     """The axes of one robot.
 
     Attributes:
-        phase: what it is doing.
-        buffer: the legs not finished yet.
         sequence: number of the point that it moves to, or moved to last.
     """
 
@@ -61,10 +59,7 @@ class Servo:
         """Put the robot at rest.
 
         Args:
-            axes: what a stop may do.
             start: (n,) where the robot stands [rad or m].
-            depth: most buffered points.
-            rule: when a streamed motion starts.
         """
         self.phase = ServoPhase.RESTING
         self.buffer = PointBuffer(depth)
@@ -116,7 +111,6 @@ class Servo:
 
         Args:
             leg: an admitted leg; the caller has looked at `buffer.room`.
-            now: the time [ns].
             streamed: the start rule applies; else `go` starts the motion.
         """
         self.buffer.append(leg)

@@ -269,9 +269,6 @@ def watched_keys(actions: Mapping[str, Callable[[], None]]) -> Iterator[bool]:
 
     Nothing is watched where standard input is no terminal.
 
-    Args:
-        actions: what to call, by key.
-
     Yields:
         Whether there is a terminal to watch.
     """

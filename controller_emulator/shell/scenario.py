@@ -60,7 +60,6 @@ class ScenarioPlayer:
         """Start the scenario's clock.
 
         Args:
-            scenario: the events.
             now: the time from which they count [ns].
         """
         self._due = sorted(

@@ -56,8 +56,6 @@ class EmulatorListenFailed(Exception):
     """A port cannot be listened on.
 
     Attributes:
-        host: the address.
-        port: the TCP port.
         reason: why, in the words of the system.
     """
 
@@ -72,7 +70,6 @@ class Service:
     """One emulator on TCP: its ports, its timer, and the messages between links and core.
 
     Attributes:
-        controller: the core.
         journal: tells the time of the event at hand.
         began: the loop's time at which `start` ended [s]; reports count from it.
     """
@@ -90,7 +87,6 @@ class Service:
 
         Args:
             controller: the core, made with the time of the running loop.
-            settings: ports, rates and bounds.
             on_report: called with the time [s] since `start` and the motion, at the report rate.
             due: asked every tick which operator events are due at a time [ns].
             journal: the time and the record; the loop's time and no record where left out.

@@ -32,8 +32,6 @@ class EmulatorSettingsError(Exception):
     Attributes:
         file: where it stands, "arguments" for the command line.
         key: dotted name of the setting.
-        value: what was given.
-        expected: what would be accepted.
     """
 
     def __init__(self, file: str, key: str, value: object, expected: str) -> None:
@@ -157,7 +155,6 @@ def from_validation(
     """Return the first finding of pydantic as one sentence for the user.
 
     Args:
-        error: what pydantic found.
         source: file or "arguments".
         table: dotted name of the table.
         known: names that the table accepts.

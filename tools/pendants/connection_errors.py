@@ -104,7 +104,6 @@ def judged(verdict: asyncio.Future[Message], within: float | None) -> Message:
     """Return the answer to a request, or raise its error.
 
     Args:
-        verdict: of `Conversation.send`.
         within: how long it was waited for [s]; None where without a bound.
 
     Raises:
@@ -171,9 +170,6 @@ def unreachable(error: OSError, host: str, port: int, *, tls: bool) -> Unreachab
     """Return the error of a failed attempt to connect.
 
     Args:
-        error: what the attempt to connect raised.
-        host: where to.
-        port: likewise.
         tls: the connection was to be encrypted.
     """
     at = f"{host}:{port}"

@@ -170,8 +170,6 @@ class Conversation(asyncio.Protocol):
         """Send a request and wait for its verdict.
 
         Args:
-            request: the request.
-            request_id: its number.
             within: wait at most so long [s]; None, for what is planned, as long as the link lives.
 
         Raises:
@@ -279,7 +277,6 @@ async def keep_alive(
     """Send pings to the server, and end the connection once it is silent.
 
     Args:
-        conversation: the connection.
         misses_states: called with the time and the time of the last bytes, both by the loop's
             clock [s]; returns True to send a ping at once.
     """

@@ -87,9 +87,7 @@ class TourReport:
     """Results of a tour.
 
     Attributes:
-        robot: name of the robot.
         motions: name, plan time [s] and motion time [s] of each motion.
-        poses: places of the taught path.
         left_out: what the robot cannot do, each in words.
     """
 
@@ -103,7 +101,6 @@ class Tour:
     """One tour with one robot.
 
     Attributes:
-        report: what was done so far.
         doing: the move in hand, in words.
     """
 

@@ -316,9 +316,6 @@ class Jogging(Observing):
             deadline: the robot ramps to rest so long after a beat was missed, 0.05 to 0.25 s.
             longest: let go by itself so long after the last call of `aim` or `hold` [s].
 
-        Returns:
-            A context manager that presses on entry and releases on exit.
-
         Raises:
             WrongArgument: the robot has no such joint.
         """
@@ -349,9 +346,6 @@ class Jogging(Observing):
             frame: base, tool or a named frame.
             deadline: the robot ramps to rest so long after a beat was missed, 0.05 to 0.25 s.
             longest: let go by itself so long after the last call of `aim` or `hold` [s].
-
-        Returns:
-            A context manager that presses on entry and releases on exit.
         """
         return self._jog(JogValues.of_tool((x, y, z, a, b, c), frame), deadline, longest)
 
@@ -364,9 +358,6 @@ class Jogging(Observing):
             way: one of its ways.
             deadline: the robot ramps to rest so long after a beat was missed, 0.05 to 0.25 s.
             longest: let go by itself so long after the last call of `aim` or `hold` [s].
-
-        Returns:
-            A context manager that presses on entry and releases on exit.
         """
         values = way["values"]
         if way["space"] == JogSpace.TOOL:
@@ -384,9 +375,6 @@ class Jogging(Observing):
         Args:
             joints: increments by joint index from 0 [rad, m for a linear axis].
             speed: fraction of the jog speed, above 0, up to 1.
-
-        Returns:
-            The motion, accepted and begun.
 
         Raises:
             Refused: out of range, not in control, the mode or the enabling device forbids it, …
@@ -418,9 +406,6 @@ class Jogging(Observing):
             c: likewise about z.
             frame: base, tool or a named frame.
             speed: fraction of the jog speed, above 0, up to 1.
-
-        Returns:
-            The motion, accepted and begun.
 
         Raises:
             Refused: unreachable, nobody knows the frame, not in control, …

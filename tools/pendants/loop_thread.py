@@ -88,7 +88,6 @@ class LoopThread:
         Where the loop was ended inside, there is nothing left to leave.
 
         Args:
-            manager: the context.
             misses: returns True if a context that could not be left owes its user a result.
 
         Raises:

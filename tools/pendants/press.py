@@ -42,7 +42,6 @@ class JogValues:
     """Aim of a jog or a step: values of some joints, or of the tool.
 
     Attributes:
-        space: joints or tool.
         frame: frame of the axes; empty for joints.
         values: (n,) by joint, or (6,) along x, y, z and about x, y, z.
     """
@@ -109,11 +108,7 @@ PRESS_WITHIN = 5.0
 
 
 class SentPress:
-    """A sent press, whose verdict may still be pending.
-
-    Attributes:
-        press: its number.
-    """
+    """A sent press, whose verdict may still be pending."""
 
     def __init__(self, motion: PressHandle, verdict: asyncio.Future[Message]) -> None:
         """Made by `PressLine.press`."""
@@ -154,13 +149,7 @@ class PressLine:
     def __init__(
         self, conversation: Conversation, quotable_state: Callable[[], Awaitable[State]], dof: int
     ) -> None:
-        """Make a line without a press.
-
-        Args:
-            conversation: the connection.
-            quotable_state: returns a state message that is new enough for a press to quote.
-            dof: driven joints of the robot.
-        """
+        """Make a line without a press."""
         self.dof = dof
         self.quotable_state = quotable_state
         self._conversation = conversation
@@ -186,12 +175,8 @@ class PressLine:
 
         Args:
             press: a number of `next_press`.
-            aim: what it jogs.
             deadline: it ends so long after a beat was missed [s].
             state: of `quotable_state`.
-
-        Returns:
-            The sent press, to wait for its start.
 
         Raises:
             ConnectionLost: the connection is over.
@@ -268,7 +253,6 @@ class HeldPresses:
         """Hold none.
 
         Args:
-            line: sends the messages.
             deadline: a press ends so long after a beat was missed [s].
         """
         self.why_given_up = ""
@@ -279,13 +263,6 @@ class HeldPresses:
 
     async def press(self, aim: JogValues, state: State) -> PressHandle:
         """Send a press before the first await; it takes over from the earlier ones.
-
-        Args:
-            aim: what it jogs.
-            state: the message that it quotes.
-
-        Returns:
-            Its started motion.
 
         Raises:
             Refused: it may not start; a press that was held continues.

@@ -123,8 +123,6 @@ class Count:
     """Bounds of a whole number.
 
     Attributes:
-        least: the smallest that is accepted.
-        most: the largest that is accepted; None for no bound.
         below: the number that it must be below; None for no bound.
     """
 
@@ -142,8 +140,6 @@ class Number:
     """Bounds of a real number.
 
     Attributes:
-        least: the smallest that is accepted; None for no bound.
-        most: the largest that is accepted; None for no bound.
         finite: whether infinity and what is no number are refused by that name.
     """
 
@@ -159,12 +155,7 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class Length:
-    """Bounds of the number of items in a list.
-
-    Attributes:
-        least: the smallest that is accepted; None for no bound.
-        most: the largest that is accepted.
-    """
+    """Bounds of the number of items in a list."""
 
     least: int | None
     most: int
@@ -228,11 +219,7 @@ class ServerValue:
 
 @dataclass(frozen=True, slots=True)
 class Default:
-    """The value of a key that is left out.
-
-    Attributes:
-        value: the value.
-    """
+    """The value of a key that is left out."""
 
     value: Any
 

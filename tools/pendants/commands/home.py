@@ -13,11 +13,7 @@ _TARGETS = ("home", "zero")
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command and return its exit code.
-
-    Args:
-        argv: arguments behind `openpendant home`; None takes those of the process.
-    """
+    """Run the command and return its exit code."""
     reader = parser("home", "Move the robot to its home position. Ctrl-C stops it.")
     reader.add_argument("--to", choices=_TARGETS, default="home", help="named position")
     add_speed(reader, 0.1, "the joints' largest speed")

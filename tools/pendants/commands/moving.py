@@ -39,10 +39,7 @@ async def move(pendant: PendantClient, output: CommandOutput, what: str, begin: 
     An interruption (Ctrl-C) stops the robot first; the end of the connection would stop it, too.
 
     Args:
-        pendant: the connection.
-        output: of the command.
         what: the motion, in words.
-        begin: requests the motion.
     """
     try:
         async with pendant.control():

@@ -20,11 +20,7 @@ _STANDS = {
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command and return its exit code.
-
-    Args:
-        argv: arguments behind `openpendant run`; None takes those of the process.
-    """
+    """Run the command and return its exit code."""
     reader = parser("run", "Run a stored program. Ctrl-C stops the robot and ends it.")
     reader.add_argument("program", metavar="PROGRAM", help="name of the program")
     add_speed(reader, 1.0, "the programmed speeds")

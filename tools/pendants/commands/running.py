@@ -32,13 +32,9 @@ class ServerAccess:
     """Address of a cell and the login of a command.
 
     Attributes:
-        host: the server.
-        port: its pendant port.
         cell: name of the cell; empty for the only one.
         tls: how to encrypt; None for clear text.
         user: account, or name of a guest.
-        password: of the account; None without an account.
-        pairing: code of a class; None without one.
     """
 
     host: str
@@ -51,13 +47,7 @@ class ServerAccess:
 
 
 def parser(name: str, description: str, *, logs_in: bool = True) -> argparse.ArgumentParser:
-    """Return a parser of the arguments that the commands share.
-
-    Args:
-        name: of the command.
-        description: for its help.
-        logs_in: add the options of a login.
-    """
+    """Return a parser of the arguments that the commands share."""
     reader = argparse.ArgumentParser(
         prog=f"openpendant {name}", description=description, epilog=EPILOG
     )
@@ -143,11 +133,7 @@ CONNECT_WITHIN = 10.0
 
 
 class CommandOutput:
-    """Output of a command: sentences for a person, or one JSON object a line.
-
-    Attributes:
-        name: of the command.
-    """
+    """Output of a command: sentences for a person, or one JSON object a line."""
 
     def __init__(self, name: str, *, is_json: bool) -> None:
         """Make the output of a command."""
@@ -178,7 +164,6 @@ def run(
     """Connect, let a command act and return its exit code; every failure is one sentence.
 
     Args:
-        output: of the command.
         enter: returns the server's address and the login; may prompt for a secret.
         act: what the command does on the connection; returns the exit code.
         state_rate: of the state messages [Hz].

@@ -18,11 +18,7 @@ _UNSURE = "it is not sure that the robot was stopped: use the controller's own e
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command and return its exit code.
-
-    Args:
-        argv: arguments behind `openpendant stop`; None takes those of the process.
-    """
+    """Run the command and return its exit code."""
     reader = parser(
         "stop",
         "Stop the robot and latch the software stop; it is no safety device. Anybody may.",

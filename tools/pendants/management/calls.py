@@ -33,12 +33,7 @@ Manage = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]
 def then(
     make: Callable[_Arguments, _Made], use: Callable[[_Made], _Used]
 ) -> Callable[_Arguments, _Used]:
-    """Return a call with the arguments of one function that does with its result what another does.
-
-    Args:
-        make: makes a request.
-        use: sends it.
-    """
+    """Return a call with the arguments of `make` that does with its result what `use` does."""
 
     @wraps(make)
     def asked(*arguments: _Arguments.args, **named: _Arguments.kwargs) -> _Used:
@@ -51,11 +46,7 @@ class AsyncCalls:
     """Operations that are awaited."""
 
     def __init__(self, manage: Manage) -> None:
-        """Make the group of one client.
-
-        Args:
-            manage: sends a request.
-        """
+        """Make the group of one client."""
         self._manage = manage
 
     async def _perform(self, request: Request[Any], part: str) -> Any:
@@ -67,12 +58,7 @@ class SyncCalls:
     """Operations that wait."""
 
     def __init__(self, thread: LoopThread, manage: Manage) -> None:
-        """Make the group of one client.
-
-        Args:
-            thread: has the connection.
-            manage: sends a request, on that thread.
-        """
+        """Make the group of one client."""
         self._thread = thread
         self._manage = manage
 
@@ -88,7 +74,6 @@ class call(Generic[_Arguments, Reply]):
     """Makes a declared request a call that asks the server and returns its reply.
 
     Attributes:
-        kind: class of the request.
         part: the only field of the reply that is returned; empty for all of it.
     """
 
@@ -98,12 +83,7 @@ class call(Generic[_Arguments, Reply]):
     def __init__(self, kind: Callable[_Arguments, Request[Any]], part: str) -> None: ...
 
     def __init__(self, kind: Callable[_Arguments, Request[Any]], part: str = "") -> None:
-        """Make a call of a request.
-
-        Args:
-            kind: its class.
-            part: the only field of the reply that is returned; empty for all of it.
-        """
+        """Make a call of a request."""
         self.kind = kind
         self.part = part
 
@@ -160,7 +140,6 @@ def function_of(
     """Return a function that makes a declared request, and is documented as the call is.
 
     Args:
-        kind: class of the request.
         part: the only field of the reply that the call returns; empty for all of it.
     """
     assert isinstance(kind, type)

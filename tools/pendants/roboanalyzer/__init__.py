@@ -72,8 +72,6 @@ class RoboAnalyzerClient:
         """Connect and select a robot.
 
         Args:
-            host: address of the pendant server.
-            port: its pendant port.
             robot: name of the robot to select, or of its cell; empty for the one of `cell`, or
                 for the only one.
             cell: name of the cell to ask first; empty for any.
@@ -81,7 +79,6 @@ class RoboAnalyzerClient:
             client: name that others are shown; at most 32 bytes.
             tls: how to encrypt and whom to trust; None for an unencrypted connection.
             user: account, or with a pairing code the name of a guest, `client` if empty.
-            password: of the account.
             pairing: code of a class, instead of a password; where the server has several cells,
                 `cell` says which.
 

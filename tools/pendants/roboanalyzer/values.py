@@ -55,7 +55,6 @@ def numbers(values: object, what: str, count: int) -> list[float]:
     Args:
         values: a list, or whatever yields numbers.
         what: they are, in the plural, for the error.
-        count: how many joints the robot has.
 
     Raises:
         WrongArgument: they are not so many numbers.
@@ -112,10 +111,8 @@ class JointDisplay:
     """One joint.
 
     Attributes:
-        name: its name.
         unit: ° or mm.
         lower: its lower limit, in that unit.
-        upper: its upper limit.
     """
 
     name: str
@@ -129,8 +126,6 @@ class RobotDisplay:
     """A robot with its joints.
 
     Attributes:
-        name: its name.
-        cell: name of its cell.
         joints: base to tip.
     """
 
@@ -211,7 +206,6 @@ def chosen_cell(name: str, cells: Sequence[ServedCell]) -> str:
 
     Args:
         name: of a cell or a robot; empty for the only cell.
-        cells: all that are served.
 
     Raises:
         WrongArgument: there is none, or more than one; the text has the cells.

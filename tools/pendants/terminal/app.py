@@ -40,12 +40,7 @@ class PendantScreen(Screen[None]):
     """The only screen; it has no widget that could consume a key."""
 
     def __init__(self, panel: Panel, connection: TerminalConnection) -> None:
-        """Make a screen.
-
-        Args:
-            panel: the core.
-            connection: carries out what the core asks for.
-        """
+        """Make a screen."""
         super().__init__()
         self._panel = panel
         self._connection = connection
@@ -143,8 +138,6 @@ class PendantApp(App[PendantError | None]):
         """Make a pendant.
 
         Args:
-            connect: makes a connection to the server.
-            log_in: logs in on it.
             panel: the core; a new one if None.
         """
         super().__init__()

@@ -47,11 +47,7 @@ class _Unusable(Exception):
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run `openpendant pendant` and return its exit code.
-
-    Args:
-        argv: the arguments after `pendant`.
-    """
+    """Run `openpendant pendant` and return its exit code."""
     faults = {_Unusable: ExitCode.USAGE, _Failed: ExitCode.FAILED}
     return run(app, "pendant", argv, faults, _complain)
 
@@ -187,9 +183,6 @@ def end_with_terminal(descriptors: Sequence[int]) -> None:
 
     Call it in the main thread. On Windows it does nothing: closing a console ends its processes
     there.
-
-    Args:
-        descriptors: open on the terminals.
     """
     if sys.platform == "win32":
         return
@@ -210,7 +203,6 @@ def watch_terminals(descriptors: Sequence[int], gone: Callable[[], None]) -> Non
     Returns without calling `gone` where the platform cannot watch a terminal.
 
     Args:
-        descriptors: open on the terminals.
         gone: called in this thread.
     """
     poll = select.poll()

@@ -186,7 +186,6 @@ class RunProgram:
     """Run a program or a step of it.
 
     Attributes:
-        name: of the program.
         revision: the shown one, and the only one that may run.
         run: the whole program, or one step.
         line: line to start at; 0 for the present line, or the first.

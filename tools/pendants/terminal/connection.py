@@ -64,9 +64,7 @@ class TerminalConnection:
         """Make a connection that is not started.
 
         Args:
-            panel: the core, which receives all events.
             connect: makes a connection; raises `OSError` or `PendantError`.
-            log_in: logs in on it.
             clock: returns monotonic time [ns].
         """
         self._clock = clock

@@ -49,14 +49,7 @@ class Panel:
     """One terminal pendant.
 
     Attributes:
-        cell: the view of the cell.
-        page: the page that is shown.
-        stop_key: the stop key with the pending stop.
-        jog: the jog keys.
-        enabling: the enabling device (training).
         question: the question on the display; None for none.
-        teaching: the open program.
-        messages: the messages to the user.
         why: the lines of the last answer to why the robot does not move.
         scroll: first shown line of a long text.
     """
@@ -144,11 +137,7 @@ class Panel:
             self.question = self.question.listed(names)
 
     def not_there(self, name: str) -> None:
-        """Take that the program to open does not exist; ask to create it if no question is open.
-
-        Args:
-            name: of the program.
-        """
+        """Take that the program to open does not exist; ask to create it if no question is open."""
         self.messages.add(f"there is no program {name}: create it? 1 does, any other key does not")
         if self.question is None:
             self.question = creation(name)
@@ -183,7 +172,6 @@ class Panel:
 
         Args:
             key: a single character, or the name of a key.
-            now: monotonic time [ns].
 
         Returns:
             The commands, in order; none that moves the robot while the values may be old.

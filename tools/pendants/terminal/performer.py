@@ -29,12 +29,7 @@ class OpenPrograms:
     """The stored programs and the open program on one connection."""
 
     def __init__(self, client: PendantClient, panel: Panel) -> None:
-        """Make one for an open connection.
-
-        Args:
-            client: the connection.
-            panel: receives what was loaded.
-        """
+        """Make one for an open connection."""
         self._client = client
         self._panel = panel
 
@@ -135,12 +130,7 @@ class Performer:
     """The commands of one pendant that run on one connection."""
 
     def __init__(self, client: PendantClient, panel: Panel) -> None:
-        """Make a performer for an open connection.
-
-        Args:
-            client: the connection.
-            panel: receives the result of each command.
-        """
+        """Make a performer for an open connection."""
         self._client = client
         self._panel = panel
         self._programs = OpenPrograms(client, panel)

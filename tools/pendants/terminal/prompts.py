@@ -35,7 +35,6 @@ class Choice:
     """A question that a digit answers; any other key means no.
 
     Attributes:
-        title: the question.
         options: by digit, the shown text and the result: a command, or another question.
     """
 
@@ -49,12 +48,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class EnteredText:
-    """A text that was completed with Enter.
-
-    Attributes:
-        wanted: its purpose.
-        text: the text.
-    """
+    """A text that was completed with Enter."""
 
     wanted: TextPurpose
     text: str
@@ -62,12 +56,7 @@ class EnteredText:
 
 @dataclass(frozen=True, slots=True)
 class TextEntry:
-    """A text that is being typed.
-
-    Attributes:
-        wanted: its purpose.
-        text: the text so far.
-    """
+    """A text that is being typed."""
 
     wanted: TextPurpose
     text: str = ""
@@ -91,7 +80,6 @@ class ProgramChoice:
 
     Attributes:
         names: all programs; None until the server's answer.
-        text: the typed text.
         selected: the offer that Enter takes, from 0.
     """
 
@@ -169,7 +157,6 @@ def read_target(text: str, cell: CellView) -> MoveJoints | MoveToPose:
     """Read a target: joints such as `3=-45` (degrees or mm), or the tool in base, `z=400;a=180`.
 
     Args:
-        text: as typed.
         cell: the present position; axes that are not typed keep it.
 
     Returns:

@@ -168,10 +168,6 @@ _PATIENCE = 5.0
 async def status_once(connect: Connect, log_in: LogIn) -> str:
     """Connect, wait for one state, and return it in words.
 
-    Args:
-        connect: makes a connection.
-        log_in: logs in on it.
-
     Raises:
         OSError: nobody listens there.
         PendantError: the server does not want us, or the connection ended.

@@ -32,12 +32,7 @@ class StopKey:
     """The stop key of one pendant."""
 
     def __init__(self, cell: CellView, messages: Messages) -> None:
-        """Start without a pending stop.
-
-        Args:
-            cell: the view of the cell.
-            messages: receives the messages to the user.
-        """
+        """Start without a pending stop."""
         self._cell = cell
         self._messages = messages
         self._press = 0
@@ -58,9 +53,6 @@ class StopKey:
 
     def struck(self, now: int) -> list[StopRobot]:
         """Take a stroke of the key.
-
-        Args:
-            now: monotonic time [ns].
 
         Returns:
             The stop, to be sent at once, with or without a login; nothing without a link:
@@ -83,9 +75,6 @@ class StopKey:
 
     def tick(self, now: int) -> list[StopRobot]:
         """Advance the time; a stop that becomes doubtful is reported once.
-
-        Args:
-            now: monotonic time [ns].
 
         Returns:
             The stop, while it is pending; a second one does no harm. A refused stop is not repeated
@@ -123,11 +112,7 @@ class StopKey:
         self._since, self._refusal, self._is_told = None, "", False
 
     def doubt(self, now: int) -> str:
-        """Return the warning of an unconfirmed stop, with reason and remedy; empty for none.
-
-        Args:
-            now: monotonic time [ns].
-        """
+        """Return the warning of an unconfirmed stop, with reason and remedy; empty for none."""
         why = "" if self._since is None else self._why(self._since, now)
         return f"STOP NOT CONFIRMED, {REMEDY}: {why}" if why else ""
 

@@ -63,11 +63,8 @@ class TaughtProgram:
     """A program that was loaded.
 
     Attributes:
-        name: its name.
-        revision: the loaded revision.
         lines: the text of each statement.
         targets: the point that each statement moves to; empty for none.
-        points: names of all points.
         first_line: line of the first statement in the program's text, from 1.
     """
 
@@ -140,7 +137,6 @@ class DryRunFindings:
     """The findings of one dry run.
 
     Attributes:
-        name: of the program.
         revision: the checked revision.
         duration: of the program [s].
         is_endless: a loop of it never ends, so the duration is that of two passes.
@@ -166,9 +162,7 @@ class DryRunFindings:
         """Read the answer to `programs.dry_run`.
 
         Args:
-            name: of the program.
             revision: that it had before and after.
-            answer: the JSON object.
         """
         steps: list[dict[str, Any]] = [
             *answer["moves"],

@@ -37,11 +37,7 @@ class Teaching:
     """
 
     def __init__(self, messages: Messages) -> None:
-        """Start without a program.
-
-        Args:
-            messages: receives the messages to the user.
-        """
+        """Start without a program."""
         self.program: TaughtProgram | None = None
         self.selected = 0
         self.is_walking = False
@@ -74,7 +70,6 @@ class Teaching:
         """Return the command or question of a teach or run key.
 
         Args:
-            intent: of the key.
             way: kind of motion to a recorded point.
 
         Returns:

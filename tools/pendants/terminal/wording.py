@@ -47,7 +47,6 @@ def joint_value(value: float, unit: Literal["rad", "m"], per: str = "") -> str:
 
     Args:
         value: in the unit [rad, m], or per second of it.
-        unit: of the joint.
         per: what follows the unit: nothing, `/s` or `/s²`.
     """
     return f"{_number(value, unit)}{_sign(unit)}{per}"
@@ -109,8 +108,6 @@ class Lamp:
 
     Attributes:
         name: the link or drive that it shows.
-        light: its state.
-        word: its state in a word.
     """
 
     name: str
@@ -271,12 +268,7 @@ _HERE = {
 
 
 def remedy(code: VerdictCode | int, otherwise: str) -> str:
-    """Return the remedy of a refusal.
-
-    Args:
-        code: of the refusal.
-        otherwise: the catalogue's remedy.
-    """
+    """Return the remedy of a refusal."""
     return _HERE.get(VerdictCode(code), otherwise) if code in set(VerdictCode) else otherwise
 
 
@@ -312,7 +304,6 @@ def refusal_line(refused: Refused, joints: Sequence[JointFacts] = ()) -> str:
     """Return a refusal in one line.
 
     Args:
-        refused: the refusal.
         joints: of the robot; they give the unit of a joint at fault.
     """
     remedy = remedy_of(refused)
@@ -361,7 +352,6 @@ def why_lines(answer: dict[str, Any], holds: Sequence[Hold] = ()) -> tuple[str, 
     """Return the answer line by line.
 
     Args:
-        answer: its JSON object.
         holds: the limits, singularities or collisions that hold the robot.
     """
     conditions: list[dict[str, Any]] = answer["conditions"]
