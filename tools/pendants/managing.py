@@ -12,7 +12,7 @@ from typing import Any, cast
 from openpendant.simplemsg.pendant.management.declaration import Request, body_of
 from openpendant.simplemsg.pendant.management.recordings import PlaybackAccount, PlayRecording
 
-from .management.calls import AsyncCalls, Manage, function_of, then
+from .management.calls import AsyncCalls, function_of, then
 from .management.groups import (
     AccessCalls,
     FrameCalls,
@@ -46,67 +46,35 @@ class PlaybackHandle(MotionHandle):
         self.account = account
 
 
-class Programs(ProgramCalls, AsyncCalls):
+class Programs(ProgramCalls[AsyncCalls]):
     """Stored programs.
 
     Attributes:
         run: runs one, or a step of it; the client's `run_program`.
     """
 
-    def __init__(self, manage: Manage, moves: Moves) -> None:
+    def __init__(self, way: AsyncCalls, moves: Moves) -> None:
         """Made by the client."""
-        super().__init__(manage)
+        super().__init__(way)
         self.run = moves.run_program
 
 
-class AsyncRecordingCalls(RecordingCalls, AsyncCalls):
+class AsyncRecordingCalls(RecordingCalls[AsyncCalls]):
     """Recordings.
 
     Attributes:
         play: plays one back; returns once the motion has begun, and its `done` tells the end.
     """
 
-    def __init__(self, manage: Manage, begin: Begin) -> None:
+    def __init__(self, way: AsyncCalls, begin: Begin) -> None:
         """Made by the client."""
-        super().__init__(manage)
+        super().__init__(way)
 
         async def begun(request: Request[PlaybackAccount]) -> PlaybackHandle:
             answer, motion = await begin(body_of(request))
             return PlaybackHandle(motion, cast(PlaybackAccount, answer))
 
         self.play = then(function_of(PlayRecording), begun)
-
-
-class AsyncFrameCalls(FrameCalls, AsyncCalls):
-    """User frames."""
-
-
-class Tools(ToolCalls, AsyncCalls):
-    """Tools."""
-
-
-class AsyncSceneCalls(SceneCalls, AsyncCalls):
-    """The scene."""
-
-
-class AsyncSignalCalls(SignalCalls, AsyncCalls):
-    """Signals of the controller."""
-
-
-class AsyncRobotCalls(RobotCalls, AsyncCalls):
-    """The robot itself."""
-
-
-class AsyncTraceCalls(TraceCalls, AsyncCalls):
-    """The trace of the tool."""
-
-
-class Access(AccessCalls, AsyncCalls):
-    """Connections."""
-
-
-class AsyncUserCalls(UserCalls, AsyncCalls):
-    """Accounts."""
 
 
 class Managing(Moves, Observing):
@@ -128,13 +96,14 @@ class Managing(Moves, Observing):
     def __init__(self) -> None:
         """Use `connect` instead."""
         super().__init__()
-        self.programs = Programs(self.manage, self)
-        self.recordings = AsyncRecordingCalls(self.manage, self._manage_motion)
-        self.frames = AsyncFrameCalls(self.manage)
-        self.tools = Tools(self.manage)
-        self.scene = AsyncSceneCalls(self.manage)
-        self.signals = AsyncSignalCalls(self.manage)
-        self.robots = AsyncRobotCalls(self.manage)
-        self.trace = AsyncTraceCalls(self.manage)
-        self.access = Access(self.manage)
-        self.users = AsyncUserCalls(self.manage)
+        way = AsyncCalls(self.manage)
+        self.programs = Programs(way, self)
+        self.recordings = AsyncRecordingCalls(way, self._manage_motion)
+        self.frames = FrameCalls(way)
+        self.tools = ToolCalls(way)
+        self.scene = SceneCalls(way)
+        self.signals = SignalCalls(way)
+        self.robots = RobotCalls(way)
+        self.trace = TraceCalls(way)
+        self.access = AccessCalls(way)
+        self.users = UserCalls(way)

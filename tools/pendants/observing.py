@@ -44,13 +44,13 @@ _PLANNED = frozenset({"programs.dry_run", "recordings.play"})
 _UNASKED = "no states were asked for: subscribe to the state first"
 
 
-class Observing(PendantSession, CellCalls, AsyncCalls):
+class Observing(PendantSession, CellCalls[AsyncCalls]):
     """State and data, which need no authority."""
 
     def __init__(self) -> None:
         """Use `connect` instead."""
         PendantSession.__init__(self)
-        AsyncCalls.__init__(self, self.manage)
+        CellCalls.__init__(self, AsyncCalls(self.manage))
         # Who waits for a state, and since when [s].
         self._waiting: dict[asyncio.Future[State], float] = {}
         self._last_state = 0.0

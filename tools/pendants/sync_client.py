@@ -189,7 +189,7 @@ class SyncJog(OnThread[Jog]):
     release = _waits(Jog.release)
 
 
-class SyncPrograms(ProgramCalls, SyncCalls):
+class SyncPrograms(ProgramCalls[SyncCalls]):
     """Stored programs.
 
     Attributes:
@@ -198,7 +198,7 @@ class SyncPrograms(ProgramCalls, SyncCalls):
 
     def __init__(self, thread: LoopThread, background: PendantClient) -> None:
         """Made by the client."""
-        super().__init__(thread, background.manage)
+        super().__init__(SyncCalls(thread, background.manage))
 
         def begun(run: Coroutine[Any, Any, MotionHandle]) -> SyncMotion:
             return SyncMotion(thread, thread.call(run))
@@ -206,7 +206,7 @@ class SyncPrograms(ProgramCalls, SyncCalls):
         self.run = then(background.run_program, begun)
 
 
-class SyncRecordings(RecordingCalls, SyncCalls):
+class SyncRecordings(RecordingCalls[SyncCalls]):
     """Recordings.
 
     Attributes:
@@ -215,7 +215,7 @@ class SyncRecordings(RecordingCalls, SyncCalls):
 
     def __init__(self, thread: LoopThread, background: PendantClient) -> None:
         """Made by the client."""
-        super().__init__(thread, background.manage)
+        super().__init__(SyncCalls(thread, background.manage))
 
         def begun(playback: Coroutine[Any, Any, PlaybackHandle]) -> SyncPlayback:
             return SyncPlayback(thread, thread.call(playback))
@@ -223,39 +223,7 @@ class SyncRecordings(RecordingCalls, SyncCalls):
         self.play = then(background.recordings.play, begun)
 
 
-class SyncFrames(FrameCalls, SyncCalls):
-    """User frames."""
-
-
-class SyncTools(ToolCalls, SyncCalls):
-    """Tools."""
-
-
-class SyncScene(SceneCalls, SyncCalls):
-    """The scene."""
-
-
-class SyncSignals(SignalCalls, SyncCalls):
-    """Signals of the controller."""
-
-
-class SyncRobots(RobotCalls, SyncCalls):
-    """The robot itself."""
-
-
-class SyncTrace(TraceCalls, SyncCalls):
-    """The trace of the tool."""
-
-
-class SyncAccess(AccessCalls, SyncCalls):
-    """Connections."""
-
-
-class SyncUsers(UserCalls, SyncCalls):
-    """Accounts."""
-
-
-class SyncPendantClient(CellCalls, SyncCalls, OnThread[PendantClient]):
+class SyncPendantClient(CellCalls[SyncCalls], OnThread[PendantClient]):
     """One connection to a pendant server, with blocking calls.
 
     Safe to share between threads: each call waits for its own answer. Where one thread closes it,
@@ -268,18 +236,20 @@ class SyncPendantClient(CellCalls, SyncCalls, OnThread[PendantClient]):
 
     def __init__(self, thread: LoopThread, background: PendantClient) -> None:
         """Use `connect` instead."""
-        super().__init__(thread, background.manage)
+        way = SyncCalls(thread, background.manage)
+        super().__init__(way)
+        self._thread = thread
         self.background = self._asked = background
         self.programs = SyncPrograms(thread, background)
         self.recordings = SyncRecordings(thread, background)
-        self.frames = SyncFrames(thread, background.manage)
-        self.tools = SyncTools(thread, background.manage)
-        self.scene = SyncScene(thread, background.manage)
-        self.signals = SyncSignals(thread, background.manage)
-        self.robots = SyncRobots(thread, background.manage)
-        self.trace = SyncTrace(thread, background.manage)
-        self.access = SyncAccess(thread, background.manage)
-        self.users = SyncUsers(thread, background.manage)
+        self.frames = FrameCalls(way)
+        self.tools = ToolCalls(way)
+        self.scene = SceneCalls(way)
+        self.signals = SignalCalls(way)
+        self.robots = RobotCalls(way)
+        self.trace = TraceCalls(way)
+        self.access = AccessCalls(way)
+        self.users = UserCalls(way)
 
     @classmethod
     def connect(

@@ -12,10 +12,10 @@ from openpendant.simplemsg.pendant.management import (
     scene,
 )
 
-from .calls import call, calls_of
+from .calls import CallGroup, Way, call, calls_of
 
 
-class CellCalls:
+class CellCalls(CallGroup[Way]):
     """The operations on the cell as a whole, which are the clients' own calls."""
 
     snapshot = call(cell.SnapshotRequest)
@@ -25,7 +25,7 @@ class CellCalls:
 
 
 @calls_of("programs")
-class ProgramCalls:
+class ProgramCalls(CallGroup[Way]):
     """The operations on stored programs."""
 
     list = call(programs.ListPrograms)
@@ -47,7 +47,7 @@ class ProgramCalls:
 
 
 @calls_of("recordings")
-class RecordingCalls:
+class RecordingCalls(CallGroup[Way]):
     """The operations on recordings; `play` moves the robot and is the clients' own."""
 
     list = call(recordings.ListRecordings)
@@ -60,7 +60,7 @@ class RecordingCalls:
 
 
 @calls_of("frames")
-class FrameCalls:
+class FrameCalls(CallGroup[Way]):
     """The operations on user frames."""
 
     show = call(frames.ShowFrames)
@@ -74,7 +74,7 @@ class FrameCalls:
 
 
 @calls_of("tools")
-class ToolCalls:
+class ToolCalls(CallGroup[Way]):
     """The operations on tools."""
 
     add = call(frames.AddTool)
@@ -86,7 +86,7 @@ class ToolCalls:
 
 
 @calls_of("scene")
-class SceneCalls:
+class SceneCalls(CallGroup[Way]):
     """The operations on the scene."""
 
     show = call(scene.ShowScene)
@@ -102,7 +102,7 @@ class SceneCalls:
 
 
 @calls_of("signals")
-class SignalCalls:
+class SignalCalls(CallGroup[Way]):
     """The operations on signals."""
 
     read = call(devices.ReadAllSignals)
@@ -110,7 +110,7 @@ class SignalCalls:
 
 
 @calls_of("robots")
-class RobotCalls:
+class RobotCalls(CallGroup[Way]):
     """The operations on the robot itself."""
 
     list = call(devices.ListRobots)
@@ -119,7 +119,7 @@ class RobotCalls:
 
 
 @calls_of("trace")
-class TraceCalls:
+class TraceCalls(CallGroup[Way]):
     """The operations on the trace of the tool."""
 
     show = call(devices.ShowTrace)
@@ -127,7 +127,7 @@ class TraceCalls:
 
 
 @calls_of("access")
-class AccessCalls:
+class AccessCalls(CallGroup[Way]):
     """The operations on connections."""
 
     whoami = call(access.WhoAmI)
@@ -136,7 +136,7 @@ class AccessCalls:
 
 
 @calls_of("users")
-class UserCalls:
+class UserCalls(CallGroup[Way]):
     """The operations on accounts."""
 
     list = call(access.ListUsers)
