@@ -9,18 +9,12 @@ values of integer fields are called. Knows nothing of bytes.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum, IntFlag
 from inspect import get_annotations
 from operator import attrgetter
-from typing import (
-    Any,
-    ClassVar,
-    TypeVar,
-    cast,
-    dataclass_transform,
-)
+from typing import Any, ClassVar, Protocol, TypeVar, cast, dataclass_transform
 
 from .codes import JOINT_SLOTS, CommType, ReplyCode
 
@@ -248,19 +242,20 @@ def record(cls: type[_RecordT]) -> type[_RecordT]:
     return cast("type[_RecordT]", made)
 
 
+class Declare(Protocol):
+    """Makes a class with annotated fields a message class."""
+
+    def __call__(self, cls: type[_MessageT], /) -> type[_MessageT]:
+        """Return the slotted dataclass of the class, with `PLACE` and `FIELDS`."""
+
+
 @dataclass_transform()
-def message(place: Place) -> Callable[[type[_MessageT]], type[_MessageT]]:
-    """Declare a message class.
+def message(place: Place) -> Declare:
+    """Return the decorator that declares a message class."""
 
-    Returns:
-        A decorator that makes the class a slotted dataclass and attaches `PLACE` and `FIELDS`.
-    """
-
-    def declare(cls: type[_MessageT]) -> type[_MessageT]:
-        made: Any = dataclass(slots=True, eq=False, repr=False)(cls)
+    def declare(cls: type[_MessageT], /) -> type[_MessageT]:
+        made: Any = record(cls)
         made.PLACE = place
-        made.FIELDS = _fields_of(made)
-        made._CONTENT = attrgetter(*made._compared())
         return cast("type[_MessageT]", made)
 
     return declare

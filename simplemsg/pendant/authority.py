@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import Annotated
 
-from ..declaration import Int, Message, Text, Topic, message
+from ..declaration import Int, Message, Text, Topic
 from .places import from_server, to_server
 
 
@@ -27,7 +27,7 @@ class AuthorityReason(IntEnum):
     ROLE_LOST = 7
 
 
-@message(to_server(65005, "authority", "Requests, releases or takes over the motion authority."))
+@to_server(65005, "authority", "Requests, releases or takes over the motion authority.")
 class Authority(Message):
     """AUTHORITY."""
 
@@ -35,19 +35,17 @@ class Authority(Message):
     action: Annotated[int, Int("1 request, 2 release, 3 take over by role", values=AuthorityAction)]
 
 
-@message(
-    to_server(
-        65006,
-        "authority_beat",
-        "Keeps the motion authority; send one each second while holding it.",
-        reply="none",
-    )
+@to_server(
+    65006,
+    "authority_beat",
+    "Keeps the motion authority; send one each second while holding it.",
+    reply="none",
 )
 class AuthorityBeat(Topic):
     """AUTHORITY_BEAT: an empty body."""
 
 
-@message(from_server(65021, "authority_changed", "The motion authority changed hands."))
+@from_server(65021, "authority_changed", "The motion authority changed hands.")
 class AuthorityChanged(Topic):
     """AUTHORITY_CHANGED: to every connection of the cell."""
 
@@ -63,7 +61,7 @@ class AuthorityChanged(Topic):
     client: Annotated[str, Text("name of the new holder's pendant")]
 
 
-@message(from_server(65023, "authority_wanted", "Somebody asked for the authority that you hold."))
+@from_server(65023, "authority_wanted", "Somebody asked for the authority that you hold.")
 class AuthorityWanted(Topic):
     """AUTHORITY_WANTED: to its holder alone."""
 
@@ -88,7 +86,7 @@ class EnablingPosition(IntEnum):
     PANIC = 2
 
 
-@message(to_server(65017, "set_mode", "Sets the mode of operation; stops what moves."))
+@to_server(65017, "set_mode", "Sets the mode of operation; stops what moves.")
 class SetMode(Message):
     """SET_MODE: refused where the controller's own selector rules."""
 
@@ -102,7 +100,7 @@ class SetMode(Message):
     ]
 
 
-@message(from_server(65024, "mode_changed", "The mode of operation changed."))
+@from_server(65024, "mode_changed", "The mode of operation changed.")
 class ModeChanged(Topic):
     """MODE_CHANGED: to every connection of the cell."""
 
@@ -111,13 +109,11 @@ class ModeChanged(Topic):
     client: Annotated[str, Text("name of that pendant")]
 
 
-@message(
-    to_server(
-        65016,
-        "enabling",
-        "TRAINING: position of the enabling device; repeat it every 50 ms while it is held.",
-        reply="none",
-    )
+@to_server(
+    65016,
+    "enabling",
+    "TRAINING: position of the enabling device; repeat it every 50 ms while it is held.",
+    reply="none",
 )
 class Enabling(Topic):
     """ENABLING (training): no safety device. Silence for the jog deadline counts as released."""
@@ -133,7 +129,7 @@ class StopKind(IntEnum):
     PROTECTIVE = 2
 
 
-@message(to_server(65014, "software_stop", "Stops the robot and latches; anyone may send it."))
+@to_server(65014, "software_stop", "Stops the robot and latches; anyone may send it.")
 class SoftwareStop(Message):
     """SOFTWARE_STOP: no safety device."""
 
@@ -141,14 +137,14 @@ class SoftwareStop(Message):
     reason: Annotated[str, Text("shown to others", size=64)]
 
 
-@message(to_server(65015, "reset_stop", "Unlatches the software stop; moves nothing."))
+@to_server(65015, "reset_stop", "Unlatches the software stop; moves nothing.")
 class ResetStop(Message):
     """RESET_STOP: only the holder of the motion authority may."""
 
     request_id: Annotated[int, Int("chosen by the pendant")]
 
 
-@message(from_server(65022, "stop_changed", "A stop was latched or reset."))
+@from_server(65022, "stop_changed", "A stop was latched or reset.")
 class StopChanged(Topic):
     """STOP_CHANGED: to every connection of the cell."""
 

@@ -13,7 +13,6 @@ from ..declaration import (
     Record,
     Text,
     Topic,
-    message,
     record,
 )
 from .places import JOINT_UNIT, from_server, to_server
@@ -37,9 +36,7 @@ class MotionControlAction(IntEnum):
     PROGRAM_STOP = 3
 
 
-@message(
-    to_server(65010, "joint_move", "Moves all joints to a position, in a straight joint line.")
-)
+@to_server(65010, "joint_move", "Moves all joints to a position, in a straight joint line.")
 class JointMove(Message):
     """JOINT_MOVE."""
 
@@ -49,7 +46,7 @@ class JointMove(Message):
     joints: Annotated[tuple[float, ...], Reals("target positions, unused slots 0", JOINT_UNIT)]
 
 
-@message(to_server(65011, "pose_move", "Moves the tool to a pose, by PTP or in a straight line."))
+@to_server(65011, "pose_move", "Moves the tool to a pose, by PTP or in a straight line.")
 class PoseMove(Message):
     """POSE_MOVE."""
 
@@ -76,7 +73,7 @@ class PoseWaypoint(Record):
     orientation: Annotated[tuple[float, ...], Reals("quaternion x, y, z, w", count=4)]
 
 
-@message(to_server(65012, "joint_path", "Moves through joint positions without stopping."))
+@to_server(65012, "joint_path", "Moves through joint positions without stopping.")
 class JointPath(Message):
     """JOINT_PATH: starts where the robot stands; that point is not in the list."""
 
@@ -95,7 +92,7 @@ class JointPath(Message):
     ]
 
 
-@message(to_server(65013, "pose_path", "Moves the tool through poses."))
+@to_server(65013, "pose_path", "Moves the tool through poses.")
 class PosePath(Message):
     """POSE_PATH: PTP passes the poses in joint space without stopping, LIN stops at each."""
 
@@ -115,7 +112,7 @@ class PosePath(Message):
     ]
 
 
-@message(to_server(65041, "home", "Moves all joints to a named position of the robot."))
+@to_server(65041, "home", "Moves all joints to a named position of the robot.")
 class Home(Message):
     """HOME: `zero` is refused where a limit excludes it or the robot would be singular there."""
 
@@ -124,7 +121,7 @@ class Home(Message):
     target: Annotated[str, Text("home or zero")]
 
 
-@message(to_server(65018, "set_speed", "Sets the speed override and the cap of the tool speed."))
+@to_server(65018, "set_speed", "Sets the speed override and the cap of the tool speed.")
 class SetSpeed(Message):
     """SET_SPEED: acts at once, also on the running motion, which stays on its path."""
 
@@ -135,7 +132,7 @@ class SetSpeed(Message):
     tool_speed: Annotated[float, Real("cap of tool and elbow, 0 to leave it as it is", "m/s")]
 
 
-@message(to_server(65019, "motion_control", "Pauses, resumes or ends the motion or the program."))
+@to_server(65019, "motion_control", "Pauses, resumes or ends the motion or the program.")
 class MotionControl(Message):
     """MOTION_CONTROL: a pause stays on the path; a program stop ends what runs, unlatched."""
 
@@ -175,7 +172,7 @@ class JogEnd(IntEnum):
     STOPPED = 5
 
 
-@message(to_server(65030, "jog_start", "Begins a jog that lasts as long as its press is beaten."))
+@to_server(65030, "jog_start", "Begins a jog that lasts as long as its press is beaten.")
 class JogStart(Message):
     """JOG_START: a press. The verdict comes at once, the outcome when the robot stands again."""
 
@@ -192,7 +189,7 @@ class JogStart(Message):
     ]
 
 
-@message(to_server(65031, "jog_beat", "Keeps a press alive; send one every 50 ms.", reply="none"))
+@to_server(65031, "jog_beat", "Keeps a press alive; send one every 50 ms.", reply="none")
 class JogBeat(Topic):
     """JOG_BEAT: one that is late, repeated or of another press does nothing."""
 
@@ -200,7 +197,7 @@ class JogBeat(Topic):
     beat: Annotated[int, Int("counts the beats of the press, from 1")]
 
 
-@message(to_server(65032, "jog_release", "Ends a press: the robot ramps to rest at once."))
+@to_server(65032, "jog_release", "Ends a press: the robot ramps to rest at once.")
 class JogRelease(Message):
     """JOG_RELEASE."""
 
@@ -208,7 +205,7 @@ class JogRelease(Message):
     press: Annotated[int, Int("number of the press")]
 
 
-@message(to_server(65033, "jog_step", "Moves by one increment, in a straight line."))
+@to_server(65033, "jog_step", "Moves by one increment, in a straight line.")
 class JogStep(Message):
     """JOG_STEP: joints by rad or m, the tool by m along and rad about the axes of a frame."""
 
@@ -222,7 +219,7 @@ class JogStep(Message):
     ]
 
 
-@message(to_server(65034, "jog_undo", "Moves back along the way of the last jog."))
+@to_server(65034, "jog_undo", "Moves back along the way of the last jog.")
 class JogUndo(Message):
     """JOG_UNDO."""
 
@@ -230,7 +227,7 @@ class JogUndo(Message):
     speed: Annotated[float, Real("fraction of the jog speed, above 0, up to 1")]
 
 
-@message(from_server(65025, "jog_ended", "A press ended and the robot came to rest."))
+@from_server(65025, "jog_ended", "A press ended and the robot came to rest.")
 class JogEnded(Topic):
     """JOG_ENDED: to the connection that pressed, just before the outcome."""
 
@@ -262,7 +259,7 @@ class ProgramState(IntEnum):
     STEPPED = 4
 
 
-@message(to_server(65040, "program_run", "Runs a stored program, or one step of it."))
+@to_server(65040, "program_run", "Runs a stored program, or one step of it.")
 class ProgramRun(Message):
     """PROGRAM_RUN: the outcome comes when the program, or the step, has ended."""
 
@@ -275,7 +272,7 @@ class ProgramRun(Message):
     program: Annotated[str, Text("name of the program", size=64)]
 
 
-@message(from_server(65026, "program_report", "A program came to another line, paused or ended."))
+@from_server(65026, "program_report", "A program came to another line, paused or ended.")
 class ProgramReport(Topic):
     """PROGRAM_REPORT: to every connection of the cell."""
 

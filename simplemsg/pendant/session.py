@@ -3,7 +3,7 @@
 from enum import IntEnum, IntFlag
 from typing import Annotated
 
-from ..declaration import Int, Message, Real, Reply, Tail, Text, Topic, message
+from ..declaration import Int, Message, Real, Reply, Tail, Text, Topic
 from ..verdicts import VerdictCode
 from .places import from_server, to_server
 
@@ -32,9 +32,7 @@ class Capability(IntFlag):
     SCENE = 4096
 
 
-@message(
-    to_server(65000, "hello", "Opens a conversation; always the first message.", reply="hello")
-)
+@to_server(65000, "hello", "Opens a conversation; always the first message.", reply="hello")
 class Hello(Message):
     """HELLO request."""
 
@@ -44,13 +42,11 @@ class Hello(Message):
     client: Annotated[str, Text("name of the pendant, shown to others")]
 
 
-@message(
-    from_server(
-        65000,
-        "hello",
-        "Welcomes a pendant and announces the limits of the conversation.",
-        is_reply=True,
-    )
+@from_server(
+    65000,
+    "hello",
+    "Welcomes a pendant and announces the limits of the conversation.",
+    is_reply=True,
 )
 class HelloReply(Reply):
     """HELLO reply; a refused hello is answered by a `Verdict` instead."""
@@ -68,13 +64,11 @@ class HelloReply(Reply):
     server: Annotated[str, Text("name and version of the server")]
 
 
-@message(
-    to_server(
-        65001,
-        "management",
-        "Asks for data that has no fixed layout; the body is one JSON object.",
-        reply="management",
-    )
+@to_server(
+    65001,
+    "management",
+    "Asks for data that has no fixed layout; the body is one JSON object.",
+    reply="management",
 )
 class Management(Message):
     """MANAGEMENT, request and reply alike."""
@@ -83,7 +77,7 @@ class Management(Message):
     body: Annotated[bytes, Tail("one JSON object, UTF-8")]
 
 
-@message(to_server(65004, "subscribe", "Chooses the rate of state messages."))
+@to_server(65004, "subscribe", "Chooses the rate of state messages.")
 class Subscribe(Message):
     """SUBSCRIBE."""
 
@@ -115,7 +109,7 @@ class PairingAction(IntEnum):
     WITHDRAW = 2
 
 
-@message(to_server(65007, "login", "Shows who is at the pendant, by password or pairing code."))
+@to_server(65007, "login", "Shows who is at the pendant, by password or pairing code.")
 class Login(Message):
     """LOGIN: only where the server asks for it; a software stop never does."""
 
@@ -125,7 +119,7 @@ class Login(Message):
     secret: Annotated[str, Text("password or pairing code", size=128, secret=True)]
 
 
-@message(to_server(65008, "set_account", "Adds an account, or gives one another password."))
+@to_server(65008, "set_account", "Adds an account, or gives one another password.")
 class SetAccount(Message):
     """SET_ACCOUNT: for admins; the verdict comes when the account is saved."""
 
@@ -141,13 +135,11 @@ class SetAccount(Message):
     secret: Annotated[str, Text("its new password", size=128, secret=True)]
 
 
-@message(
-    to_server(
-        65009,
-        "pairing",
-        "Asks for a pairing code of the cell, or ends it and the guests that it let in.",
-        reply="pairing; verdict for a refusal and for an end",
-    )
+@to_server(
+    65009,
+    "pairing",
+    "Asks for a pairing code of the cell, or ends it and the guests that it let in.",
+    reply="pairing; verdict for a refusal and for an end",
 )
 class Pairing(Message):
     """PAIRING: for admins."""
@@ -156,9 +148,7 @@ class Pairing(Message):
     action: Annotated[int, Int("1 issue, 2 withdraw", values=PairingAction)]
 
 
-@message(
-    from_server(65009, "pairing", "Tells the pairing code to whoever asked for it.", is_reply=True)
-)
+@from_server(65009, "pairing", "Tells the pairing code to whoever asked for it.", is_reply=True)
 class PairingReply(Reply):
     """PAIRING reply."""
 
@@ -174,12 +164,8 @@ class OutcomeKind(IntEnum):
     ABORTED = 2
 
 
-@message(
-    from_server(
-        65002,
-        "verdict",
-        "Answers a request; the header says accepted (success) or refused (failure).",
-    )
+@from_server(
+    65002, "verdict", "Answers a request; the header says accepted (success) or refused (failure)."
 )
 class Verdict(Reply):
     """VERDICT: the one answer to every request but hello and management."""
@@ -192,7 +178,7 @@ class Verdict(Reply):
     text: Annotated[str, Text("one sentence with the numbers", size=160)]
 
 
-@message(from_server(65003, "outcome", "Ends an accepted request: completed or aborted."))
+@from_server(65003, "outcome", "Ends an accepted request: completed or aborted.")
 class Outcome(Topic):
     """OUTCOME: comes once for each accepted motion request, to the connection that made it."""
 
