@@ -222,7 +222,9 @@ class Codec:
             reason = broken_header_rule(msg_type, comm, code)
         if reason is not None:
             raise HeaderFault(reason, msg_type, comm, code)
-        return self._decode_body(frame, msg_type, _comm_type(comm), _reply_code(code))
+        return self._decode_body(
+            frame, msg_type, _COMM_TYPES.get(comm, comm), _REPLY_CODES.get(code, code)
+        )
 
     def _decode_body(self, frame: bytes, msg_type: int, comm: int, code: int) -> Message:
         layout = self._find(msg_type, comm)
@@ -265,14 +267,6 @@ def _header_only_decoder(msg_type: int, code: ReplyCode) -> Decode:
 
 _COMM_TYPES = {int(member): member for member in CommType}
 _REPLY_CODES = {int(member): member for member in ReplyCode}
-
-
-def _comm_type(number: int) -> int:
-    return _COMM_TYPES.get(number, number)
-
-
-def _reply_code(number: int) -> int:
-    return _REPLY_CODES.get(number, number)
 
 
 @cache

@@ -110,8 +110,6 @@ class EmulatedController:
         """Names of the joints, in wire order."""
         return self._limits.names
 
-    # What the shell calls.
-
     def connected(self, link: int, now: int) -> None:
         """Note a new motion link; nothing depends on it yet."""
         self.referee.count("motion-links")
@@ -190,8 +188,6 @@ class EmulatedController:
         self._operate_by(action, now)
         return self._flush_out()
 
-    # What the shell reports.
-
     def motion(self, now: int) -> State:
         """Return position, velocity and acceleration; call `advance` with the same time first."""
         return self._servo.sample(now)
@@ -218,8 +214,6 @@ class EmulatedController:
         """Return one round of the state port; call `advance` with the same time first."""
         seconds = (now - self._began) / NANOSECONDS
         return self._reports.round(self._servo.sample(now), self.status(now), seconds)
-
-    # Points.
 
     def _handle_points(self, link: int, message: PointMessage, now: int) -> None:
         if not isinstance(message, JointTraj) and message.sequence == SpecialSequence.STOP:
@@ -271,8 +265,6 @@ class EmulatedController:
         self.referee.note(
             Violation(refusal.kind, joint, refusal.value, refusal.limit, sequence, time, link)
         )
-
-    # Time, stops and the operator.
 
     def _run(self, now: int) -> None:
         """Advance to a time; points that wait are admitted as soon as they fit."""

@@ -60,7 +60,6 @@ class Referee:
     """
 
     def __init__(self, keep: int = 100) -> None:
-        """Start a record."""
         self._keep = keep
         self.kept: list[Violation] = []
         self.counts: Counter[ViolationKind] = Counter()

@@ -39,7 +39,6 @@ class StateReports:
     """Reports of the state port by rounds, with the last STATUS that was sent."""
 
     def __init__(self, profile: ControllerProfile) -> None:
-        """Start with nothing told."""
         self._profile = profile
         self._rounds = 0
         self._told: Status | None = None

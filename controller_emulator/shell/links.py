@@ -64,7 +64,6 @@ class EmulatorLink(asyncio.Protocol):
         events: LinkEvents,
         journal: Journal,
     ) -> None:
-        """Make a link that is not connected yet."""
         self.number = number
         self.address = ""
         self.topic_order = ByteOrder.LITTLE

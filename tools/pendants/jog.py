@@ -44,7 +44,6 @@ class Jog:
         deadline: float,
         longest: float | None,
     ) -> None:
-        """Made by `PendantClient.jog` and `jog_tool`."""
         self._line = line
         self._first_aim = aim
         self._deadline = deadline
@@ -200,8 +199,6 @@ class Jog:
         """Let the beats go on for `longest` after so many seconds from now."""
         self._until = max(self._until, asyncio.get_running_loop().time() + seconds)
 
-    # Whether it goes on.
-
     def _why_unbeaten(self) -> str:
         """Return why this side has let go of the press by itself; empty where it has not."""
         now = asyncio.get_running_loop().time()
@@ -237,8 +234,6 @@ class Jog:
             why = self._why_unbeaten()
         if why:
             raise _dead(why)
-
-    # What is sent.
 
     async def _press(self, aim: JogValues) -> None:
         """Send a press of this aim; it takes over from the one before."""

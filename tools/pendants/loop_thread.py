@@ -28,7 +28,6 @@ class LoopThread:
     """An event loop that runs in a daemon thread until it is ended."""
 
     def __init__(self, name: str) -> None:
-        """Start the thread."""
         self._loop = asyncio.new_event_loop()
         # Guards both: what is handed to the loop is there when the loop is told to end.
         self._lock = threading.Lock()

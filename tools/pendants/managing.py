@@ -41,7 +41,6 @@ class PlaybackHandle(MotionHandle):
     """
 
     def __init__(self, motion: MotionHandle, account: PlaybackAccount) -> None:
-        """Made by the client's `recordings.play`."""
         super().__init__(motion.request_id, motion._outcome)
         self.account = account
 
@@ -54,7 +53,6 @@ class Programs(ProgramCalls[AsyncCalls]):
     """
 
     def __init__(self, way: AsyncCalls, moves: Moves) -> None:
-        """Made by the client."""
         super().__init__(way)
         self.run = moves.run_program
 
@@ -67,7 +65,6 @@ class AsyncRecordingCalls(RecordingCalls[AsyncCalls]):
     """
 
     def __init__(self, way: AsyncCalls, begin: Begin) -> None:
-        """Made by the client."""
         super().__init__(way)
 
         async def begun(request: Request[PlaybackAccount]) -> PlaybackHandle:
@@ -94,7 +91,6 @@ class Managing(Moves, Observing):
     """
 
     def __init__(self) -> None:
-        """Use `connect` instead."""
         super().__init__()
         way = AsyncCalls(self.manage)
         self.programs = Programs(way, self)

@@ -114,7 +114,6 @@ class MotionHandle:
     """A motion that the server accepted and began."""
 
     def __init__(self, request_id: int, outcome: asyncio.Future[Outcome]) -> None:
-        """Made by the client's move methods."""
         self.request_id = request_id
         self._outcome = outcome
 
@@ -147,7 +146,6 @@ class PressHandle(MotionHandle):
     def __init__(
         self, press: int, motion: MotionHandle, account: asyncio.Future[JogAccount]
     ) -> None:
-        """Made by the client's jogs."""
         super().__init__(motion.request_id, motion._outcome)
         self.press = press
         self._account = account

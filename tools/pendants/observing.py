@@ -48,7 +48,6 @@ class Observing(PendantSession, CellCalls[AsyncCalls]):
     """State and data, which need no authority."""
 
     def __init__(self) -> None:
-        """Use `connect` instead."""
         PendantSession.__init__(self)
         CellCalls.__init__(self, AsyncCalls(self.manage))
         # Who waits for a state, and since when [s].

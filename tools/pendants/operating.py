@@ -57,7 +57,6 @@ class EnablingDevice:
     """
 
     def __init__(self, write: Callable[[Message], None]) -> None:
-        """Made by `PendantClient.enabling`."""
         self.position = EnablingPosition.RELEASED
         self._write = write
         self._repeating: asyncio.Task[None] | None = None

@@ -111,7 +111,6 @@ class SentPress:
     """A sent press, whose verdict may still be pending."""
 
     def __init__(self, motion: PressHandle, verdict: asyncio.Future[Message]) -> None:
-        """Made by `PressLine.press`."""
         self.press = motion.press
         self._motion = motion
         self._verdict = verdict
@@ -149,7 +148,6 @@ class PressLine:
     def __init__(
         self, conversation: Conversation, quotable_state: Callable[[], Awaitable[State]], dof: int
     ) -> None:
-        """Make a line without a press."""
         self.dof = dof
         self.quotable_state = quotable_state
         self._conversation = conversation

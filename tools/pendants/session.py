@@ -74,7 +74,6 @@ class PendantSession:
     hello: HelloReply
 
     def __init__(self) -> None:
-        """Use `connect` instead."""
         self.state: State | None = None
         self.on_state: Callable[[State], None] | None = None
         self.on_authority: Callable[[AuthorityChanged], None] | None = None
@@ -248,8 +247,6 @@ class PendantSession:
         """Return True if the server offers a capability to this connection."""
         return bool(self.hello.capabilities & capability)
 
-    # Requests, for the classes that are built on this one.
-
     async def _ask(self, make: Callable[[int], Message]) -> Message:
         """Send a request that is made with a fresh request id; return its answer."""
         request_id = self._conversation.new_request()
@@ -260,8 +257,6 @@ class PendantSession:
         request_id = self._conversation.new_request()
         _, motion = await self._conversation.begin_motion(make(request_id), request_id)
         return motion
-
-    # What comes unasked.
 
     def _take_notification(self, message: Message) -> None:
         match message:

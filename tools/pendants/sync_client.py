@@ -114,7 +114,6 @@ class SyncMotion:
     """A motion that the server accepted and began."""
 
     def __init__(self, thread: LoopThread, motion: MotionHandle) -> None:
-        """Made by the client's move methods."""
         self._thread = thread
         self._motion = motion
 
@@ -139,10 +138,7 @@ class SyncMotion:
             ConnectionLost: the connection ended first.
             TimeoutError: it goes on after `within`.
         """
-        return self._thread.call(self._done(within))
-
-    async def _done(self, within: float | None) -> MotionResult:
-        return await asyncio.wait_for(self._motion.done(), within)
+        return self._thread.call(asyncio.wait_for(self._motion.done(), within))
 
 
 class SyncPlayback(SyncMotion):
@@ -153,7 +149,6 @@ class SyncPlayback(SyncMotion):
     """
 
     def __init__(self, thread: LoopThread, motion: PlaybackHandle) -> None:
-        """Made by the client's `recordings.play`."""
         super().__init__(thread, motion)
         self.account = motion.account
 
@@ -162,7 +157,6 @@ class SyncJog(OnThread[Jog]):
     """A jog that is held; made by `jog` and `jog_tool`, which are context managers."""
 
     def __init__(self, thread: LoopThread, jog: Jog) -> None:
-        """Use `held` instead."""
         self._thread = thread
         self._asked = jog
 
@@ -197,7 +191,6 @@ class SyncPrograms(ProgramCalls[SyncCalls]):
     """
 
     def __init__(self, thread: LoopThread, background: PendantClient) -> None:
-        """Made by the client."""
         super().__init__(SyncCalls(thread, background.manage))
 
         def begun(run: Coroutine[Any, Any, MotionHandle]) -> SyncMotion:
@@ -214,7 +207,6 @@ class SyncRecordings(RecordingCalls[SyncCalls]):
     """
 
     def __init__(self, thread: LoopThread, background: PendantClient) -> None:
-        """Made by the client."""
         super().__init__(SyncCalls(thread, background.manage))
 
         def begun(playback: Coroutine[Any, Any, PlaybackHandle]) -> SyncPlayback:
@@ -235,7 +227,6 @@ class SyncPendantClient(CellCalls[SyncCalls], OnThread[PendantClient]):
     """
 
     def __init__(self, thread: LoopThread, background: PendantClient) -> None:
-        """Use `connect` instead."""
         way = SyncCalls(thread, background.manage)
         super().__init__(way)
         self._thread = thread
@@ -308,8 +299,6 @@ class SyncPendantClient(CellCalls[SyncCalls], OnThread[PendantClient]):
 
     login = _waits(PendantClient.login)
 
-    # What is known, without asking.
-
     @property
     def hello(self) -> HelloReply:
         """The server's hello reply."""
@@ -337,8 +326,6 @@ class SyncPendantClient(CellCalls[SyncCalls], OnThread[PendantClient]):
         """Return the newest tool pose in the base frame."""
         return self.background.tool_pose()
 
-    # State and data.
-
     subscribe = _waits(PendantClient.subscribe)
     next_state = _waits(PendantClient.next_state)
     wait_until = _waits(PendantClient.wait_until)
@@ -352,14 +339,10 @@ class SyncPendantClient(CellCalls[SyncCalls], OnThread[PendantClient]):
             seen = self.next_state() if newest is None or newest is seen else newest
             yield seen
 
-    # Who may come in; for admins.
-
     issue_pairing_code = _waits(PendantClient.issue_pairing_code)
     end_pairing = _waits(PendantClient.end_pairing)
     add_account = _waits(PendantClient.add_account)
     set_password = _waits(PendantClient.set_password)
-
-    # Authority, modes and stops.
 
     take_control = _waits(PendantClient.take_control)
     release_control = _waits(PendantClient.release_control)
@@ -380,8 +363,6 @@ class SyncPendantClient(CellCalls[SyncCalls], OnThread[PendantClient]):
     def enabling(self) -> contextlib.AbstractContextManager[EnablingDevice]:
         """Hold the enabling device (training) half pressed for the length of the context."""
         return self._thread.entered(self.background.enabling())
-
-    # Motions and jogs.
 
     move_joints = _begins(PendantClient.move_joints)
     move_to_pose = _begins(PendantClient.move_to_pose)

@@ -136,7 +136,6 @@ class CommandOutput:
     """Output of a command: sentences for a person, or one JSON object a line."""
 
     def __init__(self, name: str, *, is_json: bool) -> None:
-        """Make the output of a command."""
         self.name = name
         self._is_json = is_json
 

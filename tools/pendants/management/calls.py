@@ -89,7 +89,6 @@ class call(Generic[_Arguments, Reply]):
     def __init__(self, kind: Callable[_Arguments, Request[Any]], part: str) -> None: ...
 
     def __init__(self, kind: Callable[_Arguments, Request[Any]], part: str = "") -> None:
-        """Make a call of a request."""
         self.kind = kind
         self.part = part
 

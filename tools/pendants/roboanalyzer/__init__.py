@@ -17,7 +17,7 @@ from __future__ import annotations
 import contextlib
 import math
 import ssl
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Self
 
@@ -148,8 +148,6 @@ class RoboAnalyzerClient:
     ) -> None:
         self.DisposeRobot()
 
-    # Robots.
-
     def ShowAvailableRobots(self) -> list[str]:
         """Return the names of the robots that the server serves."""
         return [cell["robot"] for cell in self._pendant.cells()["cells"]]
@@ -192,20 +190,15 @@ class RoboAnalyzerClient:
         if connection is not None:
             connection.close()
 
-    # The trace.
-
     def ClearTrace(self) -> None:
         """Have every display of this robot forget the trace of its tool so far."""
         self._pendant.trace.clear()
-
-    # Joints.
 
     def UpdateJointAngles(self, angles: Sequence[float]) -> None:
         """Move all joints to these positions [°, mm for a linear axis]."""
         given = numbers(angles, "angles", len(self._units))
         target = [value * unit for value, unit in zip(given, self._units, strict=True)]
-        with enabled(self._pendant):
-            arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
+        self._arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
 
     def IncrementJointAngle(self, joint: float, increment: float) -> None:
         """Move one joint, counted from 1, by an increment [°, mm for a linear axis]."""
@@ -223,15 +216,11 @@ class RoboAnalyzerClient:
             value + increment * unit
             for value, increment, unit in zip(here, given, self._units, strict=True)
         ]
-        with enabled(self._pendant):
-            arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
+        self._arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
 
     def SetHomePosition(self) -> None:
         """Move all joints to the robot's home position."""
-        with enabled(self._pendant):
-            arrive(lambda: self._pendant.home(speed=self.speed))
-
-    # The tool, in base.
+        self._arrive(lambda: self._pendant.home(speed=self.speed))
 
     def IncrementX(self, increment: float) -> None:
         """Move the tool along the X axis of base [mm], in a straight line."""
@@ -271,14 +260,27 @@ class RoboAnalyzerClient:
         self._line_to(Pose(here.position, quaternion_of(*angles)))
 
     def _line_to(self, pose: Pose) -> None:
-        with enabled(self._pendant):
-            arrive(lambda: self._pendant.move_to_pose(pose, motion=Motion.LIN, speed=self.speed))
+        self._arrive(lambda: self._pendant.move_to_pose(pose, motion=Motion.LIN, speed=self.speed))
+
+    def _arrive(self, move: Callable[[], SyncMotion]) -> None:
+        """Start a motion and wait for its end; a robot at the target already has arrived.
+
+        The enabling device (training) is held in the modes that need it.
+        """
+        pendant = self._pendant
+        is_automatic = pendant.next_state().operating_mode == OperatingMode.AUTOMATIC
+        with contextlib.nullcontext() if is_automatic else pendant.enabling():
+            try:
+                motion = move()
+            except Refused as refused:
+                if refused.code != VerdictCode.NO_MOTION:
+                    raise
+            else:
+                motion.done()
 
     def _tool_pose(self) -> Pose:
         self._pendant.next_state()
         return self._pendant.tool_pose()
-
-    # The connection.
 
     @property
     def _pendant(self) -> SyncPendantClient:
@@ -307,25 +309,3 @@ def begun(pendant: SyncPendantClient) -> list[float]:
         text = f"the controller did not tell within {_READY_WITHIN:g} s where the robot stands"
         raise PendantError(f"{text}; openpendant why says what is missing") from None
     return [math.radians(1.0) if joint["unit"] == "rad" else 0.001 for joint in joints]
-
-
-@contextlib.contextmanager
-def enabled(pendant: SyncPendantClient) -> Iterator[None]:
-    """Hold the enabling device (training) in the modes that need it."""
-    state = pendant.next_state()
-    if state.operating_mode == OperatingMode.AUTOMATIC:
-        yield
-        return
-    with pendant.enabling():
-        yield
-
-
-def arrive(move: Callable[[], SyncMotion]) -> None:
-    """Start a motion and wait for its end; a robot at the target already has arrived."""
-    try:
-        motion = move()
-    except Refused as refused:
-        if refused.code != VerdictCode.NO_MOTION:
-            raise
-        return
-    motion.done()

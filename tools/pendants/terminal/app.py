@@ -40,11 +40,11 @@ class PendantScreen(Screen[None]):
     """The only screen; it has no widget that could consume a key."""
 
     def __init__(self, panel: Panel, connection: TerminalConnection) -> None:
-        """Make a screen."""
         super().__init__()
         self._panel = panel
         self._connection = connection
-        self._texts = {name: _text(name) for name in _TEXTS}
+        # Without markup: a program's brackets are shown as they are.
+        self._texts = {name: Static(id=name, markup=False) for name in _TEXTS}
         self._shown: dict[str, str] = {}
 
     def compose(self) -> ComposeResult:
@@ -101,11 +101,6 @@ class PendantScreen(Screen[None]):
         if self._shown.get(name) != text:
             self._shown[name] = text
             self._texts[name].update(text)
-
-
-def _text(name: str) -> Static:
-    """Return a text without markup: a program's brackets are shown as they are."""
-    return Static(id=name, markup=False)
 
 
 class PendantApp(App[PendantError | None]):

@@ -97,7 +97,8 @@ def pendant(
     if not (plain or all(each.isatty() for each in (sys.stdin, sys.stdout, sys.stderr))):
         raise _Unusable("this is no terminal; --plain prints once how the robot stands")
     if not plain:
-        _check_textual()
+        # Before any question to the user; where it fails, the command says how to install it.
+        importlib.import_module("textual")
     try:
         tls = tls_context(ca)
         secret = pairing_code() if pairing else password_of(user)
@@ -135,15 +136,6 @@ def pendant(
             raise _Failed(f"it {how} before its stop was confirmed: {REMEDY}{why}")
         if gave_up is not None:
             _give_up(gave_up)
-
-
-def _check_textual() -> None:
-    """Raise before any question to the user if the screen cannot be drawn.
-
-    Raises:
-        ModuleNotFoundError: textual is not installed; the command says how to install it.
-    """
-    importlib.import_module("textual")
 
 
 def _status(connect: Connect, log_in: LogIn) -> str:

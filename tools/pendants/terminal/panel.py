@@ -212,8 +212,6 @@ class Panel:
             self.messages.add(f"enabling (training) let go: no key for {seconds} s")
         return asked
 
-    # Stop, enabling, pages.
-
     def _stop(self, now: int) -> list[Command]:
         self.jog.let_go()
         self.question = None
@@ -244,8 +242,6 @@ class Panel:
             self.scroll = max(0, self.scroll + by)
         else:
             self.teaching.select(by)
-
-    # Everything else that a key may ask for.
 
     def _intent(self, intent: Intent, now: int) -> list[Command]:
         if self._stays_here(intent):
@@ -314,8 +310,6 @@ class Panel:
             case _:
                 return False
         return True
-
-    # Questions.
 
     def _answer(self, question: Question, key: str) -> list[Command]:
         answer = question.struck(key)

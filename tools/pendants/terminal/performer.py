@@ -29,7 +29,6 @@ class OpenPrograms:
     """The stored programs and the open program on one connection."""
 
     def __init__(self, client: PendantClient, panel: Panel) -> None:
-        """Make one for an open connection."""
         self._client = client
         self._panel = panel
 
@@ -130,7 +129,6 @@ class Performer:
     """The commands of one pendant that run on one connection."""
 
     def __init__(self, client: PendantClient, panel: Panel) -> None:
-        """Make a performer for an open connection."""
         self._client = client
         self._panel = panel
         self._programs = OpenPrograms(client, panel)
@@ -173,8 +171,6 @@ class Performer:
         await asyncio.gather(*self._tasks, return_exceptions=True)
         await self._enable(False)
 
-    # Jogs.
-
     async def _jogged(self, command: do.PulseJog | do.StepJog) -> None:
         if isinstance(command, do.PulseJog):
             await self._pulse(command)
@@ -206,8 +202,6 @@ class Performer:
             return await self._client.step(dict(step.increments))
         increments = {_AXES[axis]: value for axis, value in step.increments}
         return await self._client.step_tool(**increments, frame=step.frame)
-
-    # Everything else.
 
     async def _carry_out(self, command: Command) -> None:
         client = self._client

@@ -32,7 +32,6 @@ class StopKey:
     """The stop key of one pendant."""
 
     def __init__(self, cell: CellView, messages: Messages) -> None:
-        """Start without a pending stop."""
         self._cell = cell
         self._messages = messages
         self._press = 0

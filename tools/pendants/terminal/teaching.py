@@ -37,7 +37,6 @@ class Teaching:
     """
 
     def __init__(self, messages: Messages) -> None:
-        """Start without a program."""
         self.program: TaughtProgram | None = None
         self.selected = 0
         self.is_walking = False
@@ -110,8 +109,6 @@ class Teaching:
             case Intent.TOUCH_UP:
                 return _confirm(f"Touch up {point}?", TouchUpHere(self.selected))
         return _confirm(f"Delete {line}?", DeleteStatement(self.selected))
-
-    # Dry run and run.
 
     def walked(self, dry_run: DryRunFindings | None) -> None:
         """Take the findings of a dry run; None where it gave none."""
