@@ -27,11 +27,7 @@ _REAL_CODES = {4: "f", 8: "d"}
 
 @dataclass(frozen=True)
 class Dialect:
-    """A named set of messages.
-
-    Attributes:
-        name: as on the command line.
-    """
+    """A named set of messages."""
 
     name: str
     messages: tuple[type[Message], ...]

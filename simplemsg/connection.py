@@ -175,9 +175,6 @@ class Connection:
         dropped; what was complete before the fault is still returned. No more than one unfinished
         frame is kept, unless `more` is true: then `read_ahead` takes what the peer says meanwhile,
         and how much of it may wait is for the caller to bound.
-
-        Returns:
-            Messages, `Malformed` frames and `Unasked` replies, in order.
         """
         if self.fault is not None:
             return []

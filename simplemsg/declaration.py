@@ -37,7 +37,6 @@ class Field:
     """One declared field.
 
     Attributes:
-        meaning: what the value says, for the reference page.
         unit: SI unit, empty for a pure number.
     """
 
@@ -133,7 +132,6 @@ class Place:
     Attributes:
         name: snake-case name, as in the reference vectors.
         reply: what is expected in answer, in words; "none" for topics and replies.
-        about: one sentence on its purpose.
         is_reply: true where the body of the reply differs from the request of the same type.
         any_body: true where a receiver accepts a body of any size and ignores it.
     """

@@ -40,7 +40,6 @@ class NotEncodable(LocalProtocolError):
     Attributes:
         field: the value at fault, such as `sequence`, `joints[3]` or `points[0].velocity`.
         value: the value that does not fit; asterisks where it is a secret.
-        expected: what would be accepted, in words.
     """
 
     def __init__(self, message_name: str, field: str, value: object, expected: str) -> None:

@@ -51,11 +51,7 @@ def detect_byte_order(frame: Bytes) -> ByteOrder | None:
 
 
 def broken_header_rule(msg_type: int, comm_type: int, reply_code: int) -> str | None:
-    """Return the rule that a header breaks, as the C++ library's `validateMessage` does.
-
-    Returns:
-        The reason, or None where the header is valid.
-    """
+    """Return the rule that a header breaks, as the C++ library's `validateMessage` does."""
     if msg_type == 0:
         return "message type 0 is reserved"
     if comm_type == CommType.INVALID:

@@ -96,9 +96,6 @@ def with_long_texts(value: Any) -> Any:
 def json_parts(value: Any) -> Iterator[Part]:
     """Return JSON data as text; what is long and marked so is left for later.
 
-    Args:
-        value: what JSON can hold, and long values.
-
     Raises:
         TypeError: it holds something else.
     """
@@ -195,7 +192,6 @@ class Journal:
             on_failure: called once if it cannot be written; the journal ends there.
             kind: `server` or `emulator`.
             started: wall-clock time, ISO 8601 with its offset from UTC.
-            about: what is needed to build the same process again, as plain JSON data.
         """
         self._stream, self._on_failure, self.is_kept = stream, on_failure, True
         self._began = self.now = self._clock()
@@ -220,7 +216,6 @@ class Journal:
         """Begin to handle an event; return its time [ns].
 
         Args:
-            event: what happened, one word.
             more: what else must be known to repeat it, as plain JSON data and long values, which
                 never change.
         """

@@ -93,7 +93,6 @@ class _Unfit:
 
     Attributes:
         path: where it stands, such as `points[3].joints[0]`.
-        value: the value; asterisks for a secret.
     """
 
     path: str

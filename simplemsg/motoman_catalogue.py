@@ -16,11 +16,7 @@ from .verdicts import CatalogueEntry
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """Explanation of a motion reply for the person who reads it.
-
-    Attributes:
-        name: of result and reason, such as `NOT_READY/NOT_READY_HOLD`.
-    """
+    """Explanation of a motion reply for the person who reads it."""
 
     name: str
     meaning: str

@@ -86,7 +86,6 @@ class FieldGroup:
     """Fields of fixed size that lie together: the head of a message, or one repeated record.
 
     Attributes:
-        structure: their packed structure.
         fill: `fill(record, values)` sets the fields from the unpacked tuple; raises
             `UnicodeDecodeError` for a text that is none.
         pack: `pack(record) -> bytes`; raises one of `UNPACKABLE`.

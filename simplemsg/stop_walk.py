@@ -143,11 +143,7 @@ class StopWalk:
     """
 
     def __init__(self, rule: StopRule, max_frame: int) -> None:
-        """Begin before the first frame.
-
-        Args:
-            max_frame: largest frame of the conversation, prefix included.
-        """
+        """Begin before the first frame."""
         self.is_lost = False
         self.taken = 0
         self.before_all = rule.before_all
@@ -167,14 +163,11 @@ class StopWalk:
         self._integer = struct.Struct(f"{order.value}i")
 
     def go_on(self, buffer: bytes | bytearray) -> list[WaitingStop]:
-        """Walk over the frames that have become whole.
+        """Walk over the frames that have become whole; return the STOPs among them, in order.
 
         Args:
             buffer: all that has arrived and was not decoded, from a frame's first byte on; what was
                 walked before stands in it as it did.
-
-        Returns:
-            The STOPs among them, in order.
         """
         order = self._order
         if order is None or self.is_lost:
@@ -208,13 +201,10 @@ class StopWalk:
         return found
 
     def take(self, frames: int, size: int) -> list[WaitingStop]:
-        """Note that frames at the front of the buffer were decoded and are gone from it.
+        """Note that frames at the front of the buffer were decoded; return the STOPs among them.
 
         Args:
             size: their bytes.
-
-        Returns:
-            The STOPs among them.
         """
         self.taken += frames
         self._at -= size

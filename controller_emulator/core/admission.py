@@ -77,11 +77,7 @@ class _JointBasis(NamedTuple):
 
 
 class Admission:
-    """The checks, for one robot.
-
-    Attributes:
-        axes: those of a stop.
-    """
+    """The checks, for one robot."""
 
     def __init__(self, limits: JointLimits, tolerances: Tolerances) -> None:
         self.limits = limits

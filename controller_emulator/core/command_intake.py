@@ -130,9 +130,6 @@ class PointIntake:
     ) -> IntakeOutcome | Rejected:
         """Take points if whoever sends them may command, they are the next ones, and there is room.
 
-        Args:
-            is_behind: others of this link wait already.
-
         Returns:
             What became of them; `Rejected` where the motion is to be broken off because of them.
         """

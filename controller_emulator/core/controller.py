@@ -62,11 +62,7 @@ _IDENTIFY = int(OperatorAction.IDENTIFY)
 
 
 class EmulatedController:
-    """One emulated controller.
-
-    Attributes:
-        referee: the record of what senders did wrong.
-    """
+    """One emulated controller."""
 
     def __init__(
         self,
@@ -86,9 +82,7 @@ class EmulatedController:
 
         Args:
             start: (n,) where the robot stands [rad or m], controller side.
-            is_strict: a gap in the sequence breaks the motion off.
             operator_events: the messages OPERATOR_EVENT and SET_INPUTS are obeyed.
-            signals: its digital inputs and outputs; none by default.
         """
         self.referee = referee or Referee()
         self._limits = admission.limits
@@ -158,10 +152,6 @@ class EmulatedController:
         """Note that this process read nothing from any link for a time; no client is at fault.
 
         To be called before anything else is done about the first event behind that time.
-
-        Args:
-            since: its start [ns].
-            now: when it ended [ns].
         """
         self.referee.count("stalls")
         self._servo.excuse(since, now)

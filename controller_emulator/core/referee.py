@@ -55,7 +55,6 @@ class Referee:
 
     Attributes:
         kept: the first violations, in full.
-        counts: how many violations there were of each kind.
         events: how many other things happened, such as `points-accepted`.
     """
 

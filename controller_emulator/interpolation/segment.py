@@ -66,8 +66,6 @@ class _Gain(NamedTuple):
     """Gain of one joint over a segment, in units of its acceleration limit.
 
     Attributes:
-        before: acceleration stated at the start.
-        after: acceleration stated at the end.
         velocity: gained over that at the start [s].
         way: gained over an even motion with that velocity [s²].
     """
@@ -214,7 +212,6 @@ def _switch_within(
     """Return the middle of the times at which all joints can switch, None if there is none.
 
     Args:
-        h: duration [s].
         share: how much is used of what the greatest acceleration is beyond the smooth one, 0 to 1.
     """
     earliest, latest = 0.0, h
@@ -362,11 +359,7 @@ def connect(
 ) -> MotionSegment | PointRefusal:
     """Return the motion from one state of all joints to another, within bounds.
 
-    Args:
-        duration: [s], more than 0.
-
-    Returns:
-        The segment, or the refusal with the first joint for which no motion keeps its bounds.
+    Or else the refusal with the first joint for which no motion keeps its bounds.
     """
     alike = (
         quintics(duration, starts, ends, bounds)

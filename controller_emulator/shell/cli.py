@@ -267,10 +267,7 @@ def _fail(reason: str, code: int = FAILED) -> int:
 def watched_keys(actions: Mapping[str, Callable[[], None]]) -> Iterator[bool]:
     """Call an action for each key that is pressed, while the context lasts.
 
-    Nothing is watched where standard input is no terminal.
-
-    Yields:
-        Whether there is a terminal to watch.
+    Nothing is watched where standard input is no terminal, and False is yielded.
     """
     # A process that was started with its standard input closed has none at all.
     if sys.platform == "win32" or sys.stdin is None or not sys.stdin.isatty():

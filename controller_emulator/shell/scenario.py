@@ -57,11 +57,7 @@ class ScenarioPlayer:
     """Player of a scenario: the events that are due at a time."""
 
     def __init__(self, scenario: OperatorScenario, now: int) -> None:
-        """Start the scenario's clock.
-
-        Args:
-            now: the time from which they count [ns].
-        """
+        """Start the scenario's clock."""
         self._due = sorted(
             (now + round(event.at * NANOSECONDS), OperatorAction[event.action.upper()])
             for event in scenario.event

@@ -31,7 +31,6 @@ class EmulatorSettingsError(Exception):
 
     Attributes:
         file: where it stands, "arguments" for the command line.
-        key: dotted name of the setting.
     """
 
     def __init__(self, file: str, key: str, value: object, expected: str) -> None:
@@ -152,13 +151,7 @@ def _validate(values: Mapping[str, Any], source: str) -> EmulatorSettings:
 def from_validation(
     error: ValidationError, source: str, table: str, known: tuple[str, ...]
 ) -> EmulatorSettingsError:
-    """Return the first finding of pydantic as one sentence for the user.
-
-    Args:
-        source: file or "arguments".
-        table: dotted name of the table.
-        known: names that the table accepts.
-    """
+    """Return the first finding of pydantic as one sentence for the user."""
     first = error.errors(include_url=False, include_context=False)[0]
     names = [str(part) for part in first["loc"]]
     if first["type"] == "extra_forbidden":

@@ -103,9 +103,6 @@ class Aborted(Refused):
 def judged(verdict: asyncio.Future[Message], within: float | None) -> Message:
     """Return the answer to a request, or raise its error.
 
-    Args:
-        within: how long it was waited for [s]; None where without a bound.
-
     Raises:
         Refused: the verdict is a failure, or the answer to a management request is one.
         Unanswered: there is none.

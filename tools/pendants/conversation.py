@@ -57,16 +57,11 @@ class Conversation(asyncio.Protocol):
 
     Attributes:
         error: why it ended; None while it is open.
-        closed: set when the connection has ended.
         heard: when the last bytes arrived, by the loop's clock [s].
     """
 
     def __init__(self, on_notification: Callable[[Message], None]) -> None:
-        """Make a conversation that has not started.
-
-        Args:
-            on_notification: called with every message that is no reply: state and changes.
-        """
+        """Make a conversation that has not started."""
         self.error: PendantError | None = None
         self.closed = asyncio.Event()
         self.heard = 0.0

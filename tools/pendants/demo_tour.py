@@ -88,7 +88,6 @@ class TourReport:
 
     Attributes:
         motions: name, plan time [s] and motion time [s] of each motion.
-        left_out: what the robot cannot do, each in words.
     """
 
     robot: str = ""
@@ -98,11 +97,7 @@ class TourReport:
 
 
 class Tour:
-    """One tour with one robot.
-
-    Attributes:
-        doing: the move in hand, in words.
-    """
+    """One tour with one robot."""
 
     def __init__(self, pendant: TouringPendant, joints: Sequence[JointFacts], robot: str) -> None:
         """Make a tour with a pendant in control of a robot with these joints."""

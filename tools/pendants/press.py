@@ -172,9 +172,7 @@ class PressLine:
         """Send a press; it takes over from one that is held.
 
         Args:
-            press: a number of `next_press`.
             deadline: it ends so long after a beat was missed [s].
-            state: of `quotable_state`.
 
         Raises:
             ConnectionLost: the connection is over.
@@ -248,11 +246,7 @@ class HeldPresses:
     """
 
     def __init__(self, line: PressLine, deadline: float) -> None:
-        """Hold none.
-
-        Args:
-            deadline: a press ends so long after a beat was missed [s].
-        """
+        """Hold none."""
         self.why_given_up = ""
         self._line = line
         self._deadline = deadline
@@ -323,9 +317,6 @@ class HeldPresses:
 
     async def newest(self, motion: PressHandle) -> PressHandle:
         """Return the press that drove the robot last, even if its wait was given up.
-
-        Args:
-            motion: the newest motion that is known to have started.
 
         Raises:
             ConnectionLost: the connection ended.

@@ -118,9 +118,6 @@ class PendantSession:
             password: of the account.
             pairing: code that the teacher shows, instead of a password.
 
-        Returns:
-            A connected client; close it, or use it as a context manager.
-
         Raises:
             Unreachable: nobody listens there, or it does not speak TLS; an OSError, too.
             NotTrusted: the same, where the certificate is not trusted.
@@ -151,17 +148,13 @@ class PendantSession:
         return pendant
 
     async def _open(self, host: str, port: int, tls: ssl.SSLContext | None) -> None:
-        loop = asyncio.get_running_loop()
-        if tls is None:
-            await loop.create_connection(lambda: self._conversation, host, port)
-            return
-        await loop.create_connection(
+        await asyncio.get_running_loop().create_connection(
             lambda: self._conversation,
             host,
             port,
             ssl=tls,
-            server_hostname=host,
-            ssl_handshake_timeout=_TLS_WITHIN,
+            server_hostname=None if tls is None else host,
+            ssl_handshake_timeout=None if tls is None else _TLS_WITHIN,
         )
 
     def _begin_work(self) -> None:
@@ -290,10 +283,6 @@ class PendantSession:
 
     def _misses_states(self, now: float, heard: float) -> bool:
         """Fail the waits for a state that is overdue; overridden by the class that owns the state.
-
-        Args:
-            now: by the loop's clock [s].
-            heard: when the last bytes arrived [s].
 
         Returns:
             True to send a ping.

@@ -142,11 +142,7 @@ class SyncMotion:
 
 
 class SyncPlayback(SyncMotion):
-    """A recording that is played back, which has begun.
-
-    Attributes:
-        account: what was asked and what is possible.
-    """
+    """A recording that is played back, which has begun."""
 
     def __init__(self, thread: LoopThread, motion: PlaybackHandle) -> None:
         super().__init__(thread, motion)
@@ -184,11 +180,7 @@ class SyncJog(OnThread[Jog]):
 
 
 class SyncPrograms(ProgramCalls[SyncCalls]):
-    """Stored programs.
-
-    Attributes:
-        run: runs one, or a step of it; the client's `run_program`.
-    """
+    """Stored programs."""
 
     def __init__(self, thread: LoopThread, background: PendantClient) -> None:
         super().__init__(SyncCalls(thread, background.manage))

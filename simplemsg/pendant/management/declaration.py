@@ -45,7 +45,6 @@ class Request(Generic[Reply]):
             of this kind are taken in order and once.
         OVERTAKEN: whether it is refused where a stop of its connection has overtaken it; None where
             its permission decides.
-        op: name of the operation, as in the JSON body.
     """
 
     __slots__ = ()
@@ -78,13 +77,6 @@ def operation(
     overtaken: bool | None = None,
 ) -> Callable[[type[_Declared]], type[_Declared]]:
     """Declare the request of an operation: a class of fields becomes a frozen dataclass.
-
-    Args:
-        name: value of `op`.
-        needs: what whoever asks must be permitted; None for nothing.
-        in_order: whether it may move the robot or its surroundings.
-        overtaken: whether it is refused where a stop has overtaken it; None where its permission
-            decides.
 
     Raises:
         ValueError: there is an operation of this name already.

@@ -37,9 +37,6 @@ async def move(pendant: PendantClient, output: CommandOutput, what: str, begin: 
     """Take the authority, start a motion, report its progress, and return the exit code at its end.
 
     An interruption (Ctrl-C) stops the robot first; the end of the connection would stop it, too.
-
-    Args:
-        what: the motion, in words.
     """
     try:
         async with pendant.control():

@@ -123,9 +123,6 @@ def calls_of(topic: str) -> Callable[[type[_Group]], type[_Group]]:
     """Give a group a call for each operation of its topic that it has no line for.
 
     A line in the class gives a call its type; an operation without one is there all the same.
-
-    Args:
-        topic: how the names of its operations begin.
     """
 
     def complete(group: type[_Group]) -> type[_Group]:

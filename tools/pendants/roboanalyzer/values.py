@@ -25,7 +25,6 @@ def number(value: object, what: str) -> float:
 
     Args:
         value: of any type that has one number: of Python, of NumPy, from MATLAB.
-        what: it stands for, for the error.
 
     Raises:
         WrongArgument: it is none.
@@ -54,7 +53,6 @@ def numbers(values: object, what: str, count: int) -> list[float]:
 
     Args:
         values: a list, or whatever yields numbers.
-        what: they are, in the plural, for the error.
 
     Raises:
         WrongArgument: they are not so many numbers.
@@ -180,7 +178,6 @@ def posture_of(units: Sequence[float], joints: Sequence[float], tool: Pose) -> R
     Args:
         units: (n,) one degree or one millimetre of each joint, in rad or m.
         joints: (n,) positions [rad, m].
-        tool: pose of the tool in base.
     """
     positions = tuple(value / unit for value, unit in zip(joints, units, strict=True))
     x, y, z = (1000.0 * value for value in tool.position)

@@ -130,11 +130,7 @@ class PendantApp(App[PendantError | None]):
     def __init__(
         self, connect: Connect, log_in: LogIn = as_nobody, panel: Panel | None = None
     ) -> None:
-        """Make a pendant.
-
-        Args:
-            panel: the core; a new one if None.
-        """
+        """Make a pendant."""
         super().__init__()
         self.panel = Panel() if panel is None else panel
         self._connection = TerminalConnection(self.panel, connect, log_in)

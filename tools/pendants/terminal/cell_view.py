@@ -54,7 +54,6 @@ class CellView:
         frames: names of the frames to jog in, beside the joints.
         state: the newest state; None before the first.
         owner: name of the pendant in control; empty for nobody, or if it is not known.
-        stopped_by: name of the pendant that stopped the robot last.
     """
 
     is_greeted: bool = False

@@ -193,9 +193,6 @@ def watch_terminals(descriptors: Sequence[int], gone: Callable[[], None]) -> Non
     """Wait until a terminal has hung up, then call `gone` once; not on Windows.
 
     Returns without calling `gone` where the platform cannot watch a terminal.
-
-    Args:
-        gone: called in this thread.
     """
     poll = select.poll()
     for descriptor in descriptors:

@@ -111,10 +111,9 @@ class JogKeys:
     _since: int = 0
 
     def pulse(self, key: AxisKey, now: int) -> tuple[Axes, float]:
-        """Take a stroke of a held key.
+        """Take a stroke of a held key; return the axes to move, and for how long at most [s].
 
-        Returns:
-            The axes to move, and the time until the first of their keys expires [s].
+        The time is that until the first of their keys expires.
         """
         self._struck[key.axis] = (key.sign, now)
         left = {axis: PULSE_NS - (now - at) for axis, (_, at) in self._struck.items()}
@@ -232,11 +231,7 @@ _CAPS = (0.01, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0)  # m/s
 
 
 def speed_asked(intent: Intent, state: State) -> ChangeSpeed:
-    """Return the speed that a key asks for, starting from the cell's speed.
-
-    Args:
-        intent: slower or faster; a lower or higher cap.
-    """
+    """Return the speed that a key asks for, starting from the cell's speed."""
     match intent:
         case Intent.SLOWER | Intent.FASTER:
             return ChangeSpeed(_next_of(_OVERRIDES, state.override, intent is Intent.FASTER))

@@ -170,9 +170,6 @@ class Panel:
     def key(self, key: str, now: int) -> list[Command]:
         """Take a key stroke.
 
-        Args:
-            key: a single character, or the name of a key.
-
         Returns:
             The commands, in order; none that moves the robot while the values may be old.
         """

@@ -33,7 +33,6 @@ class RecordHere:
     """Add a point at the robot's present position, and a move to it.
 
     Attributes:
-        way: kind of motion to the point.
         at: the statement to insert the move before, from 0; None to append it.
     """
 
@@ -80,9 +79,7 @@ class TaughtProgram:
         """Parse both forms of one program from the server's answers.
 
         Args:
-            revision: of both forms.
             text: its canonical text, which ends with one line for each statement.
-            document: its JSON object.
         """
         statements: Sequence[dict[str, Any]] = document["statements"]
         lines = text.splitlines()
@@ -137,7 +134,6 @@ class DryRunFindings:
     """The findings of one dry run.
 
     Attributes:
-        revision: the checked revision.
         duration: of the program [s].
         is_endless: a loop of it never ends, so the duration is that of two passes.
         is_complete: every branch was run to its end.
@@ -159,11 +155,7 @@ class DryRunFindings:
 
     @classmethod
     def read(cls, name: str, revision: int, answer: dict[str, Any]) -> DryRunFindings:
-        """Read the answer to `programs.dry_run`.
-
-        Args:
-            revision: that it had before and after.
-        """
+        """Read the answer to `programs.dry_run`."""
         steps: list[dict[str, Any]] = [
             *answer["moves"],
             *answer["scene"],

@@ -32,7 +32,6 @@ class Teaching:
 
     Attributes:
         program: as it was loaded last; None for none.
-        selected: statement that edits are about, from 0.
         is_walking: whether a dry run is under way that was asked for here.
     """
 
@@ -67,9 +66,6 @@ class Teaching:
 
     def asked(self, intent: Intent, way: Way) -> Choice | Command | None:
         """Return the command or question of a teach or run key.
-
-        Args:
-            way: kind of motion to a recorded point.
 
         Returns:
             A command, or a question to ask first; None after a message that says why not.

@@ -272,11 +272,6 @@ def remedy(code: VerdictCode | int, otherwise: str) -> str:
     return _HERE.get(VerdictCode(code), otherwise) if code in set(VerdictCode) else otherwise
 
 
-def remedy_of(refused: Refused) -> str:
-    """Return the remedy of a caught refusal; empty for a code of a newer server."""
-    return remedy(refused.code, refused.remedy)
-
-
 _HOPELESS = frozenset(
     {
         VerdictCode.VERSION,
@@ -306,8 +301,8 @@ def refusal_line(refused: Refused, joints: Sequence[JointFacts] = ()) -> str:
     Args:
         joints: of the robot; they give the unit of a joint at fault.
     """
-    remedy = remedy_of(refused)
-    return f"{_name(refused)}: {_sentence(refused, joints)}{f' -> {remedy}' if remedy else ''}"
+    helps = remedy(refused.code, refused.remedy)  # nothing for a code of a newer server
+    return f"{_name(refused)}: {_sentence(refused, joints)}{f' -> {helps}' if helps else ''}"
 
 
 def connection_refused(refused: Refused) -> str:
