@@ -38,6 +38,13 @@ from .verdicts import STATUS_ERROR_OFFSET
 
 _JOINT_UNIT = "rad, m for a linear axis"
 
+_PointSequence = Annotated[
+    int, Int("index of the point from 0, or a special sequence", values=SpecialSequence)
+]
+_ValidFields = Annotated[
+    int, Int("bits: 1 time, 2 position, 4 velocity, 8 acceleration", values=ValidField)
+]
+
 
 @message(
     Place(
@@ -117,9 +124,7 @@ class JointPosition(Topic):
 class JointTrajPt(Message):
     """JOINT_TRAJ_PT: one point with a speed ratio and the time of its segment."""
 
-    sequence: Annotated[
-        int, Int("index of the point from 0, or a special sequence", values=SpecialSequence)
-    ]
+    sequence: _PointSequence
     joints: Annotated[tuple[float, ...], Reals("target positions, unused slots 0", _JOINT_UNIT)]
     velocity: Annotated[float, Real("fraction of the largest joint speed, 0 to 1")]
     duration: Annotated[float, Real("time allotted to this segment, not a time stamp", "s")]
@@ -129,9 +134,7 @@ class JointTrajPt(Message):
 class TrajPoint(Record):
     """One point of a JOINT_TRAJ; the same fields as a JOINT_TRAJ_PT."""
 
-    sequence: Annotated[
-        int, Int("index of the point from 0, or a special sequence", values=SpecialSequence)
-    ]
+    sequence: _PointSequence
     joints: Annotated[tuple[float, ...], Reals("target positions, unused slots 0", _JOINT_UNIT)]
     velocity: Annotated[float, Real("fraction of the largest joint speed, 0 to 1")]
     duration: Annotated[float, Real("time allotted to this segment, not a time stamp", "s")]
@@ -207,12 +210,8 @@ class JointTrajPtFull(Message):
     """JOINT_TRAJ_PT_FULL: fields that are not valid still travel, as zeros."""
 
     robot_id: Annotated[int, Int("robot or group number, zero based")]
-    sequence: Annotated[
-        int, Int("index of the point from 0, or a special sequence", values=SpecialSequence)
-    ]
-    valid_fields: Annotated[
-        int, Int("bits: 1 time, 2 position, 4 velocity, 8 acceleration", values=ValidField)
-    ]
+    sequence: _PointSequence
+    valid_fields: _ValidFields
     time: Annotated[float, Real("time from the start of the trajectory", "s")]
     positions: Annotated[tuple[float, ...], Reals("joint positions", _JOINT_UNIT)]
     velocities: Annotated[tuple[float, ...], Reals("joint velocities", "rad/s, m/s")]
@@ -233,9 +232,7 @@ class JointFeedback(Topic):
     """JOINT_FEEDBACK: the state counterpart of JOINT_TRAJ_PT_FULL, without a sequence."""
 
     robot_id: Annotated[int, Int("robot or group number, zero based")]
-    valid_fields: Annotated[
-        int, Int("bits: 1 time, 2 position, 4 velocity, 8 acceleration", values=ValidField)
-    ]
+    valid_fields: _ValidFields
     time: Annotated[float, Real("the controller's time, where it has one", "s")]
     positions: Annotated[tuple[float, ...], Reals("joint positions", _JOINT_UNIT)]
     velocities: Annotated[tuple[float, ...], Reals("joint velocities", "rad/s, m/s")]

@@ -113,7 +113,7 @@ async def _start(services: Sequence[Service]) -> list[EmulatorPorts]:
     """Start all controllers, or none.
 
     Raises:
-        ListenFailed: a port cannot be used.
+        EmulatorListenFailed: a port cannot be used.
     """
     ports: list[EmulatorPorts] = []
     try:

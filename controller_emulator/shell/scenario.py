@@ -43,7 +43,7 @@ def load_scenario(file: Path) -> OperatorScenario:
     """Read a scenario file.
 
     Raises:
-        ConfigurationError: it cannot be read, or an event is not understood.
+        EmulatorSettingsError: it cannot be read, or an event is not understood.
     """
     content = read_toml(file)
     try:

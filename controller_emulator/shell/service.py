@@ -121,7 +121,7 @@ class Service:
         """Listen on both ports and start the timer.
 
         Raises:
-            ListenFailed: a port cannot be used; nothing is left open then.
+            EmulatorListenFailed: a port cannot be used; nothing is left open then.
         """
         settings = self._settings
         try:

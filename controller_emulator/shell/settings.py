@@ -102,7 +102,7 @@ def load_settings(
         overrides: settings given as arguments, by name.
 
     Raises:
-        ConfigurationError: the file cannot be read, or a setting is unknown or out of bounds.
+        EmulatorSettingsError: the file cannot be read, or a setting is unknown or out of bounds.
     """
     table: dict[str, Any] = {} if file is None else _read_table(file)
     if file is not None:
@@ -124,7 +124,7 @@ def read_toml(file: Path) -> dict[str, Any]:
     """Return the content of a TOML file.
 
     Raises:
-        ConfigurationError: it cannot be read, is too large or is no TOML.
+        EmulatorSettingsError: it cannot be read, is too large or is no TOML.
     """
     import tomllib  # imported here because most runs read no file, and the emulator must start fast
 
@@ -223,7 +223,7 @@ def settings_of(arguments: argparse.Namespace) -> EmulatorSettings:
     """Return the cell file's settings with what the arguments say instead.
 
     Raises:
-        ConfigurationError: one of them cannot be.
+        EmulatorSettingsError: one of them cannot be.
     """
     return load_settings(arguments.config, _overrides(arguments))
 
@@ -247,7 +247,7 @@ def settings_of_each(
     """Return the settings of each controller.
 
     Raises:
-        ConfigurationError: there are too many, or a file is asked for that is one controller's.
+        EmulatorSettingsError: there are too many, or a file is asked for that is one controller's.
     """
     count = options.count
     if count is None:

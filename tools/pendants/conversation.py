@@ -55,6 +55,8 @@ _T = TypeVar("_T")
 class Conversation(asyncio.Protocol):
     """One connection to a pendant server.
 
+    Whatever sends or waits raises `ConnectionLost` once the connection is over.
+
     Attributes:
         error: why it ended; None while it is open.
         heard: when the last bytes arrived, by the loop's clock [s].
@@ -125,7 +127,6 @@ class Conversation(asyncio.Protocol):
         """Send a message.
 
         Raises:
-            ConnectionLost: the connection is over.
             WrongArgument: the message cannot be written.
         """
         if self.error is not None:
@@ -139,11 +140,7 @@ class Conversation(asyncio.Protocol):
         self._transport.write(frame)
 
     def expect(self, kind: type[_T]) -> asyncio.Future[_T]:
-        """Return a future that the caller completes, and that fails when the connection ends.
-
-        Raises:
-            ConnectionLost: the connection is over already.
-        """
+        """Return a future that the caller completes, and that fails when the connection ends."""
         if self.error is not None:
             raise self.error
         future: asyncio.Future[_T] = asyncio.get_running_loop().create_future()
@@ -183,7 +180,6 @@ class Conversation(asyncio.Protocol):
         """Send a request at once; return the future of its verdict, for `judged`.
 
         Raises:
-            ConnectionLost: the connection is over.
             WrongArgument: the message cannot be written.
         """
         verdict = self._verdicts[request_id] = self.expect(Message)
@@ -196,11 +192,7 @@ class Conversation(asyncio.Protocol):
         return verdict
 
     def expect_outcome(self, request_id: int) -> asyncio.Future[Outcome]:
-        """Return the future of a motion's outcome; the caller cancels it when it waits no longer.
-
-        Raises:
-            ConnectionLost: the connection is over already.
-        """
+        """Return the future of a motion's outcome; who waits no longer cancels it."""
         outcome = self._outcomes[request_id] = self.expect(Outcome)
         outcome.add_done_callback(lambda _: self._outcomes.pop(request_id, None))
         return outcome

@@ -140,6 +140,8 @@ class SentPress:
 class PressLine:
     """All presses of one connection; a used number never moves the robot again.
 
+    Whatever sends raises `ConnectionLost` once the connection is over.
+
     Attributes:
         dof: driven joints of the robot.
         quotable_state: returns a state message that is new enough for a press to quote.
@@ -160,11 +162,7 @@ class PressLine:
         return self._last
 
     def check_link(self) -> None:
-        """Raise the error that ended the connection, if it has ended.
-
-        Raises:
-            ConnectionLost: the connection is over.
-        """
+        """Raise the error that ended the connection, if it has ended."""
         if self._conversation.error is not None:
             raise self._conversation.error
 
@@ -175,7 +173,6 @@ class PressLine:
             deadline: it ends so long after a beat was missed [s].
 
         Raises:
-            ConnectionLost: the connection is over.
             WrongArgument: it cannot be written.
         """
         request_id = self._conversation.new_request()
@@ -204,19 +201,11 @@ class PressLine:
         return account
 
     def beat(self, press: int, beat: int) -> None:
-        """Keep a press alive.
-
-        Raises:
-            ConnectionLost: the connection is over.
-        """
+        """Keep a press alive."""
         self._conversation.write(JogBeat(press=press, beat=beat))
 
     def let_go(self, press: int) -> None:
-        """End a press without waiting for the server's verdict.
-
-        Raises:
-            ConnectionLost: the connection is over.
-        """
+        """End a press without waiting for the server's verdict."""
         request_id = self._conversation.new_request()
         self._conversation.write(JogRelease(request_id=request_id, press=press))
 

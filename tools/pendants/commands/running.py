@@ -9,9 +9,8 @@ from __future__ import annotations
 import argparse
 import asyncio
 import json
-import ssl
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from openpendant.simplemsg.verdicts import VerdictCode
@@ -27,23 +26,8 @@ EPILOG = (
 )
 
 
-@dataclass(frozen=True, slots=True)
-class ServerAccess:
-    """Address of a cell and the login of a command.
-
-    Attributes:
-        cell: name of the cell; empty for the only one.
-        tls: how to encrypt; None for clear text.
-        user: account, or name of a guest.
-    """
-
-    host: str
-    port: int
-    cell: str
-    tls: ssl.SSLContext | None = None
-    user: str = ""
-    password: str | None = None
-    pairing: str | None = None
+Connect = Callable[..., Awaitable[PendantClient]]
+"""Connects to a command's server and logs in; takes `client` and `state_rate`."""
 
 
 def parser(name: str, description: str, *, logs_in: bool = True) -> argparse.ArgumentParser:
@@ -88,22 +72,21 @@ def add_speed(reader: argparse.ArgumentParser, default: float, of_what: str) -> 
     )
 
 
-def server_access(arguments: argparse.Namespace) -> ServerAccess:
-    """Return the server's address and the login; prompt for a secret if one is needed.
+def server_access(arguments: argparse.Namespace) -> Connect:
+    """Return what connects to the server; prompt for a secret if one is needed.
 
     Raises:
         WrongArgument: a certificate cannot be used, or no secret was typed.
     """
     host, port = arguments.server
     tls = tls_context(arguments.ca)
+    connect = partial(PendantClient.connect, host, port, cell=arguments.cell, tls=tls)
     if "user" not in arguments:
-        return ServerAccess(host, port, arguments.cell, tls)
+        return connect
     if arguments.pairing:
         code = pairing_code()
-        user = arguments.user or guest_name("terminal")
-        return ServerAccess(host, port, arguments.cell, tls, user, pairing=code)
-    password = password_of(arguments.user)
-    return ServerAccess(host, port, arguments.cell, tls, arguments.user, password)
+        return partial(connect, user=arguments.user or guest_name("terminal"), pairing=code)
+    return partial(connect, user=arguments.user, password=password_of(arguments.user))
 
 
 def address_argument(text: str) -> tuple[str, int]:
@@ -158,12 +141,12 @@ Act = Callable[[PendantClient, CommandOutput], Awaitable[int]]
 
 
 def run(
-    output: CommandOutput, enter: Callable[[], ServerAccess], act: Act, *, state_rate: float = 0.0
+    output: CommandOutput, enter: Callable[[], Connect], act: Act, *, state_rate: float = 0.0
 ) -> int:
     """Connect, let a command act and return its exit code; every failure is one sentence.
 
     Args:
-        enter: returns the server's address and the login; may prompt for a secret.
+        enter: returns what connects; may prompt for a secret.
         act: what the command does on the connection; returns the exit code.
         state_rate: of the state messages [Hz].
     """
@@ -198,19 +181,9 @@ def _refused(output: CommandOutput, refused: Refused) -> int:
     return ExitCode.UNAVAILABLE
 
 
-async def _connected(way: ServerAccess, act: Act, output: CommandOutput, state_rate: float) -> int:
+async def _connected(connect: Connect, act: Act, output: CommandOutput, state_rate: float) -> int:
     async with asyncio.timeout(CONNECT_WITHIN):
-        pendant = await PendantClient.connect(
-            way.host,
-            way.port,
-            client=f"openpendant {output.name}",
-            cell=way.cell,
-            state_rate=state_rate,
-            tls=way.tls,
-            user=way.user,
-            password=way.password,
-            pairing=way.pairing,
-        )
+        pendant = await connect(client=f"openpendant {output.name}", state_rate=state_rate)
     async with pendant:
         return await act(pendant, output)
 

@@ -92,6 +92,7 @@ class RoboAnalyzerClient:
         address = text(host, "the host"), whole(port, "the port")
         robot, cell = text(robot, "the robot"), text(cell, "the cell")
 
+        # A function, not a partial: no `repr` of this object shows the password.
         def connected(cell: str) -> SyncPendantClient:
             return SyncPendantClient.connect(
                 *address,
