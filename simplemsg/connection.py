@@ -206,11 +206,7 @@ class Connection:
             self._look_for_stops(self._pending)
 
     def marked(self, received: list[Received]) -> list[Arrival]:
-        """Return what `receive` has just returned, with what a STOP has overtaken marked as such.
-
-        Args:
-            received: what the last call returned, while `overtaking` is true.
-        """
+        """Return what `receive` has just returned, with what a STOP has overtaken marked."""
         walk, passing = self._walk, self._passing
         assert walk is not None, "without a stop rule nothing is overtaken"
         self.overtaking = False

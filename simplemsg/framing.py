@@ -35,11 +35,7 @@ Bytes = bytes | bytearray | memoryview
 
 
 def detect_byte_order(frame: Bytes) -> ByteOrder | None:
-    """Return the byte order that a frame's length tells: only one reading lies in 12 to 65,535.
-
-    Returns:
-        The order, or None where neither reading of the first four bytes is a frame's length.
-    """
+    """Return the byte order that a frame's length tells: only one reading lies in 12 to 65,535."""
     prefix = frame[:PREFIX_SIZE]
     if len(prefix) < PREFIX_SIZE:
         return None

@@ -39,11 +39,7 @@ _GAP_TEXT = json.dumps(_GAP)  # in a text its quotation marks would be escaped
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LongValue:
-    """A value that is not spelled out yet, and never changes.
-
-    Attributes:
-        spell: returns how a piece of it stands between the quotation marks.
-    """
+    """A value that is not spelled out yet, and never changes."""
 
     content: str | bytes | memoryview
     spell: Callable[[Any], str]
@@ -70,11 +66,7 @@ def hexadecimal(data: bytes) -> Part:
 
 
 def base64_value(data: bytes | memoryview) -> Part:
-    """Return bytes as a value for `json_parts`, which stands there in base64.
-
-    Args:
-        data: the bytes; a view is of single bytes.
-    """
+    """Return bytes, or a view of single bytes, as a value for `json_parts`, spelled in base64."""
     return _base64(data) if len(data) < LONG else LongValue(data, _base64)
 
 
@@ -242,11 +234,7 @@ class Journal:
             self._write(f'{{"out": "{link}", "hex": ', hexadecimal(data), "}\n")
 
     def answer(self, question: str, link: str | int, answer: bool) -> bool:
-        """Note what the world outside answered, and return it.
-
-        Args:
-            question: one word, such as `clogged`.
-        """
+        """Note what the world outside answered, and return it."""
         if answer and self._stream is not None:
             self._write(f'{{"ask": "{question}", "link": "{link}"}}\n')
         return answer

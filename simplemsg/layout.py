@@ -89,11 +89,7 @@ _REAL_WIDTHS = {"f": 4, "d": 8}
 
 @dataclass(frozen=True, slots=True)
 class _Unfit:
-    """One value that does not fit.
-
-    Attributes:
-        path: where it stands, such as `points[3].joints[0]`.
-    """
+    """One value that does not fit."""
 
     path: str
     value: object

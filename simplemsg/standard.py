@@ -263,11 +263,7 @@ class HeaderOnly(Message):
 
 @dataclass(slots=True)
 class Opaque(Message):
-    """A frame of a type that the dialect does not know, or a reply in a vendor's own layout.
-
-    Attributes:
-        body: the body as it came, byte order and all.
-    """
+    """A frame of a type that the dialect does not know, or a reply in a vendor's own layout."""
 
     msg_type: int
     body: bytes

@@ -201,11 +201,7 @@ class StopWalk:
         return found
 
     def take(self, frames: int, size: int) -> list[WaitingStop]:
-        """Note that frames at the front of the buffer were decoded; return the STOPs among them.
-
-        Args:
-            size: their bytes.
-        """
+        """Note that frames at the front of the buffer were decoded; return the STOPs among them."""
         self.taken += frames
         self._at -= size
         taken: list[WaitingStop] = []

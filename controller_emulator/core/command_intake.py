@@ -104,11 +104,7 @@ class PointIntake:
     def __init__(
         self, admission: Admission, servo: Servo, referee: Referee, *, is_strict: bool
     ) -> None:
-        """Take points of whoever sends the first.
-
-        Args:
-            is_strict: a gap in the sequence is a fault.
-        """
+        """Take points of whoever sends the first."""
         self.owner: int | None = None
         self._admission = admission
         self._servo = servo
@@ -128,11 +124,7 @@ class PointIntake:
     def take(
         self, link: int, message: PointMessage, now: int, *, is_behind: bool
     ) -> IntakeOutcome | Rejected:
-        """Take points if whoever sends them may command, they are the next ones, and there is room.
-
-        Returns:
-            What became of them; `Rejected` where the motion is to be broken off because of them.
-        """
+        """Take points if their sender may command, they are the next ones, and there is room."""
         step = (
             PointKind.START
             if isinstance(message, JointTraj)

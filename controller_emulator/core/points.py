@@ -197,11 +197,7 @@ class PointSequence:
         )
 
     def accept(self, message: WirePoint, step: PointKind, elapsed: int) -> None:
-        """Note an accepted point.
-
-        Args:
-            elapsed: its time from the start of the trajectory [ns].
-        """
+        """Note an accepted point."""
         if step is PointKind.START:
             self.is_download = message.sequence == SpecialSequence.START_DOWNLOAD
             self._was_broken_off = False

@@ -184,10 +184,9 @@ class Servo:
         return None if self._axes.is_rest(velocity) else end
 
     def advance(self, now: int) -> PointRefusal | None:
-        """Advance to a time, through every transition before it.
+        """Advance to a time, through every transition before it; return why the motion broke off.
 
-        Returns:
-            Reason for which the motion was broken off, if it was; the ramp started at that time.
+        None where it did not; else a ramp began at that time.
         """
         while self._until is not None and now >= self._until:
             at = self._until

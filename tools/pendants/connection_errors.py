@@ -164,11 +164,7 @@ def server_address(text: str) -> tuple[str, int] | None:
 
 
 def unreachable(error: OSError, host: str, port: int, *, tls: bool) -> Unreachable:
-    """Return the error of a failed attempt to connect.
-
-    Args:
-        tls: the connection was to be encrypted.
-    """
+    """Return the error of a failed attempt to connect."""
     at = f"{host}:{port}"
     if isinstance(error, ssl.SSLCertVerificationError):
         text = f"the certificate of {at} is not trusted: {error.verify_message or error}"

@@ -210,13 +210,7 @@ class Observing(PendantSession, CellCalls[AsyncCalls]):
         return _answer(await self._conversation.ask(message, request_id, within=within))
 
     async def _manage_motion(self, request: dict[str, Any]) -> tuple[dict[str, Any], MotionHandle]:
-        """Send a management request that moves the robot; return the answer and the motion.
-
-        Raises:
-            Refused: the server refused it.
-            WrongArgument: it is no JSON, or larger than a frame.
-            ConnectionLost: the connection ended.
-        """
+        """Send a management request that moves the robot; return the answer and the motion."""
         request_id = self._conversation.new_request()
         message = Management(request_id=request_id, body=_body(request))
         reply, motion = await self._conversation.begin_motion(message, request_id)

@@ -51,9 +51,6 @@ class EnablingDevice:
 
     A context manager: half pressed inside, let go outside. The positions are repeated by the event
     loop, so a program that hangs has let go as far as the server is concerned.
-
-    Attributes:
-        position: how far it is pressed.
     """
 
     def __init__(self, write: Callable[[Message], None]) -> None:

@@ -180,15 +180,15 @@ class SyncJog(OnThread[Jog]):
 
 
 class SyncPrograms(ProgramCalls[SyncCalls]):
-    """Stored programs."""
+    """Stored programs.
 
-    def __init__(self, thread: LoopThread, background: PendantClient) -> None:
-        super().__init__(SyncCalls(thread, background.manage))
+    Attributes:
+        run: runs one, or a step of it; the client's `run_program`.
+    """
 
-        def begun(run: Coroutine[Any, Any, MotionHandle]) -> SyncMotion:
-            return SyncMotion(thread, thread.call(run))
-
-        self.run = then(background.run_program, begun)
+    def __init__(self, way: SyncCalls, client: SyncPendantClient) -> None:
+        super().__init__(way)
+        self.run = client.run_program
 
 
 class SyncRecordings(RecordingCalls[SyncCalls]):
@@ -223,7 +223,7 @@ class SyncPendantClient(CellCalls[SyncCalls], OnThread[PendantClient]):
         super().__init__(way)
         self._thread = thread
         self.background = self._asked = background
-        self.programs = SyncPrograms(thread, background)
+        self.programs = SyncPrograms(way, self)
         self.recordings = SyncRecordings(thread, background)
         self.frames = FrameCalls(way)
         self.tools = ToolCalls(way)

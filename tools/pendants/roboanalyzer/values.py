@@ -1,9 +1,10 @@
 """Values of RoboAnalyzer's calls: arguments as scripts and MATLAB give them, robots, postures.
 
-Owns what is taken for a number, a joint or a name, and the wording where it is none: a language
-that knows no integers counts joints in floats, 1.0 is a joint, 1.5 is none. Owns RoboAnalyzer's
-units, degrees and millimetres, and the choice of a cell by its name or by its robot's, with the
-wording where there is none or more than one. Connects to nothing.
+Owns what is taken for a number, a joint or a name, and the wording of the `WrongArgument` that each
+function raises where a value is none: a language that knows no integers counts joints in floats,
+1.0 is a joint, 1.5 is none. Owns RoboAnalyzer's units, degrees and millimetres, and the choice of a
+cell by its name or by its robot's, with the wording where there is none or more than one. Connects
+to nothing.
 """
 
 from __future__ import annotations
@@ -25,9 +26,6 @@ def number(value: object, what: str) -> float:
 
     Args:
         value: of any type that has one number: of Python, of NumPy, from MATLAB.
-
-    Raises:
-        WrongArgument: it is none.
     """
     found = math.nan
     if isinstance(value, SupportsFloat) and not isinstance(value, bool):
@@ -78,22 +76,14 @@ def joint_index(value: object, count: int) -> int:
 
 
 def text(value: object, what: str) -> str:
-    """Return a text.
-
-    Raises:
-        WrongArgument: it is none.
-    """
+    """Return a text."""
     if not isinstance(value, str):
         raise WrongArgument(f"{what} is {_shown(value)}; accepted: a text")
     return value
 
 
 def fraction(value: object, what: str) -> float:
-    """Return a number above 0, up to 1.
-
-    Raises:
-        WrongArgument: it is none.
-    """
+    """Return a number above 0, up to 1."""
     found = number(value, what)
     if not 0.0 < found <= 1.0:
         raise WrongArgument(f"{what} is {found:g}; accepted: above 0, up to 1")
@@ -121,11 +111,7 @@ class JointDisplay:
 
 @dataclass(frozen=True, slots=True)
 class RobotDisplay:
-    """A robot with its joints.
-
-    Attributes:
-        joints: base to tip.
-    """
+    """A robot with its joints."""
 
     name: str
     cell: str

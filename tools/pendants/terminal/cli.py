@@ -139,11 +139,7 @@ def pendant(
 
 
 def _status(connect: Connect, log_in: LogIn) -> str:
-    """Return the state of the robot as text.
-
-    Raises:
-        _Failed: no server answers, or it refuses the connection.
-    """
+    """Return the state of the robot as text."""
     try:
         return asyncio.run(status_once(connect, log_in))
     except (Refused, WrongArgument) as error:
@@ -153,12 +149,7 @@ def _status(connect: Connect, log_in: LogIn) -> str:
 
 
 def _give_up(error: PendantError) -> NoReturn:
-    """Raise the error of a refused connection.
-
-    Raises:
-        _Unusable: an argument must change.
-        _Failed: the cause is no argument.
-    """
+    """Raise `_Unusable` where an argument must change, else `_Failed`."""
     if isinstance(error, Refused):
         wrong = error.code == VerdictCode.UNKNOWN_CELL
         raise (_Unusable if wrong else _Failed)(connection_refused(error))

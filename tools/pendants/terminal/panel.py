@@ -168,11 +168,7 @@ class Panel:
         self.page, self.scroll = page, 0
 
     def key(self, key: str, now: int) -> list[Command]:
-        """Take a key stroke.
-
-        Returns:
-            The commands, in order; none that moves the robot while the values may be old.
-        """
+        """Take a key stroke."""
         if key == STOP_KEY:
             return self._stop(now)
         asked = self._asked(key, now)

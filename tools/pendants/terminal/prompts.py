@@ -159,9 +159,6 @@ def read_target(text: str, cell: CellView) -> MoveJoints | MoveToPose:
     Args:
         cell: the present position; axes that are not typed keep it.
 
-    Returns:
-        The move, in rad and m.
-
     Raises:
         NotATarget: the text names no target, or the robot's position is not known.
     """

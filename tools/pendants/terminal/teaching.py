@@ -65,11 +65,7 @@ class Teaching:
         self.selected = max(0, min(self.selected + by, last))
 
     def asked(self, intent: Intent, way: Way) -> Choice | Command | None:
-        """Return the command or question of a teach or run key.
-
-        Returns:
-            A command, or a question to ask first; None after a message that says why not.
-        """
+        """Return the command or question of a teach or run key."""
         program = self.program
         if program is None:
             self._messages.add("no program is open; n opens one")

@@ -104,11 +104,7 @@ class Light(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Lamp:
-    """One of the three lamps.
-
-    Attributes:
-        name: the link or drive that it shows.
-    """
+    """One of the three lamps."""
 
     name: str
     light: Light
@@ -296,11 +292,7 @@ def is_hopeless(refused: Refused) -> bool:
 
 
 def refusal_line(refused: Refused, joints: Sequence[JointFacts] = ()) -> str:
-    """Return a refusal in one line.
-
-    Args:
-        joints: of the robot; they give the unit of a joint at fault.
-    """
+    """Return a refusal in one line."""
     helps = remedy(refused.code, refused.remedy)  # nothing for a code of a newer server
     return f"{_name(refused)}: {_sentence(refused, joints)}{f' -> {helps}' if helps else ''}"
 
@@ -344,11 +336,7 @@ def why_request(mode: OperatingMode | None) -> dict[str, str]:
 
 
 def why_lines(answer: dict[str, Any], holds: Sequence[Hold] = ()) -> tuple[str, ...]:
-    """Return the answer line by line.
-
-    Args:
-        holds: the limits, singularities or collisions that hold the robot.
-    """
+    """Return the answer line by line."""
     conditions: list[dict[str, Any]] = answer["conditions"]
     broken = next((each for each in conditions if not each["holds"]), None)
     chain = [f"{'ok' if each['holds'] else 'NO'} {each['meaning']}" for each in conditions]
