@@ -15,7 +15,7 @@ from itertools import chain
 from typing import Any
 
 from .codes import CommType
-from .declaration import MASK, Array, Field, Int, Message, Real, Reals, Record, Tail, Text
+from .declaration import MASK, Array, Field, Int, Message, Real, Reals, Tail, Text
 from .errors import LocalProtocolError, NotEncodable
 from .framing import Bytes, broken_header_rule
 
@@ -104,7 +104,7 @@ def encoding_fault(message: Message, form: WireForm) -> LocalProtocolError:
         reason = f"this layout is a reply's, communication type {message.comm_type} is not"
     if reason is not None:
         return LocalProtocolError(f"{place.name}: {reason}")
-    for unfit in chain(_unfit_fields(message, form), _unfit_numbers(message)):
+    for unfit in chain(_unfit_fields(message, message.FIELDS, form), _unfit_numbers(message)):
         return NotEncodable(place.name, unfit.path, unfit.value, unfit.expected)
     return LocalProtocolError(f"{place.name}: the message cannot be packed")
 
@@ -118,9 +118,11 @@ def header_fault(msg_type: int, comm_type: int, reply_code: int) -> str | None:
     return broken_header_rule(msg_type, comm_type, reply_code)
 
 
-def _unfit_fields(record: Record, form: WireForm) -> Iterator[_Unfit]:
-    for name, field in record.FIELDS.items():
-        yield from _unfit_value(name, field, getattr(record, name, None), form)
+def _unfit_fields(
+    record: object, fields: Mapping[str, Field], form: WireForm, path: str = ""
+) -> Iterator[_Unfit]:
+    for name, field in fields.items():
+        yield from _unfit_value(f"{path}{name}", field, getattr(record, name, None), form)
 
 
 def _unfit_value(path: str, field: Field, value: Any, form: WireForm) -> Iterator[_Unfit]:
@@ -149,17 +151,9 @@ def _unfit_value(path: str, field: Field, value: Any, form: WireForm) -> Iterato
             elif not field.least <= len(value) <= field.most:
                 yield _Unfit(path, len(value), f"{field.least} to {field.most} records")
             else:
-                yield from _unfit_records(path, field, value, form)
-
-
-def _unfit_records(
-    path: str, array: Array, records: tuple[Any, ...] | list[Any], form: WireForm
-) -> Iterator[_Unfit]:
-    assert array.of is not None
-    for index, record in enumerate(records):
-        for name, field in array.of.FIELDS.items():
-            value = getattr(record, name, None)
-            yield from _unfit_value(f"{path}[{index}].{name}", field, value, form)
+                assert field.of is not None
+                for index, record in enumerate(value):
+                    yield from _unfit_fields(record, field.of.FIELDS, form, f"{path}[{index}].")
 
 
 def _unfit_numbers(message: Message) -> Iterator[_Unfit]:

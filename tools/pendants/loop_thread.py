@@ -37,11 +37,6 @@ class LoopThread:
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
-    @property
-    def is_running(self) -> bool:
-        """True until it is ended."""
-        return not self._has_ended
-
     def call(self, work: Coroutine[Any, Any, _T]) -> _T:
         """Run a coroutine on the loop and wait for its result; Ctrl-C cancels it.
 

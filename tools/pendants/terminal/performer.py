@@ -174,10 +174,14 @@ class Performer:
     async def _jogged(self, command: do.PulseJog | do.StepJog) -> None:
         if isinstance(command, do.PulseJog):
             await self._pulse(command)
+            return
+        if command.frame == JOINTS:
+            motion = await self._client.step(dict(command.increments))
         else:
-            # Over once it has begun: the next one is refused by the server while this one moves.
-            motion = await self._step(command)
-            self._begin(self._ended(motion, ""))
+            increments = {_AXES[axis]: value for axis, value in command.increments}
+            motion = await self._client.step_tool(**increments, frame=command.frame)
+        # Over once it has begun: the next one is refused by the server while this one moves.
+        self._begin(self._ended(motion, ""))
 
     async def _pulse(self, pulse: do.PulseJog) -> None:
         """Press and never beat: the server ends the press at its deadline."""
@@ -196,12 +200,6 @@ class Performer:
                 longest=0.0,
             )
         await jog.__aenter__()
-
-    async def _step(self, step: do.StepJog) -> MotionHandle:
-        if step.frame == JOINTS:
-            return await self._client.step(dict(step.increments))
-        increments = {_AXES[axis]: value for axis, value in step.increments}
-        return await self._client.step_tool(**increments, frame=step.frame)
 
     async def _carry_out(self, command: Command) -> None:
         client = self._client
