@@ -150,6 +150,6 @@ class PendantClient(Operating, Managing, Jogging, Admitting):
     """One connection to a pendant server, with everything that a pendant can ask for.
 
     `session` has the connection and the callbacks, `observing` the state, `operating` authority,
-    modes, stops and the single motions, `jog` the jogs, `admitting` who may come in,
+    modes, stops and the single motions, `jog` the jogs, `Admitting` who may come in,
     `managing` programs, recordings, frames, tools, scene, signals, connections and accounts.
     """
