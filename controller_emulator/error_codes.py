@@ -67,7 +67,6 @@ class PointRefusal(NamedTuple):
         kind: what the referee counts, None where the sender broke no rule of motion.
         joint: index of the joint at fault, -1 where it is not one joint's fault.
         value: the offending value [SI units of what `kind` measures].
-        limit: the bound that it broke.
     """
 
     code: ErrorCode

@@ -37,9 +37,6 @@ def read_time(seconds: float) -> int:
     A 4-byte real cannot hold 0.07 s, nor even a microsecond beyond 16 s, but the shortest decimal
     that rounds to it is what the sender meant. Times are differenced over steps of 10 ms, where
     the rounding left in would amount to accelerations of several percent of a limit.
-
-    Args:
-        seconds: a finite time [s], as decoded from a 4- or 8-byte real.
     """
     if _as_float32(seconds) == seconds:
         for digits in _SIGNIFICANT_DIGITS:

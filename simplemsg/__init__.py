@@ -41,18 +41,22 @@ from .errors import (
     ProtocolError,
     RemoteProtocolError,
 )
-from .opaque import HeaderOnly, Opaque, accepted, message_type, refused
 from .standard import (
     GetVersion,
     GetVersionReply,
+    HeaderOnly,
     JointFeedback,
     JointPosition,
     JointTraj,
     JointTrajPt,
     JointTrajPtFull,
+    Opaque,
     Ping,
     Status,
     TrajPoint,
+    accepted,
+    message_type,
+    refused,
 )
 from .stop_walk import PENDANT_STOPS, ROS_STOPS, StopRule, WaitingStop
 

@@ -1,7 +1,7 @@
 """Whole frames to messages and back, for one dialect, byte order and real width.
 
 Owns the header of a frame and the choice of a layout. How a body is packed is the business of
-`fixed` and `variable`; where a frame begins in a stream is `connection`'s.
+`packing`; where a frame begins in a stream is `connection`'s.
 """
 
 from __future__ import annotations
@@ -15,27 +15,19 @@ from typing import Any
 from .codes import ByteOrder, CommType, MsgType, ReplyCode
 from .declaration import Message
 from .errors import BodyFault, HeaderFault, LocalProtocolError, NotEncodable
-from .fixed import UNPACKABLE, FixedLayout
 from .framing import HEADER_SIZE, PREFIX_SIZE, Bytes, broken_header_rule
-from .layout import Decode, Encode, Misfit, WireForm
+from .layout import Decode, Encode, Misfit, WireForm, header_fault
 from .motoman import MOTOMAN_MESSAGES
-from .opaque import HeaderOnly, Opaque
+from .packing import UNPACKABLE, FixedLayout, VariableLayout
 from .pendant import PENDANT_MESSAGES
-from .standard import STANDARD_MESSAGES
-from .unfit import header_fault
-from .variable import VariableLayout
+from .standard import STANDARD_MESSAGES, HeaderOnly, Opaque
 
 _REAL_CODES = {4: "f", 8: "d"}
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """A named set of messages.
-
-    Attributes:
-        name: as on the command line.
-        messages: the message classes it knows.
-    """
+    """A named set of messages."""
 
     name: str
     messages: tuple[type[Message], ...]
@@ -75,8 +67,6 @@ class Codec:
         usual: the sixteen header bytes of every frame of fixed size with a usual header, with the
             size of the frame and a decoder for it; that decoder raises `struct.error` for another
             size and `UnicodeDecodeError` for a text that is none.
-        dialect: the messages that it knows.
-        byte_order: order of bytes on the wire.
         real_size: bytes of a real, 4 or 8.
     """
 
@@ -228,7 +218,9 @@ class Codec:
             reason = broken_header_rule(msg_type, comm, code)
         if reason is not None:
             raise HeaderFault(reason, msg_type, comm, code)
-        return self._decode_body(frame, msg_type, _comm_type(comm), _reply_code(code))
+        return self._decode_body(
+            frame, msg_type, _COMM_TYPES.get(comm, comm), _REPLY_CODES.get(code, code)
+        )
 
     def _decode_body(self, frame: bytes, msg_type: int, comm: int, code: int) -> Message:
         layout = self._find(msg_type, comm)
@@ -261,7 +253,7 @@ def _header_only_decoder(msg_type: int, code: ReplyCode) -> Decode:
     def decode(frame: Bytes) -> Message:
         if len(frame) != HEADER_SIZE:
             raise Misfit("a bare reply has no body")
-        # As in `fixed`: to call the class takes three times as long, and every point is answered.
+        # As in `packing`: to call the class takes three times as long, and every point is answered.
         reply = new()
         reply.msg_type, reply.comm_type, reply.reply_code = msg_type, comm, code
         return reply
@@ -271,14 +263,6 @@ def _header_only_decoder(msg_type: int, code: ReplyCode) -> Decode:
 
 _COMM_TYPES = {int(member): member for member in CommType}
 _REPLY_CODES = {int(member): member for member in ReplyCode}
-
-
-def _comm_type(number: int) -> int:
-    return _COMM_TYPES.get(number, number)
-
-
-def _reply_code(number: int) -> int:
-    return _REPLY_CODES.get(number, number)
 
 
 @cache

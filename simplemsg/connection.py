@@ -24,7 +24,7 @@ from .errors import (
 )
 from .framing import HEADER_SIZE, LEAST_LENGTH, MAX_FRAME, PREFIX_SIZE, Bytes, detect_byte_order
 from .layout import Decode
-from .opaque import message_type
+from .standard import message_type
 from .stop_walk import StopRule, StopWalk, WaitingStop
 
 MAX_REFERENCE_FRAME = 1023
@@ -58,9 +58,7 @@ class Malformed:
     """A frame in bounds whose header or body is wrong; the conversation continues.
 
     Attributes:
-        msg_type: from the header.
         comm_type: from the header; a request is still owed a reply.
-        error: what is wrong.
         request_id: of a request that begins with one, so that its refusal can name it; else 0.
     """
 
@@ -72,11 +70,7 @@ class Malformed:
 
 @dataclass(frozen=True, slots=True)
 class Unasked:
-    """A reply that answers no request of ours; REP-I0006 says to ignore it.
-
-    Attributes:
-        message: the reply.
-    """
+    """A reply that answers no request of ours; REP-I0006 says to ignore it."""
 
     message: Message
 
@@ -86,11 +80,7 @@ Received = Message | Malformed | Unasked
 
 @dataclass(frozen=True, slots=True)
 class Overtaken:
-    """Message in front of a STOP that has arrived: it must not undo the STOP.
-
-    Attributes:
-        received: what came.
-    """
+    """Message in front of a STOP that has arrived: it must not undo the STOP."""
 
     received: Received
 
@@ -103,7 +93,6 @@ class Connection:
     """The state of one conversation.
 
     Attributes:
-        role: which end we are.
         byte_order: None on a server until the first frame came.
         fault: set for good once the position in the stream is lost; then close the link.
         unanswered: requests of the peer, malformed ones too, that may still be answered.
@@ -126,8 +115,6 @@ class Connection:
         """Make a conversation that has not started.
 
         Args:
-            role: which end we are.
-            dialect: the messages spoken.
             byte_order: order of the wire; a server may leave it out and learn it.
             real_size: bytes of a real, 4 or 8.
             max_frame: largest frame to send or accept, prefix included.
@@ -188,12 +175,6 @@ class Connection:
         dropped; what was complete before the fault is still returned. No more than one unfinished
         frame is kept, unless `more` is true: then `read_ahead` takes what the peer says meanwhile,
         and how much of it may wait is for the caller to bound.
-
-        Args:
-            data: bytes as they came, in any portions.
-
-        Returns:
-            Messages, `Malformed` frames and `Unasked` replies, in order.
         """
         if self.fault is not None:
             return []
@@ -225,11 +206,7 @@ class Connection:
             self._look_for_stops(self._pending)
 
     def marked(self, received: list[Received]) -> list[Arrival]:
-        """Return what `receive` has just returned, with what a STOP has overtaken marked as such.
-
-        Args:
-            received: what the last call returned, while `overtaking` is true.
-        """
+        """Return what `receive` has just returned, with what a STOP has overtaken marked."""
         walk, passing = self._walk, self._passing
         assert walk is not None, "without a stop rule nothing is overtaken"
         self.overtaking = False

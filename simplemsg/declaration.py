@@ -9,18 +9,12 @@ values of integer fields are called. Knows nothing of bytes.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum, IntFlag
 from inspect import get_annotations
 from operator import attrgetter
-from typing import (
-    Any,
-    ClassVar,
-    TypeVar,
-    cast,
-    dataclass_transform,
-)
+from typing import Any, ClassVar, Protocol, TypeVar, cast, dataclass_transform
 
 from .codes import JOINT_SLOTS, CommType, ReplyCode
 
@@ -43,7 +37,6 @@ class Field:
     """One declared field.
 
     Attributes:
-        meaning: what the value says, for the reference page.
         unit: SI unit, empty for a pure number.
     """
 
@@ -75,7 +68,6 @@ class Reals(Field):
     """A fixed number of reals.
 
     Attributes:
-        count: how many.
         shape: how the readable form nests them, slowest index first; empty for a plain list.
     """
 
@@ -114,11 +106,7 @@ class Array(Field):
     """Records of one kind, one after the other; at most one per message.
 
     Attributes:
-        of: the record class.
         count_name: name of the integer that counts the records, empty where there is none.
-        count_place: where that integer stands.
-        least: fewest records.
-        most: most records.
         meant_by: name of the field before them that says how many records are meant, empty where
             there is none. That many travel, or `most`, of which the last are padding.
     """
@@ -142,12 +130,8 @@ class Place:
     """A message's place in the protocol.
 
     Attributes:
-        msg_type: number of the message type.
         name: snake-case name, as in the reference vectors.
-        direction: which way it travels.
         reply: what is expected in answer, in words; "none" for topics and replies.
-        source: where the layout comes from.
-        about: one sentence on its purpose.
         is_reply: true where the body of the reply differs from the request of the same type.
         any_body: true where a receiver accepts a body of any size and ignores it.
     """
@@ -256,22 +240,20 @@ def record(cls: type[_RecordT]) -> type[_RecordT]:
     return cast("type[_RecordT]", made)
 
 
+class Declare(Protocol):
+    """Makes a class with annotated fields a message class."""
+
+    def __call__(self, cls: type[_MessageT], /) -> type[_MessageT]:
+        """Return the slotted dataclass of the class, with `PLACE` and `FIELDS`."""
+
+
 @dataclass_transform()
-def message(place: Place) -> Callable[[type[_MessageT]], type[_MessageT]]:
-    """Declare a message class.
+def message(place: Place) -> Declare:
+    """Return the decorator that declares a message class."""
 
-    Args:
-        place: its number, name and role.
-
-    Returns:
-        A decorator that makes the class a slotted dataclass and attaches `PLACE` and `FIELDS`.
-    """
-
-    def declare(cls: type[_MessageT]) -> type[_MessageT]:
-        made: Any = dataclass(slots=True, eq=False, repr=False)(cls)
+    def declare(cls: type[_MessageT], /) -> type[_MessageT]:
+        made: Any = record(cls)
         made.PLACE = place
-        made.FIELDS = _fields_of(made)
-        made._CONTENT = attrgetter(*made._compared())
         return cast("type[_MessageT]", made)
 
     return declare
@@ -294,10 +276,6 @@ def joint_array(values: Sequence[float]) -> tuple[float, ...]:
 
 def value_name(field: Field, value: object) -> str | None:
     """Return the name of a field's value, such as `BUSY` or `TIME|POSITION`.
-
-    Args:
-        field: its declaration.
-        value: as decoded.
 
     Returns:
         None where the field's values have no names, or this one has none. Bits without a name are

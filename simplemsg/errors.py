@@ -38,10 +38,8 @@ class NotEncodable(LocalProtocolError):
     """A message cannot be encoded.
 
     Attributes:
-        message_name: name of the message.
         field: the value at fault, such as `sequence`, `joints[3]` or `points[0].velocity`.
         value: the value that does not fit; asterisks where it is a secret.
-        expected: what would be accepted, in words.
     """
 
     def __init__(self, message_name: str, field: str, value: object, expected: str) -> None:
@@ -77,11 +75,7 @@ class LengthOutOfBounds(FramingFault):
 
 
 class OrderUndetectable(FramingFault):
-    """The first four bytes are no plausible length in either byte order.
-
-    Attributes:
-        prefix: the four bytes.
-    """
+    """The first four bytes are no plausible length in either byte order."""
 
     def __init__(self, prefix: bytes) -> None:
         super().__init__(
@@ -91,13 +85,7 @@ class OrderUndetectable(FramingFault):
 
 
 class MessageFault(RemoteProtocolError):
-    """One frame is wrong inside its bounds; the link itself is sound.
-
-    Attributes:
-        msg_type: message type from the header.
-        comm_type: communication type from the header.
-        reply_code: reply code from the header.
-    """
+    """One frame is wrong inside its bounds; the link itself is sound."""
 
     def __init__(self, reason: str, msg_type: int, comm_type: int, reply_code: int) -> None:
         super().__init__(reason)

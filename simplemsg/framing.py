@@ -35,14 +35,7 @@ Bytes = bytes | bytearray | memoryview
 
 
 def detect_byte_order(frame: Bytes) -> ByteOrder | None:
-    """Return the byte order that a frame's length tells: only one reading lies in 12 to 65,535.
-
-    Args:
-        frame: the frame or its beginning.
-
-    Returns:
-        The order, or None where neither reading of the first four bytes is a frame's length.
-    """
+    """Return the byte order that a frame's length tells: only one reading lies in 12 to 65,535."""
     prefix = frame[:PREFIX_SIZE]
     if len(prefix) < PREFIX_SIZE:
         return None
@@ -54,11 +47,7 @@ def detect_byte_order(frame: Bytes) -> ByteOrder | None:
 
 
 def broken_header_rule(msg_type: int, comm_type: int, reply_code: int) -> str | None:
-    """Return the rule that a header breaks, as the C++ library's `validateMessage` does.
-
-    Returns:
-        The reason, or None where the header is valid.
-    """
+    """Return the rule that a header breaks, as the C++ library's `validateMessage` does."""
     if msg_type == 0:
         return "message type 0 is reserved"
     if comm_type == CommType.INVALID:
@@ -166,10 +155,7 @@ class Splitter:
         """Make a splitter to which nothing was fed.
 
         Args:
-            mode: what happens behind a length that no frame has.
-            byte_order: where it is known.
             least_length: least length field that is taken for one, where the order is known.
-            in_step: the first byte is the first of a frame.
         """
         self.byte_order = byte_order
         self.in_step = in_step

@@ -1,9 +1,9 @@
 """The journal of one process: every byte in and out with its time, so that it can be run again.
 
 Owns the time of an event (one reading of the clock for all that follows from it) and the lines of a
-journal file. Cores and connections are pure, so the events alone decide every byte that leaves:
-whoever plays them to the same code gets the same bytes. What a shell learns from outside by asking
-(is a listener behind?) is an event, too: an `answer`.
+journal file with the spelling of the values in them. Cores and connections are pure, so the events
+alone decide every byte that leaves: whoever plays them to the same code gets the same bytes. What a
+shell learns from outside by asking (is a listener behind?) is an event, too: an `answer`.
 
 Opens no file and reads no clock of its own; both are given.
 
@@ -11,16 +11,113 @@ A file is JSON lines: a header first, then for each event `{"t": ns since the he
 what, "link": who, "hex": bytes, …}`. Behind an event stands what it caused, `{"out": link, "hex":
 bytes}`, and what was asked, `{"ask": question, "link": link}`, where the answer was yes. The last
 line is `{"end": true}`; without it the process was killed, and its last event may lack effects.
-Long values are handed on as they are, because to spell them out takes longer than an event may.
+
+To spell out a megabyte takes milliseconds, which an event loop does not have, and one call for it
+keeps all threads of the process from running. So a long value goes to the journal's writer as it
+is, and is spelled out there in pieces.
 """
 
 from __future__ import annotations
 
+import base64
 import json
-from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
-from .journal_text import Part, hexadecimal, json_parts
+LONG = 4_096
+"""Bytes or characters from which a value is spelled out later; less takes some microseconds."""
+
+PIECE = 3 * 16_384
+"""Bytes or characters of a piece; whole groups of base64, so that pieces follow without a seam."""
+
+_GAP = {"": ""}
+"""Key of a long value's place in JSON: no other key of a journal is empty."""
+
+_GAP_TEXT = json.dumps(_GAP)  # in a text its quotation marks would be escaped
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LongValue:
+    """A value that is not spelled out yet, and never changes."""
+
+    content: str | bytes | memoryview
+    spell: Callable[[Any], str]
+
+    def __len__(self) -> int:
+        """Return how long it is, before it is spelled out."""
+        return len(self.content)
+
+    def pieces(self) -> Iterator[str]:
+        """Spell it out piece by piece, with its quotation marks."""
+        yield '"'
+        for begin in range(0, len(self.content), PIECE):
+            yield self.spell(self.content[begin : begin + PIECE])
+        yield '"'
+
+
+Part: TypeAlias = str | LongValue
+"""A part of a line: text that stands there so, or a value that is not spelled out yet."""
+
+
+def hexadecimal(data: bytes) -> Part:
+    """Return bytes as hexadecimal digits in quotation marks."""
+    return f'"{data.hex()}"' if len(data) < LONG else LongValue(data, bytes.hex)
+
+
+def base64_value(data: bytes | memoryview) -> Part:
+    """Return bytes, or a view of single bytes, as a value for `json_parts`, spelled in base64."""
+    return _base64(data) if len(data) < LONG else LongValue(data, _base64)
+
+
+def with_long_texts(value: Any) -> Any:
+    """Return JSON data with its long texts marked, so that `json_parts` leaves them to the writer.
+
+    Looks at every value, so it is for data of few parts.
+    """
+    match value:
+        case str():
+            return value if len(value) < LONG else LongValue(value, _escaped)
+        case dict():
+            return {key: with_long_texts(each) for key, each in value.items()}
+        case list() | tuple():
+            return [with_long_texts(each) for each in value]
+    return value
+
+
+def json_parts(value: Any) -> Iterator[Part]:
+    """Return JSON data as text; what is long and marked so is left for later.
+
+    Raises:
+        TypeError: it holds something else.
+    """
+    later: list[LongValue] = []
+
+    def leave(each: object) -> object:
+        if not isinstance(each, LongValue):
+            raise TypeError(f"{type(each).__name__} cannot stand in a journal")
+        later.append(each)
+        return _GAP
+
+    first, *rest = json.dumps(value, default=leave).split(_GAP_TEXT)
+    yield first
+    for each, text in zip(later, rest, strict=True):
+        yield each
+        yield text
+
+
+def spelled(part: Part) -> str:
+    """Return a part as it stands in the file; for long ones this takes long."""
+    return part if isinstance(part, str) else "".join(part.pieces())
+
+
+def _base64(data: bytes | memoryview) -> str:
+    return base64.b64encode(data).decode("ascii")
+
+
+def _escaped(text: str) -> str:
+    return json.dumps(text)[1:-1]
+
 
 JOURNAL_FORMAT = "openpendant-journal/1"
 """Name and version of the format, in the header line."""
@@ -39,8 +136,6 @@ class Gap(NamedTuple):
     Attributes:
         lasted: how long it was [ns].
         event: what happened at its beginning; empty before the first event.
-        link: on which connection.
-        data: the bytes that came.
     """
 
     lasted: int = 0
@@ -89,7 +184,6 @@ class Journal:
             on_failure: called once if it cannot be written; the journal ends there.
             kind: `server` or `emulator`.
             started: wall-clock time, ISO 8601 with its offset from UTC.
-            about: what is needed to build the same process again, as plain JSON data.
         """
         self._stream, self._on_failure, self.is_kept = stream, on_failure, True
         self._began = self.now = self._clock()
@@ -114,9 +208,6 @@ class Journal:
         """Begin to handle an event; return its time [ns].
 
         Args:
-            event: what happened, one word.
-            link: on which connection.
-            data: the bytes that came.
             more: what else must be known to repeat it, as plain JSON data and long values, which
                 never change.
         """
@@ -143,13 +234,7 @@ class Journal:
             self._write(f'{{"out": "{link}", "hex": ', hexadecimal(data), "}\n")
 
     def answer(self, question: str, link: str | int, answer: bool) -> bool:
-        """Note what the world outside answered, and return it.
-
-        Args:
-            question: one word, such as `clogged`.
-            link: of which connection.
-            answer: the answer.
-        """
+        """Note what the world outside answered, and return it."""
         if answer and self._stream is not None:
             self._write(f'{{"ask": "{question}", "link": "{link}"}}\n')
         return answer

@@ -13,7 +13,7 @@ import threading
 from pathlib import Path
 from typing import TextIO
 
-from .journal_text import Part
+from .journal import Part
 
 MOST_WAITING = 64 * 1024 * 1024
 """Characters and bytes that may wait for a disk that does not keep up; then the journal ends."""

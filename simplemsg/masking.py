@@ -98,7 +98,6 @@ class SecretMask:
     """
 
     def __init__(self) -> None:
-        """Begin before the first frame."""
         self._head = bytearray()
         self._word: Literal["little", "big"] | None = None
         self._at = 0

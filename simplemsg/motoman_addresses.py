@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from .motoman_codes import IoResult
+from .motoman import IoResult
 
 REGISTER_OFFSET = 1_000_000
 """Number that the controller adds to a smaller register number to make an address."""
@@ -36,14 +36,7 @@ class ControllerModel(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Area:
-    """A range of bit addresses with one purpose.
-
-    Attributes:
-        name: what lies there.
-        first: lowest bit address.
-        last: highest bit address.
-        writable: whether a client may write it.
-    """
+    """A range of bit addresses with one purpose."""
 
     name: str
     first: int

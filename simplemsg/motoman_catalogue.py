@@ -10,19 +10,13 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
-from .motoman_codes import IoResult, MotionCommand, MotionResult, Subcode
+from .motoman import IoResult, MotionCommand, MotionResult, Subcode
 from .verdicts import CatalogueEntry
 
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """Explanation of a motion reply for the person who reads it.
-
-    Attributes:
-        name: of result and reason, such as `NOT_READY/NOT_READY_HOLD`.
-        meaning: what it says.
-        remedy: what to do about it.
-    """
+    """Explanation of a motion reply for the person who reads it."""
 
     name: str
     meaning: str
@@ -203,7 +197,6 @@ def explain(command: int, result: int, subcode: int) -> Explanation:
 
     Args:
         command: of the reply; a message type where it answers no MOTION_CTRL.
-        result: of the reply.
         subcode: of the reply; a count, and no reason, where the command is CHECK_QUEUE_CNT.
     """
     try:

@@ -25,17 +25,13 @@ from .declaration import (
 )
 from .errors import LocalProtocolError, shown
 from .masking import masked_body
-from .opaque import HeaderOnly, Opaque, message_type
+from .standard import HeaderOnly, Opaque, message_type
 
 _NON_FINITE = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}
 
 
 def packet_to_json(message: Message, codec: Codec) -> dict[str, Any]:
     """Return a packet as a JSON object.
-
-    Args:
-        message: any message.
-        codec: supplies the name of its type.
 
     Returns:
         `msg_type`, `comm_type`, `reply_code`, `name` and `fields`; the body of an opaque packet

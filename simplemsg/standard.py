@@ -1,15 +1,20 @@
-"""The standard messages of ROS-Industrial simple message, each declared once.
+"""The standard messages of ROS-Industrial simple message, each declared once, and undeclared ones.
 
 Layouts: REP-I0006 and the `load`/`unload` routines of industrial_core's `simple_message` 0.7.3;
-where the two disagree the C++ library is followed (`docs/simplemsg.md` lists the cases).
+where the two disagree the C++ library is followed (`docs/simplemsg.md` lists the cases). Bare
+replies, and types that the dialect does not know, have a body that is not taken apart.
 """
 
+import dataclasses
+from dataclasses import dataclass
 from typing import Annotated
 
 from .codes import (
     MAX_TRAJECTORY_POINTS,
+    CommType,
     ControllerMode,
     MsgType,
+    ReplyCode,
     SpecialSequence,
     TriState,
     ValidField,
@@ -32,6 +37,13 @@ from .declaration import (
 from .verdicts import STATUS_ERROR_OFFSET
 
 _JOINT_UNIT = "rad, m for a linear axis"
+
+_PointSequence = Annotated[
+    int, Int("index of the point from 0, or a special sequence", values=SpecialSequence)
+]
+_ValidFields = Annotated[
+    int, Int("bits: 1 time, 2 position, 4 velocity, 8 acceleration", values=ValidField)
+]
 
 
 @message(
@@ -112,9 +124,7 @@ class JointPosition(Topic):
 class JointTrajPt(Message):
     """JOINT_TRAJ_PT: one point with a speed ratio and the time of its segment."""
 
-    sequence: Annotated[
-        int, Int("index of the point from 0, or a special sequence", values=SpecialSequence)
-    ]
+    sequence: _PointSequence
     joints: Annotated[tuple[float, ...], Reals("target positions, unused slots 0", _JOINT_UNIT)]
     velocity: Annotated[float, Real("fraction of the largest joint speed, 0 to 1")]
     duration: Annotated[float, Real("time allotted to this segment, not a time stamp", "s")]
@@ -124,9 +134,7 @@ class JointTrajPt(Message):
 class TrajPoint(Record):
     """One point of a JOINT_TRAJ; the same fields as a JOINT_TRAJ_PT."""
 
-    sequence: Annotated[
-        int, Int("index of the point from 0, or a special sequence", values=SpecialSequence)
-    ]
+    sequence: _PointSequence
     joints: Annotated[tuple[float, ...], Reals("target positions, unused slots 0", _JOINT_UNIT)]
     velocity: Annotated[float, Real("fraction of the largest joint speed, 0 to 1")]
     duration: Annotated[float, Real("time allotted to this segment, not a time stamp", "s")]
@@ -202,12 +210,8 @@ class JointTrajPtFull(Message):
     """JOINT_TRAJ_PT_FULL: fields that are not valid still travel, as zeros."""
 
     robot_id: Annotated[int, Int("robot or group number, zero based")]
-    sequence: Annotated[
-        int, Int("index of the point from 0, or a special sequence", values=SpecialSequence)
-    ]
-    valid_fields: Annotated[
-        int, Int("bits: 1 time, 2 position, 4 velocity, 8 acceleration", values=ValidField)
-    ]
+    sequence: _PointSequence
+    valid_fields: _ValidFields
     time: Annotated[float, Real("time from the start of the trajectory", "s")]
     positions: Annotated[tuple[float, ...], Reals("joint positions", _JOINT_UNIT)]
     velocities: Annotated[tuple[float, ...], Reals("joint velocities", "rad/s, m/s")]
@@ -228,9 +232,7 @@ class JointFeedback(Topic):
     """JOINT_FEEDBACK: the state counterpart of JOINT_TRAJ_PT_FULL, without a sequence."""
 
     robot_id: Annotated[int, Int("robot or group number, zero based")]
-    valid_fields: Annotated[
-        int, Int("bits: 1 time, 2 position, 4 velocity, 8 acceleration", values=ValidField)
-    ]
+    valid_fields: _ValidFields
     time: Annotated[float, Real("the controller's time, where it has one", "s")]
     positions: Annotated[tuple[float, ...], Reals("joint positions", _JOINT_UNIT)]
     velocities: Annotated[tuple[float, ...], Reals("joint velocities", "rad/s, m/s")]
@@ -248,3 +250,40 @@ STANDARD_MESSAGES: tuple[type[Message], ...] = (
     JointTrajPtFull,
     JointFeedback,
 )
+
+
+@dataclass(slots=True)
+class HeaderOnly(Message):
+    """A reply with an empty body, of any type: the plain "taken" or "not taken"."""
+
+    msg_type: int
+    comm_type: int = dataclasses.field(default=CommType.REPLY, kw_only=True)
+    reply_code: int = dataclasses.field(default=ReplyCode.SUCCESS, kw_only=True)
+
+
+@dataclass(slots=True)
+class Opaque(Message):
+    """A frame of a type that the dialect does not know, or a reply in a vendor's own layout."""
+
+    msg_type: int
+    body: bytes
+
+
+_UNDECLARED = HeaderOnly, Opaque
+
+
+def message_type(message: Message) -> int:
+    """Return the message type of any message, declared or not."""
+    if isinstance(message, _UNDECLARED):
+        return message.msg_type
+    return message.PLACE.msg_type
+
+
+def accepted(request: Message) -> HeaderOnly:
+    """Return the bare reply that says: the request could be taken."""
+    return HeaderOnly(message_type(request), reply_code=ReplyCode.SUCCESS)
+
+
+def refused(request: Message) -> HeaderOnly:
+    """Return the bare reply that says: the request could not be taken."""
+    return HeaderOnly(message_type(request), reply_code=ReplyCode.FAILURE)

@@ -140,16 +140,10 @@ class StopWalk:
     Attributes:
         is_lost: a length was met that cannot be one; nothing behind it is looked at.
         taken: how many of the frames were decoded.
-        before_all: messages that are handled in their turn whatever comes behind them.
     """
 
     def __init__(self, rule: StopRule, max_frame: int) -> None:
-        """Begin before the first frame.
-
-        Args:
-            rule: what a STOP is.
-            max_frame: largest frame of the conversation, prefix included.
-        """
+        """Begin before the first frame."""
         self.is_lost = False
         self.taken = 0
         self.before_all = rule.before_all
@@ -169,14 +163,11 @@ class StopWalk:
         self._integer = struct.Struct(f"{order.value}i")
 
     def go_on(self, buffer: bytes | bytearray) -> list[WaitingStop]:
-        """Walk over the frames that have become whole.
+        """Walk over the frames that have become whole; return the STOPs among them, in order.
 
         Args:
             buffer: all that has arrived and was not decoded, from a frame's first byte on; what was
                 walked before stands in it as it did.
-
-        Returns:
-            The STOPs among them, in order.
         """
         order = self._order
         if order is None or self.is_lost:
@@ -210,15 +201,7 @@ class StopWalk:
         return found
 
     def take(self, frames: int, size: int) -> list[WaitingStop]:
-        """Note that frames at the front of the buffer were decoded and are gone from it.
-
-        Args:
-            frames: how many.
-            size: their bytes.
-
-        Returns:
-            The STOPs among them.
-        """
+        """Note that frames at the front of the buffer were decoded; return the STOPs among them."""
         self.taken += frames
         self._at -= size
         taken: list[WaitingStop] = []

@@ -157,12 +157,7 @@ class VerdictCode(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class CatalogueEntry:
-    """Meaning of a verdict for the person who reads it.
-
-    Attributes:
-        cause: what happened.
-        remedy: what to do about it.
-    """
+    """Meaning of a verdict for the person who reads it."""
 
     cause: str
     remedy: str

@@ -19,6 +19,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from .console import ExitCode, complain
 from .pendants.client import DEFAULT_PORT, PendantClient, PendantError, Refused, WrongArgument
+from .pendants.commands.running import address_argument
 from .pendants.credentials import PASSWORD_VARIABLE, password_of, tls_context
 
 _TIMEOUT = 5.0
@@ -62,7 +63,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "server",
         nargs="?",
-        type=_address,
+        type=address_argument,
         default=("127.0.0.1", DEFAULT_PORT),
         metavar="HOST[:PORT]",
         help=f"the pendant server (default: 127.0.0.1:{DEFAULT_PORT})",
@@ -80,15 +81,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--json", action="store_true", help="print the whole answer as JSON")
     return parser
-
-
-def _address(text: str) -> tuple[str, int]:
-    host, colon, port = text.rpartition(":")
-    if not colon:
-        return text, DEFAULT_PORT
-    if not (host and port.isascii() and port.isdigit() and 1 <= int(port) <= 65_535):
-        raise argparse.ArgumentTypeError(f"{text!r} is no HOST[:PORT] with a port of 1 to 65535")
-    return host, int(port)
 
 
 async def _ask(

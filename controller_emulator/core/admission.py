@@ -77,12 +77,7 @@ class _JointBasis(NamedTuple):
 
 
 class Admission:
-    """The checks, for one robot.
-
-    Attributes:
-        limits: the robot's limits as its file states them.
-        axes: those of a stop.
-    """
+    """The checks, for one robot."""
 
     def __init__(self, limits: JointLimits, tolerances: Tolerances) -> None:
         self.limits = limits
@@ -115,7 +110,6 @@ class Admission:
         the robot stands it costs nothing, elsewhere the velocity field says how fast.
 
         Args:
-            point: the point.
             before: state in which the robot will be found, with its velocity known.
         """
         refusal = self._values(point)
@@ -176,8 +170,6 @@ class Admission:
         """Check a point that follows another.
 
         Args:
-            point: the point.
-            before: state at the point before.
             elapsed: time of the point before, from the start of the trajectory [ns].
         """
         refusal = self._values(point)
@@ -302,8 +294,6 @@ def _velocity_step(
     """Return how velocities change over a leg: from, to, by how much that is off, in which time.
 
     Args:
-        before: state at the point before.
-        end: state at the point.
         off: by how much the length of the leg may be off its time, for each joint.
     """
     if before.velocity is not None and end.velocity is not None:

@@ -25,9 +25,8 @@ from ..error_codes import ErrorCode, PointRefusal, ViolationKind
 from ..interpolation.legs import Knot, MotionLeg
 from ..interpolation.servo import Servo, ServoPhase
 from .admission import Admission
-from .points import read_point
+from .points import PointKind, PointSequence, read_point
 from .referee import Referee
-from .trajectory import PointKind, PointSequence
 
 
 class Admitted(NamedTuple):
@@ -45,12 +44,7 @@ class Admitted(NamedTuple):
 
 
 class Rejected(NamedTuple):
-    """A point that may not be taken.
-
-    Attributes:
-        sequence: its number.
-        refusal: why.
-    """
+    """A point that may not be taken."""
 
     sequence: int
     refusal: PointRefusal
@@ -65,8 +59,6 @@ def admit(
     """Check points one after the other.
 
     Args:
-        admission: the checks.
-        points: the points, in order.
         tail: state that the motion has before them.
         elapsed: time of the point before, from the start of the trajectory [ns]; None if these
             points start one.
@@ -112,14 +104,7 @@ class PointIntake:
     def __init__(
         self, admission: Admission, servo: Servo, referee: Referee, *, is_strict: bool
     ) -> None:
-        """Take points of whoever sends the first.
-
-        Args:
-            admission: the checks, with the robot's limits.
-            servo: what executes them.
-            referee: counts them.
-            is_strict: a gap in the sequence is a fault.
-        """
+        """Take points of whoever sends the first."""
         self.owner: int | None = None
         self._admission = admission
         self._servo = servo
@@ -139,17 +124,7 @@ class PointIntake:
     def take(
         self, link: int, message: PointMessage, now: int, *, is_behind: bool
     ) -> IntakeOutcome | Rejected:
-        """Take points if whoever sends them may command, they are the next ones, and there is room.
-
-        Args:
-            link: where they came from.
-            message: one point or a whole trajectory.
-            now: the time [ns].
-            is_behind: others of this link wait already.
-
-        Returns:
-            What became of them; `Rejected` where the motion is to be broken off because of them.
-        """
+        """Take points if their sender may command, they are the next ones, and there is room."""
         step = (
             PointKind.START
             if isinstance(message, JointTraj)

@@ -62,11 +62,7 @@ _IDENTIFY = int(OperatorAction.IDENTIFY)
 
 
 class EmulatedController:
-    """One emulated controller.
-
-    Attributes:
-        referee: the record of what senders did wrong.
-    """
+    """One emulated controller."""
 
     def __init__(
         self,
@@ -85,16 +81,8 @@ class EmulatedController:
         """Switch the controller on: at rest, drives powered, no error.
 
         Args:
-            admission: the checks, with the robot's limits.
             start: (n,) where the robot stands [rad or m], controller side.
-            profile: whose controller it is.
-            buffer_depth: most buffered points.
-            start_rule: when a streamed motion starts.
-            is_strict: a gap in the sequence breaks the motion off.
             operator_events: the messages OPERATOR_EVENT and SET_INPUTS are obeyed.
-            signals: its digital inputs and outputs; none by default.
-            referee: the record to write; a new one by default.
-            now: the time [ns].
         """
         self.referee = referee or Referee()
         self._limits = admission.limits
@@ -115,8 +103,6 @@ class EmulatedController:
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints, in wire order."""
         return self._limits.names
-
-    # What the shell calls.
 
     def connected(self, link: int, now: int) -> None:
         """Note a new motion link; nothing depends on it yet."""
@@ -166,10 +152,6 @@ class EmulatedController:
         """Note that this process read nothing from any link for a time; no client is at fault.
 
         To be called before anything else is done about the first event behind that time.
-
-        Args:
-            since: its start [ns].
-            now: when it ended [ns].
         """
         self.referee.count("stalls")
         self._servo.excuse(since, now)
@@ -195,8 +177,6 @@ class EmulatedController:
         self._run(now)
         self._operate_by(action, now)
         return self._flush_out()
-
-    # What the shell reports.
 
     def motion(self, now: int) -> State:
         """Return position, velocity and acceleration; call `advance` with the same time first."""
@@ -224,8 +204,6 @@ class EmulatedController:
         """Return one round of the state port; call `advance` with the same time first."""
         seconds = (now - self._began) / NANOSECONDS
         return self._reports.round(self._servo.sample(now), self.status(now), seconds)
-
-    # Points.
 
     def _handle_points(self, link: int, message: PointMessage, now: int) -> None:
         if not isinstance(message, JointTraj) and message.sequence == SpecialSequence.STOP:
@@ -255,9 +233,6 @@ class EmulatedController:
         """Take points if the state of the controller allows it; nothing is answered here.
 
         Args:
-            link: where they came from.
-            message: one point or a whole trajectory.
-            now: the time [ns].
             is_head: the message waited, and everything before it is dealt with.
         """
         if self._e_stopped:
@@ -280,8 +255,6 @@ class EmulatedController:
         self.referee.note(
             Violation(refusal.kind, joint, refusal.value, refusal.limit, sequence, time, link)
         )
-
-    # Time, stops and the operator.
 
     def _run(self, now: int) -> None:
         """Advance to a time; points that wait are admitted as soon as they fit."""
@@ -310,7 +283,6 @@ class EmulatedController:
 
         Args:
             code: the error from now on; None keeps what there is.
-            now: the time [ns].
         """
         self._servo.stop(now)
         self._taking.break_off()

@@ -17,13 +17,9 @@ class Violation(NamedTuple):
     """One violation of a sender.
 
     Attributes:
-        kind: which rule.
         joint: name of the joint, empty where it is no joint's fault.
         value: what was asked for [SI units of the kind].
-        limit: the bound that it broke.
-        sequence: number of the point.
         time: since the controller started [s].
-        link: number of the motion connection.
     """
 
     kind: ViolationKind
@@ -59,16 +55,10 @@ class Referee:
 
     Attributes:
         kept: the first violations, in full.
-        counts: how many violations there were of each kind.
         events: how many other things happened, such as `points-accepted`.
     """
 
     def __init__(self, keep: int = 100) -> None:
-        """Start a record.
-
-        Args:
-            keep: how many violations are stored in full.
-        """
         self._keep = keep
         self.kept: list[Violation] = []
         self.counts: Counter[ViolationKind] = Counter()

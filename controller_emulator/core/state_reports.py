@@ -39,11 +39,6 @@ class StateReports:
     """Reports of the state port by rounds, with the last STATUS that was sent."""
 
     def __init__(self, profile: ControllerProfile) -> None:
-        """Start with nothing told.
-
-        Args:
-            profile: which messages a round has.
-        """
         self._profile = profile
         self._rounds = 0
         self._told: Status | None = None
@@ -59,7 +54,6 @@ class StateReports:
         """Return one round.
 
         Args:
-            state: position, velocity and acceleration.
             status: STATUS; sent along when it changed, and every so many rounds.
             seconds: the controller's own time [s].
         """
@@ -94,7 +88,6 @@ def answer(message: Received, status: Status) -> Message | None:
     it travels the unusual way round and carries no question.
 
     Args:
-        message: what came.
         status: STATUS of this moment; it becomes the reply where it is asked for.
     """
     if isinstance(message, Unasked) or message.comm_type != CommType.REQUEST:

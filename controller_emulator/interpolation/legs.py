@@ -62,10 +62,7 @@ class MotionLeg:
     """One buffered point and the way to it.
 
     Attributes:
-        sequence: number of the point, for the referee.
         duration: [ns]; 0 where the point is where the robot stands already.
-        end: state to be reached.
-        bounds: bounds of each joint on the way.
         segment: the motion, None while it depends on a velocity that is open.
     """
 
@@ -82,11 +79,7 @@ class MotionLeg:
 
 
 class PointBuffer:
-    """First in, first out, of a fixed depth; the leg being moved along counts.
-
-    Attributes:
-        depth: most legs that it holds.
-    """
+    """First in, first out, of a fixed depth; the leg being moved along counts."""
 
     def __init__(self, depth: int) -> None:
         self.depth = depth

@@ -120,8 +120,6 @@ def _any(leg: MotionLeg, joint: int, other: float | None = None) -> Interval:
     """Return the velocities with which a leg can begin, or end.
 
     Args:
-        leg: the leg.
-        joint: index of the joint.
         other: velocity at the other end, None if that is free.
     """
     slope, bound = leg.end.mean_velocity[joint], leg.bounds[joint]

@@ -133,12 +133,6 @@ def quintics(
     """Return the quintic of each joint through two states, None unless all are safely in bounds.
 
     None, too, where an acceleration is open: the states do not determine a quintic then.
-
-    Args:
-        h: duration [s].
-        starts: state of each joint at the start.
-        ends: state of each joint at the end.
-        bounds: bounds of each joint.
     """
     if not _are_quintics_within(h, starts, ends, bounds):
         return None

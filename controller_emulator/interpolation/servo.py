@@ -50,8 +50,6 @@ class Servo:
     """The axes of one robot.
 
     Attributes:
-        phase: what it is doing.
-        buffer: the legs not finished yet.
         sequence: number of the point that it moves to, or moved to last.
     """
 
@@ -61,10 +59,7 @@ class Servo:
         """Put the robot at rest.
 
         Args:
-            axes: what a stop may do.
             start: (n,) where the robot stands [rad or m].
-            depth: most buffered points.
-            rule: when a streamed motion starts.
         """
         self.phase = ServoPhase.RESTING
         self.buffer = PointBuffer(depth)
@@ -116,7 +111,6 @@ class Servo:
 
         Args:
             leg: an admitted leg; the caller has looked at `buffer.room`.
-            now: the time [ns].
             streamed: the start rule applies; else `go` starts the motion.
         """
         self.buffer.append(leg)
@@ -190,10 +184,9 @@ class Servo:
         return None if self._axes.is_rest(velocity) else end
 
     def advance(self, now: int) -> PointRefusal | None:
-        """Advance to a time, through every transition before it.
+        """Advance to a time, through every transition before it; return why the motion broke off.
 
-        Returns:
-            Reason for which the motion was broken off, if it was; the ramp started at that time.
+        None where it did not; else a ramp began at that time.
         """
         while self._until is not None and now >= self._until:
             at = self._until

@@ -21,10 +21,6 @@ from .settings import EmulatorSettings
 def build_controller(settings: EmulatorSettings, now: int) -> EmulatedController:
     """Return a controller that stands at its start position.
 
-    Args:
-        settings: what was asked for.
-        now: the time [ns].
-
     Raises:
         MotionError: the robot is unknown or its file faulty, or the start position is outside its
             range or has the wrong number of joints.

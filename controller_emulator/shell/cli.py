@@ -29,11 +29,18 @@ from openpendant.simplemsg.pendant import OperatorAction
 
 from ..float32 import NANOSECONDS
 from ..interpolation.segment import State
-from .arguments import parser, settings_of, settings_of_each
 from .build import build_controller
 from .recording import MotionLog, write_report
 from .service import EmulatorListenFailed, EmulatorPorts, Service, loop_time
-from .settings import EmulatorSettings, EmulatorSettingsError, EventLoop, as_toml
+from .settings import (
+    EmulatorSettings,
+    EmulatorSettingsError,
+    EventLoop,
+    as_toml,
+    parser,
+    settings_of,
+    settings_of_each,
+)
 
 OK, FAILED, USAGE, PORT_TAKEN = 0, 1, 2, 3
 
@@ -106,7 +113,7 @@ async def _start(services: Sequence[Service]) -> list[EmulatorPorts]:
     """Start all controllers, or none.
 
     Raises:
-        ListenFailed: a port cannot be used.
+        EmulatorListenFailed: a port cannot be used.
     """
     ports: list[EmulatorPorts] = []
     try:
@@ -260,13 +267,7 @@ def _fail(reason: str, code: int = FAILED) -> int:
 def watched_keys(actions: Mapping[str, Callable[[], None]]) -> Iterator[bool]:
     """Call an action for each key that is pressed, while the context lasts.
 
-    Nothing is watched where standard input is no terminal.
-
-    Args:
-        actions: what to call, by key.
-
-    Yields:
-        Whether there is a terminal to watch.
+    Nothing is watched where standard input is no terminal, and False is yielded.
     """
     # A process that was started with its standard input closed has none at all.
     if sys.platform == "win32" or sys.stdin is None or not sys.stdin.isatty():

@@ -52,7 +52,6 @@ class EmulatorLink(asyncio.Protocol):
 
     Attributes:
         number: unique within the run.
-        address: the peer's.
         topic_order: byte order of the topics sent to it on the state port.
         is_open: False before the connection is made and after it is lost.
         stalled_since: when a listener fell behind [ns], None while it keeps up.
@@ -65,14 +64,6 @@ class EmulatorLink(asyncio.Protocol):
         events: LinkEvents,
         journal: Journal,
     ) -> None:
-        """Make a link that is not connected yet.
-
-        Args:
-            number: unique within the run.
-            connection: the conversation to hold.
-            events: whom to tell.
-            journal: the time, and the record of what happens.
-        """
         self.number = number
         self.address = ""
         self.topic_order = ByteOrder.LITTLE

@@ -23,34 +23,22 @@ class MotionLog:
 
     Columns: `time` [s since the emulator was ready], then for each joint `<name>.position` [rad or
     m], `<name>.velocity` and `<name>.acceleration`. Numbers are written so that they read back
-    exactly.
+    exactly. Each call raises `OSError` where the file cannot be written.
     """
 
     def __init__(self, file: Path, joints: Sequence[str]) -> None:
-        """Create the file and write its header.
-
-        Raises:
-            OSError: the file cannot be written.
-        """
+        """Create the file and write its header."""
         self._stream: TextIO = file.open("w", encoding="ascii", buffering=_BUFFER_BYTES)
         columns = [f"{name}.{what}" for name in joints for what in _COLUMNS]
         self._stream.write(",".join(["time", *columns]) + "\n")
 
     def write(self, time: float, state: State) -> None:
-        """Add a row.
-
-        Raises:
-            OSError: the file cannot be written any more.
-        """
+        """Add a row."""
         values = [repr(value) for joint in zip(*state, strict=True) for value in joint]
         self._stream.write(f"{time:.6f},{','.join(values)}\n")
 
     def close(self) -> None:
-        """Write what is left and close the file.
-
-        Raises:
-            OSError: the rest cannot be written.
-        """
+        """Write what is left and close the file."""
         self._stream.close()
 
 

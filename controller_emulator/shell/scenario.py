@@ -43,7 +43,7 @@ def load_scenario(file: Path) -> OperatorScenario:
     """Read a scenario file.
 
     Raises:
-        ConfigurationError: it cannot be read, or an event is not understood.
+        EmulatorSettingsError: it cannot be read, or an event is not understood.
     """
     content = read_toml(file)
     try:
@@ -57,12 +57,7 @@ class ScenarioPlayer:
     """Player of a scenario: the events that are due at a time."""
 
     def __init__(self, scenario: OperatorScenario, now: int) -> None:
-        """Start the scenario's clock.
-
-        Args:
-            scenario: the events.
-            now: the time from which they count [ns].
-        """
+        """Start the scenario's clock."""
         self._due = sorted(
             (now + round(event.at * NANOSECONDS), OperatorAction[event.action.upper()])
             for event in scenario.event

@@ -53,13 +53,7 @@ class EmulatorPorts(NamedTuple):
 
 
 class EmulatorListenFailed(Exception):
-    """A port cannot be listened on.
-
-    Attributes:
-        host: the address.
-        port: the TCP port.
-        reason: why, in the words of the system.
-    """
+    """A port cannot be listened on."""
 
     def __init__(self, host: str, port: int, reason: str) -> None:
         super().__init__(f"cannot listen on {host} port {port}: {reason}")
@@ -72,8 +66,6 @@ class Service:
     """One emulator on TCP: its ports, its timer, and the messages between links and core.
 
     Attributes:
-        controller: the core.
-        journal: tells the time of the event at hand.
         began: the loop's time at which `start` ended [s]; reports count from it.
     """
 
@@ -89,11 +81,8 @@ class Service:
         """Make a service that is not listening yet; needs a running loop.
 
         Args:
-            controller: the core, made with the time of the running loop.
-            settings: ports, rates and bounds.
             on_report: called with the time [s] since `start` and the motion, at the report rate.
             due: asked every tick which operator events are due at a time [ns].
-            journal: the time and the record; the loop's time and no record where left out.
         """
         self.controller = controller
         self._settings = settings
@@ -132,7 +121,7 @@ class Service:
         """Listen on both ports and start the timer.
 
         Raises:
-            ListenFailed: a port cannot be used; nothing is left open then.
+            EmulatorListenFailed: a port cannot be used; nothing is left open then.
         """
         settings = self._settings
         try:
@@ -192,18 +181,18 @@ class Service:
         events = LinkEvents(
             self._motion_opened, self._learn_order, self._motion_received, self._motion_closed
         )
-        return self._link(events, None)
+        return self._link(events)
 
     def state_link(self) -> EmulatorLink:
         """Return a link of the state port that is about to be connected."""
         events = LinkEvents(
             self._state_opened, self._learn_order, self._state_received, self._state_closed
         )
-        return self._link(events, None)
+        return self._link(events)
 
-    def _link(self, events: LinkEvents, order: ByteOrder | None) -> EmulatorLink:
+    def _link(self, events: LinkEvents) -> EmulatorLink:
         self._links_made += 1
-        connection = Connection(Role.SERVER, PENDANT, order, self._settings.real_size)
+        connection = Connection(Role.SERVER, PENDANT, real_size=self._settings.real_size)
         return EmulatorLink(self._links_made, connection, events, self.journal)
 
     def _has_room(self, links: dict[int, EmulatorLink]) -> bool:

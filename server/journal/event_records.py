@@ -28,7 +28,7 @@ from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import MotionError
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.trajectory import Array, FineSamples, Trajectory
-from openpendant.simplemsg.journal_text import Part, base64_value, with_long_texts
+from openpendant.simplemsg.journal import Part, base64_value, with_long_texts
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode
 

@@ -18,9 +18,8 @@ from openpendant.motion.frames.tool_calibration import tool_centre
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene
 from openpendant.motion.scene.scene_file import SCENE_SCHEMA, scene_to_data
-from openpendant.simplemsg.pendant.management import frames, robots, scene, signals, tools, trace
-from openpendant.simplemsg.pendant.management.poses import AnyPose, FoundPose
-from openpendant.simplemsg.pendant.management.replies import Changed, Done
+from openpendant.simplemsg.pendant.management import devices, frames, scene
+from openpendant.simplemsg.pendant.management.declaration import AnyPose, Changed, Done, FoundPose
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.robot_cell import RobotCell
@@ -154,40 +153,40 @@ class SceneService:
         change = _importing(_FRAMES, asked.content)
         return self._change_frames(_FRAMES, asked, reply, change)
 
-    @handles(tools.AddTool)
-    def _add_tool(self, asked: tools.AddTool, reply: ReplyTo[Changed], now: int) -> list[Effect]:
+    @handles(frames.AddTool)
+    def _add_tool(self, asked: frames.AddTool, reply: ReplyTo[Changed], now: int) -> list[Effect]:
         return self._change_frames(
             _TOOLS, asked, reply, lambda tree: tree.add_tool(asked.name, pose_of(asked.tcp))
         )
 
-    @handles(tools.MoveTool)
-    def _move_tool(self, asked: tools.MoveTool, reply: ReplyTo[Changed], now: int) -> list[Effect]:
+    @handles(frames.MoveTool)
+    def _move_tool(self, asked: frames.MoveTool, reply: ReplyTo[Changed], now: int) -> list[Effect]:
         return self._change_frames(
             _TOOLS, asked, reply, lambda tree: tree.move(asked.name, pose_of(asked.tcp), FLANGE)
         )
 
-    @handles(tools.RemoveTool)
+    @handles(frames.RemoveTool)
     def _remove_tool(
-        self, asked: tools.RemoveTool, reply: ReplyTo[Changed], now: int
+        self, asked: frames.RemoveTool, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
         return self._change_frames(_TOOLS, asked, reply, lambda tree: tree.remove(asked.name))
 
-    @handles(tools.SelectTool)
+    @handles(frames.SelectTool)
     def _select_tool(
-        self, asked: tools.SelectTool, reply: ReplyTo[Changed], now: int
+        self, asked: frames.SelectTool, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
         return self._change_frames(_TOOLS, asked, reply, lambda tree: tree.select_tool(asked.name))
 
-    @handles(tools.ImportTools)
+    @handles(frames.ImportTools)
     def _import_tools(
-        self, asked: tools.ImportTools, reply: ReplyTo[Changed], now: int
+        self, asked: frames.ImportTools, reply: ReplyTo[Changed], now: int
     ) -> list[Effect]:
         change = _importing(_TOOLS, asked.content)
         return self._change_frames(_TOOLS, asked, reply, change)
 
-    @handles(tools.CalibrateTool)
+    @handles(frames.CalibrateTool)
     def _calibrate_tool(
-        self, asked: tools.CalibrateTool, reply: ReplyTo[tools.CalibratedTool], now: int
+        self, asked: frames.CalibrateTool, reply: ReplyTo[frames.CalibratedTool], now: int
     ) -> list[Effect]:
         centre = tool_centre([self._view.flange(tuple(each)) for each in asked.positions])
         return reply.answer(
@@ -311,39 +310,41 @@ class SceneService:
 
     # The trace of the tool.
 
-    @handles(trace.ShowTrace)
+    @handles(devices.ShowTrace)
     def _show_trace(
-        self, asked: trace.ShowTrace, reply: ReplyTo[trace.Trace], now: int
+        self, asked: devices.ShowTrace, reply: ReplyTo[devices.Trace], now: int
     ) -> list[Effect]:
         points = self._trace.points
         end = asked.first + _POINTS_OF_AN_ANSWER
         shown = [list(point) for point in points[asked.first : end]]
         return reply.answer({"points": shown, "total": len(points)})
 
-    @handles(trace.ClearTrace)
-    def _clear_trace(self, asked: trace.ClearTrace, reply: ReplyTo[Done], now: int) -> list[Effect]:
+    @handles(devices.ClearTrace)
+    def _clear_trace(
+        self, asked: devices.ClearTrace, reply: ReplyTo[Done], now: int
+    ) -> list[Effect]:
         self._trace.clear()
         return reply.answer({})
 
     # The robot itself.
 
-    @handles(robots.ListRobots)
+    @handles(devices.ListRobots)
     def _list_robots(
-        self, asked: robots.ListRobots, reply: ReplyTo[robots.Robots], now: int
+        self, asked: devices.ListRobots, reply: ReplyTo[devices.Robots], now: int
     ) -> list[Effect]:
         return reply.answer({"robots": list(robot_names()), "loaded": self._robot_name})
 
-    @handles(robots.DescribeRobot)
+    @handles(devices.DescribeRobot)
     def _describe_robot(
-        self, asked: robots.DescribeRobot, reply: ReplyTo[robots.RobotSpecification], now: int
+        self, asked: devices.DescribeRobot, reply: ReplyTo[devices.RobotSpecification], now: int
     ) -> list[Effect]:
         if asked.name not in (None, self._robot_name):
             return reply.refuse(self._other_robot(asked.name))
-        return reply.answer(cast(robots.RobotSpecification, self._view.specification))
+        return reply.answer(cast(devices.RobotSpecification, self._view.specification))
 
-    @handles(robots.LoadRobot)
+    @handles(devices.LoadRobot)
     def _load_robot(
-        self, asked: robots.LoadRobot, reply: ReplyTo[robots.LoadedRobot], now: int
+        self, asked: devices.LoadRobot, reply: ReplyTo[devices.LoadedRobot], now: int
     ) -> list[Effect]:
         if asked.name != self._robot_name:
             return reply.refuse(self._other_robot(asked.name))
@@ -356,9 +357,9 @@ class SceneService:
 
     # Signals.
 
-    @handles(signals.ReadAllSignals)
+    @handles(devices.ReadAllSignals)
     def _read_signals(
-        self, asked: signals.ReadAllSignals, reply: ReplyTo[signals.SignalValues], now: int
+        self, asked: devices.ReadAllSignals, reply: ReplyTo[devices.SignalValues], now: int
     ) -> list[Effect]:
         return reply.answer(
             {
@@ -368,8 +369,8 @@ class SceneService:
             }
         )
 
-    @handles(signals.SetSignal)
-    def _set_signal(self, asked: signals.SetSignal, reply: ReplyTo[Done], now: int) -> list[Effect]:
+    @handles(devices.SetSignal)
+    def _set_signal(self, asked: devices.SetSignal, reply: ReplyTo[Done], now: int) -> list[Effect]:
         def done(refusal: Refusal | None, at: int) -> list[Effect]:
             return reply.answer({}) if refusal is None else reply.refuse(refusal)
 

@@ -9,16 +9,6 @@ One module a topic; whoever uses them imports from here.
 """
 
 from ..declaration import Message
-from .accounts import (
-    AccountRole,
-    Login,
-    LoginKind,
-    Pairing,
-    PairingAction,
-    PairingReply,
-    SetAccount,
-)
-from .answers import Outcome, OutcomeKind, Verdict
 from .authority import (
     Authority,
     AuthorityAction,
@@ -26,6 +16,15 @@ from .authority import (
     AuthorityChanged,
     AuthorityReason,
     AuthorityWanted,
+    Enabling,
+    EnablingPosition,
+    ModeChanged,
+    OperatingMode,
+    ResetStop,
+    SetMode,
+    SoftwareStop,
+    StopChanged,
+    StopKind,
 )
 from .controller import (
     OperatorAction,
@@ -35,7 +34,9 @@ from .controller import (
     SetInputs,
     WriteOutputs,
 )
-from .jog import (
+from .motion import (
+    MAX_WAYPOINTS,
+    Home,
     JogBeat,
     JogEnd,
     JogEnded,
@@ -45,11 +46,6 @@ from .jog import (
     JogStart,
     JogStep,
     JogUndo,
-)
-from .modes import Enabling, EnablingPosition, ModeChanged, OperatingMode, SetMode
-from .motion import (
-    MAX_WAYPOINTS,
-    Home,
     JointMove,
     JointPath,
     JointWaypoint,
@@ -59,20 +55,32 @@ from .motion import (
     PoseMove,
     PosePath,
     PoseWaypoint,
+    ProgramReport,
+    ProgramRun,
+    ProgramState,
+    RunKind,
     SetSpeed,
 )
-from .programs import ProgramReport, ProgramRun, ProgramState, RunKind
 from .session import (
     MAX_PENDANT_FRAME,
     PROTOCOL_VERSION,
+    AccountRole,
     Capability,
     Hello,
     HelloReply,
+    Login,
+    LoginKind,
     Management,
+    Outcome,
+    OutcomeKind,
+    Pairing,
+    PairingAction,
+    PairingReply,
+    SetAccount,
     Subscribe,
+    Verdict,
 )
 from .state import Activity, LinkState, State, StateField
-from .stops import ResetStop, SoftwareStop, StopChanged, StopKind
 
 PENDANT_MESSAGES: tuple[type[Message], ...] = (
     Hello,

@@ -3,7 +3,7 @@
 from enum import IntEnum
 from typing import Annotated
 
-from ..declaration import Int, Message, Reply, message
+from ..declaration import Int, Message, Reply
 from .places import from_controller, to_controller
 
 
@@ -15,15 +15,13 @@ class OperatorAction(IntEnum):
     IDENTIFY = 3
 
 
-@message(
-    to_controller(
-        65100,
-        "operator_event",
-        "TRAINING: what a person does at an emulated controller; a real one refuses it. Action 3"
-        " does nothing: a success says that the controller is emulated. The server asks that once"
-        " at each connect, on the state connection only.",
-        reply="operator_event, header only",
-    )
+@to_controller(
+    65100,
+    "operator_event",
+    "TRAINING: what a person does at an emulated controller; a real one refuses it. Action 3"
+    " does nothing: a success says that the controller is emulated. The server asks that once"
+    " at each connect, on the state connection only.",
+    reply="operator_event, header only",
 )
 class OperatorEvent(Message):
     """OPERATOR_EVENT: an emergency stop or a reset at the emulated controller, or whether it is."""
@@ -31,13 +29,11 @@ class OperatorEvent(Message):
     action: Annotated[int, Int("1 emergency stop, 2 reset, 3 identify", values=OperatorAction)]
 
 
-@message(
-    to_controller(
-        65110,
-        "read_signals",
-        "Asks for sixteen digital inputs and outputs; on the motion or the state connection.",
-        reply="read_signals",
-    )
+@to_controller(
+    65110,
+    "read_signals",
+    "Asks for sixteen digital inputs and outputs; on the motion or the state connection.",
+    reply="read_signals",
 )
 class ReadSignals(Message):
     """READ_SIGNALS request."""
@@ -45,12 +41,8 @@ class ReadSignals(Message):
     first: Annotated[int, Int("number of the first signal: 0, 16, 32, …")]
 
 
-@message(
-    from_controller(
-        65110,
-        "read_signals",
-        "Sixteen digital inputs and outputs, and how many of each there are.",
-    )
+@from_controller(
+    65110, "read_signals", "Sixteen digital inputs and outputs, and how many of each there are."
 )
 class ReadSignalsReply(Reply):
     """READ_SIGNALS reply; bit 0 is the signal `first`."""
@@ -62,13 +54,11 @@ class ReadSignalsReply(Reply):
     output_count: Annotated[int, Int("outputs in all")]
 
 
-@message(
-    to_controller(
-        65111,
-        "write_outputs",
-        "Sets some of sixteen digital outputs; refused where there is no such output.",
-        reply="write_outputs, header only",
-    )
+@to_controller(
+    65111,
+    "write_outputs",
+    "Sets some of sixteen digital outputs; refused where there is no such output.",
+    reply="write_outputs, header only",
 )
 class WriteOutputs(Message):
     """WRITE_OUTPUTS: all of the masked outputs, or none."""
@@ -78,13 +68,11 @@ class WriteOutputs(Message):
     values: Annotated[int, Int("bits: their values", mask=0xFFFF)]
 
 
-@message(
-    to_controller(
-        65112,
-        "set_inputs",
-        "TRAINING: sets inputs of an emulated controller, as its cabling would.",
-        reply="set_inputs, header only",
-    )
+@to_controller(
+    65112,
+    "set_inputs",
+    "TRAINING: sets inputs of an emulated controller, as its cabling would.",
+    reply="set_inputs, header only",
 )
 class SetInputs(Message):
     """SET_INPUTS: all of the masked inputs, or none."""

@@ -1,6 +1,8 @@
-"""Registration of our own messages in the protocol: one function for each direction."""
+"""Declaration of our own messages in the protocol: one decorator for each direction."""
 
-from ..declaration import Direction, Place
+from typing import dataclass_transform
+
+from ..declaration import Declare, Direction, Place, message
 
 JOINT_UNIT = "rad, m for a linear axis"
 """Unit of a joint value, as the reference prints it."""
@@ -9,23 +11,27 @@ _SOURCE = "openpendant"
 _NO_REPLY = "none"
 
 
-def to_server(msg_type: int, name: str, about: str, reply: str = "verdict") -> Place:
-    """Place a message of a pendant; a topic says `reply="none"`."""
-    return Place(msg_type, name, Direction.TO_SERVER, reply, _SOURCE, about)
+@dataclass_transform()
+def to_server(msg_type: int, name: str, about: str, reply: str = "verdict") -> Declare:
+    """Declare a message of a pendant; a topic says `reply="none"`."""
+    return message(Place(msg_type, name, Direction.TO_SERVER, reply, _SOURCE, about))
 
 
-def from_server(msg_type: int, name: str, about: str, *, is_reply: bool = False) -> Place:
-    """Place a message to a pendant: a notification, or a reply with a body of its own."""
+@dataclass_transform()
+def from_server(msg_type: int, name: str, about: str, *, is_reply: bool = False) -> Declare:
+    """Declare a message to a pendant: a notification, or a reply with a body of its own."""
     direction = Direction.FROM_SERVER
-    return Place(msg_type, name, direction, _NO_REPLY, _SOURCE, about, is_reply=is_reply)
+    return message(Place(msg_type, name, direction, _NO_REPLY, _SOURCE, about, is_reply))
 
 
-def to_controller(msg_type: int, name: str, about: str, reply: str) -> Place:
-    """Place a request of the server to a controller."""
-    return Place(msg_type, name, Direction.TO_CONTROLLER, reply, _SOURCE, about)
+@dataclass_transform()
+def to_controller(msg_type: int, name: str, about: str, reply: str) -> Declare:
+    """Declare a request of the server to a controller."""
+    return message(Place(msg_type, name, Direction.TO_CONTROLLER, reply, _SOURCE, about))
 
 
-def from_controller(msg_type: int, name: str, about: str) -> Place:
-    """Place a controller's reply with a body of its own."""
+@dataclass_transform()
+def from_controller(msg_type: int, name: str, about: str) -> Declare:
+    """Declare a controller's reply with a body of its own."""
     direction = Direction.FROM_CONTROLLER
-    return Place(msg_type, name, direction, _NO_REPLY, _SOURCE, about, is_reply=True)
+    return message(Place(msg_type, name, direction, _NO_REPLY, _SOURCE, about, is_reply=True))

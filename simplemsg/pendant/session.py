@@ -1,9 +1,10 @@
-"""Messages of a session: hello, the rate of state, and management."""
+"""Messages of a session: hello, login and pairing, the rate of state, management, and answers."""
 
-from enum import IntFlag
+from enum import IntEnum, IntFlag
 from typing import Annotated
 
-from ..declaration import Int, Message, Real, Reply, Tail, Text, message
+from ..declaration import Int, Message, Real, Reply, Tail, Text, Topic
+from ..verdicts import VerdictCode
 from .places import from_server, to_server
 
 PROTOCOL_VERSION = 2
@@ -31,9 +32,7 @@ class Capability(IntFlag):
     SCENE = 4096
 
 
-@message(
-    to_server(65000, "hello", "Opens a conversation; always the first message.", reply="hello")
-)
+@to_server(65000, "hello", "Opens a conversation; always the first message.", reply="hello")
 class Hello(Message):
     """HELLO request."""
 
@@ -43,13 +42,11 @@ class Hello(Message):
     client: Annotated[str, Text("name of the pendant, shown to others")]
 
 
-@message(
-    from_server(
-        65000,
-        "hello",
-        "Welcomes a pendant and announces the limits of the conversation.",
-        is_reply=True,
-    )
+@from_server(
+    65000,
+    "hello",
+    "Welcomes a pendant and announces the limits of the conversation.",
+    is_reply=True,
 )
 class HelloReply(Reply):
     """HELLO reply; a refused hello is answered by a `Verdict` instead."""
@@ -67,13 +64,11 @@ class HelloReply(Reply):
     server: Annotated[str, Text("name and version of the server")]
 
 
-@message(
-    to_server(
-        65001,
-        "management",
-        "Asks for data that has no fixed layout; the body is one JSON object.",
-        reply="management",
-    )
+@to_server(
+    65001,
+    "management",
+    "Asks for data that has no fixed layout; the body is one JSON object.",
+    reply="management",
 )
 class Management(Message):
     """MANAGEMENT, request and reply alike."""
@@ -82,9 +77,117 @@ class Management(Message):
     body: Annotated[bytes, Tail("one JSON object, UTF-8")]
 
 
-@message(to_server(65004, "subscribe", "Chooses the rate of state messages."))
+@to_server(65004, "subscribe", "Chooses the rate of state messages.")
 class Subscribe(Message):
     """SUBSCRIBE."""
 
     request_id: Annotated[int, Int("chosen by the pendant")]
     state_rate: Annotated[float, Real("state messages wanted, 0 for none, else 1 to 125", "Hz")]
+
+
+class LoginKind(IntEnum):
+    """How a connection shows who it is."""
+
+    PASSWORD = 1
+    PAIRING = 2
+
+
+class AccountRole(IntEnum):
+    """What an account may do; each role may do all that the ones before it may."""
+
+    AS_IT_IS = 0
+    VIEWER = 1
+    OPERATOR = 2
+    PROGRAMMER = 3
+    ADMIN = 4
+
+
+class PairingAction(IntEnum):
+    """What a `Pairing` request wants."""
+
+    ISSUE = 1
+    WITHDRAW = 2
+
+
+@to_server(65007, "login", "Shows who is at the pendant, by password or pairing code.")
+class Login(Message):
+    """LOGIN: only where the server asks for it; a software stop never does."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    kind: Annotated[int, Int("1 password, 2 pairing code", values=LoginKind)]
+    name: Annotated[str, Text("account, or the name of a guest")]
+    secret: Annotated[str, Text("password or pairing code", size=128, secret=True)]
+
+
+@to_server(65008, "set_account", "Adds an account, or gives one another password.")
+class SetAccount(Message):
+    """SET_ACCOUNT: for admins; the verdict comes when the account is saved."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    role: Annotated[
+        int,
+        Int(
+            "of a new account: 1 viewer, 2 operator, 3 programmer, 4 admin; 0 for a new password",
+            values=AccountRole,
+        ),
+    ]
+    name: Annotated[str, Text("the account")]
+    secret: Annotated[str, Text("its new password", size=128, secret=True)]
+
+
+@to_server(
+    65009,
+    "pairing",
+    "Asks for a pairing code of the cell, or ends it and the guests that it let in.",
+    reply="pairing; verdict for a refusal and for an end",
+)
+class Pairing(Message):
+    """PAIRING: for admins."""
+
+    request_id: Annotated[int, Int("chosen by the pendant")]
+    action: Annotated[int, Int("1 issue, 2 withdraw", values=PairingAction)]
+
+
+@from_server(65009, "pairing", "Tells the pairing code to whoever asked for it.", is_reply=True)
+class PairingReply(Reply):
+    """PAIRING reply."""
+
+    request_id: Annotated[int, Int("of the request")]
+    lifetime: Annotated[int, Int("the code ends so long after this reply", "s")]
+    code: Annotated[str, Text("as a teacher shows it", size=8, secret=True)]
+
+
+class OutcomeKind(IntEnum):
+    """How an accepted request ended."""
+
+    COMPLETED = 1
+    ABORTED = 2
+
+
+@from_server(
+    65002, "verdict", "Answers a request; the header says accepted (success) or refused (failure)."
+)
+class Verdict(Reply):
+    """VERDICT: the one answer to every request but hello and management."""
+
+    request_id: Annotated[int, Int("of the request")]
+    code: Annotated[int, Int("0 accepted, else an entry of the catalogue", values=VerdictCode)]
+    joint: Annotated[int, Int("index of the joint at fault, -1 for none")]
+    value: Annotated[float, Real("the value at fault, SI")]
+    limit: Annotated[float, Real("the limit that it breaks, SI")]
+    text: Annotated[str, Text("one sentence with the numbers", size=160)]
+
+
+@from_server(65003, "outcome", "Ends an accepted request: completed or aborted.")
+class Outcome(Topic):
+    """OUTCOME: comes once for each accepted motion request, to the connection that made it."""
+
+    request_id: Annotated[int, Int("of the request")]
+    outcome: Annotated[int, Int("1 completed, 2 aborted", values=OutcomeKind)]
+    code: Annotated[int, Int("0 completed, else an entry of the catalogue", values=VerdictCode)]
+    joint: Annotated[int, Int("index of the joint at fault, -1 for none")]
+    value: Annotated[float, Real("the value at fault, SI")]
+    limit: Annotated[float, Real("the limit that it breaks, SI")]
+    plan_time: Annotated[float, Real("time that planning took", "s")]
+    motion_time: Annotated[float, Real("planned duration of the motion", "s")]
+    text: Annotated[str, Text("one sentence with the numbers", size=160)]

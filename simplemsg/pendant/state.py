@@ -4,12 +4,10 @@ from enum import IntEnum, IntFlag
 from typing import Annotated
 
 from ..codes import ControllerMode, TriState
-from ..declaration import Int, Real, Reals, Topic, message
-from .jog import JogReason
-from .modes import EnablingPosition, OperatingMode
+from ..declaration import Int, Real, Reals, Topic
+from .authority import EnablingPosition, OperatingMode, StopKind
+from .motion import JogReason, ProgramState
 from .places import JOINT_UNIT, from_server
-from .programs import ProgramState
-from .stops import StopKind
 
 
 class Activity(IntEnum):
@@ -40,7 +38,7 @@ class StateField(IntFlag):
     TOOL = 16
 
 
-@message(from_server(65020, "state", "State of the cell, at the rate that the pendant chose."))
+@from_server(65020, "state", "State of the cell, at the rate that the pendant chose.")
 class State(Topic):
     """STATE: the newest only; what a slow reader misses is counted in `dropped`.
 

@@ -36,8 +36,7 @@ from openpendant.server.store.sqlite_store import open_store
 from openpendant.server.store.store_errors import StoreError
 from openpendant.server.watchdog.watchdog_process import Watchdog
 from openpendant.simplemsg import __version__
-from openpendant.simplemsg.journal import Journal
-from openpendant.simplemsg.journal_text import Part, spelled
+from openpendant.simplemsg.journal import Journal, Part, spelled
 from openpendant.tools.pendants.client import PendantClient
 
 ROBOT = "ur5"

@@ -34,9 +34,7 @@ from openpendant.simplemsg.pendant.management.declaration import Request
 from openpendant.simplemsg.pendant.management.recordings import PlaybackAccount
 from openpendant.tools.pendants.client import MotionHandle, PendantClient, PlaybackHandle
 from openpendant.tools.pendants.loop_thread import LoopThread
-from openpendant.tools.pendants.sync_client import SyncPendantClient
-from openpendant.tools.pendants.sync_managing import SyncPlayback
-from openpendant.tools.pendants.sync_session import SyncMotion
+from openpendant.tools.pendants.sync_client import SyncMotion, SyncPendantClient, SyncPlayback
 
 OURS = "openpendant."
 
@@ -146,7 +144,7 @@ class Calls:
         hints = get_type_hints(call)
         returned = hints.get("return")
         is_request = get_origin(returned) is Request
-        is_awaited = is_async if is_request else inspect.iscoroutinefunction(inspect.unwrap(call))
+        is_awaited = is_async if is_request else inspect.iscoroutinefunction(call)
         if where in BEGUN:
             told, is_awaited = self._named_as(BEGUN[where]), is_async
         else:

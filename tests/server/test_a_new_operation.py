@@ -58,8 +58,7 @@ SceneService.count = handles(toy.CountTrace)(count)
 
 from rigs.cells.surrounded_cell import SurroundedCell
 from openpendant.tools.pendants.client import PendantClient
-from openpendant.tools.pendants.managing import AsyncTraceCalls
-from openpendant.tools.pendants.sync_managing import SyncTrace
+from openpendant.tools.pendants.management.groups import TraceCalls
 from openpendant.tools.reference.operations_page import operations_page
 from openpendant.tools.reference.schemas import schema_files
 
@@ -73,7 +72,7 @@ print(json.dumps({
     "schema": json.loads(schema_files()["trace.count-request.json"])["properties"]["least"],
     "section": section,
     "awaited": PendantClient().trace.count.__doc__,
-    "blocking": callable(SyncTrace.count.request),
+    "blocking": callable(TraceCalls.count.request),
 }))
 """
 

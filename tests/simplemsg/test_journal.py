@@ -6,8 +6,15 @@ import json
 
 import pytest
 
-from openpendant.simplemsg.journal import JOURNAL_FORMAT, Journal
-from openpendant.simplemsg.journal_text import LONG, LongValue, Part, spelled, with_long_texts
+from openpendant.simplemsg.journal import (
+    JOURNAL_FORMAT,
+    LONG,
+    Journal,
+    LongValue,
+    Part,
+    spelled,
+    with_long_texts,
+)
 
 START = 5_000_000_000
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from openpendant.simplemsg.journal_text import (
+from openpendant.simplemsg.journal import (
     LONG,
     PIECE,
     LongValue,

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from openpendant.simplemsg import journal_writer
-from openpendant.simplemsg.journal_text import PIECE, hexadecimal
+from openpendant.simplemsg.journal import PIECE, hexadecimal
 from openpendant.simplemsg.journal_writer import JournalWriter
 
 

@@ -8,9 +8,8 @@ from dataclasses import FrozenInstanceError, field
 import pytest
 
 from openpendant.simplemsg.pendant.management import OPERATIONS
-from openpendant.simplemsg.pendant.management.declaration import Request, body_of, operation
+from openpendant.simplemsg.pendant.management.declaration import Done, Request, body_of, operation
 from openpendant.simplemsg.pendant.management.programs import ProgramSaved, SaveProgram
-from openpendant.simplemsg.pendant.management.replies import Done
 from openpendant.simplemsg.pendant.roles import Permission
 
 

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import pytest
 
+from openpendant.simplemsg.motoman import IoResult
 from openpendant.simplemsg.motoman_addresses import (
     AREAS,
     REGISTER_OFFSET,
@@ -15,7 +16,6 @@ from openpendant.simplemsg.motoman_addresses import (
     judge_register,
     register_number,
 )
-from openpendant.simplemsg.motoman_codes import IoResult
 
 READ, WRITE = IoResult.READ_ADDRESS_INVALID, IoResult.WRITE_ADDRESS_INVALID
 

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
+from openpendant.simplemsg.motoman import IoResult, MotionCommand, MotionResult, Subcode
 from openpendant.simplemsg.motoman_catalogue import CATALOGUE, explain
-from openpendant.simplemsg.motoman_codes import IoResult, MotionCommand, MotionResult, Subcode
 
 NUMBERS = {
     MotionCommand: {200101, 200102, 200111, 200112, 200113, 200114, 200121, 200122, 200130},

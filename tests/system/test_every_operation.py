@@ -12,8 +12,8 @@ from pydantic import TypeAdapter
 from rigs.clock.busy_machine import PATIENCE, PATIENT
 
 from openpendant.simplemsg.pendant import AccountRole, Activity, OperatingMode
-from openpendant.simplemsg.pendant.management.poses import PlacedPose
-from openpendant.simplemsg.pendant.management.statements import Move
+from openpendant.simplemsg.pendant.management.declaration import PlacedPose
+from openpendant.simplemsg.pendant.management.edits import Move
 from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.client import MotionHandle, PendantClient, Pose, Refused
 from openpendant.tools.pendants.motions import quaternion_of, roll_pitch_yaw

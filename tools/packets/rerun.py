@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from openpendant.simplemsg import PENDANT, Connection, Malformed, Role, Unasked, codec_for
-from openpendant.simplemsg.opaque import message_type
 from openpendant.simplemsg.pendant import MAX_PENDANT_FRAME
+from openpendant.simplemsg.standard import message_type
 
 from ..console import ExitCode, complain
 from .console import parser, run

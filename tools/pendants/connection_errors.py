@@ -103,10 +103,6 @@ class Aborted(Refused):
 def judged(verdict: asyncio.Future[Message], within: float | None) -> Message:
     """Return the answer to a request, or raise its error.
 
-    Args:
-        verdict: of `Conversation.send`.
-        within: how long it was waited for [s]; None where without a bound.
-
     Raises:
         Refused: the verdict is a failure, or the answer to a management request is one.
         Unanswered: there is none.
@@ -151,15 +147,24 @@ def check_port(port: int) -> None:
         raise WrongArgument(f"no port: {port!r}; accepted: a whole number from 1 to 65535")
 
 
-def unreachable(error: OSError, host: str, port: int, *, tls: bool) -> Unreachable:
-    """Return the error of a failed attempt to connect.
+def server_address(text: str) -> tuple[str, int] | None:
+    """Return host and port of `HOST`, `HOST:PORT`, `[HOST]:PORT` or a bare IPv6 address.
 
-    Args:
-        error: what the attempt to connect raised.
-        host: where to.
-        port: likewise.
-        tls: the connection was to be encrypted.
+    Without a port it is the default one. None where the text is none of these.
     """
+    host, port = text, str(DEFAULT_PORT)
+    if text.startswith("["):
+        host, _, rest = text[1:].partition("]")
+        port = rest.removeprefix(":") or port
+    elif text.count(":") == 1:
+        host, _, port = text.partition(":")
+    if not host or not (port.isascii() and port.isdigit() and 1 <= int(port) <= 65_535):
+        return None
+    return host, int(port)
+
+
+def unreachable(error: OSError, host: str, port: int, *, tls: bool) -> Unreachable:
+    """Return the error of a failed attempt to connect."""
     at = f"{host}:{port}"
     if isinstance(error, ssl.SSLCertVerificationError):
         text = f"the certificate of {at} is not trusted: {error.verify_message or error}"

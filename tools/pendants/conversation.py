@@ -55,18 +55,15 @@ _T = TypeVar("_T")
 class Conversation(asyncio.Protocol):
     """One connection to a pendant server.
 
+    Whatever sends or waits raises `ConnectionLost` once the connection is over.
+
     Attributes:
         error: why it ended; None while it is open.
-        closed: set when the connection has ended.
         heard: when the last bytes arrived, by the loop's clock [s].
     """
 
     def __init__(self, on_notification: Callable[[Message], None]) -> None:
-        """Make a conversation that has not started.
-
-        Args:
-            on_notification: called with every message that is no reply: state and changes.
-        """
+        """Make a conversation that has not started."""
         self.error: PendantError | None = None
         self.closed = asyncio.Event()
         self.heard = 0.0
@@ -130,7 +127,6 @@ class Conversation(asyncio.Protocol):
         """Send a message.
 
         Raises:
-            ConnectionLost: the connection is over.
             WrongArgument: the message cannot be written.
         """
         if self.error is not None:
@@ -144,11 +140,7 @@ class Conversation(asyncio.Protocol):
         self._transport.write(frame)
 
     def expect(self, kind: type[_T]) -> asyncio.Future[_T]:
-        """Return a future that the caller completes, and that fails when the connection ends.
-
-        Raises:
-            ConnectionLost: the connection is over already.
-        """
+        """Return a future that the caller completes, and that fails when the connection ends."""
         if self.error is not None:
             raise self.error
         future: asyncio.Future[_T] = asyncio.get_running_loop().create_future()
@@ -170,8 +162,6 @@ class Conversation(asyncio.Protocol):
         """Send a request and wait for its verdict.
 
         Args:
-            request: the request.
-            request_id: its number.
             within: wait at most so long [s]; None, for what is planned, as long as the link lives.
 
         Raises:
@@ -190,7 +180,6 @@ class Conversation(asyncio.Protocol):
         """Send a request at once; return the future of its verdict, for `judged`.
 
         Raises:
-            ConnectionLost: the connection is over.
             WrongArgument: the message cannot be written.
         """
         verdict = self._verdicts[request_id] = self.expect(Message)
@@ -203,11 +192,7 @@ class Conversation(asyncio.Protocol):
         return verdict
 
     def expect_outcome(self, request_id: int) -> asyncio.Future[Outcome]:
-        """Return the future of a motion's outcome; the caller cancels it when it waits no longer.
-
-        Raises:
-            ConnectionLost: the connection is over already.
-        """
+        """Return the future of a motion's outcome; who waits no longer cancels it."""
         outcome = self._outcomes[request_id] = self.expect(Outcome)
         outcome.add_done_callback(lambda _: self._outcomes.pop(request_id, None))
         return outcome
@@ -279,7 +264,6 @@ async def keep_alive(
     """Send pings to the server, and end the connection once it is silent.
 
     Args:
-        conversation: the connection.
         misses_states: called with the time and the time of the last bytes, both by the loop's
             clock [s]; returns True to send a ping at once.
     """

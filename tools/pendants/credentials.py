@@ -22,9 +22,6 @@ PASSWORD_VARIABLE = "OPENPENDANT_PASSWORD"
 def tls_context(ca: Path | None) -> ssl.SSLContext | None:
     """Return a TLS context that trusts one certificate alone; None for an unencrypted connection.
 
-    Args:
-        ca: the server's certificate, or that of its issuer.
-
     Raises:
         WrongArgument: the file cannot be read or holds no certificate.
     """

@@ -67,7 +67,6 @@ class LiveTour:
     """A tour with a table of the robot's state beside it."""
 
     def __init__(self, pendant: PendantClient, console: Console) -> None:
-        """Make a tour with a connected pendant."""
         self._pendant = pendant
         self._console = console
         self._tour: Tour | None = None

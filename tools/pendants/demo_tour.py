@@ -87,10 +87,7 @@ class TourReport:
     """Results of a tour.
 
     Attributes:
-        robot: name of the robot.
         motions: name, plan time [s] and motion time [s] of each motion.
-        poses: places of the taught path.
-        left_out: what the robot cannot do, each in words.
     """
 
     robot: str = ""
@@ -100,12 +97,7 @@ class TourReport:
 
 
 class Tour:
-    """One tour with one robot.
-
-    Attributes:
-        report: what was done so far.
-        doing: the move in hand, in words.
-    """
+    """One tour with one robot."""
 
     def __init__(self, pendant: TouringPendant, joints: Sequence[JointFacts], robot: str) -> None:
         """Make a tour with a pendant in control of a robot with these joints."""

@@ -44,7 +44,6 @@ class Jog:
         deadline: float,
         longest: float | None,
     ) -> None:
-        """Made by `PendantClient.jog` and `jog_tool`."""
         self._line = line
         self._first_aim = aim
         self._deadline = deadline
@@ -200,8 +199,6 @@ class Jog:
         """Let the beats go on for `longest` after so many seconds from now."""
         self._until = max(self._until, asyncio.get_running_loop().time() + seconds)
 
-    # Whether it goes on.
-
     def _why_unbeaten(self) -> str:
         """Return why this side has let go of the press by itself; empty where it has not."""
         now = asyncio.get_running_loop().time()
@@ -237,8 +234,6 @@ class Jog:
             why = self._why_unbeaten()
         if why:
             raise _dead(why)
-
-    # What is sent.
 
     async def _press(self, aim: JogValues) -> None:
         """Send a press of this aim; it takes over from the one before."""
@@ -316,9 +311,6 @@ class Jogging(Observing):
             deadline: the robot ramps to rest so long after a beat was missed, 0.05 to 0.25 s.
             longest: let go by itself so long after the last call of `aim` or `hold` [s].
 
-        Returns:
-            A context manager that presses on entry and releases on exit.
-
         Raises:
             WrongArgument: the robot has no such joint.
         """
@@ -349,9 +341,6 @@ class Jogging(Observing):
             frame: base, tool or a named frame.
             deadline: the robot ramps to rest so long after a beat was missed, 0.05 to 0.25 s.
             longest: let go by itself so long after the last call of `aim` or `hold` [s].
-
-        Returns:
-            A context manager that presses on entry and releases on exit.
         """
         return self._jog(JogValues.of_tool((x, y, z, a, b, c), frame), deadline, longest)
 
@@ -364,9 +353,6 @@ class Jogging(Observing):
             way: one of its ways.
             deadline: the robot ramps to rest so long after a beat was missed, 0.05 to 0.25 s.
             longest: let go by itself so long after the last call of `aim` or `hold` [s].
-
-        Returns:
-            A context manager that presses on entry and releases on exit.
         """
         values = way["values"]
         if way["space"] == JogSpace.TOOL:
@@ -384,9 +370,6 @@ class Jogging(Observing):
         Args:
             joints: increments by joint index from 0 [rad, m for a linear axis].
             speed: fraction of the jog speed, above 0, up to 1.
-
-        Returns:
-            The motion, accepted and begun.
 
         Raises:
             Refused: out of range, not in control, the mode or the enabling device forbids it, …
@@ -418,9 +401,6 @@ class Jogging(Observing):
             c: likewise about z.
             frame: base, tool or a named frame.
             speed: fraction of the jog speed, above 0, up to 1.
-
-        Returns:
-            The motion, accepted and begun.
 
         Raises:
             Refused: unreachable, nobody knows the frame, not in control, …

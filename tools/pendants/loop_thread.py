@@ -28,7 +28,6 @@ class LoopThread:
     """An event loop that runs in a daemon thread until it is ended."""
 
     def __init__(self, name: str) -> None:
-        """Start the thread."""
         self._loop = asyncio.new_event_loop()
         # Guards both: what is handed to the loop is there when the loop is told to end.
         self._lock = threading.Lock()
@@ -37,11 +36,6 @@ class LoopThread:
         self._open: set[concurrent.futures.Future[Any]] = set()
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
-
-    @property
-    def is_running(self) -> bool:
-        """True until it is ended."""
-        return not self._has_ended
 
     def call(self, work: Coroutine[Any, Any, _T]) -> _T:
         """Run a coroutine on the loop and wait for its result; Ctrl-C cancels it.
@@ -88,7 +82,6 @@ class LoopThread:
         Where the loop was ended inside, there is nothing left to leave.
 
         Args:
-            manager: the context.
             misses: returns True if a context that could not be left owes its user a result.
 
         Raises:

@@ -1,7 +1,7 @@
 """The client's programs, recordings, frames, tools, scene, devices and accounts, in groups.
 
 What each operation asks and tells is said in `management`; here the two that move the robot get
-their motions. `sync_managing` has the same groups, blocking.
+their motions. `sync_client` has the same groups, blocking.
 """
 
 from __future__ import annotations
@@ -12,14 +12,19 @@ from typing import Any, cast
 from openpendant.simplemsg.pendant.management.declaration import Request, body_of
 from openpendant.simplemsg.pendant.management.recordings import PlaybackAccount, PlayRecording
 
-from .management.access import AccessCalls, UserCalls
-from .management.calls import AsyncCalls, Manage, function_of, then
-from .management.devices import RobotCalls, SignalCalls, TraceCalls
-from .management.frames import FrameCalls
-from .management.programs import ProgramCalls
-from .management.recordings import RecordingCalls
-from .management.scene import SceneCalls
-from .management.tools import ToolCalls
+from .management.calls import AsyncCalls, function_of, then
+from .management.groups import (
+    AccessCalls,
+    FrameCalls,
+    ProgramCalls,
+    RecordingCalls,
+    RobotCalls,
+    SceneCalls,
+    SignalCalls,
+    ToolCalls,
+    TraceCalls,
+    UserCalls,
+)
 from .motions import MotionHandle
 from .observing import Observing
 from .operating import Moves
@@ -36,72 +41,37 @@ class PlaybackHandle(MotionHandle):
     """
 
     def __init__(self, motion: MotionHandle, account: PlaybackAccount) -> None:
-        """Made by the client's `recordings.play`."""
         super().__init__(motion.request_id, motion._outcome)
         self.account = account
 
 
-class Programs(ProgramCalls, AsyncCalls):
+class Programs(ProgramCalls[AsyncCalls]):
     """Stored programs.
 
     Attributes:
         run: runs one, or a step of it; the client's `run_program`.
     """
 
-    def __init__(self, manage: Manage, moves: Moves) -> None:
-        """Made by the client."""
-        super().__init__(manage)
+    def __init__(self, way: AsyncCalls, moves: Moves) -> None:
+        super().__init__(way)
         self.run = moves.run_program
 
 
-class AsyncRecordingCalls(RecordingCalls, AsyncCalls):
+class AsyncRecordingCalls(RecordingCalls[AsyncCalls]):
     """Recordings.
 
     Attributes:
         play: plays one back; returns once the motion has begun, and its `done` tells the end.
     """
 
-    def __init__(self, manage: Manage, begin: Begin) -> None:
-        """Made by the client."""
-        super().__init__(manage)
+    def __init__(self, way: AsyncCalls, begin: Begin) -> None:
+        super().__init__(way)
 
         async def begun(request: Request[PlaybackAccount]) -> PlaybackHandle:
             answer, motion = await begin(body_of(request))
             return PlaybackHandle(motion, cast(PlaybackAccount, answer))
 
         self.play = then(function_of(PlayRecording), begun)
-
-
-class AsyncFrameCalls(FrameCalls, AsyncCalls):
-    """User frames."""
-
-
-class Tools(ToolCalls, AsyncCalls):
-    """Tools."""
-
-
-class AsyncSceneCalls(SceneCalls, AsyncCalls):
-    """The scene."""
-
-
-class AsyncSignalCalls(SignalCalls, AsyncCalls):
-    """Signals of the controller."""
-
-
-class AsyncRobotCalls(RobotCalls, AsyncCalls):
-    """The robot itself."""
-
-
-class AsyncTraceCalls(TraceCalls, AsyncCalls):
-    """The trace of the tool."""
-
-
-class Access(AccessCalls, AsyncCalls):
-    """Connections."""
-
-
-class AsyncUserCalls(UserCalls, AsyncCalls):
-    """Accounts."""
 
 
 class Managing(Moves, Observing):
@@ -121,15 +91,15 @@ class Managing(Moves, Observing):
     """
 
     def __init__(self) -> None:
-        """Use `connect` instead."""
         super().__init__()
-        self.programs = Programs(self.manage, self)
-        self.recordings = AsyncRecordingCalls(self.manage, self._manage_motion)
-        self.frames = AsyncFrameCalls(self.manage)
-        self.tools = Tools(self.manage)
-        self.scene = AsyncSceneCalls(self.manage)
-        self.signals = AsyncSignalCalls(self.manage)
-        self.robots = AsyncRobotCalls(self.manage)
-        self.trace = AsyncTraceCalls(self.manage)
-        self.access = Access(self.manage)
-        self.users = AsyncUserCalls(self.manage)
+        way = AsyncCalls(self.manage)
+        self.programs = Programs(way, self)
+        self.recordings = AsyncRecordingCalls(way, self._manage_motion)
+        self.frames = FrameCalls(way)
+        self.tools = ToolCalls(way)
+        self.scene = SceneCalls(way)
+        self.signals = SignalCalls(way)
+        self.robots = RobotCalls(way)
+        self.trace = TraceCalls(way)
+        self.access = AccessCalls(way)
+        self.users = UserCalls(way)

@@ -59,7 +59,6 @@ class Pose:
     Attributes:
         position: x, y, z [m].
         orientation: quaternion x, y, z, w.
-        frame: frame in which both are given.
     """
 
     position: tuple[float, float, float]
@@ -85,8 +84,6 @@ class JogAccount:
     """Account of the end of a press and of the robot's way to rest.
 
     Attributes:
-        press: number of the press.
-        reason: why it ended.
         stop_time: from the end of the press to rest [s].
         joint_distance: farthest that a joint went in that time [rad, m for a linear axis].
         tool_distance: way of the tool in that time [m].
@@ -114,14 +111,9 @@ class JogAccount:
 
 
 class MotionHandle:
-    """A motion that the server accepted and began.
-
-    Attributes:
-        request_id: its number.
-    """
+    """A motion that the server accepted and began."""
 
     def __init__(self, request_id: int, outcome: asyncio.Future[Outcome]) -> None:
-        """Made by the client's move methods."""
         self.request_id = request_id
         self._outcome = outcome
 
@@ -149,16 +141,11 @@ class MotionHandle:
 
 
 class PressHandle(MotionHandle):
-    """The motion of one press of a jog.
-
-    Attributes:
-        press: number of the press.
-    """
+    """The motion of one press of a jog."""
 
     def __init__(
         self, press: int, motion: MotionHandle, account: asyncio.Future[JogAccount]
     ) -> None:
-        """Made by the client's jogs."""
         super().__init__(motion.request_id, motion._outcome)
         self.press = press
         self._account = account

@@ -15,7 +15,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from .connection_errors import PendantError, Refused, StateSilent, WrongArgument
 from .conversation import REPLY_TIMEOUT
 from .management.calls import AsyncCalls
-from .management.cell import CellCalls
+from .management.groups import CellCalls
 from .motions import MotionHandle, Pose
 from .session import PendantSession
 
@@ -44,13 +44,12 @@ _PLANNED = frozenset({"programs.dry_run", "recordings.play"})
 _UNASKED = "no states were asked for: subscribe to the state first"
 
 
-class Observing(PendantSession, CellCalls, AsyncCalls):
+class Observing(PendantSession, CellCalls[AsyncCalls]):
     """State and data, which need no authority."""
 
     def __init__(self) -> None:
-        """Use `connect` instead."""
         PendantSession.__init__(self)
-        AsyncCalls.__init__(self, self.manage)
+        CellCalls.__init__(self, AsyncCalls(self.manage))
         # Who waits for a state, and since when [s].
         self._waiting: dict[asyncio.Future[State], float] = {}
         self._last_state = 0.0
@@ -211,13 +210,7 @@ class Observing(PendantSession, CellCalls, AsyncCalls):
         return _answer(await self._conversation.ask(message, request_id, within=within))
 
     async def _manage_motion(self, request: dict[str, Any]) -> tuple[dict[str, Any], MotionHandle]:
-        """Send a management request that moves the robot; return the answer and the motion.
-
-        Raises:
-            Refused: the server refused it.
-            WrongArgument: it is no JSON, or larger than a frame.
-            ConnectionLost: the connection ended.
-        """
+        """Send a management request that moves the robot; return the answer and the motion."""
         request_id = self._conversation.new_request()
         message = Management(request_id=request_id, body=_body(request))
         reply, motion = await self._conversation.begin_motion(message, request_id)

@@ -51,13 +51,9 @@ class EnablingDevice:
 
     A context manager: half pressed inside, let go outside. The positions are repeated by the event
     loop, so a program that hangs has let go as far as the server is concerned.
-
-    Attributes:
-        position: how far it is pressed.
     """
 
     def __init__(self, write: Callable[[Message], None]) -> None:
-        """Made by `PendantClient.enabling`."""
         self.position = EnablingPosition.RELEASED
         self._write = write
         self._repeating: asyncio.Task[None] | None = None
@@ -280,9 +276,6 @@ class Moves(PendantSession):
             joints: (n,) target, controller side [rad, m for a linear axis].
             speed: fraction of the joints' largest speed, above 0, up to 1.
 
-        Returns:
-            The motion, accepted and begun; await its `done`.
-
         Raises:
             Refused: out of range, wrong joint count, not in control, robot busy, …
             WrongArgument: more joints than a message has room for.
@@ -392,9 +385,6 @@ class Moves(PendantSession):
             speed: fraction of the programmed speeds, above 0, up to 1.
             revision: the only one that may be run, as the pendant shows it, from 1; 0 for the
                 newest. In a run that is paused: the one that it began with; 0 for whichever.
-
-        Returns:
-            The run, accepted and begun.
 
         Raises:
             Refused: REVISION_CONFLICT, another revision is kept, or is under way; nobody knows the

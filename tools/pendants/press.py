@@ -42,7 +42,6 @@ class JogValues:
     """Aim of a jog or a step: values of some joints, or of the tool.
 
     Attributes:
-        space: joints or tool.
         frame: frame of the axes; empty for joints.
         values: (n,) by joint, or (6,) along x, y, z and about x, y, z.
     """
@@ -109,14 +108,9 @@ PRESS_WITHIN = 5.0
 
 
 class SentPress:
-    """A sent press, whose verdict may still be pending.
-
-    Attributes:
-        press: its number.
-    """
+    """A sent press, whose verdict may still be pending."""
 
     def __init__(self, motion: PressHandle, verdict: asyncio.Future[Message]) -> None:
-        """Made by `PressLine.press`."""
         self.press = motion.press
         self._motion = motion
         self._verdict = verdict
@@ -146,6 +140,8 @@ class SentPress:
 class PressLine:
     """All presses of one connection; a used number never moves the robot again.
 
+    Whatever sends raises `ConnectionLost` once the connection is over.
+
     Attributes:
         dof: driven joints of the robot.
         quotable_state: returns a state message that is new enough for a press to quote.
@@ -154,13 +150,6 @@ class PressLine:
     def __init__(
         self, conversation: Conversation, quotable_state: Callable[[], Awaitable[State]], dof: int
     ) -> None:
-        """Make a line without a press.
-
-        Args:
-            conversation: the connection.
-            quotable_state: returns a state message that is new enough for a press to quote.
-            dof: driven joints of the robot.
-        """
         self.dof = dof
         self.quotable_state = quotable_state
         self._conversation = conversation
@@ -173,11 +162,7 @@ class PressLine:
         return self._last
 
     def check_link(self) -> None:
-        """Raise the error that ended the connection, if it has ended.
-
-        Raises:
-            ConnectionLost: the connection is over.
-        """
+        """Raise the error that ended the connection, if it has ended."""
         if self._conversation.error is not None:
             raise self._conversation.error
 
@@ -185,16 +170,9 @@ class PressLine:
         """Send a press; it takes over from one that is held.
 
         Args:
-            press: a number of `next_press`.
-            aim: what it jogs.
             deadline: it ends so long after a beat was missed [s].
-            state: of `quotable_state`.
-
-        Returns:
-            The sent press, to wait for its start.
 
         Raises:
-            ConnectionLost: the connection is over.
             WrongArgument: it cannot be written.
         """
         request_id = self._conversation.new_request()
@@ -223,19 +201,11 @@ class PressLine:
         return account
 
     def beat(self, press: int, beat: int) -> None:
-        """Keep a press alive.
-
-        Raises:
-            ConnectionLost: the connection is over.
-        """
+        """Keep a press alive."""
         self._conversation.write(JogBeat(press=press, beat=beat))
 
     def let_go(self, press: int) -> None:
-        """End a press without waiting for the server's verdict.
-
-        Raises:
-            ConnectionLost: the connection is over.
-        """
+        """End a press without waiting for the server's verdict."""
         request_id = self._conversation.new_request()
         self._conversation.write(JogRelease(request_id=request_id, press=press))
 
@@ -265,12 +235,7 @@ class HeldPresses:
     """
 
     def __init__(self, line: PressLine, deadline: float) -> None:
-        """Hold none.
-
-        Args:
-            line: sends the messages.
-            deadline: a press ends so long after a beat was missed [s].
-        """
+        """Hold none."""
         self.why_given_up = ""
         self._line = line
         self._deadline = deadline
@@ -279,13 +244,6 @@ class HeldPresses:
 
     async def press(self, aim: JogValues, state: State) -> PressHandle:
         """Send a press before the first await; it takes over from the earlier ones.
-
-        Args:
-            aim: what it jogs.
-            state: the message that it quotes.
-
-        Returns:
-            Its started motion.
 
         Raises:
             Refused: it may not start; a press that was held continues.
@@ -348,9 +306,6 @@ class HeldPresses:
 
     async def newest(self, motion: PressHandle) -> PressHandle:
         """Return the press that drove the robot last, even if its wait was given up.
-
-        Args:
-            motion: the newest motion that is known to have started.
 
         Raises:
             ConnectionLost: the connection ended.

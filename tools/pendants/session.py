@@ -74,7 +74,6 @@ class PendantSession:
     hello: HelloReply
 
     def __init__(self) -> None:
-        """Use `connect` instead."""
         self.state: State | None = None
         self.on_state: Callable[[State], None] | None = None
         self.on_authority: Callable[[AuthorityChanged], None] | None = None
@@ -119,9 +118,6 @@ class PendantSession:
             password: of the account.
             pairing: code that the teacher shows, instead of a password.
 
-        Returns:
-            A connected client; close it, or use it as a context manager.
-
         Raises:
             Unreachable: nobody listens there, or it does not speak TLS; an OSError, too.
             NotTrusted: the same, where the certificate is not trusted.
@@ -152,17 +148,13 @@ class PendantSession:
         return pendant
 
     async def _open(self, host: str, port: int, tls: ssl.SSLContext | None) -> None:
-        loop = asyncio.get_running_loop()
-        if tls is None:
-            await loop.create_connection(lambda: self._conversation, host, port)
-            return
-        await loop.create_connection(
+        await asyncio.get_running_loop().create_connection(
             lambda: self._conversation,
             host,
             port,
             ssl=tls,
-            server_hostname=host,
-            ssl_handshake_timeout=_TLS_WITHIN,
+            server_hostname=None if tls is None else host,
+            ssl_handshake_timeout=None if tls is None else _TLS_WITHIN,
         )
 
     def _begin_work(self) -> None:
@@ -248,8 +240,6 @@ class PendantSession:
         """Return True if the server offers a capability to this connection."""
         return bool(self.hello.capabilities & capability)
 
-    # Requests, for the classes that are built on this one.
-
     async def _ask(self, make: Callable[[int], Message]) -> Message:
         """Send a request that is made with a fresh request id; return its answer."""
         request_id = self._conversation.new_request()
@@ -260,8 +250,6 @@ class PendantSession:
         request_id = self._conversation.new_request()
         _, motion = await self._conversation.begin_motion(make(request_id), request_id)
         return motion
-
-    # What comes unasked.
 
     def _take_notification(self, message: Message) -> None:
         match message:
@@ -295,10 +283,6 @@ class PendantSession:
 
     def _misses_states(self, now: float, heard: float) -> bool:
         """Fail the waits for a state that is overdue; overridden by the class that owns the state.
-
-        Args:
-            now: by the loop's clock [s].
-            heard: when the last bytes arrived [s].
 
         Returns:
             True to send a ping.

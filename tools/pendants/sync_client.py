@@ -11,98 +11,203 @@ it hangs: therefore a jog lets go by itself (`longest`), unless the program call
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
-from collections.abc import Callable, Mapping, Sequence
+import ssl
+from collections.abc import Callable, Coroutine, Iterator
+from functools import wraps
+from inspect import signature
+from types import TracebackType
+from typing import Any, Concatenate, Generic, ParamSpec, Self, TypeVar
 
-from openpendant.simplemsg.pendant import (
-    AccountRole,
-    AuthorityWanted,
-    Motion,
-    OperatingMode,
-    RunKind,
+from openpendant.simplemsg.pendant import AuthorityWanted, Capability, HelloReply, State
+
+from .client import DEFAULT_PORT, ConnectionLost, EnablingDevice, PendantClient, Pose
+from .jog import Jog
+from .loop_thread import LoopThread
+from .management.calls import SyncCalls, then
+from .management.groups import (
+    AccessCalls,
+    CellCalls,
+    FrameCalls,
+    ProgramCalls,
+    RecordingCalls,
+    RobotCalls,
+    SceneCalls,
+    SignalCalls,
+    ToolCalls,
+    TraceCalls,
+    UserCalls,
 )
-from openpendant.simplemsg.pendant.management.cell import WayOut
-
-from .client import EnablingDevice, Pose
-from .jog import DEFAULT_DEADLINE
-from .sync_managing import SyncManaging
-from .sync_session import SyncJog, SyncMotion, SyncSession
+from .managing import PlaybackHandle
+from .motions import JogAccount, MotionHandle, MotionResult
 
 LONGEST_JOG = 2.0
 """A jog lets go by itself so long after the program's last call [s]."""
 
+_Arguments = ParamSpec("_Arguments")
+_Result = TypeVar("_Result")
+_Asked = TypeVar("_Asked")
+_AskedByOne = TypeVar("_AskedByOne", covariant=True)
 
-class SyncJogging(SyncSession):
-    """Jogs, with the arguments of `Jogging`."""
 
-    def jog(
-        self,
-        joints: Mapping[int, float],
-        *,
-        deadline: float = DEFAULT_DEADLINE,
-        longest: float | None = LONGEST_JOG,
-    ) -> contextlib.AbstractContextManager[SyncJog]:
-        """Jog one or several joints for the length of the context."""
-        jog = self.background.jog(joints, deadline=deadline, longest=longest)
-        return SyncJog.held(self._thread, jog)
+class OnThread(Generic[_AskedByOne]):
+    """An object that asks another, which lives on a thread with an event loop."""
 
-    def jog_tool(
-        self,
-        *,
-        x: float = 0.0,
-        y: float = 0.0,
-        z: float = 0.0,
-        a: float = 0.0,
-        b: float = 0.0,
-        c: float = 0.0,
-        frame: str = "base",
-        deadline: float = DEFAULT_DEADLINE,
-        longest: float | None = LONGEST_JOG,
-    ) -> contextlib.AbstractContextManager[SyncJog]:
-        """Jog the tool along and about the axes of a frame for the length of the context."""
-        jog = self.background.jog_tool(
-            x=x, y=y, z=z, a=a, b=b, c=c, frame=frame, deadline=deadline, longest=longest
-        )
-        return SyncJog.held(self._thread, jog)
+    _thread: LoopThread
+    _asked: _AskedByOne
 
-    def jog_out(
-        self,
-        way: WayOut,
-        *,
-        deadline: float = DEFAULT_DEADLINE,
-        longest: float | None = LONGEST_JOG,
-    ) -> contextlib.AbstractContextManager[SyncJog]:
-        """Jog by a key that `retreat` named for the length of the context."""
-        jog = self.background.jog_out(way, deadline=deadline, longest=longest)
-        return SyncJog.held(self._thread, jog)
 
-    def step(self, joints: Mapping[int, float], *, speed: float = 1.0) -> SyncMotion:
-        """Move one or several joints by increments [rad, m for a linear axis]."""
-        return self._motion(self.background.step(joints, speed=speed))
+def _waits(
+    call: Callable[Concatenate[_Asked, _Arguments], Coroutine[Any, Any, _Result]],
+) -> Callable[Concatenate[OnThread[_Asked], _Arguments], _Result]:
+    """Return an asynchronous call as one that blocks."""
 
-    def step_tool(
-        self,
-        *,
-        x: float = 0.0,
-        y: float = 0.0,
-        z: float = 0.0,
-        a: float = 0.0,
-        b: float = 0.0,
-        c: float = 0.0,
-        frame: str = "base",
-        speed: float = 1.0,
+    @wraps(call)
+    def waiting(
+        this: OnThread[_Asked], /, *arguments: _Arguments.args, **named: _Arguments.kwargs
+    ) -> _Result:
+        return this._thread.call(call(this._asked, *arguments, **named))
+
+    return waiting
+
+
+def _begins(
+    call: Callable[Concatenate[_Asked, _Arguments], Coroutine[Any, Any, MotionHandle]],
+) -> Callable[Concatenate[OnThread[_Asked], _Arguments], SyncMotion]:
+    """Return a call that begins a motion as one that blocks until then."""
+
+    @wraps(call)
+    def begin(
+        this: OnThread[_Asked], /, *arguments: _Arguments.args, **named: _Arguments.kwargs
     ) -> SyncMotion:
-        """Move the tool by an increment [m, rad], in a straight line."""
-        return self._motion(
-            self.background.step_tool(x=x, y=y, z=z, a=a, b=b, c=c, frame=frame, speed=speed)
-        )
+        return SyncMotion(this._thread, this._thread.call(call(this._asked, *arguments, **named)))
 
-    def undo_jog(self, *, speed: float = 1.0) -> SyncMotion:
-        """Move back along the way of the last jog or step."""
-        return self._motion(self.background.undo_jog(speed=speed))
+    begin.__annotations__ = {**call.__annotations__, "return": SyncMotion}
+    return begin
 
 
-class SyncPendantClient(SyncManaging, SyncJogging):
+def _holds(
+    call: Callable[Concatenate[_Asked, _Arguments], Jog],
+) -> Callable[
+    Concatenate[OnThread[_Asked], _Arguments], contextlib.AbstractContextManager[SyncJog]
+]:
+    """Return a call that makes a jog as one that presses for the length of a context."""
+
+    @wraps(call)
+    def hold(
+        this: OnThread[_Asked], /, *arguments: _Arguments.args, **named: _Arguments.kwargs
+    ) -> contextlib.AbstractContextManager[SyncJog]:
+        named.setdefault("longest", LONGEST_JOG)
+        return SyncJog.held(this._thread, call(this._asked, *arguments, **named))
+
+    told = signature(call)
+    longest = told.parameters["longest"].replace(default=LONGEST_JOG)
+    parameters = {**told.parameters, "longest": longest}
+    vars(hold)["__signature__"] = told.replace(parameters=list(parameters.values()))
+    returned = contextlib.AbstractContextManager[SyncJog]
+    hold.__annotations__ = {**call.__annotations__, "return": returned}
+    return hold
+
+
+class SyncMotion:
+    """A motion that the server accepted and began."""
+
+    def __init__(self, thread: LoopThread, motion: MotionHandle) -> None:
+        self._thread = thread
+        self._motion = motion
+
+    @property
+    def request_id(self) -> int:
+        """Its number."""
+        return self._motion.request_id
+
+    @property
+    def is_over(self) -> bool:
+        """True once it has ended, for any reason."""
+        return self._motion.is_over
+
+    def done(self, *, within: float | None = None) -> MotionResult:
+        """Wait until the motion ended; giving up the wait does not stop the robot.
+
+        Args:
+            within: wait at most so long [s]; None for as long as it takes.
+
+        Raises:
+            Aborted: the motion did not arrive.
+            ConnectionLost: the connection ended first.
+            TimeoutError: it goes on after `within`.
+        """
+        return self._thread.call(asyncio.wait_for(self._motion.done(), within))
+
+
+class SyncPlayback(SyncMotion):
+    """A recording that is played back, which has begun."""
+
+    def __init__(self, thread: LoopThread, motion: PlaybackHandle) -> None:
+        super().__init__(thread, motion)
+        self.account = motion.account
+
+
+class SyncJog(OnThread[Jog]):
+    """A jog that is held; made by `jog` and `jog_tool`, which are context managers."""
+
+    def __init__(self, thread: LoopThread, jog: Jog) -> None:
+        self._thread = thread
+        self._asked = jog
+
+    @classmethod
+    @contextlib.contextmanager
+    def held(cls, thread: LoopThread, jog: Jog) -> Iterator[SyncJog]:
+        """Press, and release on the way out; only its account tells how the robot came to rest."""
+        with thread.entered(jog, misses=lambda: jog.account is None):
+            yield cls(thread, jog)
+
+    @property
+    def account(self) -> JogAccount | None:
+        """Account of how the robot came to rest; None during the jog."""
+        return self._asked.account
+
+    @property
+    def is_over(self) -> bool:
+        """True once the robot is at rest again, for any reason."""
+        return self._asked.is_over
+
+    aim = _waits(Jog.aim)
+    aim_tool = _waits(Jog.aim_tool)
+    hold = _waits(Jog.hold)
+    release = _waits(Jog.release)
+
+
+class SyncPrograms(ProgramCalls[SyncCalls]):
+    """Stored programs.
+
+    Attributes:
+        run: runs one, or a step of it; the client's `run_program`.
+    """
+
+    def __init__(self, way: SyncCalls, client: SyncPendantClient) -> None:
+        super().__init__(way)
+        self.run = client.run_program
+
+
+class SyncRecordings(RecordingCalls[SyncCalls]):
+    """Recordings.
+
+    Attributes:
+        play: plays one back; returns once the motion has begun, and its `done` tells the end.
+    """
+
+    def __init__(self, thread: LoopThread, background: PendantClient) -> None:
+        super().__init__(SyncCalls(thread, background.manage))
+
+        def begun(playback: Coroutine[Any, Any, PlaybackHandle]) -> SyncPlayback:
+            return SyncPlayback(thread, thread.call(playback))
+
+        self.play = then(background.recordings.play, begun)
+
+
+class SyncPendantClient(CellCalls[SyncCalls], OnThread[PendantClient]):
     """One connection to a pendant server, with blocking calls.
 
     Safe to share between threads: each call waits for its own answer. Where one thread closes it,
@@ -113,33 +218,133 @@ class SyncPendantClient(SyncManaging, SyncJogging):
         background: the client on the private thread.
     """
 
-    # Who may come in; for admins.
+    def __init__(self, thread: LoopThread, background: PendantClient) -> None:
+        way = SyncCalls(thread, background.manage)
+        super().__init__(way)
+        self._thread = thread
+        self.background = self._asked = background
+        self.programs = SyncPrograms(way, self)
+        self.recordings = SyncRecordings(thread, background)
+        self.frames = FrameCalls(way)
+        self.tools = ToolCalls(way)
+        self.scene = SceneCalls(way)
+        self.signals = SignalCalls(way)
+        self.robots = RobotCalls(way)
+        self.trace = TraceCalls(way)
+        self.access = AccessCalls(way)
+        self.users = UserCalls(way)
 
-    def issue_pairing_code(self) -> str:
-        """Return a code that makes whoever types it an operator of this cell."""
-        return self._thread.call(self.background.issue_pairing_code())
+    @classmethod
+    def connect(
+        cls,
+        host: str = "127.0.0.1",
+        port: int = DEFAULT_PORT,
+        *,
+        client: str = "pendant",
+        cell: str = "",
+        state_rate: float = 25.0,
+        tls: ssl.SSLContext | None = None,
+        user: str = "",
+        password: str | None = None,
+        pairing: str | None = None,
+    ) -> Self:
+        """Connect, say hello and, where a secret is given, log in: as `PendantClient.connect`."""
+        thread = LoopThread(f"pendant {client}")
+        try:
+            background = thread.call(
+                PendantClient.connect(
+                    host,
+                    port,
+                    client=client,
+                    cell=cell,
+                    state_rate=state_rate,
+                    tls=tls,
+                    user=user,
+                    password=password,
+                    pairing=pairing,
+                )
+            )
+        except BaseException:
+            thread.end()
+            raise
+        return cls(thread, background)
 
-    def end_pairing(self) -> None:
-        """End the cell's code and what its guests may do."""
-        self._thread.call(self.background.end_pairing())
+    def __enter__(self) -> Self:
+        return self
 
-    def add_account(self, name: str, role: AccountRole | str, password: str) -> None:
-        """Add an account; returns when it is kept."""
-        self._thread.call(self.background.add_account(name, role, password))
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
 
-    def set_password(self, name: str, password: str) -> None:
-        """Give an account another password, which logs out whoever uses it."""
-        self._thread.call(self.background.set_password(name, password))
+    def close(self) -> None:
+        """End the connection and its thread; what it was moving is stopped by the server.
 
-    # Authority, modes and stops.
+        What other threads wait for fails with `ConnectionLost`, and so does every later call.
+        """
+        with contextlib.suppress(ConnectionLost):  # closed already, by this thread or another
+            self._thread.call(self.background.close())
+        self._thread.end()
 
-    def take_control(self, *, force: bool = False) -> None:
-        """Request the motion authority and keep it until released."""
-        self._thread.call(self.background.take_control(force=force))
+    login = _waits(PendantClient.login)
 
-    def release_control(self) -> None:
-        """Give the motion authority back."""
-        self._thread.call(self.background.release_control())
+    @property
+    def hello(self) -> HelloReply:
+        """The server's hello reply."""
+        return self.background.hello
+
+    @property
+    def state(self) -> State | None:
+        """The newest state message, None before the first."""
+        return self.background.state
+
+    @property
+    def in_control(self) -> bool:
+        """True while this connection holds the motion authority, by the messages received."""
+        return self.background.in_control
+
+    def offers(self, capability: Capability) -> bool:
+        """Return True if the server offers a capability to this connection."""
+        return self.background.offers(capability)
+
+    def joints(self) -> tuple[float, ...]:
+        """Return the newest joint positions of the robot's own joints [rad, m]."""
+        return self.background.joints()
+
+    def tool_pose(self) -> Pose:
+        """Return the newest tool pose in the base frame."""
+        return self.background.tool_pose()
+
+    subscribe = _waits(PendantClient.subscribe)
+    next_state = _waits(PendantClient.next_state)
+    wait_until = _waits(PendantClient.wait_until)
+    manage = _waits(PendantClient.manage)
+
+    def states(self) -> Iterator[State]:
+        """Yield state messages as they come, the newest only: whoever is slow misses some."""
+        seen: State | None = None
+        while True:
+            newest = self.background.state
+            seen = self.next_state() if newest is None or newest is seen else newest
+            yield seen
+
+    issue_pairing_code = _waits(PendantClient.issue_pairing_code)
+    end_pairing = _waits(PendantClient.end_pairing)
+    add_account = _waits(PendantClient.add_account)
+    set_password = _waits(PendantClient.set_password)
+
+    take_control = _waits(PendantClient.take_control)
+    release_control = _waits(PendantClient.release_control)
+    set_mode = _waits(PendantClient.set_mode)
+    set_speed = _waits(PendantClient.set_speed)
+    pause = _waits(PendantClient.pause)
+    resume = _waits(PendantClient.resume)
+    program_stop = _waits(PendantClient.program_stop)
+    stop = _waits(PendantClient.stop)
+    reset_stop = _waits(PendantClient.reset_stop)
 
     def control(
         self, *, force: bool = False, wanted: Callable[[AuthorityWanted], None] | None = None
@@ -151,75 +356,15 @@ class SyncPendantClient(SyncManaging, SyncJogging):
         """Hold the enabling device (training) half pressed for the length of the context."""
         return self._thread.entered(self.background.enabling())
 
-    def set_mode(self, mode: OperatingMode) -> None:
-        """Set the mode of operation; what moves is stopped."""
-        self._thread.call(self.background.set_mode(mode))
-
-    def set_speed(self, override: float, *, tool_speed: float = 0.0) -> None:
-        """Set the speed override, which acts on the running motion too, and the tool's cap."""
-        self._thread.call(self.background.set_speed(override, tool_speed=tool_speed))
-
-    def pause(self) -> None:
-        """Bring the motion or program to rest on its path."""
-        self._thread.call(self.background.pause())
-
-    def resume(self) -> None:
-        """Let what is paused go on along its path."""
-        self._thread.call(self.background.resume())
-
-    def program_stop(self) -> None:
-        """End the motion or program; nothing is latched."""
-        self._thread.call(self.background.program_stop())
-
-    def stop(self, reason: str = "stop") -> None:
-        """Stop the robot and latch the software stop; anybody may. It is no safety device."""
-        self._thread.call(self.background.stop(reason))
-
-    def reset_stop(self) -> None:
-        """Unlatch the stop; moves nothing."""
-        self._thread.call(self.background.reset_stop())
-
-    # Motions.
-
-    def move_joints(self, joints: Sequence[float], *, speed: float = 0.1) -> SyncMotion:
-        """Move all joints in a straight joint line."""
-        return self._motion(self.background.move_joints(joints, speed=speed))
-
-    def move_to_pose(
-        self, pose: Pose, *, motion: Motion = Motion.PTP, speed: float = 0.1
-    ) -> SyncMotion:
-        """Move the tool to a pose, by PTP or in a straight line (`Motion.LIN`)."""
-        return self._motion(self.background.move_to_pose(pose, motion=motion, speed=speed))
-
-    def follow_joints(
-        self, waypoints: Sequence[Sequence[float]], *, speed: float = 0.1
-    ) -> SyncMotion:
-        """Move through joint positions without stopping; where the robot stands is implied."""
-        return self._motion(self.background.follow_joints(waypoints, speed=speed))
-
-    def follow_poses(
-        self, poses: Sequence[Pose], *, motion: Motion = Motion.PTP, speed: float = 0.1
-    ) -> SyncMotion:
-        """Move the tool through poses: PTP passes them without stopping, LIN stops at each."""
-        return self._motion(self.background.follow_poses(poses, motion=motion, speed=speed))
-
-    def home(self, target: str = "home", *, speed: float = 0.1) -> SyncMotion:
-        """Move all joints to a named position of the robot, `home` or `zero`."""
-        return self._motion(self.background.home(target, speed=speed))
-
-    def run_program(
-        self,
-        name: str,
-        *,
-        run: RunKind = RunKind.ALL,
-        line: int = 0,
-        loops: int = 1,
-        speed: float = 1.0,
-        revision: int = 0,
-    ) -> SyncMotion:
-        """Run a stored program, or one step of it; `done` tells when that has ended."""
-        return self._motion(
-            self.background.run_program(
-                name, run=run, line=line, loops=loops, speed=speed, revision=revision
-            )
-        )
+    move_joints = _begins(PendantClient.move_joints)
+    move_to_pose = _begins(PendantClient.move_to_pose)
+    follow_joints = _begins(PendantClient.follow_joints)
+    follow_poses = _begins(PendantClient.follow_poses)
+    home = _begins(PendantClient.home)
+    run_program = _begins(PendantClient.run_program)
+    jog = _holds(PendantClient.jog)
+    jog_tool = _holds(PendantClient.jog_tool)
+    jog_out = _holds(PendantClient.jog_out)
+    step = _begins(PendantClient.step)
+    step_tool = _begins(PendantClient.step_tool)
+    undo_jog = _begins(PendantClient.undo_jog)

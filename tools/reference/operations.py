@@ -22,15 +22,20 @@ from openpendant.simplemsg.pendant.management import OPERATIONS as DECLARED
 from openpendant.simplemsg.pendant.management.declaration import Request
 from openpendant.simplemsg.pendant.roles import LEAST_ROLE, Permission, Role
 
-from ..pendants.management.access import AccessCalls, UserCalls
 from ..pendants.management.calls import call, function_of
-from ..pendants.management.cell import CellCalls
-from ..pendants.management.devices import RobotCalls, SignalCalls, TraceCalls
-from ..pendants.management.frames import FrameCalls
-from ..pendants.management.programs import ProgramCalls
-from ..pendants.management.recordings import RecordingCalls
-from ..pendants.management.scene import SceneCalls
-from ..pendants.management.tools import ToolCalls
+from ..pendants.management.groups import (
+    AccessCalls,
+    CellCalls,
+    FrameCalls,
+    ProgramCalls,
+    RecordingCalls,
+    RobotCalls,
+    SceneCalls,
+    SignalCalls,
+    ToolCalls,
+    TraceCalls,
+    UserCalls,
+)
 from .docstrings import Docstring, told_of, with_models
 
 

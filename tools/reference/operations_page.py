@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Any, is_typeddict
 
-from openpendant.simplemsg.pendant.management import edits, poses, statements
+from openpendant.simplemsg.pendant.management import declaration, edits
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from .docstrings import Docstring
@@ -153,7 +153,7 @@ def _tagged(schema: dict[str, Any]) -> list[str]:
 @cache
 def _clients_types() -> dict[str, type]:
     """Return the client's types of what requests hold, by name."""
-    modules = (edits, statements, poses)
+    modules = (edits, declaration)
     return {
         name: kind
         for module in modules

@@ -29,8 +29,8 @@ from openpendant.simplemsg.pendant import (
     Subscribe,
 )
 from openpendant.simplemsg.pendant import Login as LoginRequest
-from openpendant.simplemsg.pendant.management import access, users
-from openpendant.simplemsg.pendant.management.replies import Done
+from openpendant.simplemsg.pendant.management import access
+from openpendant.simplemsg.pendant.management.declaration import Done
 from openpendant.simplemsg.pendant.roles import Permission, Role
 from openpendant.simplemsg.verdicts import VerdictCode
 
@@ -286,39 +286,43 @@ class AccessRequests:
         ]
         return reply.answer({"sessions": sessions})
 
-    @handles(users.ListUsers)
+    @handles(access.ListUsers)
     def _list_users(
-        self, asked: users.ListUsers, reply: ReplyTo[users.Users], now: int
+        self, asked: access.ListUsers, reply: ReplyTo[access.Users], now: int
     ) -> list[Effect]:
         accounts = sorted(self._login.accounts, key=lambda account: account.key)
-        found: list[users.User] = [
+        found: list[access.User] = [
             {"name": account.name, "role": account.role.value, "disabled": account.disabled}
             for account in accounts
         ]
         problems = self._login.accounts.unreadable
-        unreadable: list[users.UnreadableUser] = [
+        unreadable: list[access.UnreadableUser] = [
             {"name": name, "problem": problems[name]} for name in sorted(problems)
         ]
         return reply.answer({"users": found, "unreadable": unreadable})
 
-    @handles(users.RemoveUser)
-    def _remove_user(self, asked: users.RemoveUser, reply: ReplyTo[Done], now: int) -> list[Effect]:
+    @handles(access.RemoveUser)
+    def _remove_user(
+        self, asked: access.RemoveUser, reply: ReplyTo[Done], now: int
+    ) -> list[Effect]:
         return self._change_asked(reply, AccountAction.REMOVE, asked.name)
 
-    @handles(users.SetUserRole)
+    @handles(access.SetUserRole)
     def _set_user_role(
-        self, asked: users.SetUserRole, reply: ReplyTo[Done], now: int
+        self, asked: access.SetUserRole, reply: ReplyTo[Done], now: int
     ) -> list[Effect]:
         return self._change_asked(reply, AccountAction.SET_ROLE, asked.name, Role(asked.role))
 
-    @handles(users.DisableUser)
+    @handles(access.DisableUser)
     def _disable_user(
-        self, asked: users.DisableUser, reply: ReplyTo[Done], now: int
+        self, asked: access.DisableUser, reply: ReplyTo[Done], now: int
     ) -> list[Effect]:
         return self._change_asked(reply, AccountAction.DISABLE, asked.name)
 
-    @handles(users.EnableUser)
-    def _enable_user(self, asked: users.EnableUser, reply: ReplyTo[Done], now: int) -> list[Effect]:
+    @handles(access.EnableUser)
+    def _enable_user(
+        self, asked: access.EnableUser, reply: ReplyTo[Done], now: int
+    ) -> list[Effect]:
         return self._change_asked(reply, AccountAction.ENABLE, asked.name)
 
     def _change_asked(

@@ -3,32 +3,16 @@
 Importing this package imports every topic, so that the table of operations is whole.
 """
 
-from . import (
-    access,
-    cell,
-    frames,
-    programs,
-    recordings,
-    robots,
-    scene,
-    signals,
-    tools,
-    trace,
-    users,
-)
+from . import access, cell, devices, frames, programs, recordings, scene
 from .declaration import OPERATIONS
 
 __all__ = [
     "OPERATIONS",
     "access",
     "cell",
+    "devices",
     "frames",
     "programs",
     "recordings",
-    "robots",
     "scene",
-    "signals",
-    "tools",
-    "trace",
-    "users",
 ]

@@ -1,9 +1,9 @@
 """Declaration of management operations: one frozen dataclass a request, with its reply and role.
 
-Owns the table of all operations, and the markers that say of a field what Python's types do not:
-bounds, lengths, and how JSON becomes its value. A marker has the method that pydantic looks for by
-name, so that the server reads requests by their declarations and this package needs the standard
-library only.
+Owns the table of all operations, the markers that say of a field what Python's types do not
+(bounds, lengths, and how JSON becomes its value), and the values that several topics share. A
+marker has the method that pydantic looks for by name, so that the server reads requests by their
+declarations and this package needs the standard library only.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import (
     Literal,
     NotRequired,
     TypeAlias,
+    TypedDict,
     TypeVar,
     dataclass_transform,
     get_args,
@@ -44,7 +45,6 @@ class Request(Generic[Reply]):
             of this kind are taken in order and once.
         OVERTAKEN: whether it is refused where a stop of its connection has overtaken it; None where
             its permission decides.
-        op: name of the operation, as in the JSON body.
     """
 
     __slots__ = ()
@@ -77,13 +77,6 @@ def operation(
     overtaken: bool | None = None,
 ) -> Callable[[type[_Declared]], type[_Declared]]:
     """Declare the request of an operation: a class of fields becomes a frozen dataclass.
-
-    Args:
-        name: value of `op`.
-        needs: what whoever asks must be permitted; None for nothing.
-        in_order: whether it may move the robot or its surroundings.
-        overtaken: whether it is refused where a stop has overtaken it; None where its permission
-            decides.
 
     Raises:
         ValueError: there is an operation of this name already.
@@ -122,8 +115,6 @@ class Count:
     """Bounds of a whole number.
 
     Attributes:
-        least: the smallest that is accepted.
-        most: the largest that is accepted; None for no bound.
         below: the number that it must be below; None for no bound.
     """
 
@@ -141,8 +132,6 @@ class Number:
     """Bounds of a real number.
 
     Attributes:
-        least: the smallest that is accepted; None for no bound.
-        most: the largest that is accepted; None for no bound.
         finite: whether infinity and what is no number are refused by that name.
     """
 
@@ -158,12 +147,7 @@ class Number:
 
 @dataclass(frozen=True, slots=True)
 class Length:
-    """Bounds of the number of items in a list.
-
-    Attributes:
-        least: the smallest that is accepted; None for no bound.
-        most: the largest that is accepted.
-    """
+    """Bounds of the number of items in a list."""
 
     least: int | None
     most: int
@@ -227,11 +211,7 @@ class ServerValue:
 
 @dataclass(frozen=True, slots=True)
 class Default:
-    """The value of a key that is left out.
-
-    Attributes:
-        value: the value.
-    """
+    """The value of a key that is left out."""
 
     value: Any
 
@@ -272,3 +252,50 @@ Content: TypeAlias = Annotated[Mapping[str, Any], ReadAs(dict[str, Any])]
 
 Revision: TypeAlias = Annotated[int, Count(0)]
 """The revision that a change was made from."""
+
+
+class PlacedPose(TypedDict):
+    """A pose in some frame.
+
+    Attributes:
+        position: x, y, z [m].
+        orientation: quaternion x, y, z, w; left out for no rotation.
+    """
+
+    position: Vector
+    orientation: NotRequired[Annotated[Quaternion, Default((0.0, 0.0, 0.0, 1.0))]]
+
+
+class FoundPose(TypedDict):
+    """A pose that was worked out.
+
+    Attributes:
+        position: x, y, z [m].
+        orientation: quaternion x, y, z, w.
+    """
+
+    position: list[float]
+    orientation: list[float]
+
+
+AnyPose: TypeAlias = PlacedPose | FoundPose
+"""What a call takes: a pose that somebody wrote, or one that the server found."""
+
+Placed: TypeAlias = Annotated[AnyPose, ReadAsKeys(PlacedPose)]
+"""A pose in a request."""
+
+ORIGIN: PlacedPose = {"position": (0.0, 0.0, 0.0), "orientation": (0.0, 0.0, 0.0, 1.0)}
+
+
+class Done(TypedDict):
+    """Nothing more is told: it is done."""
+
+
+class Changed(TypedDict):
+    """The revision to make the next change from.
+
+    Attributes:
+        revision: the one that is kept now: make the next change from it.
+    """
+
+    revision: int

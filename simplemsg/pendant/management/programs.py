@@ -12,8 +12,7 @@ from typing import Annotated, Literal, NotRequired, TypeAlias, TypedDict
 
 from ..roles import Permission
 from .declaration import Count, Length, ReadAs, Request, Revision, ServerValue, operation
-from .edits import Edit
-from .statements import Move
+from .edits import Edit, Move
 
 MOST_PARTS = 1_000
 """Parts in which a program may be saved."""

@@ -9,9 +9,7 @@ from dataclasses import field
 from typing import Any, NotRequired, TypedDict
 
 from ..roles import Permission
-from .declaration import Content, Request, Revision, operation
-from .poses import Placed
-from .replies import Changed
+from .declaration import Changed, Content, Placed, Request, Revision, operation
 
 
 class Scene(TypedDict):

@@ -11,8 +11,7 @@ from openpendant.simplemsg.pendant import HelloReply, ProgramReport, ProgramStat
 from openpendant.simplemsg.pendant.management.cell import JointFacts, Snapshot
 from openpendant.tools.pendants.terminal.commands import Command
 from openpendant.tools.pendants.terminal.panel import Panel
-from openpendant.tools.pendants.terminal.reachability import DryRunFindings
-from openpendant.tools.pendants.terminal.taught_program import TaughtProgram
+from openpendant.tools.pendants.terminal.taught_program import DryRunFindings, TaughtProgram
 
 MS = 1_000_000
 S = 1_000 * MS

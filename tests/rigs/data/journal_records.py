@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from openpendant.simplemsg.journal_text import json_parts, spelled
+from openpendant.simplemsg.journal import json_parts, spelled
 
 
 def read_back(record: dict[str, Any]) -> dict[str, Any]:

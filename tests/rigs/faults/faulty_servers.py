@@ -24,7 +24,6 @@ from openpendant.controller_emulator.shell.settings import EmulatorSettings
 from openpendant.motion.description.limits import JointLimits
 from openpendant.simplemsg import (
     PENDANT,
-    ByteOrder,
     CommType,
     Connection,
     JointTrajPt,
@@ -191,9 +190,9 @@ class FaultyService(Service):
         self.motion_numbers.add(self._links_made + 1)
         return super().motion_link()
 
-    def _link(self, events: LinkEvents, order: ByteOrder | None) -> EmulatorLink:
+    def _link(self, events: LinkEvents) -> EmulatorLink:
         self._links_made += 1
-        connection = Connection(Role.SERVER, PENDANT, order, self._settings.real_size)
+        connection = Connection(Role.SERVER, PENDANT, real_size=self._settings.real_size)
         kind = self.fault.link or FaultyLink
         return kind(self._links_made, connection, events, self.journal, self)
 

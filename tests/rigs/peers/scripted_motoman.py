@@ -27,6 +27,8 @@ from openpendant.simplemsg import (
     message_type,
 )
 from openpendant.simplemsg.motoman import (
+    MotionCommand,
+    MotionResult,
     MotomanGetDhParameters,
     MotomanGetDhParametersReply,
     MotomanMotionCtrl,
@@ -34,8 +36,8 @@ from openpendant.simplemsg.motoman import (
     MotomanReadSingleIo,
     MotomanReadSingleIoReply,
     MotomanSelectTool,
+    Subcode,
 )
-from openpendant.simplemsg.motoman_codes import MotionCommand, MotionResult, Subcode
 from openpendant.tools.packets.conformance.check import CheckVerdict, Judgement, Profile
 from openpendant.tools.packets.conformance.server.runner import judge
 from openpendant.tools.packets.conformance.server.target import Options

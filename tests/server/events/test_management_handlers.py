@@ -18,8 +18,8 @@ from openpendant.server.programs.library.program_library import ProgramLibrary
 from openpendant.server.recording.recording_service import RecordingService
 from openpendant.server.scene.scene_service import SceneService
 from openpendant.simplemsg.pendant.management import OPERATIONS
-from openpendant.simplemsg.pendant.management.replies import Done
-from openpendant.simplemsg.pendant.management.trace import ClearTrace
+from openpendant.simplemsg.pendant.management.declaration import Done
+from openpendant.simplemsg.pendant.management.devices import ClearTrace
 
 SERVICES = (
     AccessRequests,

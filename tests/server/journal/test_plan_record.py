@@ -27,7 +27,7 @@ from openpendant.server.programs.interpreter.dry_run_results import (
 from openpendant.server.programs.language.program import Program
 from openpendant.server.programs.language.statements import Attach, Detach
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.journal_text import LongValue, json_parts
+from openpendant.simplemsg.journal import LongValue, json_parts
 from openpendant.simplemsg.verdicts import VerdictCode
 
 START = (0.1, -0.2)

@@ -15,10 +15,10 @@ from openpendant.server.endpoints.pendant.jog_requests import RetreatReply
 from openpendant.server.endpoints.pendant.management import ServedCells, Snapshot
 from openpendant.server.programs.editing import edits as server_edits
 from openpendant.server.programs.language import statements as server_statements
-from openpendant.simplemsg.pendant.management import cell, edits, programs, statements
+from openpendant.simplemsg.pendant.management import cell, edits, programs
 from openpendant.tools.pendants.client import PendantClient
 from openpendant.tools.pendants.loop_thread import LoopThread
-from openpendant.tools.pendants.management.calls import AsyncCalls, call
+from openpendant.tools.pendants.management.calls import AsyncCalls, CallGroup, call
 from openpendant.tools.pendants.sync_client import SyncPendantClient
 from openpendant.tools.reference.docstrings import is_optional
 from openpendant.tools.reference.operations import (
@@ -52,7 +52,7 @@ def _by_tag(union: Any, tag: str) -> dict[str, Any]:
 
 TAGGED = [
     ("edit", server_edits.Edit, edits.Edit),
-    ("statement", server_statements.Statement, statements.Statement),
+    ("statement", server_statements.Statement, edits.Statement),
 ]
 
 
@@ -86,7 +86,7 @@ def _fields(kind: Any) -> tuple[Mapping[str, Any], set[str]]:
 )
 def test_what_is_inside_an_edit_has_the_fields_of_the_server(name: str, nested: str) -> None:
     theirs = getattr(server_edits if name != "Move" else server_statements, name)
-    ours = getattr(edits if name != "Move" else statements, name)
+    ours = getattr(edits, name)
     their_kind, our_kind = (_inner(get_type_hints(kind)[nested]) for kind in (theirs, ours))
     assert set(get_type_hints(our_kind)) == set(_fields(their_kind)[0])
 
@@ -138,7 +138,7 @@ def test_both_clients_have_the_same_groups_with_the_same_calls() -> None:
         thread.end()
 
 
-class Group(AsyncCalls):
+class Group(CallGroup[AsyncCalls]):
     """Calls of a client, awaited."""
 
     save = call(programs.SaveProgram)
@@ -151,7 +151,7 @@ async def _manage(request: dict[str, Any]) -> dict[str, Any]:
 
 @pytest.mark.asyncio
 async def test_an_awaited_call_returns_the_reply_or_the_part_of_it_that_is_meant() -> None:
-    group = Group(_manage)
+    group = Group(AsyncCalls(_manage))
     sent: Mapping[str, Any] = await group.save("weld", "text", 3, part=2)
     fields = {"name": "weld", "body": "text", "expected_revision": 3, "format": "text"}
     assert sent == {"op": "programs.save", **fields, "part": 2, "parts": 1, "holds": ["one"]}
@@ -164,4 +164,4 @@ async def test_an_awaited_call_returns_the_reply_or_the_part_of_it_that_is_meant
 
 def test_a_wrong_argument_is_python_s_own_error_and_never_leaves() -> None:
     with pytest.raises(TypeError, match="louder"):
-        Group(_manage).save("weld", "", 0, louder=True)  # type: ignore[call-arg, unused-coroutine]
+        Group(AsyncCalls(_manage)).save("weld", "", 0, louder=True)  # type: ignore[call-arg, unused-coroutine]

@@ -36,7 +36,7 @@ from openpendant.simplemsg.verdicts import VerdictCode
 from openpendant.tools.pendants.connection_errors import PendantError, Refused, WrongArgument
 from openpendant.tools.pendants.motions import quaternion_of, roll_pitch_yaw
 from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
-from openpendant.tools.pendants.roboanalyzer.robots import some_cell
+from openpendant.tools.pendants.roboanalyzer.values import some_cell
 
 pytestmark = pytest.mark.realtime
 

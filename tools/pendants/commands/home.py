@@ -6,19 +6,14 @@ import sys
 from functools import partial
 
 from ..client import PendantClient
-from .arguments import add_speed, parser, server_access
 from .moving import STATE_RATE, move
-from .running import CommandOutput, run
+from .running import CommandOutput, add_speed, parser, run, server_access
 
 _TARGETS = ("home", "zero")
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command and return its exit code.
-
-    Args:
-        argv: arguments behind `openpendant home`; None takes those of the process.
-    """
+    """Run the command and return its exit code."""
     reader = parser("home", "Move the robot to its home position. Ctrl-C stops it.")
     reader.add_argument("--to", choices=_TARGETS, default="home", help="named position")
     add_speed(reader, 0.1, "the joints' largest speed")

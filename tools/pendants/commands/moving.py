@@ -37,12 +37,6 @@ async def move(pendant: PendantClient, output: CommandOutput, what: str, begin: 
     """Take the authority, start a motion, report its progress, and return the exit code at its end.
 
     An interruption (Ctrl-C) stops the robot first; the end of the connection would stop it, too.
-
-    Args:
-        pendant: the connection.
-        output: of the command.
-        what: the motion, in words.
-        begin: requests the motion.
     """
     try:
         async with pendant.control():

@@ -12,16 +12,11 @@ from openpendant.simplemsg.pendant.management.cell import LatchedStop
 
 from ...console import ExitCode
 from ..client import PendantClient, Refused
-from .arguments import parser, server_access
-from .running import CommandOutput, facts_of, run
+from .running import CommandOutput, facts_of, parser, run, server_access
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command and return its exit code.
-
-    Args:
-        argv: arguments behind `openpendant reset`; None takes those of the process.
-    """
+    """Run the command and return its exit code."""
     reader = parser("reset", "Reset the latched stop; moves nothing. Asks before, unless --yes.")
     reader.add_argument("--yes", action="store_true", help="do not ask")
     arguments = reader.parse_args(sys.argv[1:] if argv is None else argv)

@@ -9,9 +9,8 @@ from functools import partial
 from openpendant.simplemsg.pendant import ProgramReport, ProgramState
 
 from ..client import PendantClient
-from .arguments import add_speed, parser, server_access
 from .moving import STATE_RATE, move
-from .running import CommandOutput, run
+from .running import CommandOutput, add_speed, parser, run, server_access
 
 _STANDS = {
     ProgramState.PAUSED: "is paused",
@@ -21,11 +20,7 @@ _STANDS = {
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command and return its exit code.
-
-    Args:
-        argv: arguments behind `openpendant run`; None takes those of the process.
-    """
+    """Run the command and return its exit code."""
     reader = parser("run", "Run a stored program. Ctrl-C stops the robot and ends it.")
     reader.add_argument("program", metavar="PROGRAM", help="name of the program")
     add_speed(reader, 1.0, "the programmed speeds")

@@ -11,19 +11,14 @@ from functools import partial
 
 from ...console import ExitCode
 from ..client import PendantClient, PendantError
-from .arguments import parser, server_access
-from .running import CommandOutput, run
+from .running import CommandOutput, parser, run, server_access
 
 _WITHIN = 3.0
 _UNSURE = "it is not sure that the robot was stopped: use the controller's own emergency stop"
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command and return its exit code.
-
-    Args:
-        argv: arguments behind `openpendant stop`; None takes those of the process.
-    """
+    """Run the command and return its exit code."""
     reader = parser(
         "stop",
         "Stop the robot and latch the software stop; it is no safety device. Anybody may.",

@@ -1,7 +1,7 @@
 """How a declared management operation becomes a call of both clients.
 
-A group of operations is a class whose attributes are `call(SomeRequest)`. Bound to the asyncio
-client (`AsyncCalls`) such a call is awaited, bound to the blocking one (`SyncCalls`) it waits;
+A group of operations is a class whose attributes are `call(SomeRequest)`. In a group of the asyncio
+client (`AsyncCalls`) such a call is awaited, in one of the blocking client (`SyncCalls`) it waits;
 either way it takes the fields of the request and returns the server's reply. Knows no operation.
 """
 
@@ -33,12 +33,7 @@ Manage = Callable[[dict[str, Any]], Awaitable[dict[str, Any]]]
 def then(
     make: Callable[_Arguments, _Made], use: Callable[[_Made], _Used]
 ) -> Callable[_Arguments, _Used]:
-    """Return a call with the arguments of one function that does with its result what another does.
-
-    Args:
-        make: makes a request.
-        use: sends it.
-    """
+    """Return a call with the arguments of `make` that does with its result what `use` does."""
 
     @wraps(make)
     def asked(*arguments: _Arguments.args, **named: _Arguments.kwargs) -> _Used:
@@ -48,47 +43,43 @@ def then(
 
 
 class AsyncCalls:
-    """Operations that are awaited."""
+    """The way of the asyncio client: calls are awaited."""
 
     def __init__(self, manage: Manage) -> None:
-        """Make the group of one client.
-
-        Args:
-            manage: sends a request.
-        """
         self._manage = manage
 
-    async def _perform(self, request: Request[Any], part: str) -> Any:
+    async def perform(self, request: Request[Any], part: str) -> Any:
+        """Send a request; return the reply, or that field of it."""
         reply = await self._manage(body_of(request))
         return reply[part] if part else reply
 
 
 class SyncCalls:
-    """Operations that wait."""
+    """The way of the blocking client: calls wait for a thread that has the connection."""
 
     def __init__(self, thread: LoopThread, manage: Manage) -> None:
-        """Make the group of one client.
-
-        Args:
-            thread: has the connection.
-            manage: sends a request, on that thread.
-        """
         self._thread = thread
-        self._manage = manage
+        self._calls = AsyncCalls(manage)
 
-    def _perform(self, request: Request[Any], part: str) -> Any:
-        reply = self._thread.call(self._sent(request))
-        return reply[part] if part else reply
+    def perform(self, request: Request[Any], part: str) -> Any:
+        """Send a request; return the reply, or that field of it."""
+        return self._thread.call(self._calls.perform(request, part))
 
-    async def _sent(self, request: Request[Any]) -> dict[str, Any]:
-        return await self._manage(body_of(request))
+
+Way = TypeVar("Way", bound=AsyncCalls | SyncCalls)
+
+
+class CallGroup(Generic[Way]):
+    """Calls of operations, in the way of one client."""
+
+    def __init__(self, way: Way) -> None:
+        self._way = way
 
 
 class call(Generic[_Arguments, Reply]):
     """Makes a declared request a call that asks the server and returns its reply.
 
     Attributes:
-        kind: class of the request.
         part: the only field of the reply that is returned; empty for all of it.
     """
 
@@ -98,12 +89,6 @@ class call(Generic[_Arguments, Reply]):
     def __init__(self, kind: Callable[_Arguments, Request[Any]], part: str) -> None: ...
 
     def __init__(self, kind: Callable[_Arguments, Request[Any]], part: str = "") -> None:
-        """Make a call of a request.
-
-        Args:
-            kind: its class.
-            part: the only field of the reply that is returned; empty for all of it.
-        """
         self.kind = kind
         self.part = part
 
@@ -117,19 +102,19 @@ class call(Generic[_Arguments, Reply]):
     def __get__(self, group: None, owner: type) -> call[_Arguments, Reply]: ...
     @overload
     def __get__(
-        self, group: AsyncCalls, owner: type
+        self, group: CallGroup[AsyncCalls], owner: type
     ) -> Callable[_Arguments, Coroutine[Any, Any, Reply]]: ...
     @overload
-    def __get__(self, group: SyncCalls, owner: type) -> Callable[_Arguments, Reply]: ...
+    def __get__(self, group: CallGroup[SyncCalls], owner: type) -> Callable[_Arguments, Reply]: ...
 
-    def __get__(self, group: AsyncCalls | SyncCalls | None, owner: type) -> Any:
+    def __get__(self, group: CallGroup[Any] | None, owner: type) -> Any:
         """Return the call of one client; of the class itself, what makes calls."""
         if group is None:
             return self
 
         @wraps(self.request)
         def asked(*arguments: _Arguments.args, **named: _Arguments.kwargs) -> Any:
-            return group._perform(self.request(*arguments, **named), self.part)
+            return group._way.perform(self.request(*arguments, **named), self.part)
 
         return asked
 
@@ -138,9 +123,6 @@ def calls_of(topic: str) -> Callable[[type[_Group]], type[_Group]]:
     """Give a group a call for each operation of its topic that it has no line for.
 
     A line in the class gives a call its type; an operation without one is there all the same.
-
-    Args:
-        topic: how the names of its operations begin.
     """
 
     def complete(group: type[_Group]) -> type[_Group]:
@@ -160,7 +142,6 @@ def function_of(
     """Return a function that makes a declared request, and is documented as the call is.
 
     Args:
-        kind: class of the request.
         part: the only field of the reply that the call returns; empty for all of it.
     """
     assert isinstance(kind, type)

@@ -14,21 +14,34 @@ where an argument is none. Numbers may be floats throughout, as MATLAB's are: jo
 
 from __future__ import annotations
 
+import contextlib
 import math
 import ssl
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Self
 
-from openpendant.simplemsg.pendant import Motion
+from openpendant.simplemsg.pendant import Motion, OperatingMode, StateField
+from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..client import DEFAULT_PORT, Pose
-from ..connection_errors import ConnectionLost, Refused, WrongArgument
+from ..connection_errors import ConnectionLost, PendantError, Refused, WrongArgument
 from ..motions import quaternion_of, roll_pitch_yaw
-from ..sync_client import SyncPendantClient
-from .arguments import fraction, joint_index, number, numbers, text, whole
-from .motion_calls import arrive, begun, enabled
-from .robots import RobotDisplay, RobotPosture, chosen_cell, display_of, posture_of, some_cell
+from ..sync_client import SyncMotion, SyncPendantClient
+from .values import (
+    RobotDisplay,
+    RobotPosture,
+    chosen_cell,
+    display_of,
+    fraction,
+    joint_index,
+    number,
+    numbers,
+    posture_of,
+    some_cell,
+    text,
+    whole,
+)
 
 _X, _Y, _Z = range(3)
 _ROLL, _PITCH, _YAW = range(3)
@@ -59,8 +72,6 @@ class RoboAnalyzerClient:
         """Connect and select a robot.
 
         Args:
-            host: address of the pendant server.
-            port: its pendant port.
             robot: name of the robot to select, or of its cell; empty for the one of `cell`, or
                 for the only one.
             cell: name of the cell to ask first; empty for any.
@@ -68,7 +79,6 @@ class RoboAnalyzerClient:
             client: name that others are shown; at most 32 bytes.
             tls: how to encrypt and whom to trust; None for an unencrypted connection.
             user: account, or with a pairing code the name of a guest, `client` if empty.
-            password: of the account.
             pairing: code of a class, instead of a password; where the server has several cells,
                 `cell` says which.
 
@@ -82,6 +92,7 @@ class RoboAnalyzerClient:
         address = text(host, "the host"), whole(port, "the port")
         robot, cell = text(robot, "the robot"), text(cell, "the cell")
 
+        # A function, not a partial: no `repr` of this object shows the password.
         def connected(cell: str) -> SyncPendantClient:
             return SyncPendantClient.connect(
                 *address,
@@ -138,8 +149,6 @@ class RoboAnalyzerClient:
     ) -> None:
         self.DisposeRobot()
 
-    # Robots.
-
     def ShowAvailableRobots(self) -> list[str]:
         """Return the names of the robots that the server serves."""
         return [cell["robot"] for cell in self._pendant.cells()["cells"]]
@@ -182,20 +191,15 @@ class RoboAnalyzerClient:
         if connection is not None:
             connection.close()
 
-    # The trace.
-
     def ClearTrace(self) -> None:
         """Have every display of this robot forget the trace of its tool so far."""
         self._pendant.trace.clear()
-
-    # Joints.
 
     def UpdateJointAngles(self, angles: Sequence[float]) -> None:
         """Move all joints to these positions [°, mm for a linear axis]."""
         given = numbers(angles, "angles", len(self._units))
         target = [value * unit for value, unit in zip(given, self._units, strict=True)]
-        with enabled(self._pendant):
-            arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
+        self._arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
 
     def IncrementJointAngle(self, joint: float, increment: float) -> None:
         """Move one joint, counted from 1, by an increment [°, mm for a linear axis]."""
@@ -213,15 +217,11 @@ class RoboAnalyzerClient:
             value + increment * unit
             for value, increment, unit in zip(here, given, self._units, strict=True)
         ]
-        with enabled(self._pendant):
-            arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
+        self._arrive(lambda: self._pendant.move_joints(target, speed=self.speed))
 
     def SetHomePosition(self) -> None:
         """Move all joints to the robot's home position."""
-        with enabled(self._pendant):
-            arrive(lambda: self._pendant.home(speed=self.speed))
-
-    # The tool, in base.
+        self._arrive(lambda: self._pendant.home(speed=self.speed))
 
     def IncrementX(self, increment: float) -> None:
         """Move the tool along the X axis of base [mm], in a straight line."""
@@ -261,17 +261,52 @@ class RoboAnalyzerClient:
         self._line_to(Pose(here.position, quaternion_of(*angles)))
 
     def _line_to(self, pose: Pose) -> None:
-        with enabled(self._pendant):
-            arrive(lambda: self._pendant.move_to_pose(pose, motion=Motion.LIN, speed=self.speed))
+        self._arrive(lambda: self._pendant.move_to_pose(pose, motion=Motion.LIN, speed=self.speed))
+
+    def _arrive(self, move: Callable[[], SyncMotion]) -> None:
+        """Start a motion and wait for its end; a robot at the target already has arrived.
+
+        The enabling device (training) is held in the modes that need it.
+        """
+        pendant = self._pendant
+        is_automatic = pendant.next_state().operating_mode == OperatingMode.AUTOMATIC
+        with contextlib.nullcontext() if is_automatic else pendant.enabling():
+            try:
+                motion = move()
+            except Refused as refused:
+                if refused.code != VerdictCode.NO_MOTION:
+                    raise
+            else:
+                motion.done()
 
     def _tool_pose(self) -> Pose:
         self._pendant.next_state()
         return self._pendant.tool_pose()
-
-    # The connection.
 
     @property
     def _pendant(self) -> SyncPendantClient:
         if self._connection is None:
             raise ConnectionLost("the robot was disposed of; make another RoboAnalyzerClient")
         return self._connection
+
+
+_READY_WITHIN = 10.0
+
+
+def begun(pendant: SyncPendantClient) -> list[float]:
+    """Take control of a robot; return one degree or one millimetre of each joint, in rad or m.
+
+    Raises:
+        Refused: somebody else moves it.
+        PendantError: its controller reports no position.
+    """
+    joints = pendant.snapshot()["joints"]
+    pendant.take_control()
+    try:
+        pendant.wait_until(
+            lambda state: bool(state.valid_fields & StateField.TOOL), within=_READY_WITHIN
+        )
+    except TimeoutError:
+        text = f"the controller did not tell within {_READY_WITHIN:g} s where the robot stands"
+        raise PendantError(f"{text}; openpendant why says what is missing") from None
+    return [math.radians(1.0) if joint["unit"] == "rad" else 0.001 for joint in joints]

@@ -40,16 +40,11 @@ class PendantScreen(Screen[None]):
     """The only screen; it has no widget that could consume a key."""
 
     def __init__(self, panel: Panel, connection: TerminalConnection) -> None:
-        """Make a screen.
-
-        Args:
-            panel: the core.
-            connection: carries out what the core asks for.
-        """
         super().__init__()
         self._panel = panel
         self._connection = connection
-        self._texts = {name: _text(name) for name in _TEXTS}
+        # Without markup: a program's brackets are shown as they are.
+        self._texts = {name: Static(id=name, markup=False) for name in _TEXTS}
         self._shown: dict[str, str] = {}
 
     def compose(self) -> ComposeResult:
@@ -108,11 +103,6 @@ class PendantScreen(Screen[None]):
             self._texts[name].update(text)
 
 
-def _text(name: str) -> Static:
-    """Return a text without markup: a program's brackets are shown as they are."""
-    return Static(id=name, markup=False)
-
-
 class PendantApp(App[PendantError | None]):
     """The terminal pendant; it returns the error that ended it, None if its user ended it."""
 
@@ -140,13 +130,7 @@ class PendantApp(App[PendantError | None]):
     def __init__(
         self, connect: Connect, log_in: LogIn = as_nobody, panel: Panel | None = None
     ) -> None:
-        """Make a pendant.
-
-        Args:
-            connect: makes a connection to the server.
-            log_in: logs in on it.
-            panel: the core; a new one if None.
-        """
+        """Make a pendant."""
         super().__init__()
         self.panel = Panel() if panel is None else panel
         self._connection = TerminalConnection(self.panel, connect, log_in)

@@ -50,15 +50,10 @@ class CellView:
         is_greeted: a server has answered our hello, and so accepts a stop.
         is_connected: the login has succeeded, too.
         absence: why there is no connection, and what happens next.
-        robot: name of the robot.
-        cell: name of the cell.
-        session: number of our connection.
         joints: the driven joints, base to tip.
         frames: names of the frames to jog in, beside the joints.
         state: the newest state; None before the first.
         owner: name of the pendant in control; empty for nobody, or if it is not known.
-        stopped_by: name of the pendant that stopped the robot last.
-        stop_reason: the reason of that stop.
     """
 
     is_greeted: bool = False

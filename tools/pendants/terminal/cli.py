@@ -1,16 +1,21 @@
 """`openpendant pendant`: a teach pendant in a terminal.
 
-Owns arguments, messages to the user and exit codes. Exit codes: 0 ended by the user, 1 no server
-to print about, one that does not want us, or a stop that was not confirmed at the end, 2 wrong
-usage, no such cell or no terminal, 69 textual is not installed, 130 interrupted.
+Owns arguments, messages to the user, exit codes, and the end of the process with its terminal. Exit
+codes: 0 ended by the user, 1 no server to print about, one that does not want us, or a stop that
+was not confirmed at the end, 2 wrong usage, no such cell or no terminal, 69 textual is not
+installed, 130 interrupted.
 """
 
 from __future__ import annotations
 
 import asyncio
 import importlib
+import os
+import select
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -20,11 +25,11 @@ from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...console import ExitCode, command, complain, run
 from ..client import DEFAULT_PORT, PendantClient, PendantError, Refused, WrongArgument
+from ..connection_errors import server_address
 from ..credentials import PASSWORD_VARIABLE, guest_name, pairing_code, password_of, tls_context
 from .connection import Connect, LogIn
 from .screen_text import status_once
 from .stop_key import REMEDY
-from .terminal_watch import end_with_terminal
 from .wording import connection_refused
 
 _STATE_RATE = 25.0
@@ -42,11 +47,7 @@ class _Unusable(Exception):
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run `openpendant pendant` and return its exit code.
-
-    Args:
-        argv: the arguments after `pendant`.
-    """
+    """Run `openpendant pendant` and return its exit code."""
     faults = {_Unusable: ExitCode.USAGE, _Failed: ExitCode.FAILED}
     return run(app, "pendant", argv, faults, _complain)
 
@@ -88,12 +89,16 @@ def pendant(
     The space bar is always the software stop. It is no safety device: keep a wired emergency stop
     at hand.
     """
-    host, port = _address(server)
+    address = server_address(server)
+    if address is None:
+        raise _Unusable(f"{server!r} is no server; accepted: HOST or HOST:PORT, PORT 1 to 65535")
+    host, port = address
     # textual draws on standard error.
     if not (plain or all(each.isatty() for each in (sys.stdin, sys.stdout, sys.stderr))):
         raise _Unusable("this is no terminal; --plain prints once how the robot stands")
     if not plain:
-        _check_textual()
+        # Before any question to the user; where it fails, the command says how to install it.
+        importlib.import_module("textual")
     try:
         tls = tls_context(ca)
         secret = pairing_code() if pairing else password_of(user)
@@ -133,21 +138,8 @@ def pendant(
             _give_up(gave_up)
 
 
-def _check_textual() -> None:
-    """Raise before any question to the user if the screen cannot be drawn.
-
-    Raises:
-        ModuleNotFoundError: textual is not installed; the command says how to install it.
-    """
-    importlib.import_module("textual")
-
-
 def _status(connect: Connect, log_in: LogIn) -> str:
-    """Return the state of the robot as text.
-
-    Raises:
-        _Failed: no server answers, or it refuses the connection.
-    """
+    """Return the state of the robot as text."""
     try:
         return asyncio.run(status_once(connect, log_in))
     except (Refused, WrongArgument) as error:
@@ -157,26 +149,45 @@ def _status(connect: Connect, log_in: LogIn) -> str:
 
 
 def _give_up(error: PendantError) -> NoReturn:
-    """Raise the error of a refused connection.
-
-    Raises:
-        _Unusable: an argument must change.
-        _Failed: the cause is no argument.
-    """
+    """Raise `_Unusable` where an argument must change, else `_Failed`."""
     if isinstance(error, Refused):
         wrong = error.code == VerdictCode.UNKNOWN_CELL
         raise (_Unusable if wrong else _Failed)(connection_refused(error))
     raise (_Unusable if isinstance(error, WrongArgument) else _Failed)(str(error))
 
 
-def _address(text: str) -> tuple[str, int]:
-    """Return host and port of `HOST`, `HOST:PORT`, `[HOST]:PORT` or a bare IPv6 address."""
-    host, port = text, str(DEFAULT_PORT)
-    if text.startswith("["):
-        host, _, rest = text[1:].partition("]")
-        port = rest.removeprefix(":") or port
-    elif text.count(":") == 1:
-        host, _, port = text.partition(":")
-    if not host or not (port.isascii() and port.isdigit() and 1 <= int(port) <= 65_535):
-        raise _Unusable(f"{text!r} is no server; accepted: HOST or HOST:PORT, PORT 1 to 65535")
-    return host, int(port)
+def end_with_terminal(descriptors: Sequence[int]) -> None:
+    """End this process by SIGHUP once one of its terminals has hung up.
+
+    For a controlling terminal the kernel sends that signal. For any other terminal it sends
+    nothing: reads return no data for ever, and the drawing thread has died and blocks the event
+    loop; so a thread of its own polls the terminals. The end of the process closes the connection;
+    the server then stops the robot and releases the motion authority.
+
+    Call it in the main thread. On Windows it does nothing: closing a console ends its processes
+    there.
+    """
+    if sys.platform == "win32":
+        return
+    # nohup starts a process with SIGHUP ignored; such a process would never end.
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    watch = threading.Thread(
+        target=watch_terminals,
+        args=(tuple(descriptors), lambda: os.kill(os.getpid(), signal.SIGHUP)),
+        name="terminal-watch",
+        daemon=True,
+    )
+    watch.start()
+
+
+def watch_terminals(descriptors: Sequence[int], gone: Callable[[], None]) -> None:
+    """Wait until a terminal has hung up, then call `gone` once; not on Windows.
+
+    Returns without calling `gone` where the platform cannot watch a terminal.
+    """
+    poll = select.poll()
+    for descriptor in descriptors:
+        poll.register(descriptor, 0)  # poll reports hang-ups and errors without a mask
+    events = [event for _, event in poll.poll()]
+    if any(event & (select.POLLHUP | select.POLLERR) for event in events):
+        gone()

@@ -21,7 +21,6 @@ class StopRobot:
     """Stop the robot and latch.
 
     Attributes:
-        reason: shown on every pendant.
         press: number of the stop key's stroke, which the verdict is matched to.
     """
 
@@ -114,7 +113,6 @@ class MoveJoints:
 
     Attributes:
         goal: (n,) target of each joint [rad, m].
-        name: the motion in words, for the messages.
     """
 
     goal: tuple[float, ...]
@@ -128,7 +126,6 @@ class MoveToPose:
     Attributes:
         position: x, y, z [m].
         orientation: quaternion x, y, z, w.
-        name: the motion in words, for the messages.
     """
 
     position: tuple[float, float, float]
@@ -186,9 +183,7 @@ class RunProgram:
     """Run a program or a step of it.
 
     Attributes:
-        name: of the program.
         revision: the shown one, and the only one that may run.
-        run: the whole program, or one step.
         line: line to start at; 0 for the present line, or the first.
         loops: number of passes; 0 until it is stopped.
     """

@@ -11,14 +11,6 @@ import asyncio
 import time
 from collections.abc import Awaitable, Callable
 
-from openpendant.simplemsg.pendant import (
-    AuthorityChanged,
-    AuthorityWanted,
-    ModeChanged,
-    ProgramReport,
-    State,
-    StopChanged,
-)
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..client import ConnectionLost, PendantClient, PendantError, Refused, WrongArgument
@@ -64,9 +56,7 @@ class TerminalConnection:
         """Make a connection that is not started.
 
         Args:
-            panel: the core, which receives all events.
             connect: makes a connection; raises `OSError` or `PendantError`.
-            log_in: logs in on it.
             clock: returns monotonic time [ns].
         """
         self._clock = clock
@@ -160,27 +150,12 @@ class TerminalConnection:
             raise TimeoutError(str(error) or f"no connection within {ATTEMPT:g} s") from None
 
     def _listen(self, client: PendantClient) -> None:
-        client.on_state = self._state_came
-        client.on_authority = self._authority_moved
-        client.on_wanted = self._wanted
-        client.on_stop = self._stop_moved
-        client.on_mode = self._mode_moved
-        client.on_program = self._program_moved
-
-    def _state_came(self, state: State) -> None:
-        self._panel.cell.take_state(state, self._clock())
-
-    def _authority_moved(self, change: AuthorityChanged) -> None:
-        self._panel.cell.authority_changed(change)
-
-    def _wanted(self, wanted: AuthorityWanted) -> None:
-        self._panel.messages.add(f"{wanted.client} asks for control; c gives it up")
-
-    def _stop_moved(self, change: StopChanged) -> None:
-        self.perform(self._panel.stop_changed(change))
-
-    def _mode_moved(self, change: ModeChanged) -> None:
-        self.perform(self._panel.mode_changed(change))
-
-    def _program_moved(self, report: ProgramReport) -> None:
-        self.perform(self._panel.program_moved(report))
+        panel = self._panel
+        client.on_state = lambda state: panel.cell.take_state(state, self._clock())
+        client.on_authority = panel.cell.authority_changed
+        client.on_wanted = lambda wanted: panel.messages.add(
+            f"{wanted.client} asks for control; c gives it up"
+        )
+        client.on_stop = lambda change: self.perform(panel.stop_changed(change))
+        client.on_mode = lambda change: self.perform(panel.mode_changed(change))
+        client.on_program = lambda report: self.perform(panel.program_moved(report))

@@ -34,12 +34,7 @@ class NotASize(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class StepSize:
-    """Size of one increment.
-
-    Attributes:
-        millimetres: along an axis.
-        degrees: about an axis.
-    """
+    """Size of one increment."""
 
     millimetres: float = _LENGTHS_MM[1]
     degrees: float = _ANGLES_DEG[1]
@@ -116,14 +111,9 @@ class JogKeys:
     _since: int = 0
 
     def pulse(self, key: AxisKey, now: int) -> tuple[Axes, float]:
-        """Take a stroke of a held key.
+        """Take a stroke of a held key; return the axes to move, and for how long at most [s].
 
-        Args:
-            key: the key.
-            now: monotonic time [ns].
-
-        Returns:
-            The axes to move, and the time until the first of their keys expires [s].
+        The time is that until the first of their keys expires.
         """
         self._struck[key.axis] = (key.sign, now)
         left = {axis: PULSE_NS - (now - at) for axis, (_, at) in self._struck.items()}
@@ -133,12 +123,7 @@ class JogKeys:
         return axes, min(left.values()) / 1e9
 
     def gather(self, key: AxisKey, now: int) -> None:
-        """Take a stroke for a step; the opposite direction of an axis replaces the first one.
-
-        Args:
-            key: the key.
-            now: monotonic time [ns].
-        """
+        """Take a stroke for a step; the opposite direction of an axis replaces the first one."""
         if not self._gathered:
             self._since = now
         self._gathered[key.axis] = key.sign
@@ -165,17 +150,10 @@ class JogPad:
 
     Attributes:
         frame: of the axes; `JOINTS` for joints.
-        kind: whether a key makes a step or is held.
-        step: size of a step.
     """
 
     def __init__(self, cell: CellView, messages: Messages) -> None:
-        """Start with steps of the joints.
-
-        Args:
-            cell: the view of the cell.
-            messages: receives the messages to the user.
-        """
+        """Start with steps of the joints."""
         self.frame = JOINTS
         self.kind = JogKind.STEP
         self.step = StepSize()
@@ -253,12 +231,7 @@ _CAPS = (0.01, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0)  # m/s
 
 
 def speed_asked(intent: Intent, state: State) -> ChangeSpeed:
-    """Return the speed that a key asks for, starting from the cell's speed.
-
-    Args:
-        intent: slower or faster; a lower or higher cap.
-        state: the newest state.
-    """
+    """Return the speed that a key asks for, starting from the cell's speed."""
     match intent:
         case Intent.SLOWER | Intent.FASTER:
             return ChangeSpeed(_next_of(_OVERRIDES, state.override, intent is Intent.FASTER))

@@ -75,7 +75,6 @@ class AxisKey:
 
     Attributes:
         axis: from 0: a joint, or x, y, z and the rotations about them.
-        sign: 1 or -1.
     """
 
     axis: int
@@ -150,7 +149,6 @@ def legend(axes: int, *, short: bool = False) -> str:
     """Return one line for each group of keys.
 
     Args:
-        axes: driven axes, whose keys are named.
         short: only the two lines that every display must show.
     """
     keys = {meaning: key for key, meaning in KEYBOARD.items() if key != "z"}

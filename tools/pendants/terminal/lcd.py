@@ -20,7 +20,7 @@ from .jog_pad import JogKind
 from .keyboard import Page
 from .panel import Panel, open_state, other_program, running_statement
 from .prompts import Choice, ProgramChoice, TextEntry
-from .reachability import REACHABLE
+from .taught_program import REACHABLE
 
 COLUMNS, ROWS = 20, 4
 
@@ -32,10 +32,6 @@ def page(panel: Panel, now: int) -> tuple[str, str, str, str]:
     """Return the page that is shown: a question, or the selected page.
 
     While a stop is not confirmed, the first row of every page says so.
-
-    Args:
-        panel: the pendant.
-        now: monotonic time [ns].
     """
     first, *others = _page(panel, now)
     return _screen(["STOP NOT CONFIRMED" if panel.stop_key.doubt(now) else first, *others])

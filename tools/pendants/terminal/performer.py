@@ -2,12 +2,13 @@
 
 Owns the order of the calls: one jog request at a time is pending and another meanwhile is dropped,
 never queued; a stop is sent at once, beside all others. The result of each command becomes one
-message to the user. Decides nothing.
+message to the user. The open program is reloaded when it may have changed. Decides nothing.
 """
 
 from __future__ import annotations
 
 import asyncio
+import json
 from collections.abc import Coroutine, Iterable
 from typing import Any
 
@@ -19,9 +20,104 @@ from ..motions import MotionHandle
 from . import commands as do
 from .cell_view import CellView
 from .commands import JOINTS, Command
-from .open_programs import OpenPrograms
 from .panel import Panel
+from .taught_program import DryRunFindings, ProgramEdit, TaughtProgram
 from .wording import refusal_line, why_lines, why_request
+
+
+class OpenPrograms:
+    """The stored programs and the open program on one connection."""
+
+    def __init__(self, client: PendantClient, panel: Panel) -> None:
+        self._client = client
+        self._panel = panel
+
+    async def names(self) -> list[str]:
+        """Return the names of all programs."""
+        names: list[str] = []
+        first: int | None = 0
+        while first is not None:
+            answer = await self._client.programs.list(first=first)
+            names += [each["name"] for each in answer["programs"]]
+            first = answer["next"]
+        return names
+
+    async def create(self, name: str) -> None:
+        """Create an empty program and show it."""
+        await self._client.programs.create(name)
+        self._panel.messages.add(f"{name} is new and empty")
+        self._panel.opened(await self._load(name))
+
+    async def open(self, name: str) -> None:
+        """Show a program, or ask to create it if none has that name."""
+        try:
+            self._panel.opened(await self._load(name))
+        except Refused as refused:
+            if refused.code not in (VerdictCode.NOT_FOUND, VerdictCode.PROGRAM_UNKNOWN):
+                raise
+            self._panel.not_there(name)
+
+    async def load_anew(self, name: str) -> None:
+        """Reload the open program, which another client has changed, and say what is shown now."""
+        shown = self._panel.teaching.program
+        if shown is None or shown.name != name:
+            return
+        try:
+            program = await self._load(name)
+        except Refused as refused:
+            if refused.code == VerdictCode.NOT_FOUND:
+                self._panel.teaching.closed()
+            raise
+        if program.revision != shown.revision:
+            self._panel.messages.add(
+                f"{name} was changed: revision {program.revision} is shown now,"
+                f" in the place of {shown.revision}; no dry run was made of it"
+            )
+        self._panel.opened(program)
+
+    async def edit(self, edit: ProgramEdit) -> None:
+        """Edit the open program."""
+        program = self._panel.teaching.program
+        if program is None:
+            return
+        try:
+            await self._client.manage(program.request(edit))
+        finally:
+            # After a refusal too: somebody else may have saved another revision.
+            self._panel.opened(await self._load(program.name))
+
+    async def walk(self, name: str) -> None:
+        """Request a dry run, which can take seconds; other commands run meanwhile."""
+        found: DryRunFindings | None = None
+        try:
+            answer = await self._client.manage({"op": "programs.dry_run", "name": name})
+            program = await self._load(name)
+            if program.revision == int(answer["revision"]):
+                found = DryRunFindings.read(name, program.revision, answer)
+            else:
+                self._panel.messages.add(f"{name} was changed meanwhile: . makes a dry run anew")
+            if (open_now := self._panel.teaching.program) is not None and open_now.name == name:
+                self._panel.opened(program)
+        finally:
+            self._panel.teaching.walked(found)
+
+    async def _load(self, name: str) -> TaughtProgram:
+        text, revision = await self._body(name, "text", None)
+        document, _ = await self._body(name, "json", revision)
+        return TaughtProgram.read(revision, text, json.loads(document))
+
+    async def _body(self, name: str, form: str, revision: int | None) -> tuple[str, int]:
+        """Load one form of a program; a long one arrives in parts."""
+        parts: list[str] = []
+        offset: int | None = 0
+        while offset is not None:
+            request = {"op": "programs.load", "name": name, "format": form, "offset": offset}
+            answer = await self._client.manage(request | {"revision": revision})
+            parts.append(answer["body"])
+            revision, offset = int(answer["revision"]), answer["next"]
+        assert revision is not None
+        return "".join(parts), revision
+
 
 MOVE_SPEED = 0.1
 """Fraction of the joints' largest speed of a move to a typed target; the override comes on top."""
@@ -33,12 +129,6 @@ class Performer:
     """The commands of one pendant that run on one connection."""
 
     def __init__(self, client: PendantClient, panel: Panel) -> None:
-        """Make a performer for an open connection.
-
-        Args:
-            client: the connection.
-            panel: receives the result of each command.
-        """
         self._client = client
         self._panel = panel
         self._programs = OpenPrograms(client, panel)
@@ -81,15 +171,17 @@ class Performer:
         await asyncio.gather(*self._tasks, return_exceptions=True)
         await self._enable(False)
 
-    # Jogs.
-
     async def _jogged(self, command: do.PulseJog | do.StepJog) -> None:
         if isinstance(command, do.PulseJog):
             await self._pulse(command)
+            return
+        if command.frame == JOINTS:
+            motion = await self._client.step(dict(command.increments))
         else:
-            # Over once it has begun: the next one is refused by the server while this one moves.
-            motion = await self._step(command)
-            self._begin(self._ended(motion, ""))
+            increments = {_AXES[axis]: value for axis, value in command.increments}
+            motion = await self._client.step_tool(**increments, frame=command.frame)
+        # Over once it has begun: the next one is refused by the server while this one moves.
+        self._begin(self._ended(motion, ""))
 
     async def _pulse(self, pulse: do.PulseJog) -> None:
         """Press and never beat: the server ends the press at its deadline."""
@@ -108,14 +200,6 @@ class Performer:
                 longest=0.0,
             )
         await jog.__aenter__()
-
-    async def _step(self, step: do.StepJog) -> MotionHandle:
-        if step.frame == JOINTS:
-            return await self._client.step(dict(step.increments))
-        increments = {_AXES[axis]: value for axis, value in step.increments}
-        return await self._client.step_tool(**increments, frame=step.frame)
-
-    # Everything else.
 
     async def _carry_out(self, command: Command) -> None:
         client = self._client

@@ -1,16 +1,24 @@
-"""Questions on the display: a choice by digit, a short typed text, or a stored program.
+"""Questions on the display (a choice by digit, a text, a stored program), and typed targets.
 
 Owns the effect of each key on a question. A program's name with a space is selected and never
-typed: the space bar stops the robot.
+typed: the space bar stops the robot. Owns the parsing of a typed target, and the goal that follows
+from it and the present position. The angles of the tool are those of the pose page: rotations about
+x, y, z of base, A first. Values are separated by `;` because the space bar is the stop. The decimal
+separator is a dot in every locale; a comma is refused, not guessed.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from .commands import Command, MakeProgram, OpenProgram
+from openpendant.simplemsg.pendant import State
+
+from ..motions import quaternion_of, roll_pitch_yaw
+from .cell_view import CellView
+from .commands import Command, MakeProgram, MoveJoints, MoveToPose, OpenProgram
 
 LONGEST_TEXT = 64
 
@@ -27,7 +35,6 @@ class Choice:
     """A question that a digit answers; any other key means no.
 
     Attributes:
-        title: the question.
         options: by digit, the shown text and the result: a command, or another question.
     """
 
@@ -41,12 +48,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class EnteredText:
-    """A text that was completed with Enter.
-
-    Attributes:
-        wanted: its purpose.
-        text: the text.
-    """
+    """A text that was completed with Enter."""
 
     wanted: TextPurpose
     text: str
@@ -54,12 +56,7 @@ class EnteredText:
 
 @dataclass(frozen=True, slots=True)
 class TextEntry:
-    """A text that is being typed.
-
-    Attributes:
-        wanted: its purpose.
-        text: the text so far.
-    """
+    """A text that is being typed."""
 
     wanted: TextPurpose
     text: str = ""
@@ -83,7 +80,6 @@ class ProgramChoice:
 
     Attributes:
         names: all programs; None until the server's answer.
-        text: the typed text.
         selected: the offer that Enter takes, from 0.
     """
 
@@ -144,3 +140,109 @@ class ProgramChoice:
 def creation(name: str) -> Choice:
     """Return the question to confirm a new program."""
     return Choice(f"Create {name}?", {"1": ("yes", MakeProgram(name))})
+
+
+_LENGTHS, _ANGLES = "xyz", "abc"
+_TOOL_AXES = _LENGTHS + _ANGLES
+
+_STEEPEST = math.radians(89.5)
+"""From this |B| on, A and C turn about nearly the same axis, and neither alone says anything."""
+
+
+class NotATarget(ValueError):
+    """A text that names no target; the message says what is accepted."""
+
+
+def read_target(text: str, cell: CellView) -> MoveJoints | MoveToPose:
+    """Read a target: joints such as `3=-45` (degrees or mm), or the tool in base, `z=400;a=180`.
+
+    Args:
+        cell: the present position; axes that are not typed keep it.
+
+    Raises:
+        NotATarget: the text names no target, or the robot's position is not known.
+    """
+    accepted = (
+        f"1 to {cell.dof}, or x, y, z in mm and a, b, c in degrees, then = and a number,"
+        " more after ; as in 3=-45, z=400, x=300;a=180"
+    )
+    if "," in text:
+        raise NotATarget(f"{text!r} is no target; accepted: a dot for decimals, as in 3=-45.5")
+    values: dict[str, float] = {}
+    for part in text.split(";"):
+        name, _, number = part.partition("=")
+        value = _number(number)
+        if value is None:
+            raise NotATarget(f"{part or 'nothing'!r} is no target; accepted: {accepted}")
+        if not _is_tool_axis(name) and not _is_joint(name, cell.dof):
+            raise NotATarget(f"no axis {name!r}; accepted: {accepted}")
+        if name in values:
+            raise NotATarget(f"{name} is named twice; accepted: each axis once")
+        values[name] = value
+    if all(map(_is_tool_axis, values)):
+        return _tool_goal(values, cell)
+    if any(map(_is_tool_axis, values)):
+        raise NotATarget(f"{text!r} mixes joints and tool; accepted: either of them")
+    return _joint_goal(values, cell)
+
+
+def _number(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def _is_tool_axis(name: str) -> bool:
+    return len(name) == 1 and name in _TOOL_AXES
+
+
+def _is_joint(name: str, dof: int) -> bool:
+    # No more digits than a number of joints has, or `01` would be another name of joint 1.
+    return name.isascii() and name.isdigit() and name == str(int(name)) and 1 <= int(name) <= dof
+
+
+def _joint_goal(values: dict[str, float], cell: CellView) -> MoveJoints:
+    if cell.positions is None:
+        raise NotATarget("no target: the joint values are not known")
+    goal, told = list(cell.positions), []
+    for name, value in values.items():
+        joint = int(name) - 1
+        linear = cell.joints[joint]["unit"] == "m"
+        goal[joint] = value / 1000 if linear else math.radians(value)
+        told.append(f"{name} to {value:g}{' mm' if linear else '°'}")
+    return MoveJoints(tuple(goal), f"joint {', '.join(told)}")
+
+
+def _tool_goal(values: dict[str, float], cell: CellView) -> MoveToPose:
+    state = cell.state
+    if state is None or not cell.knows_tool:
+        raise NotATarget("no target: the tool's pose is not known")
+    x, y, z = (
+        values[axis] / 1000 if axis in values else here
+        for axis, here in zip(_LENGTHS, state.tool_position, strict=True)
+    )
+    told = ", ".join(
+        f"{axis} to {value:g}{' mm' if axis in _LENGTHS else '°'}" for axis, value in values.items()
+    )
+    return MoveToPose((x, y, z), _orientation(values, state), f"tool, {told}")
+
+
+def _orientation(values: dict[str, float], state: State) -> tuple[float, float, float, float]:
+    """Return the orientation with the typed angles, and the other angles as shown."""
+    typed = [axis for axis in _ANGLES if axis in values]
+    if not typed:
+        x, y, z, w = state.tool_orientation
+        return x, y, z, w
+    shown = roll_pitch_yaw(state.tool_orientation)
+    if len(typed) < len(_ANGLES) and abs(shown[1]) > _STEEPEST:
+        raise NotATarget(
+            f"at B = {math.degrees(shown[1]):.1f}° A and C are not told apart;"
+            " accepted: all of a, b, c"
+        )
+    a, b, c = (
+        math.radians(values[axis]) if axis in values else here
+        for axis, here in zip(_ANGLES, shown, strict=True)
+    )
+    return quaternion_of(a, b, c)

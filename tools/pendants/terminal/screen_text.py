@@ -13,11 +13,11 @@ import time
 from . import wording
 from .commands import JOINTS
 from .connection import Connect, LogIn
-from .enabling_toggle import TIMEOUT_NS
 from .jog_pad import PULSE_NS, JogKind
 from .panel import Panel, open_state, other_line, running_statement
 from .prompts import ProgramChoice
-from .reachability import REACHABLE
+from .stop_key import TIMEOUT_NS
+from .taught_program import REACHABLE
 from .teaching import Teaching
 
 _BAR = 16
@@ -167,10 +167,6 @@ _PATIENCE = 5.0
 
 async def status_once(connect: Connect, log_in: LogIn) -> str:
     """Connect, wait for one state, and return it in words.
-
-    Args:
-        connect: makes a connection.
-        log_in: logs in on it.
 
     Raises:
         OSError: nobody listens there.

@@ -1,11 +1,16 @@
-"""Stop key: a software stop is pending from the key stroke until the server has confirmed it.
+"""Stop key and enabling toggle (training) of the terminal pendant; neither is a safety device.
 
-Owns when a stop is sent, when it is sent again, and when the screen must say that it is not
-confirmed. A dead link can go unnoticed for seconds; therefore a stop counts as not received until
-its verdict or the event of a latched stop arrives.
+A software stop is pending from the key stroke until the server has confirmed it. Owns when a stop
+is sent, when it is sent again, and when the screen must say that it is not confirmed. A dead link
+can go unnoticed for seconds; therefore a stop counts as not received until its verdict or the event
+of a latched stop arrives. The toggle is an enabling device for a keyboard without key-up events: it
+releases itself after a few seconds without any key.
 """
 
 from __future__ import annotations
+
+import math
+from dataclasses import dataclass
 
 from . import wording
 from .cell_view import CellView
@@ -27,12 +32,6 @@ class StopKey:
     """The stop key of one pendant."""
 
     def __init__(self, cell: CellView, messages: Messages) -> None:
-        """Start without a pending stop.
-
-        Args:
-            cell: the view of the cell.
-            messages: receives the messages to the user.
-        """
         self._cell = cell
         self._messages = messages
         self._press = 0
@@ -53,9 +52,6 @@ class StopKey:
 
     def struck(self, now: int) -> list[StopRobot]:
         """Take a stroke of the key.
-
-        Args:
-            now: monotonic time [ns].
 
         Returns:
             The stop, to be sent at once, with or without a login; nothing without a link:
@@ -78,9 +74,6 @@ class StopKey:
 
     def tick(self, now: int) -> list[StopRobot]:
         """Advance the time; a stop that becomes doubtful is reported once.
-
-        Args:
-            now: monotonic time [ns].
 
         Returns:
             The stop, while it is pending; a second one does no harm. A refused stop is not repeated
@@ -118,11 +111,7 @@ class StopKey:
         self._since, self._refusal, self._is_told = None, "", False
 
     def doubt(self, now: int) -> str:
-        """Return the warning of an unconfirmed stop, with reason and remedy; empty for none.
-
-        Args:
-            now: monotonic time [ns].
-        """
+        """Return the warning of an unconfirmed stop, with reason and remedy; empty for none."""
         why = "" if self._since is None else self._why(self._since, now)
         return f"STOP NOT CONFIRMED, {REMEDY}: {why}" if why else ""
 
@@ -140,3 +129,41 @@ class StopKey:
             return wording.staleness(self._cell, now)
         waited = now - since
         return f"no answer for {waited / 1e9:.1f} s" if waited >= ANSWER_NS else ""
+
+
+TIMEOUT_NS = 5_000_000_000
+"""The toggle lets go so long after the last key of any kind [ns]."""
+
+
+@dataclass(slots=True)
+class EnablingToggle:
+    """The enabling device (training) of a terminal."""
+
+    _until: int | None = None
+
+    @property
+    def is_on(self) -> bool:
+        """True while the enabling device counts as held."""
+        return self._until is not None
+
+    def seconds_left(self, now: int) -> int:
+        """Return the seconds until it releases itself, rounded up; 0 while it is off."""
+        return 0 if self._until is None else max(0, math.ceil((self._until - now) / 1e9))
+
+    def turn_on(self, now: int) -> None:
+        """Hold the enabling device from now on [ns]."""
+        self._until = now + TIMEOUT_NS
+
+    def key(self, now: int) -> None:
+        """Restart the time-out: a key shows that the user is present."""
+        if self._until is not None and now < self._until:
+            self._until = now + TIMEOUT_NS
+
+    def turn_off(self) -> bool:
+        """Release it; return True if it was held."""
+        was_on, self._until = self.is_on, None
+        return was_on
+
+    def has_run_out(self, now: int) -> bool:
+        """Return True if it must be released because no key was struck for too long."""
+        return self._until is not None and now >= self._until

@@ -15,9 +15,9 @@ from .commands import ApplyEdit, AskDryRun, Command, RunProgram
 from .keyboard import Intent
 from .messages import Messages
 from .prompts import Choice
-from .reachability import DryRunFindings
 from .taught_program import (
     DeleteStatement,
+    DryRunFindings,
     HistoryStep,
     ProgramEdit,
     RecordHere,
@@ -32,16 +32,10 @@ class Teaching:
 
     Attributes:
         program: as it was loaded last; None for none.
-        selected: statement that edits are about, from 0.
         is_walking: whether a dry run is under way that was asked for here.
     """
 
     def __init__(self, messages: Messages) -> None:
-        """Start without a program.
-
-        Args:
-            messages: receives the messages to the user.
-        """
         self.program: TaughtProgram | None = None
         self.selected = 0
         self.is_walking = False
@@ -71,15 +65,7 @@ class Teaching:
         self.selected = max(0, min(self.selected + by, last))
 
     def asked(self, intent: Intent, way: Way) -> Choice | Command | None:
-        """Return the command or question of a teach or run key.
-
-        Args:
-            intent: of the key.
-            way: kind of motion to a recorded point.
-
-        Returns:
-            A command, or a question to ask first; None after a message that says why not.
-        """
+        """Return the command or question of a teach or run key."""
         program = self.program
         if program is None:
             self._messages.add("no program is open; n opens one")
@@ -115,8 +101,6 @@ class Teaching:
             case Intent.TOUCH_UP:
                 return _confirm(f"Touch up {point}?", TouchUpHere(self.selected))
         return _confirm(f"Delete {line}?", DeleteStatement(self.selected))
-
-    # Dry run and run.
 
     def walked(self, dry_run: DryRunFindings | None) -> None:
         """Take the findings of a dry run; None where it gave none."""

@@ -47,7 +47,6 @@ def joint_value(value: float, unit: Literal["rad", "m"], per: str = "") -> str:
 
     Args:
         value: in the unit [rad, m], or per second of it.
-        unit: of the joint.
         per: what follows the unit: nothing, `/s` or `/s²`.
     """
     return f"{_number(value, unit)}{_sign(unit)}{per}"
@@ -105,13 +104,7 @@ class Light(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Lamp:
-    """One of the three lamps.
-
-    Attributes:
-        name: the link or drive that it shows.
-        light: its state.
-        word: its state in a word.
-    """
+    """One of the three lamps."""
 
     name: str
     light: Light
@@ -271,18 +264,8 @@ _HERE = {
 
 
 def remedy(code: VerdictCode | int, otherwise: str) -> str:
-    """Return the remedy of a refusal.
-
-    Args:
-        code: of the refusal.
-        otherwise: the catalogue's remedy.
-    """
+    """Return the remedy of a refusal."""
     return _HERE.get(VerdictCode(code), otherwise) if code in set(VerdictCode) else otherwise
-
-
-def remedy_of(refused: Refused) -> str:
-    """Return the remedy of a caught refusal; empty for a code of a newer server."""
-    return remedy(refused.code, refused.remedy)
 
 
 _HOPELESS = frozenset(
@@ -309,14 +292,9 @@ def is_hopeless(refused: Refused) -> bool:
 
 
 def refusal_line(refused: Refused, joints: Sequence[JointFacts] = ()) -> str:
-    """Return a refusal in one line.
-
-    Args:
-        refused: the refusal.
-        joints: of the robot; they give the unit of a joint at fault.
-    """
-    remedy = remedy_of(refused)
-    return f"{_name(refused)}: {_sentence(refused, joints)}{f' -> {remedy}' if remedy else ''}"
+    """Return a refusal in one line."""
+    helps = remedy(refused.code, refused.remedy)  # nothing for a code of a newer server
+    return f"{_name(refused)}: {_sentence(refused, joints)}{f' -> {helps}' if helps else ''}"
 
 
 def connection_refused(refused: Refused) -> str:
@@ -358,12 +336,7 @@ def why_request(mode: OperatingMode | None) -> dict[str, str]:
 
 
 def why_lines(answer: dict[str, Any], holds: Sequence[Hold] = ()) -> tuple[str, ...]:
-    """Return the answer line by line.
-
-    Args:
-        answer: its JSON object.
-        holds: the limits, singularities or collisions that hold the robot.
-    """
+    """Return the answer line by line."""
     conditions: list[dict[str, Any]] = answer["conditions"]
     broken = next((each for each in conditions if not each["holds"]), None)
     chain = [f"{'ok' if each['holds'] else 'NO'} {each['meaning']}" for each in conditions]

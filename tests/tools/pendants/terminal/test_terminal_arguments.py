@@ -17,8 +17,9 @@ from openpendant.tools.pendants.client import (
     Refused,
     WrongArgument,
 )
+from openpendant.tools.pendants.connection_errors import server_address
 from openpendant.tools.pendants.terminal import cli
-from openpendant.tools.pendants.terminal.cli import _address, main
+from openpendant.tools.pendants.terminal.cli import main
 from openpendant.tools.pendants.terminal.keyboard import STOP_KEY
 from openpendant.tools.pendants.terminal.panel import Panel
 from openpendant.tools.pendants.terminal.stop_key import REMEDY
@@ -35,7 +36,7 @@ from openpendant.tools.pendants.terminal.stop_key import REMEDY
     ],
 )
 def test_the_server_is_a_host_and_maybe_a_port(text: str, address: tuple[str, int]) -> None:
-    assert _address(text) == address
+    assert server_address(text) == address
 
 
 @pytest.mark.parametrize("text", ["", ":12", "robot:", "robot:0", "robot:65536", "robot:x", "[]:1"])

@@ -13,8 +13,11 @@ from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal import lcd, screen_text
 from openpendant.tools.pendants.terminal.keyboard import Page
 from openpendant.tools.pendants.terminal.prompts import Choice
-from openpendant.tools.pendants.terminal.reachability import REACHABLE, DryRunFindings
-from openpendant.tools.pendants.terminal.taught_program import TaughtProgram
+from openpendant.tools.pendants.terminal.taught_program import (
+    REACHABLE,
+    DryRunFindings,
+    TaughtProgram,
+)
 
 
 def refused(program: str = "pick", line: int = 11, point: str = "P1") -> dict[str, Any]:

@@ -20,9 +20,9 @@ from openpendant.simplemsg.pendant import (
 )
 from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal.commands import Command
-from openpendant.tools.pendants.terminal.enabling_toggle import TIMEOUT_NS
 from openpendant.tools.pendants.terminal.keyboard import KEYBOARD, STOP_KEY, Intent, legend
 from openpendant.tools.pendants.terminal.prompts import Choice, TextEntry, TextPurpose
+from openpendant.tools.pendants.terminal.stop_key import TIMEOUT_NS
 from openpendant.tools.pendants.terminal.taught_program import (
     DeleteStatement,
     HistoryStep,

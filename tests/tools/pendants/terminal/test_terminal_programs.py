@@ -14,7 +14,7 @@ from openpendant.tools.pendants.client import PendantClient, Refused
 from openpendant.tools.pendants.terminal import commands as do
 from openpendant.tools.pendants.terminal import lcd, screen_text
 from openpendant.tools.pendants.terminal.keyboard import STOP_KEY, Page
-from openpendant.tools.pendants.terminal.open_programs import OpenPrograms
+from openpendant.tools.pendants.terminal.performer import OpenPrograms
 from openpendant.tools.pendants.terminal.prompts import Choice, ProgramChoice
 from openpendant.tools.pendants.terminal.taught_program import RecordHere
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from openpendant.tools.pendants.terminal.terminal_watch import watch_terminals
+from openpendant.tools.pendants.terminal.cli import watch_terminals
 
 pytestmark = [
     pytest.mark.realtime,

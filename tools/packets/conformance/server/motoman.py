@@ -19,14 +19,16 @@ from openpendant.simplemsg import (
     joint_array,
 )
 from openpendant.simplemsg.motoman import (
+    MotionCommand,
+    MotionResult,
     MotomanGetDhParameters,
     MotomanMotionCtrl,
     MotomanMotionReply,
     MotomanReadSingleIo,
     MotomanReadSingleIoReply,
     MotomanSelectTool,
+    Subcode,
 )
-from openpendant.simplemsg.motoman_codes import MotionCommand, MotionResult, Subcode
 
 from ..check import PASSED, CannotJudge, CheckFinding, RuleBroken, deviates, passed
 from .answers import full_point

@@ -1,12 +1,45 @@
-"""Operations on the robot itself: which one a cell has, and its specification."""
+"""Operations on devices: a controller's inputs and outputs, the robot, the trace of its tool."""
 
 from __future__ import annotations
 
 from dataclasses import field
-from typing import Any, NotRequired, TypedDict
+from typing import Annotated, Any, NotRequired, TypedDict
 
 from ..roles import Permission
-from .declaration import Request, operation
+from .declaration import Count, Done, Request, operation
+
+
+class SignalValues(TypedDict):
+    """All inputs and outputs as last read, counted from 0.
+
+    Attributes:
+        offered: whether the controller offers any to the server.
+        inputs: values.
+        outputs: values.
+    """
+
+    offered: bool
+    inputs: list[bool]
+    outputs: list[bool]
+
+
+@operation("signals.read", needs=Permission.OBSERVE)
+class ReadAllSignals(Request[SignalValues]):
+    """Return all inputs and outputs."""
+
+
+@operation("signals.set", needs=Permission.SET_OUTPUT, in_order=True)
+class SetSignal(Request[Done]):
+    """Give an output a value; answered once the controller has done it.
+
+    Raises:
+        Refused: NO_SIGNAL, SIGNALS_UNAVAILABLE, CONTROLLER_REFUSED.
+    """
+
+    output: int
+    """its number, from 0."""
+    value: bool
+    """on or off."""
 
 
 class Robots(TypedDict):
@@ -92,3 +125,28 @@ class LoadRobot(Request[LoadedRobot]):
 
     name: str
     """name of the robot."""
+
+
+class Trace(TypedDict):
+    """The way of the tool since the trace was cleared.
+
+    Attributes:
+        points: up to 800 of them: x, y, z in base [m].
+        total: how many there are.
+    """
+
+    points: list[list[float]]
+    total: int
+
+
+@operation("trace.show", needs=Permission.OBSERVE)
+class ShowTrace(Request[Trace]):
+    """Return the way of the tool since the trace was cleared."""
+
+    first: Annotated[int, Count(0)] = field(default=0, kw_only=True)
+    """points to leave out at the beginning."""
+
+
+@operation("trace.clear", needs=Permission.RUN_PROGRAM, overtaken=False)
+class ClearTrace(Request[Done]):
+    """Forget the way of the tool."""

@@ -1,4 +1,4 @@
-"""Vendor profile: the values in which one vendor's controller differs from another."""
+"""Vendor profiles: the values in which one vendor's controller differs from another, as data."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ class ControllerProfile(NamedTuple):
     """One vendor's way of speaking simple message.
 
     Attributes:
-        name: as in the settings.
         motion_port: default TCP port of the motion link.
         state_port: default TCP port of the state link.
         byte_order: order on the state link, where a silent client cannot be asked.
@@ -27,3 +26,28 @@ class ControllerProfile(NamedTuple):
     accepts: frozenset[MsgType]
     state: tuple[MsgType, ...]
     status_every: int
+
+
+GENERIC = ControllerProfile(
+    name="generic",
+    motion_port=12000,
+    state_port=12002,
+    byte_order=ByteOrder.LITTLE,
+    accepts=frozenset(
+        {
+            MsgType.PING,
+            MsgType.GET_VERSION,
+            MsgType.JOINT_TRAJ_PT,
+            MsgType.JOINT_TRAJ,
+            MsgType.JOINT_TRAJ_PT_FULL,
+        }
+    ),
+    state=(MsgType.JOINT_POSITION, MsgType.JOINT_FEEDBACK),
+    status_every=10,
+)
+"""No vendor's, and what the ROS-I documents describe.
+
+Replies are header-only, of the request's type. A full buffer delays the reply. STOP is sequence -4.
+"""
+
+PROFILES: dict[str, ControllerProfile] = {profile.name: profile for profile in (GENERIC,)}
