@@ -22,9 +22,10 @@ from .arguments import (
     PoseFrame,
     Robot,
     note_out_of_range,
+    parse_joints,
+    parse_pose,
     to_controller,
 )
-from .json_input import parse_joints, parse_pose
 
 if TYPE_CHECKING:
     from ..kinematics.ik.ik import Solution

@@ -25,9 +25,7 @@ from openpendant.tools.console import command, run
 from ..bounded_file import read_text
 from ..description.robot import SerialRobot, serial_robot
 from ..errors import BadArgument, MeshFileError
-from .arguments import Angles, to_controller
-from .faults import FAULTS, tell
-from .json_input import parse_joints, parse_pose
+from .arguments import FAULTS, Angles, parse_joints, parse_pose, tell, to_controller
 
 if TYPE_CHECKING:
     from ..kinematics.serial import Array, Kinematics

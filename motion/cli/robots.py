@@ -22,15 +22,16 @@ from openpendant.tools.console import ExitCode, command, emit_json, one_line, ru
 from ..description.robot import ParallelRobot, SerialRobot, load_robot, robot_names
 from ..errors import BadArgument, UnsupportedKind
 from .arguments import (
+    FAULTS,
     Angles,
     AsJson,
     OnSide,
     Robot,
     note_out_of_range,
+    parse_joints,
+    tell,
     to_controller,
 )
-from .faults import FAULTS, tell
-from .json_input import parse_joints
 from .kinematics_commands import fk, ik
 from .robots_import import import_robot
 
