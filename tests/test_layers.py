@@ -58,7 +58,7 @@ HOMES = {
     "uvloop": {"controller_emulator/shell/cli.py", "server/shell/event_loop.py"},
     "textual": {"tools/pendants/terminal/app.py"},
     "matplotlib": {
-        "motion/cli/plan_plot.py",
+        "motion/cli/plan_output.py",
         "motion/visuals/drawing.py",
         "tools/demo_report.py",
     },

@@ -103,7 +103,7 @@ def plan(
     if ros is not None:
         ros.write_text(to_ros_yaml(planned.trajectory, planned.limits), "utf-8")
     if plot is not None:
-        from .plan_plot import plot_trajectory
+        from .plan_output import plot_trajectory
 
         title = f"{planned.robot}, {planned.planner}, {planned.trajectory.duration:.2f} s"
         plot_trajectory(planned.trajectory, planned.limits, title, plot)
