@@ -1,32 +1,107 @@
 """Scene around a robot as plain data: objects, the links that hold them, and pairs that may touch.
 
-Owns the rules of adding, moving, attaching and allowing, and the revision number; the shapes are
-`scene_shapes`', and exported here too. A scene is a value: every change returns a new one. Knows no
-file, no robot and no collision library; poses are position [m] and quaternion x, y, z, w.
+Owns the shapes and the sizes accepted, the rules of adding, moving, attaching and allowing, and the
+revision number. A scene is a value: every change returns a new one. `taken` and `left` are the
+changes that a program's `attach` and `detach` make, in a run and in the dry run alike. Knows no
+file, no robot and no collision library. Lengths in m; poses are position [m] and quaternion
+x, y, z, w; shapes stand in their own frame.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from ..errors import BadArgument, DuplicateObject, FrameUnknown, NotFinite, UnknownObject
 from ..pose import Pose
-from .scene_shapes import GREATEST_SIZE, Box, Capsule, Cylinder, Mesh, Shape, Sphere, Vector
 
-__all__ = [
-    "Box",
-    "Capsule",
-    "Cylinder",
-    "Mesh",
-    "Pair",
-    "Scene",
-    "SceneObject",
-    "Shape",
-    "Sphere",
-]
+LEAST_SIZE = 1e-6
+"""Smallest edge, radius or scale of a shape [m]."""
+GREATEST_SIZE = 1e3
+"""Largest edge, radius, length or coordinate [m]."""
+
+Vector: TypeAlias = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """Cuboid about its centre; `size` holds the full edge lengths [m]."""
+
+    size: Vector
+
+    def __post_init__(self) -> None:
+        if len(self.size) != 3:
+            raise BadArgument("size of a box", self.size, "three lengths")
+        for value in self.size:
+            _check_size("size of a box", value)
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """Ball about its centre; `radius` [m]."""
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        _check_size("radius of a sphere", self.radius)
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """Cylinder along local z about its centre; `radius` and full `length` [m]."""
+
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        _check_size("radius of a cylinder", self.radius)
+        _check_size("length of a cylinder", self.length)
+
+
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """Cylinder along local z with round caps; `length` is the straight part [m]."""
+
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        _check_size("radius of a capsule", self.radius)
+        _check_size("length of a capsule", self.length)
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """Surface of triangles in an STL or OBJ file; it has no inside.
+
+    Attributes:
+        file: path of the file.
+        scale: factor to metres along each axis; 0.001 for a file in millimetres.
+    """
+
+    file: str
+    scale: Vector = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if not self.file:
+            raise BadArgument("file of a mesh", self.file, "the path of an STL or OBJ file")
+        if len(self.scale) != 3:
+            raise BadArgument("scale of a mesh", self.scale, "three factors")
+        for value in self.scale:
+            _check_size("scale of a mesh", value)
+
+
+Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Mesh
+
+
+def _check_size(what: str, value: float) -> None:
+    if not math.isfinite(value):
+        raise NotFinite(what, 0)
+    if not LEAST_SIZE <= value <= GREATEST_SIZE:
+        raise BadArgument(what, value, f"{LEAST_SIZE:g} to {GREATEST_SIZE:g}")
+
 
 SCENE_FRAMES = ("base", "root")
 
@@ -267,3 +342,33 @@ def _finite(values: Sequence[float], count: int, what: str) -> tuple[float, ...]
         if not math.isfinite(value):
             raise NotFinite(what, index)
     return tuple(float(value) for value in values)
+
+
+def taken(scene: Scene, name: str, link: str, link_pose: Pose) -> Scene:
+    """Return the scene after a link has taken an object, both being where they are.
+
+    Args:
+        scene: the scene before.
+        name: of the object.
+        link: the link that carries it from now on, and may touch what it carries.
+        link_pose: pose of the link in the base frame.
+
+    Raises:
+        MotionError: there is no such object, or it is carried already.
+    """
+    return scene.attach(name, link, link_pose, touching=(link,))
+
+
+def left(scene: Scene, name: str, flange: str, link_pose: Callable[[str], Pose]) -> Scene:
+    """Return the scene after an object is left where it is.
+
+    Args:
+        scene: the scene before.
+        name: of the object.
+        flange: the link that tools are bolted to, for an object that no link carries.
+        link_pose: returns the pose of a link in the base frame.
+
+    Raises:
+        MotionError: there is no such object, or nobody carries it.
+    """
+    return scene.detach(name, link_pose(scene.get(name).link or flange))

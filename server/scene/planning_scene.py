@@ -14,8 +14,7 @@ from typing import TypeAlias
 
 from openpendant.motion.errors import FrameInUse, MotionError
 from openpendant.motion.frames.frame_tree import FrameTree
-from openpendant.motion.scene.attachments import left, taken
-from openpendant.motion.scene.scene import Scene
+from openpendant.motion.scene.scene import Scene, left, taken
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ..cell.execution.feedback import JointHistory, JointVector
