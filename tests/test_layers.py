@@ -50,7 +50,7 @@ HOMES = {
         "motion/kinematics/serial.py",
         "motion/scene/collision.py",
     },
-    "coal": {"motion/scene/collision_shapes.py"},
+    "coal": {"motion/scene/collision.py"},
     "eigenpy": {"motion/kinematics/ik/levenberg_marquardt.py"},
     "toppra": {"motion/timing/toppra_solver.py"},
     "ompl": {"motion/planning/ompl_planner.py"},
