@@ -195,7 +195,7 @@ class _Work:
         if not text.lstrip().startswith("{"):
             accepted = "a JSON list of joint values, or a pose as an object of xyz and quat"
             raise BadArgument("goal", text, accepted)
-        from ..planning.goal_sampling import free_joint_position
+        from ..planning.planner import free_joint_position
         from ..pose import Pose
 
         xyz, quaternion, frame = parse_pose(text, "pose")

@@ -3,7 +3,9 @@
 Owns the order of the work: refuse a start or goal in contact, search, shorten, round the corners,
 and check the resulting path as it will be driven. Search and shortening check single positions and
 keep a margin. Only the last check decides, and where it finds a contact the work is repeated at a
-finer resolution. A path that has not passed it is never returned.
+finer resolution. A path that has not passed it is never returned. Owns also the choice of a goal
+for a tool pose: the joint position that inverse kinematics finds from where the robot stands if it
+is free, else the first free one from random seeds.
 
 The effort is counted in samples, so that the same seed gives the same path on any machine; time is
 only an outer limit. (OMPL, where it is installed, and the built-in search give different paths.)
@@ -24,10 +26,13 @@ from ..errors import (
     NoMotion,
     NoPathFound,
     PlannerUnavailable,
+    PoseUnreachable,
     StartInCollision,
 )
-from ..kinematics.serial import Kinematics
+from ..kinematics.ik.ik import solve
+from ..kinematics.serial import Array, Kinematics
 from ..paths.blending import LEAST_ZONE, JointPolyline
+from ..pose import Pose
 from ..scene.collision import CollisionModel, Proximity
 from ..trajectory.joint_curves import COINCIDENT, settle_start
 from ..trajectory.trajectory import Array
@@ -276,3 +281,46 @@ def _free_zone(collision: CollisionModel, around: Array, lengths: Array) -> floa
             return zone
         zone /= 2.0
     return None
+
+
+SEEDS = 16
+"""Random joint positions from which further solutions are sought."""
+
+
+def free_joint_position(
+    collision: CollisionModel,
+    pose: Pose,
+    near: Sequence[float] | Array,
+    *,
+    frame: str = "base",
+    random_seed: int = 0,
+) -> Array:
+    """Return an (n,) joint position that reaches a pose without contact.
+
+    Args:
+        collision: robot and scene.
+        pose: target pose of the tool, in `frame`.
+        near: (n,) joint position that the robot comes from.
+        frame: `base` or `root`.
+        random_seed: the same number gives the same answer.
+
+    Raises:
+        PoseUnreachable: no joint position reaches the pose.
+        GoalInCollision: all that were found touch; of the nearest one.
+        FrameUnknown: there is no such frame.
+    """
+    kinematics = collision.kinematics
+    first = solve(kinematics, pose, near, frame=frame, random_seed=random_seed).joint_position
+    if not collision.collides(first):
+        return first
+    random = np.random.default_rng(random_seed)
+    for _ in range(SEEDS):
+        seed = random.uniform(kinematics.lower, kinematics.upper)
+        try:
+            found = solve(kinematics, pose, seed, frame=frame, random_seed=random_seed)
+        except PoseUnreachable:
+            continue
+        if not collision.collides(found.joint_position):
+            return found.joint_position
+    contact = collision.contacts(first)[0]
+    raise GoalInCollision(contact.first, contact.second, contact.distance)
