@@ -14,9 +14,8 @@ from dataclasses import dataclass, field
 from ...pose import Pose
 from ..serial import Array, Kinematics
 from .configuration import Configuration, configuration_of
-from .ik_problem import IkProblem
+from .ik_problem import Budget, IkProblem
 from .levenberg_marquardt import Found
-from .search_budget import Budget
 
 POSITION_TOLERANCE = 1e-5  # m
 ROTATION_TOLERANCE = 1e-4  # rad
