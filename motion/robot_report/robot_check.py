@@ -161,7 +161,7 @@ def _dh(robot: SerialRobot) -> Iterator[_Finding]:
 
 
 def _vrm(robot: SerialRobot) -> Iterator[_Finding]:
-    from ..kinematics.vrm import vrm_difference
+    from ..kinematics.dh import vrm_difference
 
     if robot.vrm is None:
         return

@@ -32,7 +32,7 @@ class VrmReport:
         Raises:
             BadArgument: the robot is not one of the Virtual Robot Module.
         """
-        from ..kinematics.vrm import vrm_angles, vrm_difference, vrm_of
+        from ..kinematics.dh import vrm_angles, vrm_difference, vrm_of
 
         table, difference = vrm_of(robot), vrm_difference(robot)
         angles = vrm_angles(table, moving_at_home(robot))
