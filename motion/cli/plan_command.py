@@ -28,8 +28,9 @@ from ..errors import BadArgument, MeshFileError
 from .arguments import FAULTS, Angles, parse_joints, parse_pose, tell, to_controller
 
 if TYPE_CHECKING:
-    from ..kinematics.serial import Array, Kinematics
+    from ..kinematics.serial import Kinematics
     from ..planning.planner import PlanningProgress
+    from ..pose import Array
     from ..scene.collision import CollisionModel
     from .plan_output import PlannedMotion
 

@@ -26,8 +26,8 @@ import numpy as np
 from ..kinematics.closed_form import closed_form
 from ..kinematics.ik.ik_context import kept_direction
 from ..kinematics.ik.singularity import SingularityKind, dexterity
-from ..kinematics.serial import Array, Kinematics
-from ..pose import Pose
+from ..kinematics.serial import Kinematics
+from ..pose import Array, Pose
 from ..trajectory.point_speed import elbow_link
 from .jog_robot import Footing, Posture
 from .jog_status import JogCause, JogEscape, JogSlowdown

@@ -17,16 +17,14 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from ..description.limits import JointLimits
 from ..description.robot import SerialRobot
 from ..description.schema import FixedJoint, JointType, Placement
 from ..errors import FrameUnknown
+from ..pose import Array as Array
 from ..pose import Pose, PoseArray
 from .pinocchio_model import base_in_root, model_map, serial_model, turning_joints
-
-Array: TypeAlias = NDArray[np.float64]
 
 FRAMES = ("base", "root")
 

@@ -35,8 +35,8 @@ import numpy as np
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument, NoMotion, NotFinite, WrongJointCount, ZoneTooLarge
+from ..pose import Array
 from ..trajectory.joint_curves import COINCIDENT, Indices, Path, check_extent, settle_start
-from ..trajectory.trajectory import Array
 from .tool_kinematics import ToolKinematics
 
 

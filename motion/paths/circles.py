@@ -14,8 +14,7 @@ from enum import Enum
 import numpy as np
 
 from ..errors import BadArgument, BadCircle, CircleFault
-from ..pose import Pose, PoseArray
-from ..trajectory.trajectory import Array
+from ..pose import Array, Pose, PoseArray
 from .tool_curves import EvenTurn, check_point, rotation_between
 
 LEAST_RADIUS = 1e-3

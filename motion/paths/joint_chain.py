@@ -14,8 +14,8 @@ import numpy as np
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument
+from ..pose import Array
 from ..trajectory.joint_curves import COINCIDENT, Indices, Path, check_extent, sampled_extent
-from ..trajectory.trajectory import Array
 from .blending import rates, runs, turning
 
 _SPANS = 8  # parts of a zone between knots; even, so that the corner is a knot

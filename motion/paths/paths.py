@@ -14,7 +14,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..errors import BadArgument, NoMotion, OutOfRange, PlatformLimit, PoseUnreachable
-from ..pose import Pose
+from ..pose import Array, Pose
 from ..trajectory.joint_curves import (
     COINCIDENT,
     JointLine,
@@ -23,7 +23,6 @@ from ..trajectory.joint_curves import (
     check_extent,
     settle_start,
 )
-from ..trajectory.trajectory import Array
 from .blending import JointPolyline
 from .segment_planning import plan_path
 from .segments import Circ, Lin, Ptp, Segment, Spline

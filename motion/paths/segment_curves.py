@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..errors import BadArgument
-from ..pose import Pose
-from ..trajectory.trajectory import Array
+from ..pose import Array, Pose
 from .circles import (
     ToolArc,
     arc_about,

@@ -27,9 +27,8 @@ from ..errors import (
     SegmentRefused,
     ZoneTooLarge,
 )
-from ..pose import Pose
+from ..pose import Array, Pose
 from ..trajectory.joint_curves import JointLine, JointSpline, Path, settle_start
-from ..trajectory.trajectory import Array
 from .blending import LEAST_ZONE, JointPolyline, largest_joint_zone, tool_zone
 from .joint_chain import JointChain
 from .segment_curves import leg_curve, numbers, spline_curve

@@ -14,9 +14,9 @@ from enum import Enum
 from typing import TypeAlias
 
 from ..errors import BadArgument
-from ..pose import Pose
+from ..pose import Array, Pose
 from ..trajectory.joint_curves import Path
-from ..trajectory.trajectory import MAX_DURATION, Array
+from ..trajectory.trajectory import MAX_DURATION
 from .circles import ToolTurn
 
 Target: TypeAlias = Pose | Sequence[float] | Array

@@ -23,8 +23,9 @@ from numpy.typing import NDArray
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument, NoMotion, NotFinite, WrongJointCount
+from ..pose import Array
 from ..trajectory.joint_curves import Indices, JointSpline
-from ..trajectory.trajectory import MAX_DURATION, Array
+from ..trajectory.trajectory import MAX_DURATION
 from .segments import SegmentRule
 
 SLOWEST, FASTEST = 0.1, 4.0

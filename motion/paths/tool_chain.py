@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import BadArgument, ZoneTooLarge
-from ..pose import PoseArray
-from ..trajectory.trajectory import Array
+from ..pose import Array, PoseArray
 from .blending import check_zones, rates, runs
 from .tool_curves import LEAST_DISTANCE, ToolCurve
 

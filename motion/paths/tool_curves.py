@@ -16,9 +16,8 @@ from typing import Protocol
 import numpy as np
 
 from ..errors import BadArgument, NoMotion
-from ..pose import Pose, PoseArray, quaternion_product
+from ..pose import Array, Pose, PoseArray, quaternion_product
 from ..trajectory.joint_curves import JointSpline
-from ..trajectory.trajectory import Array
 
 LEAST_DISTANCE = 1e-6
 """Least length of a line; a tool that moves by less is rotated in place [m]."""

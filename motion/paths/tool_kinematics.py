@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from ..kinematics.stewart.platform import StewartKinematics
-from ..pose import Pose
+from ..pose import Array, Pose
 from ..trajectory.joint_curves import Path
-from ..trajectory.trajectory import Array
 from .stewart_path import check_path
 
 NEAR_SINGULARITY = 0.1

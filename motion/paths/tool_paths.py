@@ -15,9 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import BranchChange, OutOfRange, PlatformLimit, PoseUnreachable
-from ..pose import Pose, PoseArray
+from ..pose import Array, Pose, PoseArray
 from ..trajectory.joint_curves import ROUNDING, JointSpline, settle_start
-from ..trajectory.trajectory import Array
 from .tool_curves import ToolCurve
 from .tool_kinematics import ToolKinematics, check_workspace, next_joints, singularity_near
 

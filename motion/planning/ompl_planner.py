@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import PlannerUnavailable
-from ..trajectory.trajectory import Array
+from ..pose import Array
 from .rrt_connect import TreeSearch
 
 

@@ -21,9 +21,9 @@ from functools import lru_cache
 import numpy as np
 
 from ..errors import PathInCollision
+from ..pose import Array
 from ..scene.collision import TOUCHING, CollisionModel
 from ..trajectory.joint_curves import Path, check_extent
-from ..trajectory.trajectory import Array
 
 RESOLUTION = 1e-3
 """Greatest travel of a joint from one sample to the next [rad or m]."""

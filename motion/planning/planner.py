@@ -30,12 +30,11 @@ from ..errors import (
     StartInCollision,
 )
 from ..kinematics.ik.ik import solve
-from ..kinematics.serial import Array, Kinematics
+from ..kinematics.serial import Kinematics
 from ..paths.blending import LEAST_ZONE, JointPolyline
-from ..pose import Pose
+from ..pose import Array, Pose
 from ..scene.collision import CollisionModel, Proximity
 from ..trajectory.joint_curves import COINCIDENT, settle_start
-from ..trajectory.trajectory import Array
 from .ompl_planner import OmplPlanner, ompl_is_installed, search_with_ompl
 from .path_check import EdgeChecker, first_contact
 from .rrt_connect import STEP, TreeSearch, rrt_connect, shorten

@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..trajectory.trajectory import Array
+from ..pose import Array
 
 STEP = 0.5
 """Greatest length of an edge [rad or m]."""

@@ -27,11 +27,12 @@ from ..description.schema import Joint
 from ..errors import RobotFileError
 from ..kinematics.dh import dh_forward
 from ..kinematics.pinocchio_model import model_map
-from ..kinematics.serial import Array, Kinematics
-from ..pose import Pose
+from ..kinematics.serial import Kinematics
+from ..pose import Array, Pose
 
 if TYPE_CHECKING:
-    from ..kinematics.serial import Array, Kinematics
+    from ..kinematics.serial import Kinematics
+    from ..pose import Array
 
 DH_TOLERANCE = 1e-9  # m and rad
 REACH_TOLERANCE = 0.2  # of the stated reach, which makers measure to different points

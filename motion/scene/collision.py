@@ -33,7 +33,7 @@ from ..description.schema import CapsuleFacts as LinkCapsule
 from ..description.schema import Shape as LinkShape
 from ..errors import DuplicateObject, FrameUnknown, SceneTooLarge, UnknownObject
 from ..kinematics.pinocchio_model import greatest_travel, model_map
-from ..kinematics.serial import Array, Kinematics
+from ..kinematics.serial import Kinematics
 from ..pose import Array
 from .mesh_file import read_mesh
 from .scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Shape, Sphere

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..bounded_file import read_bounded
 from ..errors import MeshFileError
-from ..trajectory.trajectory import Array
+from ..pose import Array
 
 MAX_BYTES = 64 << 20
 MAX_TRIANGLES = 500_000

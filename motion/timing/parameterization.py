@@ -16,16 +16,10 @@ import numpy as np
 from ..description.limits import JointLimits
 from ..errors import NotTimeable
 from ..paths.segments import RuleSpan, SegmentRule, folded
+from ..pose import Array
 from ..trajectory.joint_curves import Path, check_extent
 from ..trajectory.point_speed import ToolSpeedLimit, speed_ratios
-from ..trajectory.trajectory import (
-    MAX_DURATION,
-    SAMPLE_PERIOD,
-    Array,
-    Trajectory,
-    check_rates,
-    join,
-)
+from ..trajectory.trajectory import MAX_DURATION, SAMPLE_PERIOD, Trajectory, check_rates, join
 from .path_limits import rate_from_rest, steady_rate, timing_grid
 from .toppra_solver import fastest_rates
 from .velocity_profile import VelocityProfile, measured_places

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ..trajectory.trajectory import Array
+from ..pose import Array
 
 _PER_SPAN = 16
 _LEAST_POINTS = 200

@@ -21,8 +21,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..description.limits import JointLimits
+from ..pose import Array
 from ..trajectory.joint_curves import Indices, Path
-from ..trajectory.trajectory import FINER, MOST_FINE, Array, FineSamples, Trajectory
+from ..trajectory.trajectory import FINER, MOST_FINE, FineSamples, Trajectory
 
 _MEASURED = 32  # places measured between two knots of the path, about
 _LEAST_MEASURED = 4  # least number of places between two grid points

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument, WrongJointCount
+from ..pose import Array
 from .point_speed import ToolSpeedLimit
 from .sample_checks import (
     ACCELERATION_TOLERANCE,
@@ -23,7 +24,7 @@ from .sample_checks import (
     check_jerk,
     check_tool_speed,
 )
-from .trajectory import Array, Trajectory
+from .trajectory import Trajectory
 
 __all__ = [
     "ACCELERATION_TOLERANCE",

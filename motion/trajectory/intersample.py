@@ -24,7 +24,8 @@ import numpy as np
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument, WrongJointCount
-from .trajectory import FINER, Array, JointState, Trajectory
+from ..pose import Array
+from .trajectory import FINER, JointState, Trajectory
 
 _PIECES = 3
 _BLOCK = 256  # intervals computed at once, so that an hour of motion takes no time at the start

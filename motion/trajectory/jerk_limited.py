@@ -21,8 +21,9 @@ import numpy as np
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument, LibraryMissing, NoMotion, NotTimeable, OutOfRange, WrongJointCount
+from ..pose import Array
 from .joint_curves import COINCIDENT, ROUNDING, settle_start
-from .trajectory import MAX_DURATION, SAMPLE_PERIOD, Array, Trajectory, check_rates
+from .trajectory import MAX_DURATION, SAMPLE_PERIOD, Trajectory, check_rates
 
 RAMP = 0.1
 """Default time in which a joint builds up its full acceleration [s]."""

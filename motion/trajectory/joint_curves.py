@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument, NoMotion, NotFinite, OutOfRange, WrongJointCount
-from .trajectory import Array
+from ..pose import Array
 
 Indices: TypeAlias = NDArray[np.intp]
 

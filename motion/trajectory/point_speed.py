@@ -27,8 +27,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from ..errors import BadArgument
+from ..pose import Array
 from .joint_curves import Path
-from .trajectory import Array
 
 if TYPE_CHECKING:
     from ..kinematics.serial import Kinematics

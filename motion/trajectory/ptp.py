@@ -14,8 +14,9 @@ import numpy as np
 
 from ..description.limits import JointLimits
 from ..errors import NoMotion, NotTimeable
+from ..pose import Array
 from .joint_curves import COINCIDENT, settle_start
-from .trajectory import MAX_DURATION, SAMPLE_PERIOD, Array, Row, Trajectory, check_rates
+from .trajectory import MAX_DURATION, SAMPLE_PERIOD, Row, Trajectory, check_rates
 
 
 @dataclass(frozen=True, slots=True)

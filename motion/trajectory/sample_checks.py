@@ -43,8 +43,9 @@ import numpy as np
 
 from ..description.limits import JointLimits
 from ..errors import CertificateRefused, WrongJointCount
+from ..pose import Array
 from .point_speed import PointPosition, ToolSpeedLimit
-from .trajectory import Array, Trajectory
+from .trajectory import Trajectory
 
 SPEED_TOLERANCE = 1e-6
 JERK_TOLERANCE = 1e-3

@@ -19,7 +19,8 @@ import numpy as np
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument, WrongJointCount
-from .trajectory import Array, Trajectory
+from ..pose import Array
+from .trajectory import Trajectory
 
 _TIME = "time [s]"
 _QUANTITIES = {"position": "", "velocity": "/s", "acceleration": "/s²"}

@@ -26,8 +26,8 @@ from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.errors import MotionError, PoseUnreachable
 from openpendant.motion.kinematics.closed_form import closed_form
 from openpendant.motion.kinematics.ik import ik
-from openpendant.motion.kinematics.serial import Array, Kinematics
-from openpendant.motion.pose import Pose
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.pose import Array, Pose
 
 from .ik_peers import Eaik, IkQuestion, Solver, Toolbox
 from .table import Benchmark, Bound, Judged, Sides

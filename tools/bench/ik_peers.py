@@ -17,8 +17,8 @@ import numpy as np
 
 from openpendant.motion.kinematics.closed_form import arm_geometry
 from openpendant.motion.kinematics.ik.levenberg_marquardt import rotation_angle
-from openpendant.motion.kinematics.serial import Array, Kinematics
-from openpendant.motion.pose import Pose
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.pose import Array, Pose
 
 from .table import MissingRequirement
 

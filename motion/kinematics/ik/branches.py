@@ -15,9 +15,10 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from ...errors import OutOfRange
+from ...pose import Array
 from ..closed_form import Branches, ClosedForm, Position
 from ..revolutions import JointRanges
-from ..serial import Array, Kinematics
+from ..serial import Kinematics
 from .configuration import Configuration
 
 _BORDERLINE = 1e-3  # m or rad from a singularity

@@ -12,9 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
+from ...pose import Array
 from ..closed_form import ClosedForm, Measures, closed_form
 from ..revolutions import revolutions_of
-from ..serial import Array, Kinematics
+from ..serial import Kinematics
 
 _ON_THE_BORDER = 1e-6
 """Distance from a singularity within which either flag is right [m or rad]."""

@@ -11,8 +11,8 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from ...pose import Pose
-from ..serial import Array, Kinematics
+from ...pose import Array, Pose
+from ..serial import Kinematics
 from .configuration import Configuration, configuration_of
 from .ik_problem import Budget, IkProblem
 from .levenberg_marquardt import Found

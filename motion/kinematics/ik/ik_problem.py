@@ -17,8 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import BadArgument, MotionError, PoseUnreachable, WrongJointCount
-from ...pose import Pose
-from ..serial import Array, Kinematics
+from ...pose import Array, Pose
+from ..serial import Kinematics
 from .branches import BranchChoice, BranchPreference, Offer
 from .configuration import Configuration
 from .ik_context import arm_of

@@ -15,8 +15,9 @@ from enum import StrEnum
 
 import numpy as np
 
+from ...pose import Array
 from ..closed_form import closed_form
-from ..serial import Array, Kinematics
+from ..serial import Kinematics
 
 _INVOLVED = 0.1  # share of a unit joint direction that makes a joint part of a singularity
 _STEP = 1e-6  # rad, or arm's sizes: of the finite differences

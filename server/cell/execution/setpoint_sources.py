@@ -13,9 +13,10 @@ from typing import Protocol
 import numpy as np
 
 from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.pose import Array
 from openpendant.motion.trajectory.ptp import StraightMove
 from openpendant.motion.trajectory.time_scaling import ScaledRun
-from openpendant.motion.trajectory.trajectory import Array, Row, Trajectory
+from openpendant.motion.trajectory.trajectory import Row, Trajectory
 
 _LAST_STEP = 1.5
 """Longest way to the last set-point, in sample periods; the shortest is one less."""
