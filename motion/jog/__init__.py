@@ -7,9 +7,19 @@ point. Knows no server, protocol or clock.
 from __future__ import annotations
 
 from .escape_directions import EscapeDirection, find_escapes, leads_out
-from .jog_commands import BASE_AXES, LONGEST_STEP, JogCaps, JogTarget, JointJog, ToolJog
+from .jog_commands import (
+    BASE_AXES,
+    LONGEST_STEP,
+    JogCaps,
+    JogCause,
+    JogEscape,
+    JogSetpoint,
+    JogSlowdown,
+    JogTarget,
+    JointJog,
+    ToolJog,
+)
 from .jog_model import JogModel, jog_model
-from .jog_status import JogCause, JogEscape, JogSetpoint, JogSlowdown
 from .jogger import Jogger
 
 __all__ = [

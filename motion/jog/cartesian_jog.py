@@ -15,9 +15,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..pose import Array
-from .jog_commands import LONGEST_STEP
+from .jog_commands import LONGEST_STEP, JogCause
 from .jog_model import JogModel
-from .jog_status import JogCause
 from .lookahead import LookAhead
 from .path_node import PathNode, is_even, speed_bounds
 from .tool_path import JogTwist, ToolPath

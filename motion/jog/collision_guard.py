@@ -27,7 +27,7 @@ import numpy as np
 
 from ..pose import Array
 from ..scene.collision import TOUCHING, CollisionModel
-from .jog_status import JogCause, JogSlowdown
+from .jog_commands import JogCause, JogSlowdown
 
 SLOW = 0.020
 """Bodies nearer than this slow a jog [m]."""

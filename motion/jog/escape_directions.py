@@ -20,10 +20,9 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from .collision_guard import CLEAR, SLOW
-from .jog_commands import ToolJog
+from .jog_commands import JogCause, JogEscape, JogSlowdown, ToolJog
 from .jog_model import JogModel
 from .jog_robot import Footing
-from .jog_status import JogCause, JogEscape, JogSlowdown
 from .proximity import HALT_CONDITION, SLOW_CONDITION
 from .tool_path import JogTwist, ToolPath
 

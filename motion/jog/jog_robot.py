@@ -11,7 +11,7 @@ from typing import NamedTuple, Protocol
 
 from ..description.limits import JointLimits
 from ..pose import Array
-from .jog_status import JogCause, JogEscape
+from .jog_commands import JogCause, JogEscape
 
 
 class Posture(NamedTuple):

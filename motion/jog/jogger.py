@@ -14,9 +14,18 @@ from collections.abc import Sequence
 from ..errors import BadArgument, WrongJointCount
 from .cartesian_jog import CartesianJogMotion
 from .escape_directions import leads_along, retreat
-from .jog_commands import LONGEST_STEP, JogCaps, JogTarget, JointJog, ToolJog
+from .jog_commands import (
+    LONGEST_STEP,
+    JogCaps,
+    JogCause,
+    JogEscape,
+    JogSetpoint,
+    JogSlowdown,
+    JogTarget,
+    JointJog,
+    ToolJog,
+)
 from .jog_model import JogModel
-from .jog_status import JogCause, JogEscape, JogSetpoint, JogSlowdown
 from .joint_jog import JointJogMotion
 from .tool_path import JogTwist
 from .undo_path import UndoPath

@@ -24,9 +24,8 @@ from typing import NamedTuple
 
 from ..errors import NoAssembly
 from .collision_guard import SLOW
-from .jog_commands import LONGEST_STEP, JogCaps
+from .jog_commands import LONGEST_STEP, JogCaps, JogCause, JogSlowdown
 from .jog_model import JogModel
-from .jog_status import JogCause, JogSlowdown
 from .joint_limit_braking import ROUNDING, Bound, JointLimitBraking
 from .joint_line import JogLine, line_from
 from .point_speed_bounds import StopOutlook, point_excess, stop_time

@@ -20,9 +20,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .jog_commands import LONGEST_STEP
+from .jog_commands import LONGEST_STEP, JogCause, JogSlowdown
 from .jog_model import JogModel
-from .jog_status import JogCause, JogSlowdown
 from .joint_limit_braking import ROUNDING, JointLimitBraking
 from .line_speed_bounds import LineSpeeds
 from .point_speed_bounds import RESERVE, stop_time

@@ -13,9 +13,9 @@ from collections.abc import Sequence
 
 from ..pose import Array
 from .collision_guard import SLOW
+from .jog_commands import JogCause, JogSlowdown
 from .jog_model import JogModel
 from .jog_robot import Footing
-from .jog_status import JogCause, JogSlowdown
 from .path_node import SPEED_RESERVE, PathNode, slowed, sped_up
 from .proximity import HALT_CONDITION, SLOW_CONDITION, scales, stop
 from .tool_path import ToolPath

@@ -25,8 +25,8 @@ from typing import TypeAlias
 from ..description.limits import JointLimits
 from ..pose import Array
 from .collision_guard import Distances
+from .jog_commands import JogCause
 from .jog_robot import Posture
-from .jog_status import JogCause
 
 Inequality: TypeAlias = tuple[float, float, float]
 """α, β, a of |α x₀ + β x₁| ≤ a."""

@@ -15,8 +15,8 @@ import numpy as np
 
 from ..kinematics.stewart.platform import StewartKinematics, assemble
 from ..pose import Array, Pose
+from .jog_commands import JogCause, JogEscape, JogSlowdown
 from .jog_robot import Footing, Posture
-from .jog_status import JogCause, JogEscape, JogSlowdown
 
 _REMEMBERED = 4  # poses: of a tick, of the stop after it, and of the ones before
 

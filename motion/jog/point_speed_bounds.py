@@ -27,8 +27,8 @@ import numpy as np
 
 from ..errors import NoAssembly
 from ..pose import Array
+from .jog_commands import JogCause, JogSlowdown
 from .jog_model import JogModel
-from .jog_status import JogCause, JogSlowdown
 
 RESERVE = 0.998
 """Share of the speed limit of a point; the rest is for what its speed changes within a tick."""

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 
+from .jog_commands import JogCause, JogSlowdown
 from .jog_model import JogModel
 from .jog_robot import Posture
-from .jog_status import JogCause, JogSlowdown
 from .path_node import PathNode
 
 SLOW_CONDITION, HALT_CONDITION = 17.0, 30.0

@@ -29,8 +29,8 @@ from ..kinematics.ik.singularity import SingularityKind, dexterity
 from ..kinematics.serial import Kinematics
 from ..pose import Array, Pose
 from ..trajectory.point_speed import elbow_link
+from .jog_commands import JogCause, JogEscape, JogSlowdown
 from .jog_robot import Footing, Posture
-from .jog_status import JogCause, JogEscape, JogSlowdown
 from .line_speed_bounds import lever_arms
 
 _ITERATIONS = 8

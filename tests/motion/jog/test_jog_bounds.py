@@ -16,8 +16,8 @@ from rigs.motion.jogged_robots import FAST, UR5_BENT, model, robot
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogSlowdown, JointJog
 from openpendant.motion.jog.collision_guard import CollisionGuard
+from openpendant.motion.jog.jog_commands import JogCause
 from openpendant.motion.jog.jog_robot import Footing, Posture
-from openpendant.motion.jog.jog_status import JogCause
 from openpendant.motion.jog.joint_jog import StopSurroundings
 from openpendant.motion.jog.lookahead import LookAhead
 from openpendant.motion.jog.path_node import PathNode, is_even, speed_bounds
