@@ -23,7 +23,7 @@ from .collision_guard import CLEAR, SLOW
 from .jog_commands import JogCause, JogEscape, JogSlowdown, ToolJog
 from .jog_model import JogModel
 from .jog_robot import Footing
-from .proximity import HALT_CONDITION, SLOW_CONDITION
+from .path_node import HALT_CONDITION, SLOW_CONDITION
 from .tool_path import JogTwist, ToolPath
 
 FREE_CONDITION = HALT_CONDITION - 0.2 * (HALT_CONDITION - SLOW_CONDITION)

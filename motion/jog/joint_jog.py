@@ -28,8 +28,8 @@ from .jog_commands import LONGEST_STEP, JogCaps, JogCause, JogSlowdown
 from .jog_model import JogModel
 from .joint_limit_braking import ROUNDING, Bound, JointLimitBraking
 from .joint_line import JogLine, line_from
+from .path_node import SLOW_POSTURE
 from .point_speed_bounds import StopOutlook, point_excess, stop_time
-from .proximity import SLOW_POSTURE
 
 
 class StopSurroundings:

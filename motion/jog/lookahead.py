@@ -16,8 +16,16 @@ from .collision_guard import SLOW
 from .jog_commands import JogCause, JogSlowdown
 from .jog_model import JogModel
 from .jog_robot import Footing
-from .path_node import SPEED_RESERVE, PathNode, slowed, sped_up
-from .proximity import HALT_CONDITION, SLOW_CONDITION, scales, stop
+from .path_node import (
+    HALT_CONDITION,
+    SLOW_CONDITION,
+    SPEED_RESERVE,
+    PathNode,
+    scales,
+    slowed,
+    sped_up,
+    stop,
+)
 from .tool_path import ToolPath
 
 _JOINT_STEP = 0.06  # rad, or share of the arm's length: longest cell
