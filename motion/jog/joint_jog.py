@@ -1,8 +1,8 @@
 """Joint jog: set-points of joints that move each by itself, all below the speed limit of the tool.
 
 Owns how the joints change their velocities together, what slows them and in which order, and which
-places are checked for that. The rule for the ends of their ranges is `joint_limit_braking`'s, that
-for the speed of tool and elbow `point_speed_bounds`'.
+places are checked for that. The rules for the ends of their ranges and for the speed of tool and
+elbow are `joint_braking`'s.
 
 In most ticks the joints of an arm go along a straight line, for which `joint_line` has proven many
 ticks ahead what is otherwise checked in every tick. Every tick is checked while a press begins off
@@ -26,10 +26,9 @@ from ..errors import NoAssembly
 from .collision_guard import SLOW
 from .jog_commands import LONGEST_STEP, JogCaps, JogCause, JogSlowdown
 from .jog_model import JogModel
-from .joint_limit_braking import ROUNDING, Bound, JointLimitBraking
+from .joint_braking import ROUNDING, Bound, JointLimitBraking, StopOutlook, point_excess, stop_time
 from .joint_line import JogLine, line_from
 from .path_node import SLOW_POSTURE
-from .point_speed_bounds import StopOutlook, point_excess, stop_time
 
 
 class StopSurroundings:

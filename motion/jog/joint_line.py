@@ -22,9 +22,8 @@ from collections.abc import Sequence
 
 from .jog_commands import LONGEST_STEP, JogCause, JogSlowdown
 from .jog_model import JogModel
-from .joint_limit_braking import ROUNDING, JointLimitBraking
+from .joint_braking import RESERVE, ROUNDING, JointLimitBraking, stop_time
 from .line_speed_bounds import LineSpeeds
-from .point_speed_bounds import RESERVE, stop_time
 
 _REASONS = (JogSlowdown.TOOL_SPEED, JogSlowdown.ELBOW_SPEED)
 _STRAIGHT = 1e-9  # of the asked speed: a lesser deviation from the line is rounding
