@@ -13,10 +13,8 @@ from ..paths.mechanism import Mechanism, PlatformMechanism, SerialMechanism
 from ..pose import Pose
 from ..scene.collision import CollisionModel
 from .collision_guard import CollisionGuard
-from .jog_robot import JogArm
+from .jog_robot import JogArm, PlatformTool, SerialTool
 from .line_speed_bounds import LinePoints
-from .platform_tool import PlatformTool
-from .serial_tool import SerialTool
 
 MARGIN = 0.1
 """Distance before the end of its range at which a joint begins to slow [rad or m]."""
