@@ -142,7 +142,7 @@ class SerialMechanism:
 
     def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
         """Return the paths of segments in sequence."""
-        from .segment_planning import plan_path
+        from .paths import plan_path
 
         return plan_path(self.kinematics, start, segments)
 
@@ -185,7 +185,7 @@ class PlatformMechanism:
 
     def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
         """Return the paths of segments in sequence."""
-        from .segment_planning import plan_path
+        from .paths import plan_path
 
         return plan_path(self.kinematics, start, segments)
 

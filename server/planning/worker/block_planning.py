@@ -30,7 +30,7 @@ from openpendant.motion.frames.frame_tree import BASE, FLANGE, TOOL, FrameTree
 from openpendant.motion.kinematics.ik.configuration import Configuration, Elbow, Shoulder, Wrist
 from openpendant.motion.kinematics.ik.ik import solve
 from openpendant.motion.kinematics.serial import Kinematics, with_tool
-from openpendant.motion.paths.segment_planning import plan_path
+from openpendant.motion.paths.paths import plan_path
 from openpendant.motion.planning.path_check import first_contact
 from openpendant.motion.pose import Array, Pose
 from openpendant.motion.scene.collision import CollisionModel

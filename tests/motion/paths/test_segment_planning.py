@@ -26,8 +26,7 @@ from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.orientation import rotation_of_vector
 from openpendant.motion.paths.blending import JointPolyline
 from openpendant.motion.paths.circles import ToolTurn
-from openpendant.motion.paths.paths import linear_path, plan_path
-from openpendant.motion.paths.segment_planning import MOST_SEGMENTS
+from openpendant.motion.paths.paths import MOST_SEGMENTS, linear_path, plan_path
 from openpendant.motion.paths.segments import (
     AboutCentre,
     Circ,
