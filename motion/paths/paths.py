@@ -43,7 +43,7 @@ from .circles import (
     circle_about,
     circle_through,
 )
-from .joint_chain import JointChain
+from .path_chains import JointChain, ToolChain
 from .segments import (
     AboutCentre,
     Circ,
@@ -58,7 +58,6 @@ from .segments import (
     Target,
     ThroughPoint,
 )
-from .tool_chain import ToolChain
 from .tool_curves import ToolCurve, ToolLine, ToolSpline, check_point
 from .tool_kinematics import ToolKinematics, check_workspace, joints_at, leg_of
 from .tool_paths import follow_tool_curve

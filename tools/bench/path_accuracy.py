@@ -32,7 +32,7 @@ from openpendant.motion.description.robot import SerialRobot, load_robot, robot_
 from openpendant.motion.errors import BranchChange, OutOfRange, PoseUnreachable
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.paths.circles import ToolArc, ToolTurn, arc_about, circle_about
-from openpendant.motion.paths.tool_chain import ToolChain
+from openpendant.motion.paths.path_chains import ToolChain
 from openpendant.motion.paths.tool_curves import ToolCurve, ToolLine, ToolSpline, turned_by
 from openpendant.motion.paths.tool_paths import follow_tool_curve
 from openpendant.motion.pose import Array, Pose

@@ -9,7 +9,7 @@ from rigs.data.example_counts import few
 
 from openpendant.motion.errors import BadArgument, NoMotion, NotFinite, ZoneTooLarge
 from openpendant.motion.paths.circles import ToolArc, ToolTurn, arc_through
-from openpendant.motion.paths.tool_chain import ToolChain
+from openpendant.motion.paths.path_chains import ToolChain
 from openpendant.motion.paths.tool_curves import (
     ToolCurve,
     ToolLine,
