@@ -36,13 +36,6 @@ from ..trajectory.joint_curves import (
     settle_start,
 )
 from .blending import LEAST_ZONE, JointPolyline, largest_joint_zone, tool_zone
-from .circles import (
-    ToolArc,
-    arc_about,
-    arc_through,
-    circle_about,
-    circle_through,
-)
 from .path_chains import JointChain, ToolChain
 from .segments import (
     AboutCentre,
@@ -58,7 +51,17 @@ from .segments import (
     Target,
     ThroughPoint,
 )
-from .tool_curves import ToolCurve, ToolLine, ToolSpline, check_point
+from .tool_curves import (
+    ToolArc,
+    ToolCurve,
+    ToolLine,
+    ToolSpline,
+    arc_about,
+    arc_through,
+    check_point,
+    circle_about,
+    circle_through,
+)
 from .tool_kinematics import ToolKinematics, check_workspace, joints_at, leg_of
 from .tool_paths import follow_tool_curve
 

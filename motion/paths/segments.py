@@ -17,7 +17,7 @@ from ..errors import BadArgument
 from ..pose import Array, Pose
 from ..trajectory.joint_curves import Path
 from ..trajectory.trajectory import MAX_DURATION
-from .circles import ToolTurn
+from .tool_curves import ToolTurn
 
 Target: TypeAlias = Pose | Sequence[float] | Array
 """A tool pose in the segment's frame, or a controller-side joint position (n,) [rad or m]."""
