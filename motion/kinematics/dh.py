@@ -14,8 +14,8 @@ usual d.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,8 +23,16 @@ from ..description.robot import SerialRobot
 from ..description.schema import DhRow, DhTable, Placement, Variable, Vrm
 from ..errors import BadArgument, NotFinite, WrongJointCount
 from ..pose import Array, Pose
-from .pinocchio_model import model_map
-from .serial import Kinematics
+
+SAMPLES = 50
+"""Random positions at which a table is compared with the chain."""
+
+
+class TableDifference(NamedTuple):
+    """Greatest difference of two forward kinematics over random positions inside the limits."""
+
+    position: float  # m
+    rotation: float  # rad
 
 
 def dh_forward(table: DhTable, moving: Sequence[float]) -> Pose:
@@ -95,18 +103,6 @@ def _matrix(placement: Placement) -> Array:
     return Pose.from_rpy(placement.xyz, placement.rpy).to_matrix()
 
 
-_SAMPLES = 50
-
-
-@dataclass(frozen=True, slots=True)
-class TableDifference:
-    """Greatest difference of two forward kinematics over random positions inside the limits."""
-
-    position: float  # m
-    rotation: float  # rad
-    samples: int
-
-
 def vrm_of(robot: SerialRobot) -> Vrm:
     """Return a robot's VRM table.
 
@@ -153,20 +149,36 @@ def vrm_forward(vrm: Vrm, moving: Sequence[float]) -> Pose:
     return Pose.from_matrix(placement[:3, :3], placement[:3, 3]).compose(tool)
 
 
-def vrm_difference(robot: SerialRobot, samples: int = _SAMPLES) -> TableDifference:
+def dh_difference(robot: SerialRobot) -> TableDifference | None:
+    """Return the difference of a robot's DH table from the chain; None without a table."""
+    table = robot.dh
+    if table is None:
+        return None
+    return _difference(robot, lambda moving: dh_forward(table, moving))
+
+
+def vrm_difference(robot: SerialRobot) -> TableDifference:
     """Return the difference between the module's forward kinematics and the chain's.
 
     Raises:
         BadArgument: the robot is not one of the module's.
     """
     vrm = vrm_of(robot)
+    return _difference(robot, lambda moving: vrm_forward(vrm, moving))
+
+
+def _difference(robot: SerialRobot, by_table: Callable[[list[float]], Pose]) -> TableDifference:
+    # Imported here, since listing and showing robots must not wait for pinocchio.
+    from .pinocchio_model import model_map
+    from .serial import Kinematics
+
     kinematics = Kinematics(robot)
     gain, offset = model_map(robot)
     random = np.random.default_rng(0)
     position = rotation = 0.0
-    for joints in random.uniform(kinematics.lower, kinematics.upper, (samples, robot.dof)):
+    for joints in random.uniform(kinematics.lower, kinematics.upper, (SAMPLES, robot.dof)):
         by_chain = kinematics.forward(joints, "root")
-        by_module = vrm_forward(vrm, (gain @ joints + offset).tolist())
-        position = max(position, by_chain.position_distance(by_module))
-        rotation = max(rotation, by_chain.rotation_distance(by_module))
-    return TableDifference(position, rotation, samples)
+        pose = by_table((gain @ joints + offset).tolist())
+        position = max(position, by_chain.position_distance(pose))
+        rotation = max(rotation, by_chain.rotation_distance(pose))
+    return TableDifference(position, rotation)

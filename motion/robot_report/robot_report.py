@@ -11,7 +11,7 @@ from typing import Any
 from ..description.robot import Robot, SerialRobot
 from ..description.schema import Dependence, DhTable, Vrm
 from ..errors import BadArgument, UnsupportedKind
-from ..kinematics.dh import dh_frames
+from ..kinematics.dh import dh_difference, dh_frames, vrm_angles, vrm_difference, vrm_of
 from ..pose import Pose
 
 
@@ -32,8 +32,6 @@ class VrmReport:
         Raises:
             BadArgument: the robot is not one of the Virtual Robot Module.
         """
-        from ..kinematics.dh import vrm_angles, vrm_difference, vrm_of
-
         table, difference = vrm_of(robot), vrm_difference(robot)
         angles = vrm_angles(table, moving_at_home(robot))
         return cls(robot, table, angles, difference.position, difference.rotation)
@@ -85,12 +83,10 @@ def dh_frames_at_home(robot: SerialRobot) -> tuple[Pose, ...]:
 
 def dh_exactness(robot: Robot) -> str:
     """Return the difference of a robot's DH table from its joints, in words."""
-    from .robot_check import dh_residual
-
     if not isinstance(robot, SerialRobot) or robot.dh is None:
         return ""
     try:
-        residual = dh_residual(robot)
+        residual = dh_difference(robot)
     except ModuleNotFoundError:
         return "not compared; that needs the extra 'server'"
     assert residual is not None
