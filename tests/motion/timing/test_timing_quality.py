@@ -16,8 +16,8 @@ from openpendant.motion.trajectory.certificate import (
     VELOCITY_TOLERANCE,
     certify,
 )
-from openpendant.motion.trajectory.intersample import IntersampleCheck
 from openpendant.motion.trajectory.joint_curves import JointSpline
+from openpendant.motion.trajectory.time_scaling import IntersampleCheck
 
 Array = NDArray[np.float64]
 
