@@ -22,11 +22,10 @@ from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogTarget, JointJo
 from openpendant.motion.jog.line_speed_bounds import lever_arms
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.timing.parameterization import time_path
-from openpendant.motion.trajectory.certificate import certify
+from openpendant.motion.trajectory.certificate import certify, certify_straight_move
 from openpendant.motion.trajectory.joint_curves import JointSpline
 from openpendant.motion.trajectory.point_speed import elbow_link, reduced_speed
 from openpendant.motion.trajectory.ptp import straight_move
-from openpendant.motion.trajectory.straight_certificate import certify_straight_move
 from openpendant.server.cell.execution.active_motion import ActiveMotion
 from openpendant.server.cell.jog.jog_rows import JogRows
 from openpendant.server.cell.jog.press import Press
