@@ -1,7 +1,7 @@
 """Escape directions: joint directions that lead away from what holds a jog, and the keys for them.
 
 Owns the choice of the direction for each cause; the rule that a robot stands at a limit where
-little is left of the margin in which a jog slows (`proximity`, `collision_guard`); and the check
+little is left of the margin in which a jog slows (`path_node`, `collision_guard`); and the check
 that a tool jog leads away from that limit. It is asked once, when a robot has come to rest: a
 direction costs some hundred microseconds, the keys up to 1 ms. Knows no names of keys or
 directions; screens have the joints'.

@@ -1,8 +1,8 @@
 """Blending: corners rounded within a zone, so that a motion need not stop at them.
 
 Owns the formula by which one straight or curved leg changes into the next within a zone, the rules
-for the size of a zone, and the path with zones in joint space. `tool_chain` uses the formula in
-space, `joint_chain` between any two joint paths. Knows no segment and no time.
+for the size of a zone, and the path with zones in joint space. `path_chains` uses the formula in
+space and between any two joint paths. Knows no segment and no time.
 
 The formula of all zones. At a corner with a zone r the second leg begins before the first ends:
 with a falling from r to 0 and b rising from 0 to r over a stretch 2r of the parameter,

@@ -69,7 +69,7 @@ class ThroughPoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AboutCentre:
-    """Arc about a centre to the target; see `circles.arc_about`."""
+    """Arc about a centre to the target; see `tool_curves.arc_about`."""
 
     centre: Point
     normal: Point | None = None
