@@ -38,17 +38,6 @@ from ..errors import (
 )
 from ..pose import Array, Pose, checked_vector
 
-__all__ = [
-    "BASE",
-    "FLANGE",
-    "MOST_FRAMES",
-    "ROOT",
-    "TOOL",
-    "Frame",
-    "FrameTree",
-    "Places",
-]
-
 BASE, ROOT, FLANGE, TOOL = "base", "root", "flange", "tool"
 
 LONGEST_NAME = 64

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from openpendant.motion.kinematics.closed_form import arm_geometry
+from openpendant.motion.kinematics.closed_form.geometry import arm_geometry
 from openpendant.motion.kinematics.ik.levenberg_marquardt import rotation_angle
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Array, Pose

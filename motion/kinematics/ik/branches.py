@@ -16,7 +16,7 @@ import numpy as np
 
 from ...errors import OutOfRange
 from ...pose import Array
-from ..closed_form import Branches, ClosedForm, Position
+from ..closed_form.geometry import Branches, ClosedForm, Position
 from ..revolutions import JointRanges
 from ..serial import Kinematics
 from .configuration import Configuration

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from ...pose import Array
-from ..closed_form import ClosedForm, Measures, closed_form
+from ..closed_form import closed_form
+from ..closed_form.geometry import ClosedForm, Measures
 from ..revolutions import revolutions_of
 from ..serial import Kinematics
 

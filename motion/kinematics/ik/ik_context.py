@@ -25,8 +25,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ...pose import Array
-from ..closed_form import ClosedForm, arm_geometry, closed_form
-from ..closed_form.geometry import rotation_about
+from ..closed_form import closed_form
+from ..closed_form.geometry import ClosedForm, arm_geometry, rotation_about
 from ..revolutions import JointRanges
 from ..serial import Kinematics
 from .branches import BranchChoice
