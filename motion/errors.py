@@ -187,8 +187,6 @@ class UnsupportedKind(MotionError, code="unsupported-kind"):
     """The robot is of a kind for which `what` does not exist.
 
     Attributes:
-        name: the robot's.
-        kind: its kind, `parallel` for one.
         what: what was asked for, as it stands behind "no".
     """
 

@@ -256,8 +256,6 @@ def checked_vector(values: Sequence[float] | Array, count: int, what: str) -> Ar
     """Return the caller's numbers as a (count,) array of its own.
 
     Args:
-        values: the numbers, in any unit.
-        count: how many there must be.
         what: their name in errors.
 
     Raises:

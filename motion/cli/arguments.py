@@ -117,10 +117,6 @@ _POSE_FIELDS = frozenset({"xyz", "quat", "frame"})
 def parse_joints(text: str, option: str) -> tuple[float, ...]:
     """Return the numbers of a JSON list of finite numbers.
 
-    Args:
-        text: the argument.
-        option: the option's name, for the error.
-
     Raises:
         BadArgument: the text is not a JSON list of numbers.
         NotFinite: a number is infinite or not a number.

@@ -44,11 +44,7 @@ app = command()
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run `openpendant plan` and return its exit code.
-
-    Args:
-        argv: the arguments after `plan`.
-    """
+    """Run `openpendant plan` and return its exit code."""
     return run(app, "plan", argv, FAULTS, tell)
 
 

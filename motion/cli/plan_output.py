@@ -27,14 +27,8 @@ class PlannedMotion:
     """Plan with the data of its making.
 
     Attributes:
-        robot: its name.
-        planner: the planner's name.
-        seed: the planner's random seed.
         plan_seconds: for goals, planning and timing [s].
         goals: joint positions reached in sequence.
-        trajectory: the motion.
-        certificate: the independent check of it.
-        limits: the robot's.
     """
 
     robot: str

@@ -50,11 +50,7 @@ app = command(
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run `openpendant robots` and return its exit code.
-
-    Args:
-        argv: the arguments after `robots`.
-    """
+    """Run `openpendant robots` and return its exit code."""
     return run(app, "robots", argv, FAULTS, tell)
 
 

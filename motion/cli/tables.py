@@ -44,7 +44,6 @@ def print_robot(robot: Robot, dh_exactness: str = "") -> None:
     """Print a robot's specification, limits, DH table, home and coupling.
 
     Args:
-        robot: any robot.
         dh_exactness: difference of the DH table from the joints, in words.
     """
     console = terminal()
@@ -78,8 +77,6 @@ def print_vrm(robot: SerialRobot, vrm: Vrm, angles: Sequence[float], difference:
     """Print RoboAnalyzer's rows and its angles at our home.
 
     Args:
-        robot: the robot.
-        vrm: its table.
         angles: the table's angles at our home [rad].
         difference: difference of its forward kinematics from ours, in words.
     """

@@ -68,7 +68,6 @@ class JointLimits:
 
         Args:
             values: (n,) one per joint.
-            what: their name, for the error.
 
         Raises:
             WrongJointCount: the number of values differs from the number of joints.

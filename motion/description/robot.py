@@ -127,7 +127,6 @@ def robot_from_content(content: Mapping[str, Any], file: str) -> Robot:
 
     Args:
         content: field names and values of schema `robot-facts/1`.
-        file: the file's name, for messages.
 
     Raises:
         RobotFileError: the content is not a sound robot.

@@ -72,8 +72,6 @@ def frames_from_json(text: str, file: str = "frames", tree: FrameTree | None = N
     """Return a tree with the frames and tools of a file's text.
 
     Args:
-        text: JSON of the schema.
-        file: its name, for the error.
         tree: the tree that they are added to; base, root, flange and tool if None.
 
     Raises:

@@ -161,9 +161,7 @@ class FrameHistory:
         """Return the pose of `source` at one time in the `target` of another time.
 
         Args:
-            source: a frame.
             source_time: [ns].
-            target: a frame.
             target_time: [ns].
             still: the frame that is assumed not to have moved between the two times.
 

@@ -28,7 +28,6 @@ class Here(NamedTuple):
     """Place and speed of a motion on its path.
 
     Attributes:
-        sigma: path parameter.
         speed: dσ/dt.
         cell: index of the cell that it is in.
     """
@@ -51,7 +50,6 @@ def within_reach(nodes: Sequence[PathNode], here: Here, dt: float, asked: float)
 
     Args:
         nodes: the places of the path, σ growing.
-        here: where the tick begins.
         dt: length of the tick [s].
         asked: upper bound of the speed.
     """

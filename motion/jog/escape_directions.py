@@ -38,7 +38,6 @@ def is_escape(model: JogModel, position: Sequence[float], rates: Sequence[float]
     """Return True if a stretch of a joint jog ends where the arm is free.
 
     Args:
-        model: the robot.
         position: (n,) where it stands [rad or m].
         rates: (n,) of the jog, -1 to 1.
     """
@@ -51,7 +50,6 @@ def escape_keys(model: JogModel, position: Sequence[float]) -> tuple[float, ...]
     Each key is the one that, together with those before it, gives back most of the lost directions.
 
     Args:
-        model: the robot.
         position: (n,) where it stands [rad or m].
 
     Returns:
@@ -99,7 +97,6 @@ def retreat(
     """Return the direction out of a cause at a joint position; None if none is needed.
 
     Args:
-        model: the robot.
         position: (n,) where it stands [rad or m].
         cause: what holds it.
         reverse: True if the opposite of what was asked leads out.
@@ -141,7 +138,6 @@ class EscapeDirection(NamedTuple):
     """A limit that the robot stands at, and a joint jog that leads away from it.
 
     Attributes:
-        cause: the limit, with its numbers.
         rates: (n,) of the joint whose key leads out fastest, 1 towards its upper limit or -1; for
             two singularities at once, of the two or three keys that do together; None if none is
             known.
@@ -157,7 +153,6 @@ def find_escapes(model: JogModel, position: Sequence[float]) -> list[EscapeDirec
     """Return every limit that a robot stands at, joints first; empty where it is free.
 
     Args:
-        model: the robot.
         position: (n,) where it stands [rad or m].
     """
     return [_way_out(model, position, cause) for cause in _causes(model, position)]
@@ -204,9 +199,7 @@ def leads_out(model: JogModel, position: Sequence[float], target: ToolJog) -> bo
     """Return True if a tool jog leads away from every limit that a robot stands at.
 
     Args:
-        model: the robot.
         position: (n,) where it stands [rad or m].
-        target: the jog.
     """
     linear, angular = target.direction()
     twist = JogTwist(linear * _PROBE, angular * _PROBE_TURN, target.axes is None)
@@ -220,7 +213,6 @@ def leads_along(model: JogModel, position: Sequence[float], twist: JogTwist) -> 
     the condition number hardly falls, more steps follow, because it may soon rise again.
 
     Args:
-        model: the robot.
         position: (n,) where it stands [rad or m].
         twist: the direction, at any speed but 0.
     """

@@ -56,7 +56,6 @@ class JogCause(NamedTuple):
     """A reason with its numbers.
 
     Attributes:
-        reason: what it is.
         value: joint position [rad or m], condition number [1], distance [m], share of the
             workspace [1], or the speed that was asked for [m/s or rad/s].
         limit: bound of the value, in the same unit.

@@ -33,8 +33,6 @@ class JogModel:
 
     Attributes:
         arm: the mechanism with its tool.
-        limits: limits of the joints.
-        dof: number n of joints.
         margin: (n,) distance before its end at which a joint begins to slow [rad or m].
         lower: (n,) where joints come to rest, a hundredth of the margin inside [rad or m].
         upper: (n,) likewise.

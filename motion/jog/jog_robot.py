@@ -49,7 +49,6 @@ class Posture(NamedTuple):
 
     Attributes:
         use: 0 to 1; more is beyond the limit.
-        cause: the limit, with its numbers.
     """
 
     use: float
@@ -157,7 +156,6 @@ class SerialTool:
     """Serial arm with a tool.
 
     Attributes:
-        limits: limits of the joints.
         length: half the arm's size [m].
         rigid: True if no joint depends on another.
     """
@@ -166,7 +164,6 @@ class SerialTool:
         """Mount a tool.
 
         Args:
-            kinematics: the robot.
             tcp: the tool centre point in the tool link's frame; the link's origin if None.
         """
         self._kinematics = kinematics
@@ -414,7 +411,6 @@ class PlatformTool:
     """A platform with a tool.
 
     Attributes:
-        limits: limits of the legs.
         length: radius of the platform's anchor circle [m].
         rigid: False: a leg by itself moves the platform about no axis.
     """
@@ -423,7 +419,6 @@ class PlatformTool:
         """Mount a tool.
 
         Args:
-            kinematics: the platform.
             tcp: the tool centre point in the platform's frame; its origin if None.
         """
         self._kinematics = kinematics

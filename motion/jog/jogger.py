@@ -156,7 +156,6 @@ class Jogger:
     """A jog of one robot.
 
     Attributes:
-        caps: greatest speeds.
         way: the path so far, for the undo.
     """
 
@@ -164,9 +163,7 @@ class Jogger:
         """Start at rest.
 
         Args:
-            model: the robot.
             start: (n,) where it stands [rad or m]; also beyond a limit, to be led back inside.
-            caps: greatest speeds.
 
         Raises:
             WrongJointCount: the start has not one value per joint.

@@ -80,7 +80,6 @@ def point_excess(model: JogModel, stop: StopOutlook, limit: float) -> tuple[floa
     """Return the greatest speed of a point as a share of the allowed one, and its cause.
 
     Args:
-        model: the robot.
         stop: the stop after the tick that is judged.
         limit: greatest speed of tool centre point and elbow [m/s].
     """
@@ -215,7 +214,6 @@ class JointLimitBraking:
         """Compute where the ends begin to matter.
 
         Args:
-            model: the robot.
             speeds: (n,) greatest speed that is asked of each joint [rad/s or m/s].
         """
         self._model = model

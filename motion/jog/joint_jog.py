@@ -126,7 +126,6 @@ class _Press(NamedTuple):
 
     Attributes:
         rates: (n,) shares of the jog speeds.
-        caps: the caps that give the jog speeds.
         speeds: (n,) the jog speeds [rad/s or m/s].
         asked: (n,) velocity that is asked for [rad/s or m/s].
         square: square of the length of that velocity; 1 where it is 0.
@@ -186,7 +185,6 @@ class JointJogMotion:
         Args:
             dt: time since the last set-point [s].
             rates: (n,) shares of the jog speeds.
-            caps: the caps that give the jog speeds.
         """
         press = self._press
         # By identity, which is cheap: neither is changed in place, and a new press brings new ones.

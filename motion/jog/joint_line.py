@@ -131,7 +131,6 @@ def line_from(
     """Return the line from a place; None if the joints do not follow one, or only a short one.
 
     Args:
-        model: the robot.
         ends: ends of the ranges, at the speeds of the press.
         state: (n,) position and (n,) velocity.
         asked: (n,) velocity that is asked for.

@@ -48,7 +48,6 @@ class LinePoints:
         """Choose the points.
 
         Args:
-            kinematics: the arm.
             tcp: the tool centre point in the tool link's frame; the link's origin if None.
         """
         self._kinematics = kinematics
@@ -141,7 +140,6 @@ class LineSpeeds:
         """Start at σ = 0.
 
         Args:
-            points: the points of the arm.
             line: (n,) position at σ = 0 and (n,) rates by σ.
             until: greatest σ that is asked for; all joints are in their ranges up to there.
             allowed: the speed limit [m/s]; lower speeds need no tighter bound.
@@ -223,7 +221,6 @@ def lever_arms(kinematics: Kinematics, link: str, offset: float = 0.0) -> list[f
     Valid for all driven joints in their ranges.
 
     Args:
-        kinematics: the arm.
         link: the link that the point is fixed to.
         offset: distance of the point from the link's origin [m].
     """

@@ -62,7 +62,6 @@ class LookAhead:
         """Start a path.
 
         Args:
-            model: the robot.
             path: pose and direction at σ = 0.
             position: (n,) there [rad or m].
             point_speed: greatest speed of tool centre point and elbow [m/s].

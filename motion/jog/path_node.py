@@ -49,7 +49,6 @@ class PathNode:
     """A place of the path, and the cell that begins there.
 
     Attributes:
-        sigma: path parameter.
         position: (n,) [rad or m].
         rate: (n,) by σ.
         twist: (6,) of the tool by σ.
@@ -63,7 +62,6 @@ class PathNode:
         open: True if the end of the known path sets `reach`.
         length: length of the cell by σ; 0 while there is none.
         cubics: (n,) cubics of the joints in the cell.
-        rows: inequalities of the cell.
         steady: greatest square of a constant dσ/dt that the joints allow in the whole cell.
     """
 
@@ -156,7 +154,6 @@ def slowed(rows: Sequence[Inequality], after: float, top: float) -> float:
     Every lesser one is allowed too, because x₀ = x₁ = 0 is and the inequalities are linear.
 
     Args:
-        rows: inequalities of the cell.
         after: greatest square at its end.
         top: greatest square at its start, for other reasons.
     """
@@ -167,7 +164,6 @@ def sped_up(rows: Sequence[Inequality], before: float, top: float) -> float:
     """Return the greatest square of dσ/dt at the end of a cell; every lesser one is allowed too.
 
     Args:
-        rows: inequalities of the cell.
         before: greatest square at its start.
         top: greatest square at its end, for other reasons.
     """
@@ -227,7 +223,6 @@ def speed_bounds(
     """Return the least and the greatest dσ/dt; the least is the greater one if none is allowed.
 
     Args:
-        limits: limits of the joints.
         rate: (n,) by σ where the tick ends.
         before: (n,) velocity where it begins [rad/s or m/s].
         dt: length of the tick [s].
@@ -284,7 +279,6 @@ def stop(
     """Return what ends the path between two nodes; None if it may continue.
 
     Args:
-        model: the robot.
         last: a node, with the cell to the next.
         node: the next node.
         least_condition: least condition number of the path so far.
@@ -313,9 +307,7 @@ def scales(model: JogModel, last: PathNode | None, node: PathNode) -> list[tuple
     """Return for each margin that the path enters the speed dσ/dt that it leaves, and the cause.
 
     Args:
-        model: the robot.
         last: the node before; None for the first, where only the joints' rates give a direction.
-        node: the node.
     """
     found = []
     joints = zip(node.position, node.rate, model.lower, model.upper, model.margin, strict=True)

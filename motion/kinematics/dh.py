@@ -118,7 +118,6 @@ def vrm_angles(vrm: Vrm, moving: Sequence[float]) -> tuple[float, ...]:
     """Return the module's joint angles [rad].
 
     Args:
-        vrm: the robot's table.
         moving: (r,) chain-side position of each joint that moves [rad], dependent ones included.
 
     Raises:
@@ -136,7 +135,6 @@ def vrm_forward(vrm: Vrm, moving: Sequence[float]) -> Pose:
     """Return the tool's pose in the root link's frame, by the module's rows.
 
     Args:
-        vrm: the robot's table.
         moving: (r,) chain-side position of each joint that moves [rad], dependent ones included.
 
     Raises:

@@ -63,7 +63,6 @@ class Kinematics:
     """Kinematics of one robot, for one thread: calls share scratch memory.
 
     Attributes:
-        robot: the robot's facts.
         limits: limits of the driven joints, controller side.
         dof: number n of driven joints.
         lower: (n,) least controller-side joint position [rad or m], read-only.
@@ -198,7 +197,6 @@ class Kinematics:
         Args:
             joint_position: (n,) controller-side [rad or m], finite float64.
             joint_velocity: (n,) [rad/s or m/s].
-            points: the points.
         """
         if not self.is_direct:
             joint_position = self._expanded(joint_position)
@@ -225,7 +223,6 @@ class Kinematics:
 
         Args:
             joint_position: (n,) controller-side [rad or m], finite.
-            points: the points.
         """
         model, data = self._model, self._data
         pin.forwardKinematics(model, data, self._expanded(np.array(joint_position)))
@@ -255,7 +252,6 @@ class Kinematics:
         Args:
             joint_position: (n,) controller-side [rad or m], finite float64.
             joint_velocity: (n,) [rad/s or m/s].
-            tool: the frame.
         """
         (speed,) = self.point_speeds(joint_position, joint_velocity, (tool.origin,))
         placement = pin.updateFramePlacement(self._model, self._data, self._tool)

@@ -97,7 +97,6 @@ class Mechanism(Protocol):
 
         Args:
             start: (n,) where the robot stands [rad or m].
-            segments: one or more.
 
         Raises:
             MotionError: a segment is refused, with its number and its fraction of the path.

@@ -80,7 +80,6 @@ def plan_path(
     none. Every tool segment is solved as a whole before any motion.
 
     Args:
-        kinematics: the robot.
         start: (n,) where the robot stands; see `settle_start`.
         segments: at least one and at most `MOST_SEGMENTS`.
 
@@ -336,7 +335,6 @@ def linear_path(
     The whole path is solved before any motion; see `follow_tool_curve`.
 
     Args:
-        kinematics: the robot.
         start: (n,) where the robot stands; see `settle_start`.
         target: the tool pose at the end, in `frame`.
         frame: `base` or `root`.
@@ -372,7 +370,6 @@ def linear_legs(
     already is adds no leg.
 
     Args:
-        kinematics: the robot.
         start: (n,) where the robot stands [rad or m]; see `settle_start`.
         poses: one or more tool poses in `frame`; positions in m.
         frame: `base` or `root`.
@@ -410,7 +407,6 @@ def joint_path_through_poses(
     """Return joint waypoints that lead the tool through poses, each near the one before.
 
     Args:
-        kinematics: the robot.
         start: (n,) where the robot stands; see `settle_start`.
         poses: tool poses in `frame`.
         frame: `base` or `root`.
@@ -440,7 +436,6 @@ def leg_curve(kinematics: ToolKinematics, start: Pose, segment: Lin | Circ) -> T
     """Return the tool's path along a line or a circle, in the base frame.
 
     Args:
-        kinematics: the robot.
         start: present pose of the tool, in the base frame.
         segment: the line or circle; its zone is not used.
 
@@ -465,7 +460,6 @@ def circle_curve(kinematics: ToolKinematics, start: Pose, circ: Circ) -> ToolArc
     """Return the tool's path along a circle, in the base frame.
 
     Args:
-        kinematics: the robot.
         start: present pose of the tool, in the base frame.
         circ: the circle; its zone is not used.
 

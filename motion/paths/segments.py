@@ -100,7 +100,6 @@ class Circ:
     """Motion of the tool along a circle.
 
     Attributes:
-        way: definition of the circle.
         target: end of an arc; None for a full circle, which ends where it began.
         turn: rotation of the tool; only an even rotation reaches the target's orientation.
         frame: `base` or `root`, the frame of the circle's points and of a target that is a pose.

@@ -47,7 +47,6 @@ class PlatformLine:
         """Join the platform's present pose with another.
 
         Args:
-            kinematics: the platform.
             start: (6,) leg lengths [m], inside the strokes.
             target: the pose at the end, in the base.
 
@@ -135,7 +134,6 @@ def platform_line(
     """Return the straight line of the platform from its present pose, checked along its length.
 
     Args:
-        kinematics: the platform.
         start: (6,) leg lengths where it stands; see `settle_start`.
         target: the pose at the end, in `frame`.
         frame: `base` or `root`.
@@ -162,7 +160,6 @@ def leg_curve(
     """Return the smooth curve through leg lengths, checked along its length.
 
     Args:
-        kinematics: the platform.
         waypoints: (w, 6) leg lengths [m], the first where the robot stands; two give a line.
 
     Raises:

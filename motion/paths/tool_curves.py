@@ -277,11 +277,6 @@ def arc_through(start: Array, via: Sequence[float] | Array, end: Array) -> Circl
 
     It is the one of the two arcs that passes the second point.
 
-    Args:
-        start: first point of the arc.
-        via: a point between.
-        end: last point of the arc.
-
     Raises:
         BadCircle: two points coincide, all lie on one line, or the radius is out of bounds.
         NotFinite: a coordinate is infinite or not a number.
@@ -398,9 +393,7 @@ class ToolArc:
 
         Args:
             circle: it begins at the start's position.
-            start: present pose of the tool.
             target: its orientation ends an even rotation; its position is not used.
-            turn: rotation of the tool.
         """
         self._circle = circle
         self._radius = circle.radius

@@ -46,7 +46,6 @@ def next_joints(kinematics: ToolKinematics, pose: Pose, before: Array) -> Array:
     """Return the (n,) joint position that leads the tool on to a pose nearby, in the base frame.
 
     Args:
-        kinematics: the robot.
         pose: next pose of the tool.
         before: (n,) joint position before it.
 
@@ -85,7 +84,6 @@ def leg_of(path: Path, fraction: float) -> tuple[int, float]:
     """Return the part between two waypoints of a place, from 0, and how far along it, 0 to 1.
 
     Args:
-        path: any.
         fraction: of the path's length.
     """
     passed = path.knots[path.waypoint_knots]

@@ -50,7 +50,6 @@ def follow_tool_curve(
     added: the samples themselves are inside.
 
     Args:
-        kinematics: the robot.
         start: (n,) where the robot stands; see `settle_start`.
         curve: begins at the tool's present pose, in the base frame.
 
@@ -93,7 +92,6 @@ class _Follower:
     controller-side [rad or m].
 
     Attributes:
-        kinematics: the robot.
         curve: in the base frame.
         greatest_step: (n,) greatest motion of a joint between samples [rad or m].
     """

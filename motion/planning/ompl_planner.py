@@ -80,7 +80,6 @@ def search_with_ompl(
     """Search a polyline from start to goal.
 
     Args:
-        planner: the planner.
         start: (n,) free.
         goal: (n,) free.
         lower: (n,) least position of the box that is searched.

@@ -39,8 +39,6 @@ class PathContact:
     Attributes:
         fraction: of the path's length, 0 to 1.
         joint_position: (n,) there [rad or m].
-        first: name of a body.
-        second: name of the other.
         distance: between them [m], negative by their overlap.
     """
 
@@ -61,7 +59,6 @@ def first_contact(
     """Return the first place of a path where two bodies touch; None if none do.
 
     Args:
-        collision: robot and scene.
         path: a path, or (w, n) waypoints joined by straight lines in joint space.
         margin: distance that counts as touching [m].
         resolution: greatest travel of a joint between samples [rad or m].
@@ -102,7 +99,6 @@ def check_path(
     """Refuse a path on which two bodies touch.
 
     Args:
-        collision: robot and scene.
         path: a path, or (w, n) waypoints joined by straight lines in joint space [rad or m].
 
     Raises:

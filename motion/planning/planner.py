@@ -69,7 +69,6 @@ class PlanningProgress:
     """Progress of a plan.
 
     Attributes:
-        stage: the present stage.
         attempt: from 1; each further one works at a finer resolution.
         iterations: of the search, all attempts together.
         seconds: since the start; None without a clock.
@@ -104,7 +103,6 @@ def plan_free_path(
     """Plan a joint path without contact.
 
     Args:
-        kinematics: the robot.
         collision: the same robot in its scene.
         start: (n,) where the robot stands; see `settle_start`.
         goal: (n,) target.
@@ -297,7 +295,6 @@ def free_joint_position(
     """Return an (n,) joint position that reaches a pose without contact.
 
     Args:
-        collision: robot and scene.
         pose: target pose of the tool, in `frame`.
         near: (n,) joint position that the robot comes from.
         frame: `base` or `root`.

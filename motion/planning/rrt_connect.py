@@ -56,7 +56,6 @@ def rrt_connect(
         lower: (n,) least position of the box that is searched.
         upper: (n,) greatest position.
         edge_free: returns True if a straight line is free.
-        random: source of the samples.
         step: greatest length of an edge.
         iterations: greatest number of samples.
         proceed: called with the number of each iteration; the search ends where it returns False.
@@ -157,7 +156,6 @@ def shorten(
     Args:
         waypoints: (w, n).
         edge_free: returns True if a straight line between two positions is free.
-        random: source of the places.
         attempts: shortcuts tried; the same number again after that many failed in a row.
     """
     points = _without_detours(waypoints, edge_free)

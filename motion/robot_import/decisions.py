@@ -141,7 +141,6 @@ class Decisions:
     """Decisions on open facts, one after the other, with a report of each.
 
     Args:
-        file: the description's name, for messages.
         tell: called with every finding as it is made.
         ask: asks a person; None to assume what is missing.
         strict: refuse what is missing, all of it at the end, instead of asking or assuming.
@@ -176,8 +175,6 @@ class Decisions:
         """Return a person's answer, or the default.
 
         Args:
-            question: the missing fact.
-            default: the value assumed.
             show: returns a value in words.
             parse: reads an answer; raises `BadArgument` for one that is not accepted.
         """

@@ -24,8 +24,6 @@ class ImportedJoint:
     """Joint of the chain; None where the description says nothing.
 
     Attributes:
-        name: the joint's name.
-        type: kind of its motion.
         parent: link it is fastened to.
         child: link it carries.
         origin: the joint's frame in that of the parent link.
@@ -69,9 +67,7 @@ class ImportedChain:
     """Chain of joints from a root link to a tool link, as described.
 
     Attributes:
-        file: the file it was read from.
         source: kind of the description, in words.
-        name: the robot's own name there.
         joints: root to tip, fixed joints included.
         collision: shapes of each link that has some, in the link's frame.
         masses: mass of each link that states one [kg].

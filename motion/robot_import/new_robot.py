@@ -46,11 +46,8 @@ class Wishes:
     """Decisions of the caller beforehand; None leaves one to the description or the defaults.
 
     Attributes:
-        name: the robot's name.
         home: chain-side position of the driven joints [rad or m].
         coupling: the factor that ties joint 3 to joint 2, as in the schema: -1, 0 or 1.
-        manufacturer: maker of the robot.
-        model: the maker's name for it.
     """
 
     name: str | None = None

@@ -318,7 +318,6 @@ def link_shapes(
     """Return a link's collision shapes.
 
     Args:
-        link: the `link` element.
         origin_of: placement in the link's frame of each of its `collision` elements.
         file: the file's name, for messages and for finding meshes.
         where: the link, in words.

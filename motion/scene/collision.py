@@ -62,7 +62,6 @@ def checked_pairs(
     """Return which pairs of bodies are checked: (b, b), true above the diagonal only.
 
     Args:
-        bodies: the shapes.
         allowed: pairs of names that are not checked against one another.
         wrist: first and last joint of the wrist, whose links are not; empty for none.
     """
@@ -201,8 +200,6 @@ class CollisionModel:
     """Robot and scene for collision checks, for one thread: calls share scratch memory.
 
     Attributes:
-        kinematics: the robot.
-        scene: the objects around it.
         pairs: (p,) names of the two bodies of each pair that is checked; a body of several shapes
             comes several times.
         sweep: (p, j) greatest distance that the two bodies of a pair can move relative to each
@@ -220,8 +217,6 @@ class CollisionModel:
         """Build the model.
 
         Args:
-            kinematics: the robot.
-            scene: the objects around it; none by default.
             most_pairs: greatest number of pairs with an object of the scene.
 
         Raises:

@@ -77,7 +77,6 @@ class Mesh:
     """Surface of triangles in an STL or OBJ file; it has no inside.
 
     Attributes:
-        file: path of the file.
         scale: factor to metres along each axis; 0.001 for a file in millimetres.
     """
 
@@ -256,7 +255,6 @@ class Scene:
         """Return the scene with an object held by a link, where it is now.
 
         Args:
-            name: the object.
             link: the link of the robot that takes it, such as the tool link.
             link_pose: pose of that link, in the frame of the object's pose.
             touching: links and objects it may touch from now on, such as the hand that holds it.
@@ -279,7 +277,6 @@ class Scene:
         The allowed pairs stay until they are forbidden, because a hand that lets go still touches.
 
         Args:
-            name: the object.
             link_pose: pose of the link that holds it, in `frame`.
             frame: `base` or `root`, the frame of the object's pose from now on.
 
@@ -348,8 +345,6 @@ def taken(scene: Scene, name: str, link: str, link_pose: Pose) -> Scene:
     """Return the scene after a link has taken an object, both being where they are.
 
     Args:
-        scene: the scene before.
-        name: of the object.
         link: the link that carries it from now on, and may touch what it carries.
         link_pose: pose of the link in the base frame.
 
@@ -363,8 +358,6 @@ def left(scene: Scene, name: str, flange: str, link_pose: Callable[[str], Pose])
     """Return the scene after an object is left where it is.
 
     Args:
-        scene: the scene before.
-        name: of the object.
         flange: the link that tools are bolted to, for an object that no link carries.
         link_pose: returns the pose of a link in the base frame.
 

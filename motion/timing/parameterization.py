@@ -63,8 +63,6 @@ def time_path(
     sample periods by slowing it down as a whole.
 
     Args:
-        path: the path.
-        limits: joint limits to obey.
         speed: fraction of the velocity limits, also of those that a rule lowers; the acceleration
             limits always hold in full.
         segments: one rule for the path to each waypoint after the first. Where waypoints coincide,

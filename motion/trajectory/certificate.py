@@ -41,13 +41,10 @@ class Certificate:
     """Result of the check; it exists only for a trajectory that passed.
 
     Attributes:
-        samples: number of samples.
         sample_period: time between samples [s].
         duration: of the motion [s].
         position_margin: least distance of a joint from its limits [rad or m].
         position_joint: name of that joint.
-        velocity: the greatest velocity sample.
-        acceleration: the greatest acceleration sample.
         mean_velocity: the greatest difference quotient of positions.
         mean_acceleration: the greatest difference quotient of velocities.
         second_difference: the greatest second difference of positions.
@@ -102,10 +99,8 @@ def certify(
 
     Args:
         trajectory: the samples as they will be sent.
-        limits: joint limits that it must obey.
         start: (n,) where the robot stands; the first sample must be within 0.01 rad or m of it.
         start_velocity: (n,) velocity there [rad/s or m/s]; at rest if None.
-        tool_speed: speed limits of points of the arm.
         jerk: (n,) greatest jerk [rad/s³ or m/s³]; not checked if None.
 
     Raises:
@@ -144,13 +139,10 @@ class StraightCertificate:
     """Result of the check; it exists only for a move that passed.
 
     Attributes:
-        samples: number of samples.
         sample_period: time between samples [s].
         duration: of the move [s].
         position_margin: least distance of a joint from its limits [rad or m].
         position_joint: name of that joint.
-        velocity: the greatest velocity.
-        acceleration: the greatest acceleration.
         start_distance: of the first sample from where the robot stands [rad or m].
     """
 
@@ -183,8 +175,6 @@ def certify_straight_move(
     """Prove that a straight move obeys the limits.
 
     Args:
-        move: the move as it will be sent.
-        limits: joint limits that it must obey.
         start: (n,) where the robot stands; the move must start within 0.01 rad or m of it.
 
     Raises:

@@ -62,7 +62,6 @@ def jerk_limited_move(
     Args:
         start: (n,) where the robot is [rad or m]; see `settle_start` for feedback noise.
         goal: (n,) target [rad or m].
-        limits: joint limits to obey.
         jerk: (n,) greatest jerk [rad/s³ or m/s³]; `jerk_limits(limits)` if None.
         start_velocity: (n,) velocity at the start [rad/s or m/s]; at rest if None.
         start_acceleration: (n,) acceleration at the start [rad/s² or m/s²]; 0 if None.

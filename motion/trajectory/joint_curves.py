@@ -196,7 +196,6 @@ def settle_start(position: Sequence[float] | Array, limits: JointLimits) -> list
 
     Args:
         position: (n,) the feedback [rad or m].
-        limits: the ranges.
 
     Raises:
         WrongJointCount: not one value per joint.

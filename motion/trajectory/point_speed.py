@@ -74,7 +74,6 @@ class ToolSpeedLimit:
         smooth wherever q' is continuous, knots included.
 
         Args:
-            path: the path.
             s: (m,) path positions, 0 to the path's length.
 
         Returns:
@@ -96,7 +95,6 @@ def speed_ratios(points: Sequence[ToolSpeedLimit], path: Path, s: Array) -> Arra
 
     Args:
         points: k limits.
-        path: what is run along.
         s: path positions, of any shape.
 
     Returns:
@@ -115,7 +113,6 @@ def reduced_speed(
     """Return the limits of reduced speed: for the tool centre point, and for an elbow.
 
     Args:
-        kinematics: the robot.
         limit: greatest speed of either point [m/s].
         tool: (3,) the tool centre point in the frame of the tool link [m].
 
@@ -136,7 +133,6 @@ def rotation_speed(kinematics: Kinematics, limit: float) -> ToolSpeedLimit:
     """Return a limit of the tool's rotation speed, for use beside those of `reduced_speed`.
 
     Args:
-        kinematics: the robot.
         limit: greatest rotation speed |ω| of the tool link relative to the base [rad/s].
 
     Returns:
@@ -158,7 +154,6 @@ def tool_point(kinematics: Kinematics, offset: Sequence[float] = (0.0, 0.0, 0.0)
     """Return where a point fixed to the tool link is, in the base frame.
 
     Args:
-        kinematics: the robot.
         offset: (3,) the point in the frame of the tool link [m].
 
     Returns:
@@ -182,10 +177,6 @@ def tool_point(kinematics: Kinematics, offset: Sequence[float] = (0.0, 0.0, 0.0)
 def link_point(kinematics: Kinematics, link: str) -> PointPosition:
     """Return where the origin of a link's frame is, in the base frame.
 
-    Args:
-        kinematics: the robot.
-        link: a link of the chain.
-
     Returns:
         From (m, n) joint positions to (m, 3) places [m].
 
@@ -208,9 +199,6 @@ def elbow_link(kinematics: Kinematics) -> str | None:
     first axis is a rail, 2 of a SCARA. Its child link's frame has its origin on that axis, where
     upper arm and forearm meet. Two axes count as parallel where the sine of the angle between them
     is below 1e-6 with all joints at 0, and as apart from 1 mm on.
-
-    Args:
-        kinematics: the robot.
     """
     standing = np.zeros(kinematics.dof)
     shoulders: list[tuple[Array, Array]] = []

@@ -120,7 +120,6 @@ def straight_move(
     Args:
         start: (n,) where the robot stands [rad or m]; see `settle_start` for feedback noise.
         goal: (n,) target [rad or m].
-        limits: joint limits to obey.
         speed: fraction of the velocity limits; the acceleration limits always hold in full.
         sample_period: time between samples [s].
 
@@ -165,7 +164,6 @@ def plan_joint_move(
     Args:
         start: (n,) controller-side [rad or m].
         goal: (n,) likewise.
-        limits: the robot's.
         speed: fraction of the velocity limits, more than 0 and at most 1.
         sample_period: time between samples [s].
 

@@ -78,7 +78,6 @@ def check_tool_speed(
 
     Args:
         trajectory: the samples as they will be sent; two or more.
-        points: the points and their limits.
 
     Returns:
         One finding for each point.
@@ -94,7 +93,6 @@ def check_jerk(trajectory: Trajectory, limits: JointLimits, jerk: Sequence[float
 
     Args:
         trajectory: the samples as they will be sent; two or more.
-        limits: limits of the same joints.
         jerk: (n,) greatest jerk [rad/s³ or m/s³].
 
     Raises:

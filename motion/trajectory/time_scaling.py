@@ -73,16 +73,11 @@ class IntersampleCheck:
     """Continuous motion through a trajectory's samples, fine ones where it has them: m of n joints.
 
     Attributes:
-        trajectory: the samples.
         period: time between the samples that are joined [s].
     """
 
     def __init__(self, trajectory: Trajectory, limits: JointLimits) -> None:
         """Join the samples.
-
-        Args:
-            trajectory: two samples or more.
-            limits: what the trajectory was planned under.
 
         Raises:
             WrongJointCount: the trajectory is of another robot.
@@ -255,7 +250,6 @@ class ScaledRun:
 
         Args:
             trajectory: two samples or more.
-            limits: limits that it was planned under, and that the run will obey.
             started: time of its start [ns].
             scale: scale at the start, 0 to 1.
             ramp: least time for the scale to go from 0 to 1 [s].

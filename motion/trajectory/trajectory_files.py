@@ -83,7 +83,6 @@ def to_ros_yaml(trajectory: Trajectory, limits: JointLimits) -> str:
 
     Args:
         trajectory: m samples of n joints.
-        limits: the names of the joints.
 
     Raises:
         WrongJointCount: the trajectory is of another robot.

@@ -82,10 +82,8 @@ def draw(
     """Return the polygons that show a robot on a tiled floor, the farthest first.
 
     Args:
-        robot: any robot.
         joint_position: (n,) controller-side joints [rad or m], or the pose variables of a parallel
             robot about home; home if not given.
-        view: the camera.
 
     Raises:
         WrongJointCount: not one value per driven joint.

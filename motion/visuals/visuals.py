@@ -74,8 +74,6 @@ def chord(box: LinkBox, point: Array, direction: Array) -> tuple[float, float] |
     """Return the distances where the line through a (3,) point enters and leaves a box, or None.
 
     Args:
-        box: the box.
-        point: a point on the line.
         direction: (3,) unit vector.
 
     Returns:
@@ -150,8 +148,6 @@ class VisualShape:
 
     Attributes:
         link: the link it moves with.
-        form: the solid.
-        part: what it stands for.
         size: extents along its own x, y, z [m]; a capsule's length includes its caps.
         pose: of its centre in the link's frame.
         colour: `#rrggbb`.

@@ -45,7 +45,6 @@ class Branches(NamedTuple):
     """Joint positions that reach a pose, or come nearest to it; two lists of the same length.
 
     Attributes:
-        positions: the joint position of each branch.
         gaps: distance of the wrist from where the pose needs it [m]; 0 if it gets there.
     """
 

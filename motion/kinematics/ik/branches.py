@@ -84,7 +84,6 @@ class BranchChoice:
 
         Args:
             target: (4, 4) wanted tool placement in the base frame.
-            wish: seed, configuration and tolerance.
         """
         for preferred in self._preferences(wish.seed):
             yield self._offer(self._form.branches(target, preferred), wish)
@@ -96,7 +95,6 @@ class BranchChoice:
 
         Args:
             target: (4, 4) wanted tool placement in the base frame.
-            wish: seed, configuration and tolerance.
         """
         for preferred in self._preferences(wish.seed):
             any_fits = False

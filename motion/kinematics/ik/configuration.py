@@ -48,9 +48,6 @@ class Configuration:
     """Flags of one of the joint positions that reach a pose.
 
     Attributes:
-        shoulder: front or back.
-        elbow: up or down.
-        wrist: flipped or not.
         turns: (n,) revolutions of each joint, 0 from -π up to π; None for any, in a query.
     """
 
@@ -74,7 +71,6 @@ def configuration_of(
     """Return the flags of a joint position; None if the robot's family has none.
 
     Args:
-        kinematics: the robot.
         joint_position: (n,) controller-side [rad or m]; limits are not checked.
 
     Raises:
@@ -95,8 +91,6 @@ def flags(
     """Return the flags of a joint position, without checks.
 
     Args:
-        form: the robot's closed form.
-        kinematics: the robot.
         joint_position: (n,) controller-side [rad or m].
     """
     measures = form.measures(kinematics.robot.to_model(joint_position))

@@ -66,7 +66,6 @@ def solve(
     """Return a joint position, the nearest to the seed where the arm has a closed form.
 
     Args:
-        kinematics: the robot.
         target: the wanted tool pose in `frame`.
         seed: (n,) controller-side joint position to start from [rad or m]; it is moved to the
             nearest bound where it lies outside the limits.

@@ -73,7 +73,6 @@ def dexterity(kinematics: Kinematics, joint_position: Sequence[float] | Array) -
     """Return the dexterity at a joint position.
 
     Args:
-        kinematics: the robot.
         joint_position: (n,) controller-side [rad or m]; limits are not checked.
 
     Raises:

@@ -53,7 +53,6 @@ class Assembly(NamedTuple):
         position: (3,) [m].
         jacobian: (6, 6) leg Jacobian there, twist to leg rates.
         residual: greatest leg error [m].
-        iterations: number of iterations of the search.
     """
 
     rotation: Array
@@ -67,7 +66,6 @@ def assemble(legs: Legs, lengths: Array, start: Pose) -> Assembly:
     """Return a platform placement with given leg lengths, by Newton's method.
 
     Args:
-        legs: the anchors.
         lengths: (6,) [m], finite.
         start: where the search starts.
 
@@ -104,7 +102,6 @@ def uniqueness(legs: Legs, bounds: Array, samples: int = 2000, random_seed: int 
     """Return c of the module docstring over sampled poses; below 1 there is no second pose.
 
     Args:
-        legs: the anchors.
         bounds: (6,) of x, y, z [m], roll, pitch, yaw [rad] about home.
         samples: poses, half of them on the workspace's border; its 12 corners are added.
         random_seed: the same number gives the same answer.
@@ -138,11 +135,8 @@ class StewartKinematics:
     """Kinematics of one platform; it keeps no state, so the same question has one answer.
 
     Attributes:
-        robot: the robot's facts.
-        legs: the geometry of its legs.
         limits: stroke, rate and acceleration of the legs.
         workspace: the limits that belong to a pose.
-        dof: 6.
         lower: (6,) least leg length [m], read-only.
         upper: (6,) greatest leg length [m], read-only.
         turning: (6,) False: no leg has revolutions.
