@@ -46,8 +46,7 @@ def rpy_increment(pose: Pose, increment: Sequence[float] | Array) -> Pose:
         increment: (3,) added to roll, pitch and yaw of that frame [rad].
 
     Raises:
-        BadArgument: there are not three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not three finite values.
     """
     change = np.array(increment, dtype=np.float64)
     if change.shape != (3,):

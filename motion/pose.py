@@ -76,8 +76,7 @@ class Pose:
         """Return a pose from a (3,) position [m] and (3,) roll, pitch, yaw [rad].
 
         Raises:
-            BadArgument: a vector does not have three values.
-            NotFinite: a value is infinite or not a number.
+            BadArgument, NotFinite: a vector is not three finite values.
         """
         half = checked_vector(rpy, 3, "rpy") / 2.0
         (sr, sp, sy), (cr, cp, cy) = np.sin(half), np.cos(half)
@@ -259,8 +258,7 @@ def checked_vector(values: Sequence[float] | Array, count: int, what: str) -> Ar
         what: their name in errors.
 
     Raises:
-        BadArgument: there are not so many values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not so many finite values.
     """
     vector = np.array(values, dtype=np.float64)
     if vector.shape != (count,):

@@ -70,8 +70,7 @@ class JointLimits:
             values: (n,) one per joint.
 
         Raises:
-            WrongJointCount: the number of values differs from the number of joints.
-            NotFinite: a value is infinite or not a number.
+            WrongJointCount, NotFinite: not one finite value per joint.
         """
         if len(values) != len(self.names):
             raise WrongJointCount(len(values), len(self.names))
@@ -85,8 +84,7 @@ class JointLimits:
             position: (n,) controller-side joint position [rad or m].
 
         Raises:
-            WrongJointCount: the number of values differs from the number of joints.
-            NotFinite: a value is infinite or not a number.
+            WrongJointCount, NotFinite: not one finite value per joint.
             OutOfRange: the first joint that is outside its range.
         """
         self.check_finite(position, "the joint position")
@@ -100,8 +98,7 @@ class JointLimits:
         """Check (n,) joint velocities [rad/s or m/s] exactly, either sign.
 
         Raises:
-            WrongJointCount: the number of values differs from the number of joints.
-            NotFinite: a value is infinite or not a number.
+            WrongJointCount, NotFinite: not one finite value per joint.
             TooFast: the first joint that is faster than its limit.
         """
         self.check_finite(velocity, "the joint velocity")
@@ -114,8 +111,7 @@ class JointLimits:
         """Check (n,) joint accelerations [rad/s² or m/s²] exactly, either sign.
 
         Raises:
-            WrongJointCount: the number of values differs from the number of joints.
-            NotFinite: a value is infinite or not a number.
+            WrongJointCount, NotFinite: not one finite value per joint.
             TooSharp: the first joint that accelerates more than its limit.
         """
         self.check_finite(acceleration, "the joint acceleration")

@@ -24,13 +24,7 @@ from pydantic import ValidationError, ValidationInfo, model_validator
 from ..errors import RobotFileError, UnknownRobot, UnsupportedKind, shortened
 from .field_problems import Problem, field_problems
 from .rules import parallel_problems, serial_problems
-from .schema import (
-    SCHEMA,
-    Facts,
-    Kind,
-    ParallelFacts,
-    SerialFacts,
-)
+from .schema import SCHEMA, Facts, Kind, ParallelFacts, SerialFacts
 from .yaml_file import read_mapping
 
 _Facts = TypeVar("_Facts", bound=Facts)

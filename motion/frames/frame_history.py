@@ -71,12 +71,7 @@ class FrameHistory:
     """
 
     def __init__(
-        self,
-        tree: FrameTree,
-        time: int = 0,
-        *,
-        span: int = SPAN,
-        most_samples: int = MOST_SAMPLES,
+        self, tree: FrameTree, time: int = 0, *, span: int = SPAN, most_samples: int = MOST_SAMPLES
     ) -> None:
         """Start with a tree.
 

@@ -28,14 +28,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..errors import (
-    BadArgument,
-    FrameCycle,
-    FrameExists,
-    FrameInUse,
-    FramePredefined,
-    FrameUnknown,
-)
+from ..errors import BadArgument, FrameCycle, FrameExists, FrameInUse, FramePredefined, FrameUnknown
 from ..pose import Array, Pose, checked_vector
 
 BASE, ROOT, FLANGE, TOOL = "base", "root", "flange", "tool"
@@ -352,8 +345,7 @@ def transform_point(transform: Pose, point: Sequence[float] | Array) -> Array:
         point: (3,) [m].
 
     Raises:
-        BadArgument: there are not three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not three finite values.
     """
     moved: Array = transform.position + transform.rotation @ checked_vector(point, 3, "point")
     return moved
@@ -363,8 +355,7 @@ def transform_vector(transform: Pose, vector: Sequence[float] | Array) -> Array:
     """Return a (3,) free vector, such as a velocity or a force, along the target frame's axes.
 
     Raises:
-        BadArgument: there are not three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not three finite values.
     """
     turned: Array = transform.rotation @ checked_vector(vector, 3, "vector")
     return turned
@@ -383,8 +374,7 @@ def transform_twist(transform: Pose, twist: Sequence[float] | Array) -> Array:
         twist: (6,) [v; ω], m/s and rad/s.
 
     Raises:
-        BadArgument: there are not six values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not six finite values.
     """
     values = checked_vector(twist, 6, "twist")
     rotation = transform.rotation

@@ -147,8 +147,7 @@ def tool_orientation(
 
     Raises:
         PoorGeometry: the tool was moved away by less than 10 mm, or along x almost as along z.
-        BadArgument: the TCP does not have three values.
-        NotFinite: a value of it is infinite or not a number.
+        BadArgument, NotFinite: the TCP is not three finite values.
     """
     centre = Pose(np.asarray(tcp, dtype=np.float64), Pose.identity().quaternion)
     fixed_point = touching.compose(centre).position

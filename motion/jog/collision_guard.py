@@ -189,11 +189,7 @@ class CollisionGuard:
         return least, JogCause(JogSlowdown.COLLISION, after[worst], CLEAR, pair=self._pairs[worst])
 
     def _presses(
-        self,
-        pair: int,
-        start: float,
-        distance: float,
-        way: tuple[Sequence[float], Sequence[float]],
+        self, pair: int, start: float, distance: float, way: tuple[Sequence[float], Sequence[float]]
     ) -> bool:
         """Return True if bodies that touch equally at both ends do not part farther on.
 

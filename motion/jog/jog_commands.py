@@ -167,8 +167,7 @@ class JointJog:
         rates: (n,) share of each joint's jog speed, -1 to 1; 0 for a joint that stands still.
 
     Raises:
-        BadArgument: a share is beyond ±1.
-        NotFinite: a share is infinite or not a number.
+        BadArgument, NotFinite: a share is beyond ±1, or no number.
     """
 
     rates: tuple[float, ...]
@@ -248,8 +247,7 @@ def shifted(pose: Pose, shift: Sequence[float], frame: Pose | None = None) -> Po
         frame: the frame in the base; None for the base itself, the pose for the tool's own axes.
 
     Raises:
-        BadArgument: there are not three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not three finite values.
     """
     way = np.array(_three(shift, "the shift"))
     if frame is not None:
@@ -266,8 +264,7 @@ def turned(pose: Pose, turn: Sequence[float], frame: Pose | None = None) -> Pose
         frame: the frame in the base; None for the base itself, the pose for the tool's own axes.
 
     Raises:
-        BadArgument: there are not three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not three finite values.
     """
     vector = np.array(_three(turn, "the turn"))
     if frame is not None:
@@ -285,8 +282,7 @@ def with_rpy_changed(pose: Pose, change: Sequence[float], frame: Pose | None = N
         frame: the frame in the base whose roll, pitch and yaw are meant; None for the base.
 
     Raises:
-        BadArgument: there are not three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not three finite values.
     """
     values = _three(change, "the change")
     if frame is None:

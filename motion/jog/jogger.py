@@ -166,8 +166,7 @@ class Jogger:
             start: (n,) where it stands [rad or m]; also beyond a limit, to be led back inside.
 
         Raises:
-            WrongJointCount: the start has not one value per joint.
-            NotFinite: the start holds an infinity or a NaN.
+            WrongJointCount, NotFinite: the start is not one finite value per joint.
             NoAssembly: a platform has no pose with the legs of the start.
         """
         model.limits.check_finite(start, "the joint position")

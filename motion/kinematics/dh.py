@@ -43,8 +43,7 @@ def dh_forward(table: DhTable, moving: Sequence[float]) -> Pose:
         moving: (r,) chain-side position of each of these [rad or m], dependent ones included.
 
     Raises:
-        WrongJointCount: not one value per row.
-        NotFinite: a value is infinite or not a number.
+        WrongJointCount, NotFinite: not one finite value per row.
     """
     placement = _frames(table, moving)[-1] @ _matrix(table.tool)
     return Pose.from_matrix(placement[:3, :3], placement[:3, 3])
@@ -61,8 +60,7 @@ def dh_frames(table: DhTable, moving: Sequence[float]) -> tuple[Pose, ...]:
         Frame 0, whose z is joint 1's axis, and the frame at the end of each row.
 
     Raises:
-        WrongJointCount: not one value per row.
-        NotFinite: a value is infinite or not a number.
+        WrongJointCount, NotFinite: not one finite value per row.
     """
     frames = _frames(table, moving)
     return tuple(Pose.from_matrix(frame[:3, :3], frame[:3, 3]) for frame in frames)

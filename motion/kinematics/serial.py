@@ -96,10 +96,7 @@ class Kinematics:
         return self._model
 
     def forward(
-        self,
-        joint_position: Sequence[float] | Array,
-        frame: str = "base",
-        link: str | None = None,
+        self, joint_position: Sequence[float] | Array, frame: str = "base", link: str | None = None
     ) -> Pose:
         """Return the pose of a link.
 
@@ -109,8 +106,7 @@ class Kinematics:
             link: a link of the chain; the tool link if None.
 
         Raises:
-            WrongJointCount: not one value per driven joint.
-            NotFinite: a value is infinite or not a number.
+            WrongJointCount, NotFinite: not one finite value per driven joint.
             FrameUnknown: there is no such frame or link.
         """
         frame_id = self._tool if link is None else self._link(link)
@@ -133,8 +129,7 @@ class Kinematics:
             unit of controller-side joint velocity.
 
         Raises:
-            WrongJointCount: not one value per driven joint.
-            NotFinite: a value is infinite or not a number.
+            WrongJointCount, NotFinite: not one finite value per driven joint.
             FrameUnknown: there is no such frame.
         """
         in_root = self._in_root(frame)

@@ -29,12 +29,7 @@ from ..errors import (
     ZoneTooLarge,
 )
 from ..pose import Array, Pose
-from ..trajectory.joint_curves import (
-    JointLine,
-    JointSpline,
-    Path,
-    settle_start,
-)
+from ..trajectory.joint_curves import JointLine, JointSpline, Path, settle_start
 from .blending import LEAST_ZONE, JointPolyline, largest_joint_zone, tool_zone
 from .path_chains import JointChain, ToolChain
 from .segments import (
@@ -90,8 +85,7 @@ def plan_path(
             waypoint is the number of the segment that it ends.
         NoMotion: no segment moves the robot.
         OutOfRange: the start is outside a joint's range.
-        WrongJointCount: the start does not have one value per joint.
-        NotFinite: the start holds an infinity or a NaN.
+        WrongJointCount, NotFinite: the start is not one finite value per joint.
         BadArgument: there are no segments, or too many.
     """
     if not 1 <= len(segments) <= MOST_SEGMENTS:
@@ -324,11 +318,7 @@ class _PartPlanner:
 
 
 def linear_path(
-    kinematics: ToolKinematics,
-    start: Sequence[float] | Array,
-    target: Pose,
-    *,
-    frame: str = "base",
+    kinematics: ToolKinematics, start: Sequence[float] | Array, target: Pose, *, frame: str = "base"
 ) -> JointSpline:
     """Return the joint path of the tool along a straight line with an even rotation.
 
@@ -348,8 +338,7 @@ def linear_path(
         OutOfRange: a pose of the line is reached only outside a joint's range, with its fraction;
             or the start is, or the curve between samples.
         NoMotion: the tool is there already.
-        WrongJointCount: the start does not have one value per joint.
-        NotFinite: the start holds an infinity or a NaN.
+        WrongJointCount, NotFinite: the start is not one finite value per joint.
         FrameUnknown: there is no such frame.
     """
     here = settle_start(start, kinematics.limits)
@@ -418,8 +407,7 @@ def joint_path_through_poses(
         PoseUnreachable: a pose; its fraction counts the poses.
         OutOfRange: a pose is reached only outside a joint's range, with its fraction; or the start
             is.
-        WrongJointCount: the start does not have one value per joint.
-        NotFinite: the start holds an infinity or a NaN.
+        WrongJointCount, NotFinite: the start is not one finite value per joint.
         FrameUnknown: there is no such frame.
     """
     waypoints = [np.array(settle_start(start, kinematics.limits))]

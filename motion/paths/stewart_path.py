@@ -143,8 +143,7 @@ def platform_line(
         OutOfRange: the start is outside a stroke.
         NoAssembly: no pose of the workspace has the leg lengths of the start.
         NoMotion: the platform is there already.
-        WrongJointCount: the start does not have one value per leg.
-        NotFinite: the start holds an infinity or a NaN.
+        WrongJointCount, NotFinite: the start is not one finite value per leg.
         FrameUnknown: there is no such frame.
     """
     stands = np.array(settle_start(start, kinematics.limits))

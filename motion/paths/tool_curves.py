@@ -168,11 +168,7 @@ def turned_by(vectors: Array) -> Array:
     angles = np.linalg.norm(vectors, axis=1)
     axes = vectors / np.where(angles > 0.0, angles, 1.0)[:, np.newaxis]
     crosses = np.zeros((len(vectors), 3, 3))
-    for row, column, axis, sign in (
-        (0, 1, 2, -1.0),
-        (0, 2, 1, 1.0),
-        (1, 2, 0, -1.0),
-    ):
+    for row, column, axis, sign in ((0, 1, 2, -1.0), (0, 2, 1, 1.0), (1, 2, 0, -1.0)):
         crosses[:, row, column] = sign * axes[:, axis]
         crosses[:, column, row] = -sign * axes[:, axis]
     sine, versine = np.sin(angles), 2.0 * np.sin(angles / 2.0) ** 2

@@ -63,8 +63,7 @@ def follow_tool_curve(
         OutOfRange: a pose of the curve is reached only outside a joint's range, with its fraction;
             or the start is, or the path between samples.
         NoMotion: no joint moves.
-        WrongJointCount: the start does not have one value per joint.
-        NotFinite: the start holds an infinity or a NaN.
+        WrongJointCount, NotFinite: the start is not one finite value per joint.
     """
     settled = np.array(settle_start(start, kinematics.limits))
     follower = _Follower(kinematics, curve)

@@ -122,8 +122,7 @@ def plan_free_path(
         PlannerUnavailable: there is no such planner here.
         NoMotion: the robot is already there.
         OutOfRange: start or goal is outside a joint's range.
-        WrongJointCount: start or goal does not have one value per joint.
-        NotFinite: start or goal holds an infinity or a NaN.
+        WrongJointCount, NotFinite: start or goal is not one finite value per joint.
         BadArgument: the seed or the time limit.
     """
     if planner not in planners():

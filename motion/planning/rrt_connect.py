@@ -145,11 +145,7 @@ _LEAST_GAIN = 1e-3
 
 
 def shorten(
-    waypoints: Array,
-    edge_free: EdgeFree,
-    *,
-    random: np.random.Generator,
-    attempts: int = ATTEMPTS,
+    waypoints: Array, edge_free: EdgeFree, *, random: np.random.Generator, attempts: int = ATTEMPTS
 ) -> Array:
     """Return a polyline with the same ends that is not longer.
 

@@ -349,10 +349,7 @@ def _driven_joint(joint: ImportedJoint, decisions: Decisions) -> Limits:
     else:
         lower, upper = decisions.decide(
             MissingFact(
-                _STEP,
-                f"{where} limits",
-                f"least and greatest position in {screen}",
-                assumed.rule,
+                _STEP, f"{where} limits", f"least and greatest position in {screen}", assumed.rule
             ),
             (assumed.lower, assumed.upper),
             lambda pair: f"{on_screen(pair[0], unit)} to {on_screen(pair[1], unit)}",

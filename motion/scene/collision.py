@@ -208,11 +208,7 @@ class CollisionModel:
     """
 
     def __init__(
-        self,
-        kinematics: Kinematics,
-        scene: Scene | None = None,
-        *,
-        most_pairs: float = math.inf,
+        self, kinematics: Kinematics, scene: Scene | None = None, *, most_pairs: float = math.inf
     ) -> None:
         """Build the model.
 
@@ -255,8 +251,7 @@ class CollisionModel:
         """Return True if any checked pair touches at a (n,) controller-side position [rad or m].
 
         Raises:
-            WrongJointCount: not one value per driven joint.
-            NotFinite: a value is infinite or not a number.
+            WrongJointCount, NotFinite: not one finite value per driven joint.
         """
         return self.any_collides(self._checked(joint_position)[np.newaxis])
 
@@ -277,8 +272,7 @@ class CollisionModel:
         """Return every two bodies that touch at a (n,) position, deepest overlap first, each once.
 
         Raises:
-            WrongJointCount: not one value per driven joint.
-            NotFinite: a value is infinite or not a number.
+            WrongJointCount, NotFinite: not one finite value per driven joint.
         """
         distances = self.clearances(self._checked(joint_position))
         found: dict[tuple[str, str], Proximity] = {}
@@ -292,8 +286,7 @@ class CollisionModel:
         """Return the nearest two bodies at a (n,) position; None where there is nothing to check.
 
         Raises:
-            WrongJointCount: not one value per driven joint.
-            NotFinite: a value is infinite or not a number.
+            WrongJointCount, NotFinite: not one finite value per driven joint.
         """
         distances = self.clearances(self._checked(joint_position))
         return self._proximity(int(np.argmin(distances))) if self.pairs else None

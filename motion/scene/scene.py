@@ -315,9 +315,7 @@ class Scene:
         )
 
     def _changed(
-        self,
-        objects: tuple[SceneObject, ...] | None = None,
-        allowed: frozenset[Pair] | None = None,
+        self, objects: tuple[SceneObject, ...] | None = None, allowed: frozenset[Pair] | None = None
     ) -> Scene:
         return Scene(
             self.objects if objects is None else objects,

@@ -71,8 +71,7 @@ def jerk_limited_move(
 
     Raises:
         LibraryMissing: ruckig is not installed.
-        WrongJointCount: a vector does not have one value per joint.
-        NotFinite: a vector holds an infinity or a NaN.
+        WrongJointCount, NotFinite: a vector is not one finite value per joint.
         OutOfRange: the start, the goal, or what must be passed in between, is outside a range.
         TooFast, TooSharp: the state at the start is beyond a limit.
         NoMotion: the robot stands at the goal already.

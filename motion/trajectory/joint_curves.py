@@ -94,8 +94,7 @@ class JointSpline:
                 curve; all of them by default.
 
         Raises:
-            WrongJointCount: a waypoint does not have one value per joint.
-            NotFinite: a waypoint holds an infinity or a NaN.
+            WrongJointCount, NotFinite: a waypoint is not one finite value per joint.
             OutOfRange: a waypoint, or the curve between two, is outside a joint's range.
             NoMotion: there is one waypoint only, or all are one place.
             BadArgument: there is no waypoint.
@@ -198,8 +197,7 @@ def settle_start(position: Sequence[float] | Array, limits: JointLimits) -> list
         position: (n,) the feedback [rad or m].
 
     Raises:
-        WrongJointCount: not one value per joint.
-        NotFinite: a value is infinite or not a number.
+        WrongJointCount, NotFinite: not one finite value per joint.
         OutOfRange: a joint stands outside its range by more than the noise.
     """
     settled = [float(value) for value in position]

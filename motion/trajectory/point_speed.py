@@ -105,10 +105,7 @@ def speed_ratios(points: Sequence[ToolSpeedLimit], path: Path, s: Array) -> Arra
 
 
 def reduced_speed(
-    kinematics: Kinematics,
-    limit: float = REDUCED_SPEED,
-    *,
-    tool: Sequence[float] = (0.0, 0.0, 0.0),
+    kinematics: Kinematics, limit: float = REDUCED_SPEED, *, tool: Sequence[float] = (0.0, 0.0, 0.0)
 ) -> tuple[ToolSpeedLimit, ...]:
     """Return the limits of reduced speed: for the tool centre point, and for an elbow.
 

@@ -124,8 +124,7 @@ def straight_move(
         sample_period: time between samples [s].
 
     Raises:
-        WrongJointCount: start or goal does not have one value per joint.
-        NotFinite: start or goal holds an infinity or a NaN.
+        WrongJointCount, NotFinite: start or goal is not one finite value per joint.
         OutOfRange: start or goal is outside a joint's range.
         NoMotion: no joint has to move by 1e-5 rad or m or more.
         NotTimeable: the motion would last longer than an hour.

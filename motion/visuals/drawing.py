@@ -86,8 +86,7 @@ def draw(
             robot about home; home if not given.
 
     Raises:
-        WrongJointCount: not one value per driven joint.
-        NotFinite: a value is infinite or not a number.
+        WrongJointCount, NotFinite: not one finite value per driven joint.
     """
     visuals = robot_visuals(robot)
     places = link_poses(robot, joint_position)
@@ -106,8 +105,7 @@ def link_poses(robot: Robot, joint_position: Sequence[float] | None = None) -> d
     """Return the pose of every link in the root link's frame [m]; arguments as of `draw`.
 
     Raises:
-        WrongJointCount: not one value per driven joint.
-        NotFinite: a value is infinite or not a number.
+        WrongJointCount, NotFinite: not one finite value per driven joint.
     """
     if isinstance(robot, ParallelRobot):
         variables = robot.home if joint_position is None else joint_position

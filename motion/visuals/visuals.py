@@ -362,11 +362,7 @@ def _foot(link: str, boxes: Sequence[LinkBox], length: float, colours: Palette) 
 
 
 def _flange(
-    robot: SerialRobot,
-    link: str,
-    boxes: dict[str, list[LinkBox]],
-    length: float,
-    colours: Palette,
+    robot: SerialRobot, link: str, boxes: dict[str, list[LinkBox]], length: float, colours: Palette
 ) -> VisualShape:
     """Return a disc for a link that is only a frame, as wide as the last link with shapes."""
     before = [box for each in robot.links[: robot.links.index(link) + 1] for box in boxes[each]]

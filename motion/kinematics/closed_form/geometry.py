@@ -224,10 +224,7 @@ def turn_into_plane(
         side = math.atan2(beside, 0.0)
         return abs(beside) - math.sqrt(squared), ((bearing - side, 0.0), (bearing - side, 0.0))
     s = math.sqrt(rest)
-    return 0.0, (
-        (bearing - math.atan2(beside, s), s),
-        (bearing - math.atan2(beside, -s), -s),
-    )
+    return 0.0, ((bearing - math.atan2(beside, s), s), (bearing - math.atan2(beside, -s), -s))
 
 
 def two_links(

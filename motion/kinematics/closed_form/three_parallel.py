@@ -146,13 +146,7 @@ class ThreeParallel:
         return positions, gaps
 
     def _with_another_pitch(
-        self,
-        q1: float,
-        s: float,
-        z: float,
-        remaining: _Rotation,
-        kept: float,
-        gap: float,
+        self, q1: float, s: float, z: float, remaining: _Rotation, kept: float, gap: float
     ) -> _Lifted:
         """Return a pitch in reach, where every pitch gives the same rotation; none if none is."""
         # Outwards from the preferred one: +1, -1, +2, -2, …

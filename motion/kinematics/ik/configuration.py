@@ -74,8 +74,7 @@ def configuration_of(
         joint_position: (n,) controller-side [rad or m]; limits are not checked.
 
     Raises:
-        WrongJointCount: not one value per driven joint.
-        NotFinite: a value is infinite or not a number.
+        WrongJointCount, NotFinite: not one finite value per driven joint.
     """
     values = [float(value) for value in joint_position]
     kinematics.limits.check_finite(values, "the joint position")

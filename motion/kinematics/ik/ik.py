@@ -82,8 +82,7 @@ def solve(
     Raises:
         PoseUnreachable: no joint position reaches the pose; with the nearest residual.
         OutOfRange: the pose is reached only with a joint outside its range.
-        WrongJointCount: the seed does not have one value per driven joint.
-        NotFinite: a value of the seed is infinite or not a number.
+        WrongJointCount, NotFinite: the seed is not one finite value per driven joint.
         FrameUnknown: there is no such frame.
         BadArgument: a budget or a tolerance is out of range, or a configuration is asked of a
             robot without flags.

@@ -76,8 +76,7 @@ def dexterity(kinematics: Kinematics, joint_position: Sequence[float] | Array) -
         joint_position: (n,) controller-side [rad or m]; limits are not checked.
 
     Raises:
-        WrongJointCount: not one value per driven joint.
-        NotFinite: a value is infinite or not a number.
+        WrongJointCount, NotFinite: not one finite value per driven joint.
     """
     position = np.asarray(joint_position, dtype=np.float64)
     kinematics.limits.check_finite(position.tolist(), "the joint position")

@@ -196,8 +196,7 @@ class StewartKinematics:
 
         Raises:
             PlatformLimit: the pose breaks a stroke, a cone or the workspace rule.
-            WrongJointCount: the seed does not have one value per leg.
-            NotFinite: a value of the seed is infinite or not a number.
+            WrongJointCount, NotFinite: the seed is not one finite value per leg.
             FrameUnknown: there is no such frame.
         """
         from ..ik.ik import Solution
@@ -231,8 +230,7 @@ class StewartKinematics:
 
         Raises:
             NoAssembly: no pose of the workspace has these leg lengths.
-            WrongJointCount: not one value per leg.
-            NotFinite: a value is infinite or not a number.
+            WrongJointCount, NotFinite: not one finite value per leg.
             FrameUnknown: there is no such frame or link.
         """
         lengths = self._checked(joint_position)
@@ -253,8 +251,7 @@ class StewartKinematics:
 
         Raises:
             NoAssembly: no pose of the workspace has these leg lengths.
-            WrongJointCount: not one value per leg.
-            NotFinite: a value is infinite or not a number.
+            WrongJointCount, NotFinite: not one finite value per leg.
             FrameUnknown: there is no such frame.
         """
         self.to_base(self.legs.home, frame)

@@ -71,14 +71,7 @@ class PlatformWorkspace:
         self.legs, self.limits = legs, limits
         workspace = robot.workspace
         self.bounds: Array = np.array(
-            [
-                workspace.x,
-                workspace.y,
-                workspace.z,
-                workspace.roll,
-                workspace.pitch,
-                workspace.yaw,
-            ]
+            [workspace.x, workspace.y, workspace.z, workspace.roll, workspace.pitch, workspace.yaw]
         )
         self.bounds.flags.writeable = False
         self.cone = robot.leg.anchor_cone_rad
