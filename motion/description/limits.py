@@ -29,6 +29,9 @@ class JointLimits:
         velocity: greatest speed [rad/s or m/s].
         acceleration: greatest acceleration [rad/s² or m/s²].
         prismatic: True if the joint is measured in metres.
+
+    Raises:
+        WrongJointCount, NotFinite: in every check, not one finite value per joint.
     """
 
     names: tuple[str, ...]
@@ -84,7 +87,6 @@ class JointLimits:
             position: (n,) controller-side joint position [rad or m].
 
         Raises:
-            WrongJointCount, NotFinite: not one finite value per joint.
             OutOfRange: the first joint that is outside its range.
         """
         self.check_finite(position, "the joint position")
@@ -98,7 +100,6 @@ class JointLimits:
         """Check (n,) joint velocities [rad/s or m/s] exactly, either sign.
 
         Raises:
-            WrongJointCount, NotFinite: not one finite value per joint.
             TooFast: the first joint that is faster than its limit.
         """
         self.check_finite(velocity, "the joint velocity")
@@ -111,7 +112,6 @@ class JointLimits:
         """Check (n,) joint accelerations [rad/s² or m/s²] exactly, either sign.
 
         Raises:
-            WrongJointCount, NotFinite: not one finite value per joint.
             TooSharp: the first joint that accelerates more than its limit.
         """
         self.check_finite(acceleration, "the joint acceleration")

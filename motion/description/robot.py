@@ -79,12 +79,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
 
 @cache
 def _robot_of_the_project(name: str) -> Robot:
-    """Return a robot that comes with the project; its file is read once in each process.
-
-    Raises:
-        UnknownRobot: the name is not one of `robot_names()`.
-        RobotFileError: the file is not a sound robot.
-    """
+    """Return a robot that comes with the project; its file is read once in each process."""
     known = robot_names()
     if name not in known:
         raise UnknownRobot(name, known)
@@ -97,8 +92,7 @@ def serial_robot(name_or_path: str | Path) -> SerialRobot:
 
     Raises:
         UnsupportedKind: the robot is parallel.
-        UnknownRobot: the name is not one of `robot_names()`.
-        RobotFileError: the file is missing, unreadable, or not a sound robot.
+        MotionError: as of `load_robot`.
     """
     robot = load_robot(name_or_path)
     if not isinstance(robot, SerialRobot):

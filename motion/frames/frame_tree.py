@@ -98,6 +98,11 @@ class FrameTree:
     Attributes:
         frames: every frame, the predefined ones first.
         selected_tool: the tool that the frame `tool` stands for; None for the bare flange.
+
+    Raises:
+        FrameUnknown: in every method, for a name of no frame.
+        FrameExists: for a new name that is in use.
+        FramePredefined: for a change of a frame of the robot, or a frame placed in `tool`.
     """
 
     frames: Mapping[str, Frame] = field(default_factory=predefined_frames)
@@ -160,9 +165,6 @@ class FrameTree:
             parent: any frame but `tool`, which stands for another.
 
         Raises:
-            FrameExists: the name is in use.
-            FrameUnknown: there is no such parent.
-            FramePredefined: the parent is `tool`.
             BadArgument: the name is no name, or there are 1,000 frames already.
         """
         if len(self.frames) >= MOST_FRAMES:
@@ -173,17 +175,12 @@ class FrameTree:
         """Return the tree with another tool; `tcp` is its centre point in the flange.
 
         Raises:
-            FrameExists: the name is in use.
             BadArgument: the name is no name, or there are 1,000 frames already.
         """
         return self.add(name, tcp, FLANGE)
 
     def select_tool(self, name: str | None) -> FrameTree:
-        """Return the tree in which the frame `tool` is a named tool, or with None the flange.
-
-        Raises:
-            FrameUnknown: there is no such tool.
-        """
+        """Return the tree in which the frame `tool` is a named tool, or with None the flange."""
         if name is None:
             tcp = Pose.identity()
         else:
@@ -203,8 +200,6 @@ class FrameTree:
             parent: a new parent; None for the present one.
 
         Raises:
-            FrameUnknown: there is no such frame or parent.
-            FramePredefined: the frame belongs to the robot, or the parent is `tool`.
             FrameCycle: the parent hangs from the frame.
             FrameInUse: the selected tool would leave the flange.
         """
@@ -221,9 +216,6 @@ class FrameTree:
         """Return the tree with a frame under another name, in its place in the order.
 
         Raises:
-            FrameUnknown: there is no such frame.
-            FrameExists: the new name is in use.
-            FramePredefined: the frame belongs to the robot.
             BadArgument: the new name is no name.
         """
         self._own(name, "renamed")
@@ -243,8 +235,6 @@ class FrameTree:
         """Return the tree without a frame.
 
         Raises:
-            FrameUnknown: there is no such frame.
-            FramePredefined: the frame belongs to the robot.
             FrameInUse: other frames hang from it, or it is the selected tool.
         """
         self._own(name, "removed")
@@ -257,11 +247,7 @@ class FrameTree:
         return replace(self, frames=MappingProxyType(frames))
 
     def ancestors(self, name: str) -> tuple[str, ...]:
-        """Return the frame, its parent, and so on up to the base.
-
-        Raises:
-            FrameUnknown: there is no such frame.
-        """
+        """Return the frame, its parent, and so on up to the base."""
         way, frame = [name], self[name]
         while frame.parent is not None:
             way.append(frame.parent)
@@ -269,11 +255,7 @@ class FrameTree:
         return tuple(way)
 
     def moving_between(self, source: str, target: str) -> tuple[str, ...]:
-        """Return the moving frames whose places `transform` needs.
-
-        Raises:
-            FrameUnknown: there is no such frame.
-        """
+        """Return the moving frames whose places `transform` needs."""
         if source == target and self[source]:
             return ()
         ways = set(self.ancestors(source)) ^ set(self.ancestors(target))

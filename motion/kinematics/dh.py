@@ -58,9 +58,6 @@ def dh_frames(table: DhTable, moving: Sequence[float]) -> tuple[Pose, ...]:
 
     Returns:
         Frame 0, whose z is joint 1's axis, and the frame at the end of each row.
-
-    Raises:
-        WrongJointCount, NotFinite: not one finite value per row.
     """
     frames = _frames(table, moving)
     return tuple(Pose.from_matrix(frame[:3, :3], frame[:3, 3]) for frame in frames)
@@ -134,9 +131,6 @@ def vrm_forward(vrm: Vrm, moving: Sequence[float]) -> Pose:
 
     Args:
         moving: (r,) chain-side position of each joint that moves [rad], dependent ones included.
-
-    Raises:
-        WrongJointCount: not one value per row.
     """
     placement = np.eye(4)
     for row, theta in zip(vrm.rows, vrm_angles(vrm, moving), strict=True):
@@ -154,11 +148,7 @@ def dh_difference(robot: SerialRobot) -> TableDifference | None:
 
 
 def vrm_difference(robot: SerialRobot) -> TableDifference:
-    """Return the difference between the module's forward kinematics and the chain's.
-
-    Raises:
-        BadArgument: the robot is not one of the module's.
-    """
+    """Return the difference between the module's forward kinematics and the chain's."""
     vrm = vrm_of(robot)
     return _difference(robot, lambda moving: vrm_forward(vrm, moving))
 

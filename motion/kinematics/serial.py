@@ -70,6 +70,10 @@ class Kinematics:
         turning: (n,) True if a full revolution of the joint leaves the tool where it was.
         is_direct: True if the model's vector is the controller-side one itself.
         size: a length of the order of the arm's reach [m], to weigh rotations against shifts.
+
+    Raises:
+        FrameUnknown: in every method, for a frame or a link that there is not.
+        WrongJointCount, NotFinite: in `forward` and `jacobian`, not one finite value per joint.
     """
 
     def __init__(self, robot: SerialRobot) -> None:
@@ -104,10 +108,6 @@ class Kinematics:
             joint_position: (n,) controller-side [rad or m]; limits are not checked.
             frame: `base` or `root`, the frame the pose is expressed in.
             link: a link of the chain; the tool link if None.
-
-        Raises:
-            WrongJointCount, NotFinite: not one finite value per driven joint.
-            FrameUnknown: there is no such frame or link.
         """
         frame_id = self._tool if link is None else self._link(link)
         in_root = self._in_root(frame)
@@ -127,10 +127,6 @@ class Kinematics:
         Returns:
             (6, n): linear velocity of the tool's origin [m/s], then angular velocity [rad/s], per
             unit of controller-side joint velocity.
-
-        Raises:
-            WrongJointCount, NotFinite: not one finite value per driven joint.
-            FrameUnknown: there is no such frame.
         """
         in_root = self._in_root(frame)
         _, _, jacobian = self.linearise(self._checked(joint_position))
@@ -176,9 +172,6 @@ class Kinematics:
         Args:
             link: a link of the chain; the tool link if None.
             offset: (3,) in the link's frame [m].
-
-        Raises:
-            FrameUnknown: there is no such link.
         """
         x, y, z = offset
         frame = self._tool if link is None else self._link(link)
@@ -264,9 +257,6 @@ class Kinematics:
         Args:
             joint_positions: (m, n) controller-side [rad or m], finite float64.
             link: a link of the chain; the tool link if None.
-
-        Raises:
-            FrameUnknown: there is no such link.
         """
         frame_id = self._tool if link is None else self._link(link)
         places = PoseArray(
@@ -279,11 +269,7 @@ class Kinematics:
         return places
 
     def to_base(self, pose: Pose, frame: str) -> Pose:
-        """Return a pose given in `base` or `root`, expressed in the base frame.
-
-        Raises:
-            FrameUnknown: there is no such frame.
-        """
+        """Return a pose given in `base` or `root`, expressed in the base frame."""
         if not self._in_root(frame):
             return pose
         base = Pose.from_matrix(self._base.rotation, self._base.translation)

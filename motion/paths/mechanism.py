@@ -22,7 +22,11 @@ if TYPE_CHECKING:
 
 
 class Mechanism(Protocol):
-    """Kinematics and paths of a robot; poses are of the tool, `frame` is `base` or `root`."""
+    """Kinematics and paths of a robot; poses are of the tool, `frame` is `base` or `root`.
+
+    Every method refuses by a `MotionError`: a malformed joint position, a pose out of reach, a
+    place of a path with its fraction, a segment with its number.
+    """
 
     @property
     def limits(self) -> JointLimits:
@@ -38,9 +42,6 @@ class Mechanism(Protocol):
         Args:
             joint_position: (n,) angles and shifts, or leg lengths [rad or m].
             frame: `base` or `root`, the frame of the pose.
-
-        Raises:
-            MotionError: the joint position is malformed, or of no pose.
         """
 
     def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
@@ -51,9 +52,6 @@ class Mechanism(Protocol):
         Args:
             joint_position: (n,) [rad or m].
             frame: `base` or `root`.
-
-        Raises:
-            MotionError: the joint position is malformed, or of no pose.
         """
 
     def solve(
@@ -65,9 +63,6 @@ class Mechanism(Protocol):
             target: the tool's pose in `frame`.
             seed: (n,) position that the answer should be near [rad or m].
             frame: `base` or `root`.
-
-        Raises:
-            MotionError: there is none, with the numbers.
         """
 
     def line(self, start: Sequence[float] | Array, target: Pose, *, frame: str = "base") -> Path:
@@ -77,9 +72,6 @@ class Mechanism(Protocol):
             start: (n,) where the robot stands [rad or m].
             target: the tool's pose at the end, in `frame`.
             frame: `base` or `root`.
-
-        Raises:
-            MotionError: a place of the line is refused; with its fraction of the path.
         """
 
     def curve(self, waypoints: Sequence[Sequence[float] | Array]) -> Path:
@@ -87,9 +79,6 @@ class Mechanism(Protocol):
 
         Args:
             waypoints: two or more, each (n,) [rad or m]; the first is where the robot stands.
-
-        Raises:
-            MotionError: a waypoint, or the path between two, is refused.
         """
 
     def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
@@ -97,9 +86,6 @@ class Mechanism(Protocol):
 
         Args:
             start: (n,) where the robot stands [rad or m].
-
-        Raises:
-            MotionError: a segment is refused, with its number and its fraction of the path.
         """
 
 

@@ -333,13 +333,7 @@ def linear_path(
         A path with two waypoints: its start and its end.
 
     Raises:
-        PoseUnreachable: a pose of the line; with its fraction of the path.
-        BranchChange: a joint would have to jump; with the fraction, the joint and the jump.
-        OutOfRange: a pose of the line is reached only outside a joint's range, with its fraction;
-            or the start is, or the curve between samples.
-        NoMotion: the tool is there already.
-        WrongJointCount, NotFinite: the start is not one finite value per joint.
-        FrameUnknown: there is no such frame.
+        MotionError: as of `follow_tool_curve`, or the frame.
     """
     here = settle_start(start, kinematics.limits)
     line = ToolLine(kinematics.forward(here), kinematics.to_base(target, frame))

@@ -4,7 +4,7 @@ Owns the tool-curve protocol, the even rotation, and the straight line, the rota
 spline through poses, and arcs and full circles: their geometry, which data determine one, and the
 tool's rotation on it. Knows no robot and no time. All poses and points [m] are of one frame, which
 the curve does not name; the parameter s is the arc length [m], or the angle [rad] of a rotation in
-place.
+place. A coordinate that is infinite or not a number raises `NotFinite`.
 """
 
 from __future__ import annotations
@@ -275,7 +275,6 @@ def arc_through(start: Array, via: Sequence[float] | Array, end: Array) -> Circl
 
     Raises:
         BadCircle: two points coincide, all lie on one line, or the radius is out of bounds.
-        NotFinite: a coordinate is infinite or not a number.
     """
     via = check_point(via, "the via point")
     # The circumcentre of a triangle, after the first of its corners (Coxeter, *Introduction to
@@ -306,7 +305,6 @@ def circle_through(
 
     Raises:
         BadCircle: two points coincide, all lie on one line, or the radius is out of bounds.
-        NotFinite: a coordinate is infinite or not a number.
     """
     arc = arc_through(start, via, check_point(second_via, "the second via point"))
     return replace(arc, sweep=_FULL_TURN)
@@ -339,7 +337,6 @@ def arc_about(
             known, or the radius is out of bounds.
         BadArgument: the normal has no direction, is not at a right angle to the radii, or is given
             together with `more_than_half`.
-        NotFinite: a coordinate is infinite or not a number.
     """
     centre = _centred(start, check_point(centre, "the centre"), end)
     across = np.cross(start - centre, end - centre)
@@ -371,7 +368,6 @@ def circle_about(
     Raises:
         BadCircle: the radius is out of bounds.
         BadArgument: the normal has no direction, or is not at a right angle to the radius.
-        NotFinite: a coordinate is infinite or not a number.
     """
     centre = check_point(centre, "the centre")
     _check_radius(math.dist(start, centre))

@@ -200,12 +200,7 @@ class _Report:
 
 
 def _margin(collision: CollisionModel, start: Array, goal: Array) -> float:
-    """Return the distance to keep from bodies, at most half of that of start and goal.
-
-    Raises:
-        StartInCollision: the start has none.
-        GoalInCollision: the goal has none.
-    """
+    """Return the distance to keep from bodies, at most half of that of start and goal."""
     margin = MARGIN
     for position, refusal in ((start, StartInCollision), (goal, GoalInCollision)):
         nearest: Proximity | None = collision.distance(position)

@@ -2,7 +2,8 @@
 
 Owns the meaning of URDF's elements and their defaults (the joint's axis is x, an origin is none,
 the mimic multiplier is 1), and which of them no robot file can express. The tree of links and
-joints is `urdf_tree`'s. Source: https://wiki.ros.org/urdf/XML.
+joints is `urdf_tree`'s. What is not sound raises `RobotFileError`, which names the link or joint
+and what is accepted. Source: https://wiki.ros.org/urdf/XML.
 
 Owns also the replacement of a collision shape that the schema lacks by one that encloses it: a
 cylinder by the smaller of a capsule and a box, a mesh by a box around its vertices. A link whose
@@ -96,11 +97,7 @@ class UrdfModel:
 
 
 def read_urdf(path: Path) -> UrdfModel:
-    """Read a URDF file.
-
-    Raises:
-        RobotFileError: the file is no sound URDF; it names the link or joint and what is accepted.
-    """
+    """Read a URDF file."""
     file = str(path)
     root = read_xml(path)
     _refuse_xacro(root, file)
@@ -228,11 +225,7 @@ def _origin(element: Element, file: str, where: str) -> Placement:
 def placement_of(
     xyz: tuple[float, ...], quaternion: tuple[float, ...], file: str, where: str
 ) -> Placement:
-    """Return the placement of a position [m] and a unit quaternion x, y, z, w.
-
-    Raises:
-        RobotFileError: the quaternion is not of length 1, or a number is not finite.
-    """
+    """Return the placement of a position [m] and a unit quaternion x, y, z, w."""
     norm = math.hypot(*quaternion)
     if abs(norm - 1.0) > _UNIT_TOLERANCE:
         raise RobotFileError(
@@ -324,9 +317,6 @@ def link_shapes(
 
     Returns:
         The shapes, and a remark for each that was replaced or left out.
-
-    Raises:
-        RobotFileError: a shape's measures are not positive numbers.
     """
     shapes: list[Shape] = []
     remarks: list[str] = []

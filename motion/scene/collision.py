@@ -205,6 +205,9 @@ class CollisionModel:
         sweep: (p, j) greatest distance that the two bodies of a pair can move relative to each
             other per unit of travel of each moving joint of the model [m/rad or m/m], an upper
             bound over all positions.
+
+    Raises:
+        WrongJointCount, NotFinite: in the methods that take a single position.
     """
 
     def __init__(
@@ -248,11 +251,7 @@ class CollisionModel:
         self._padded: dict[float, Any] = {}
 
     def collides(self, joint_position: Sequence[float] | Array) -> bool:
-        """Return True if any checked pair touches at a (n,) controller-side position [rad or m].
-
-        Raises:
-            WrongJointCount, NotFinite: not one finite value per driven joint.
-        """
+        """Return True if any checked pair touches at a (n,) controller-side position [rad or m]."""
         return self.any_collides(self._checked(joint_position)[np.newaxis])
 
     def any_collides(self, joint_positions: Array, margin: float = TOUCHING) -> bool:
@@ -269,11 +268,7 @@ class CollisionModel:
         )
 
     def contacts(self, joint_position: Sequence[float] | Array) -> tuple[Proximity, ...]:
-        """Return every two bodies that touch at a (n,) position, deepest overlap first, each once.
-
-        Raises:
-            WrongJointCount, NotFinite: not one finite value per driven joint.
-        """
+        """Return every two bodies that touch at a (n,) position, deepest overlap first."""
         distances = self.clearances(self._checked(joint_position))
         found: dict[tuple[str, str], Proximity] = {}
         for pair in np.argsort(distances, kind="stable").tolist():
@@ -283,11 +278,7 @@ class CollisionModel:
         return tuple(found.values())
 
     def distance(self, joint_position: Sequence[float] | Array) -> Proximity | None:
-        """Return the nearest two bodies at a (n,) position; None where there is nothing to check.
-
-        Raises:
-            WrongJointCount, NotFinite: not one finite value per driven joint.
-        """
+        """Return the nearest two bodies at a (n,) position; None without pairs."""
         distances = self.clearances(self._checked(joint_position))
         return self._proximity(int(np.argmin(distances))) if self.pairs else None
 

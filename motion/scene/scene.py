@@ -181,7 +181,7 @@ class Scene:
 
     Raises:
         DuplicateObject: two objects bear one name.
-        UnknownObject: an allowed pair names no object of the scene.
+        UnknownObject: an allowed pair, or what a method is to change, is no object of the scene.
         BadArgument: an allowed pair names the same twice.
     """
 
@@ -234,17 +234,12 @@ class Scene:
         """Return the scene with an object standing elsewhere; a link that held it lets go.
 
         Raises:
-            UnknownObject: there is none of that name.
             FrameUnknown: the frame is neither `base` nor `root`.
         """
         return self._replaced(self.get(name).at(pose, frame))
 
     def remove(self, name: str) -> Scene:
-        """Return the scene without an object, and without the allowed pairs that name it.
-
-        Raises:
-            UnknownObject: there is none of that name.
-        """
+        """Return the scene without an object, and without the allowed pairs that name it."""
         gone = self.get(name)
         return self._changed(
             objects=tuple(each for each in self.objects if each is not gone),
@@ -260,7 +255,6 @@ class Scene:
             touching: links and objects it may touch from now on, such as the hand that holds it.
 
         Raises:
-            UnknownObject: there is no such object.
             BadArgument: a link holds the object already.
         """
         taken = self.get(name)
@@ -281,7 +275,6 @@ class Scene:
             frame: `base` or `root`, the frame of the object's pose from now on.
 
         Raises:
-            UnknownObject: there is no such object.
             BadArgument: no link holds the object.
         """
         held = self.get(name)

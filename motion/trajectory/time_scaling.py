@@ -234,7 +234,7 @@ class ScaledRun:
     """Run of a trajectory whose scale may be changed at any time.
 
     Calls carry the time `now` [ns]. It must not go back beyond the last change, nor beyond an
-    earlier call by more than the phase of constant dσ/dt that it fell in.
+    earlier call by more than the phase of constant dσ/dt that it fell in, or raises `BadArgument`.
     """
 
     def __init__(
@@ -289,31 +289,19 @@ class ScaledRun:
         self._turn(now)
 
     def pause(self, now: int) -> None:
-        """Come to rest on the path as soon as the limits allow, and stay there.
-
-        Raises:
-            BadArgument: `now` lies before what has happened.
-        """
+        """Come to rest on the path as soon as the limits allow, and stay there."""
         self._advance(now)
         self._paused = True
         self._turn(now)
 
     def resume(self, now: int) -> None:
-        """Continue after a pause, at the scale last set.
-
-        Raises:
-            BadArgument: `now` lies before what has happened.
-        """
+        """Continue after a pause, at the scale last set."""
         self._advance(now)
         self._paused = False
         self._turn(now)
 
     def state(self, now: int) -> JointState:
-        """Return position, velocity and acceleration of the joints, in real time.
-
-        Raises:
-            BadArgument: `now` lies before what has happened.
-        """
+        """Return position, velocity and acceleration of the joints, in real time."""
         time, scale, rate = self._now(now)
         position, velocity, _ = self._motion.state(time)
         acceleration = self._motion.even_acceleration(time)
@@ -329,35 +317,19 @@ class ScaledRun:
         return JointState(position, scale * velocity, np.clip(felt, -self._limit, self._limit))
 
     def time(self, now: int) -> float:
-        """Return τ, the time of the trajectory that the run has reached [s].
-
-        Raises:
-            BadArgument: `now` lies before what has happened.
-        """
+        """Return τ, the time of the trajectory that the run has reached [s]."""
         return self._now(now)[0]
 
     def scale(self, now: int) -> float:
-        """Return σ, the speed of the run as a share of the planned one, 0 to 1.
-
-        Raises:
-            BadArgument: `now` lies before what has happened.
-        """
+        """Return σ, the speed of the run as a share of the planned one, 0 to 1."""
         return self._now(now)[1]
 
     def finished(self, now: int) -> bool:
-        """Return True if the run has reached the trajectory's end.
-
-        Raises:
-            BadArgument: `now` lies before what has happened.
-        """
+        """Return True if the run has reached the trajectory's end."""
         return self._now(now)[0] >= self._end
 
     def remaining(self, now: int) -> float:
-        """Return the time left if nothing is changed any more [s], else infinity.
-
-        Raises:
-            BadArgument: `now` lies before what has happened.
-        """
+        """Return the time left if nothing is changed any more [s], else infinity."""
         self._advance(now)
         *_, last = self._ahead()
         if last.time < self._end:

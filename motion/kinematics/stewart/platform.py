@@ -141,6 +141,12 @@ class StewartKinematics:
         upper: (6,) greatest leg length [m], read-only.
         turning: (6,) False: no leg has revolutions.
         size: the radius of the platform's anchors [m], to weigh rotations against shifts.
+
+    Raises, in every method:
+        NoAssembly: no pose of the workspace has these leg lengths.
+        PlatformLimit: the pose breaks a stroke, a cone or the workspace rule.
+        WrongJointCount, NotFinite: not one finite value per leg.
+        FrameUnknown: there is no such frame or link.
     """
 
     def __init__(self, robot: ParallelRobot) -> None:
@@ -177,10 +183,6 @@ class StewartKinematics:
         Args:
             pose: of the platform, in `frame`.
             frame: `base` or `root`.
-
-        Raises:
-            PlatformLimit: the pose breaks a stroke, a cone or the workspace rule.
-            FrameUnknown: there is no such frame.
         """
         return self.workspace.check(self.to_base(pose, frame))
 
@@ -193,11 +195,6 @@ class StewartKinematics:
             target: of the platform, in `frame`.
             seed: (6,) leg lengths, checked and otherwise not used.
             frame: `base` or `root`.
-
-        Raises:
-            PlatformLimit: the pose breaks a stroke, a cone or the workspace rule.
-            WrongJointCount, NotFinite: the seed is not one finite value per leg.
-            FrameUnknown: there is no such frame.
         """
         from ..ik.ik import Solution
 
@@ -227,11 +224,6 @@ class StewartKinematics:
             frame: `base` or `root`, which are one.
             link: the platform's link or the root's; the platform's if None.
             seed: where the search starts first; home if None. It saves time and changes nothing.
-
-        Raises:
-            NoAssembly: no pose of the workspace has these leg lengths.
-            WrongJointCount, NotFinite: not one finite value per leg.
-            FrameUnknown: there is no such frame or link.
         """
         lengths = self._checked(joint_position)
         self.to_base(self.legs.home, frame)
@@ -248,40 +240,23 @@ class StewartKinematics:
         Returns:
             (6, 6): linear velocity of the platform's origin [m/s], then angular velocity [rad/s],
             per unit of leg rate [m/s].
-
-        Raises:
-            NoAssembly: no pose of the workspace has these leg lengths.
-            WrongJointCount, NotFinite: not one finite value per leg.
-            FrameUnknown: there is no such frame.
         """
         self.to_base(self.legs.home, frame)
         return self.linearise(self._checked(joint_position))[2]
 
     def linearise(self, joint_position: Array) -> tuple[Array, Array, Array]:
-        """Return the platform's (3, 3) rotation, (3,) position [m] and the (6, 6) Jacobian.
-
-        Raises:
-            NoAssembly: no pose of the workspace has these leg lengths.
-        """
+        """Return the platform's (3, 3) rotation, (3,) position [m] and the (6, 6) Jacobian."""
         found = self._assembly(joint_position)
         jacobian = np.asarray(np.linalg.inv(found.jacobian), dtype=np.float64)
         return found.rotation, found.position, jacobian
 
     def place(self, joint_position: Array) -> tuple[Array, Array]:
-        """Return the platform's (3, 3) rotation and (3,) position in the base.
-
-        Raises:
-            NoAssembly: no pose of the workspace has these leg lengths.
-        """
+        """Return the platform's (3, 3) rotation and (3,) position in the base."""
         found = self._assembly(joint_position)
         return found.rotation, found.position
 
     def places(self, joint_positions: Array) -> PoseArray:
-        """Return the platform's poses at many (m, 6) leg lengths on one path, in the base.
-
-        Raises:
-            NoAssembly: no pose of the workspace has these leg lengths.
-        """
+        """Return the platform's poses at many (m, 6) leg lengths on one path, in the base."""
         rotation, position = np.empty((len(joint_positions), 3, 3)), []
         seed: Pose | None = None
         for row, lengths in enumerate(joint_positions):
@@ -292,11 +267,7 @@ class StewartKinematics:
         return PoseArray(rotation, np.array(position))
 
     def to_base(self, pose: Pose, frame: str) -> Pose:
-        """Return a pose given in `base` or `root`, expressed in the base frame: they are one.
-
-        Raises:
-            FrameUnknown: there is no such frame.
-        """
+        """Return a pose given in `base` or `root`, expressed in the base frame: they are one."""
         if frame not in FRAMES:
             raise FrameUnknown(frame, FRAMES)
         return pose
