@@ -2,6 +2,10 @@
 
 Owns the mathematics between a held key and the set-points of each tick; `jogger` is its entry
 point. Knows no server, protocol or clock.
+
+In the whole folder a position is (n,) controller-side [rad or m], a velocity (n,) [rad/s or m/s],
+a rate a derivative by the path parameter σ [s], `dt` the length of a tick [s], and `asked` what a
+press asks for: a velocity of the joints, or dσ/dt of the tool.
 """
 
 from __future__ import annotations

@@ -50,7 +50,6 @@ def within_reach(nodes: Sequence[PathNode], here: Here, dt: float, asked: float)
 
     Args:
         nodes: the places of the path, σ growing.
-        dt: length of the tick [s].
         asked: upper bound of the speed.
     """
     half = 0.5 * dt
@@ -151,7 +150,6 @@ class CartesianJogMotion:
 
     Attributes:
         position: (n,) the last set-point [rad or m].
-        velocity: (n,) of the last set-point [rad/s or m/s].
         speed: dσ/dt of the last set-point: share of the full speeds of the caps.
         twist: the direction at full speed.
         point_speed: greatest speed of tool centre point and elbow [m/s].
@@ -235,12 +233,7 @@ class CartesianJogMotion:
         return None
 
     def step(self, dt: float, asked: float) -> None:
-        """Advance by one tick.
-
-        Args:
-            dt: time since the last set-point [s].
-            asked: dσ/dt that is asked for.
-        """
+        """Advance by one tick."""
         if self.speed == 0.0 and not self.can_begin():
             self.velocity = [0.0] * self._model.dof
             self.scale, self.cause = 0.0, self._ahead.end

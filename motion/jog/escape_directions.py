@@ -4,7 +4,8 @@ Owns the choice of the direction for each cause; the rule that a robot stands at
 little is left of the margin in which a jog slows (`path_node`, `collision_guard`); and the check
 that a tool jog leads away from that limit. It is asked once, when a robot has come to rest: a
 direction costs some hundred microseconds, the keys up to 1 ms. Knows no names of keys or
-directions; screens have the joints'.
+directions; screens have the joints'. Positions are where the robot stands; rates are shares of full
+speed, -1 to 1.
 
 A key moves one joint. So of a direction that moves several joints, the one that leads out fastest
 is kept. Keys out of a singularity are found by trying them: the fastest direction moves several
@@ -35,25 +36,14 @@ _LOST = 1e-3  # of the greatest gain: a direction with less counts as lost
 
 
 def is_escape(model: JogModel, position: Sequence[float], rates: Sequence[float]) -> bool:
-    """Return True if a stretch of a joint jog ends where the arm is free.
-
-    Args:
-        position: (n,) where it stands [rad or m].
-        rates: (n,) of the jog, -1 to 1.
-    """
+    """Return True if a stretch of a joint jog ends where the arm is free."""
     return model.arm.condition(_stretched(model, position, rates)) < FREE_CONDITION
 
 
 def escape_keys(model: JogModel, position: Sequence[float]) -> tuple[float, ...] | None:
-    """Return the joint jog of the fewest keys that leads out; None if no three keys do.
+    """Return the joint jog of the fewest keys, 0, 1 or -1, that leads out; None if no three do.
 
     Each key is the one that, together with those before it, gives back most of the lost directions.
-
-    Args:
-        position: (n,) where it stands [rad or m].
-
-    Returns:
-        (n,) rates; 0, 1 or -1 each.
     """
     rates = (0.0,) * model.dof
     for _ in range(_MOST_KEYS):
@@ -97,7 +87,6 @@ def retreat(
     """Return the direction out of a cause at a joint position; None if none is needed.
 
     Args:
-        position: (n,) where it stands [rad or m].
         cause: what holds it.
         reverse: True if the opposite of what was asked leads out.
     """
@@ -150,11 +139,7 @@ class EscapeDirection(NamedTuple):
 
 
 def find_escapes(model: JogModel, position: Sequence[float]) -> list[EscapeDirection]:
-    """Return every limit that a robot stands at, joints first; empty where it is free.
-
-    Args:
-        position: (n,) where it stands [rad or m].
-    """
+    """Return every limit that a robot stands at, joints first; empty where it is free."""
     return [_way_out(model, position, cause) for cause in _causes(model, position)]
 
 
@@ -196,11 +181,7 @@ def _causes(model: JogModel, position: Sequence[float]) -> Iterator[JogCause]:
 
 
 def leads_out(model: JogModel, position: Sequence[float], target: ToolJog) -> bool:
-    """Return True if a tool jog leads away from every limit that a robot stands at.
-
-    Args:
-        position: (n,) where it stands [rad or m].
-    """
+    """Return True if a tool jog leads away from every limit that a robot stands at."""
     linear, angular = target.direction()
     twist = JogTwist(linear * _PROBE, angular * _PROBE_TURN, target.axes is None)
     return target.magnitude > 0.0 and leads_along(model, position, twist)
@@ -213,7 +194,6 @@ def leads_along(model: JogModel, position: Sequence[float], twist: JogTwist) -> 
     the condition number hardly falls, more steps follow, because it may soon rise again.
 
     Args:
-        position: (n,) where it stands [rad or m].
         twist: the direction, at any speed but 0.
     """
     sizes = (math.hypot(*twist.linear.tolist()), math.hypot(*twist.angular.tolist()))

@@ -59,8 +59,6 @@ class Footing(NamedTuple):
     """A joint position that puts the tool at a pose, with the rates that lead on from there.
 
     Attributes:
-        position: (n,) [rad or m].
-        rate: (n,) by the path parameter [rad/s or m/s].
         condition: condition number of the Jacobian with lengths in units of `JogArm.length`.
     """
 
@@ -100,12 +98,7 @@ class JogArm(Protocol):
         """
 
     def forbids(self, position: Sequence[float], twist: Array) -> JogCause | None:
-        """Return why the arm has too few axes to move its tool along a twist; None if it can.
-
-        Args:
-            position: (n,) where it stands.
-            twist: (6,) [v; ω] of the tool.
-        """
+        """Return why the arm has too few axes for a (6,) twist [v; ω] of its tool, or None."""
 
     def point_speeds(
         self, position: Sequence[float], velocity: Sequence[float] | Array
@@ -121,8 +114,6 @@ class JogArm(Protocol):
         """Return the speed of the elbow alone [m/s]; its limit is the tool's.
 
         Args:
-            position: (n,) [rad or m].
-            velocity: (n,) [rad/s or m/s].
             enough: a speed that counts as slow [m/s]. If the elbow is proven not to exceed it, the
                 bound may be returned instead of the speed.
         """

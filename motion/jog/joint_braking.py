@@ -64,7 +64,6 @@ class StopOutlook(NamedTuple):
     """Stop in the least time after a tick.
 
     Attributes:
-        velocity: (n,) at the end of the tick [rad/s or m/s].
         here: (n,) where the tick ends [rad or m].
         there: (n,) where the stop ends [rad or m].
         time: `stop_time` of the velocity [s].
@@ -228,13 +227,7 @@ class JointLimitBraking:
     def bounds(
         self, dt: float, position: Sequence[float], velocity: Sequence[float]
     ) -> list[Bound]:
-        """Return the velocities after a tick from which each joint still rests inside its range.
-
-        Args:
-            dt: length of the tick [s].
-            position: (n,) where the tick begins [rad or m].
-            velocity: (n,) there [rad/s or m/s].
-        """
+        """Return the velocities after a tick from which each joint still rests inside its range."""
         model = self._model
         if dt != self._dt:
             gains = [limit * ROUNDING * dt for limit in model.limits.acceleration]
@@ -257,10 +250,6 @@ class JointLimitBraking:
         stop, except for what it moves in two ticks. This holds for every share of the velocity, as
         long as the joints have gone no farther. 0 where a joint is beyond a limit, or too slow to
         tell.
-
-        Args:
-            position: (n,) where they are [rad or m].
-            velocity: (n,) within the speeds asked for [rad/s or m/s].
         """
         model, way = self._model, math.inf
         stop = stop_time(model, velocity)

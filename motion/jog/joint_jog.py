@@ -50,8 +50,6 @@ class StopSurroundings:
         """Return what bodies and posture limits at the end of a stop leave of a velocity.
 
         Args:
-            dt: length of the tick [s].
-            position: (n,) where the tick begins [rad or m].
             asked: (n,) velocity, which sets the direction.
             stop: the stop after the tick towards it.
 
@@ -126,7 +124,6 @@ class _Press(NamedTuple):
 
     Attributes:
         rates: (n,) shares of the jog speeds.
-        speeds: (n,) the jog speeds [rad/s or m/s].
         asked: (n,) velocity that is asked for [rad/s or m/s].
         square: square of the length of that velocity; 1 where it is 0.
         ends: ends of the ranges, for joints at these speeds.
@@ -150,7 +147,6 @@ class JointJogMotion:
 
     Attributes:
         position: (n,) the last set-point [rad or m].
-        velocity: (n,) of the last set-point [rad/s or m/s].
         scale: share of the asked speed that limits leave, of the joint that they leave least.
         cause: what takes the rest.
     """
@@ -180,12 +176,7 @@ class JointJogMotion:
         self._move(self._released(dt), dt)
 
     def step(self, dt: float, rates: tuple[float, ...], caps: JogCaps) -> None:
-        """Advance by one tick towards a velocity.
-
-        Args:
-            dt: time since the last set-point [s].
-            rates: (n,) shares of the jog speeds.
-        """
+        """Advance by one tick towards a velocity."""
         press = self._press
         # By identity, which is cheap: neither is changed in place, and a new press brings new ones.
         if press is None or press.rates is not rates or press.caps is not caps:
@@ -301,10 +292,6 @@ class JointJogMotion:
 
         All joints change by the same share, so from rest they start in the asked direction; except
         a joint that has to brake before the end of its range.
-
-        Args:
-            asked: (n,) velocity [rad/s or m/s].
-            bounds: (n,) of `JointLimitBraking.bounds`.
         """
         targets, share = [], 1.0
         for wanted, now, (least, most, gain) in zip(asked, self.velocity, bounds, strict=True):

@@ -37,7 +37,6 @@ class JogLine:
         sigma: how far along the line the motion is [s].
         share: dσ/dt, share of the asked velocity, 0 to 1.
         rise: greatest change of the share [1/s].
-        allowed: greatest speed of tool and elbow [m/s].
     """
 
     def __init__(
@@ -55,7 +54,6 @@ class JogLine:
             line: (n,) position now and (n,) velocity that is asked for.
             shares: share of that velocity, now and at most.
             free: σ up to which no end of a range matters.
-            limit: greatest speed of tool and elbow [m/s].
         """
         assert model.line_points is not None
         self.sigma = 0.0
@@ -133,8 +131,6 @@ def line_from(
     Args:
         ends: ends of the ranges, at the speeds of the press.
         state: (n,) position and (n,) velocity.
-        asked: (n,) velocity that is asked for.
-        limit: greatest speed of tool and elbow [m/s].
     """
     position, velocity = state
     if model.line_points is None:

@@ -63,7 +63,6 @@ class LookAhead:
 
         Args:
             path: pose and direction at σ = 0.
-            position: (n,) there [rad or m].
             point_speed: greatest speed of tool centre point and elbow [m/s].
             rate: (n,) by σ, of a robot that moves; None for one at rest.
         """

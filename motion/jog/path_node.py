@@ -49,8 +49,6 @@ class PathNode:
     """A place of the path, and the cell that begins there.
 
     Attributes:
-        position: (n,) [rad or m].
-        rate: (n,) by σ.
         twist: (6,) of the tool by σ.
         condition: condition number of the Jacobian.
         posture: use of the limits that belong to no joint.
@@ -225,7 +223,6 @@ def speed_bounds(
     Args:
         rate: (n,) by σ where the tick ends.
         before: (n,) velocity where it begins [rad/s or m/s].
-        dt: length of the tick [s].
     """
     least, most = 0.0, math.inf
     joints = zip(rate, before, limits.acceleration, limits.velocity, strict=True)

@@ -9,6 +9,9 @@ Owns also the map from our joint positions to those of RoboAnalyzer's Virtual Ro
 theta_vrm = sign · q + offset, joint by joint, and its ∏ Rz(theta) Tz(b) Tx(a) Rx(alpha) · tool, in
 the root link's frame. Source: the `robot.xml` files of RoboAnalyzer 7.1, which writes b for the
 usual d.
+
+`moving` is the (r,) chain-side position of each joint that moves [rad or m], dependent ones
+included: one for each row of a table.
 """
 
 from __future__ import annotations
@@ -38,10 +41,6 @@ class TableDifference(NamedTuple):
 def dh_forward(table: DhTable, moving: Sequence[float]) -> Pose:
     """Return the tool's pose in the root link's frame.
 
-    Args:
-        table: the rows, one per joint that is not fixed.
-        moving: (r,) chain-side position of each of these [rad or m], dependent ones included.
-
     Raises:
         WrongJointCount, NotFinite: not one finite value per row.
     """
@@ -51,10 +50,6 @@ def dh_forward(table: DhTable, moving: Sequence[float]) -> Pose:
 
 def dh_frames(table: DhTable, moving: Sequence[float]) -> tuple[Pose, ...]:
     """Return the table's frames in the root link's frame.
-
-    Args:
-        table: the rows, one per joint that is not fixed.
-        moving: (r,) chain-side position of each of these [rad or m], dependent ones included.
 
     Returns:
         Frame 0, whose z is joint 1's axis, and the frame at the end of each row.
@@ -112,9 +107,6 @@ def vrm_of(robot: SerialRobot) -> Vrm:
 def vrm_angles(vrm: Vrm, moving: Sequence[float]) -> tuple[float, ...]:
     """Return the module's joint angles [rad].
 
-    Args:
-        moving: (r,) chain-side position of each joint that moves [rad], dependent ones included.
-
     Raises:
         WrongJointCount: not one value per row.
     """
@@ -127,11 +119,7 @@ def vrm_angles(vrm: Vrm, moving: Sequence[float]) -> tuple[float, ...]:
 
 
 def vrm_forward(vrm: Vrm, moving: Sequence[float]) -> Pose:
-    """Return the tool's pose in the root link's frame, by the module's rows.
-
-    Args:
-        moving: (r,) chain-side position of each joint that moves [rad], dependent ones included.
-    """
+    """Return the tool's pose in the root link's frame, by the module's rows."""
     placement = np.eye(4)
     for row, theta in zip(vrm.rows, vrm_angles(vrm, moving), strict=True):
         placement = placement @ dh_matrix(theta, row.b, row.a, row.alpha)

@@ -6,7 +6,10 @@ leads the tool centre point along lines and circles, rotates about it, and retur
 vectors are the controller's; `pinocchio_model` has the map to the model's own. Besides these two
 modules only `collision` uses pinocchio; no pinocchio type goes to any other module.
 
-Frames: `base` is the controller's own base frame of the robot file, `root` the chain's root link.
+Frames: `base` is the controller's own base frame of the robot file, `root` the chain's root link;
+a link is one of the chain, the tool link if None. A joint position is (n,) controller-side [rad or
+m], a velocity (n,) [rad/s or m/s]. Limits are never checked; a method without checks wants finite
+float64.
 """
 
 from __future__ import annotations
@@ -102,13 +105,7 @@ class Kinematics:
     def forward(
         self, joint_position: Sequence[float] | Array, frame: str = "base", link: str | None = None
     ) -> Pose:
-        """Return the pose of a link.
-
-        Args:
-            joint_position: (n,) controller-side [rad or m]; limits are not checked.
-            frame: `base` or `root`, the frame the pose is expressed in.
-            link: a link of the chain; the tool link if None.
-        """
+        """Return the pose of a link."""
         frame_id = self._tool if link is None else self._link(link)
         in_root = self._in_root(frame)
         pin.forwardKinematics(self._model, self._data, self._model_vector(joint_position))
@@ -119,10 +116,6 @@ class Kinematics:
 
     def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
         """Return the derivative of the tool link's motion by the joints.
-
-        Args:
-            joint_position: (n,) controller-side [rad or m]; limits are not checked.
-            frame: `base` or `root`, whose axes the velocities are expressed along.
 
         Returns:
             (6, n): linear velocity of the tool's origin [m/s], then angular velocity [rad/s], per
@@ -138,9 +131,6 @@ class Kinematics:
     def linearise(self, joint_position: Array) -> tuple[Array, Array, Array]:
         """Return tool placement and Jacobian in one pass, in the base frame, without checks.
 
-        Args:
-            joint_position: (n,) controller-side [rad or m], finite float64.
-
         Returns:
             The tool's (3, 3) rotation, its (3,) position [m], and the (6, n) Jacobian as of
             `jacobian`.
@@ -155,11 +145,7 @@ class Kinematics:
         return placement.rotation, placement.translation, jacobian
 
     def place(self, joint_position: Array) -> tuple[Array, Array]:
-        """Return the tool's (3, 3) rotation and (3,) position in the base frame, without checks.
-
-        Args:
-            joint_position: (n,) controller-side [rad or m], finite float64.
-        """
+        """Return the tool's (3, 3) rotation and (3,) position in the base frame, without checks."""
         pin.forwardKinematics(self._model, self._data, self._expanded(joint_position))
         placement = pin.updateFramePlacement(self._model, self._data, self._tool)
         return placement.rotation, placement.translation
@@ -170,7 +156,6 @@ class Kinematics:
         """Return a point of a link, for `point_speeds`.
 
         Args:
-            link: a link of the chain; the tool link if None.
             offset: (3,) in the link's frame [m].
         """
         x, y, z = offset
@@ -180,12 +165,7 @@ class Kinematics:
     def point_speeds(
         self, joint_position: Array, joint_velocity: Array, points: Sequence[LinkPoint]
     ) -> list[float]:
-        """Return the speeds of points of the arm [m/s], without checks.
-
-        Args:
-            joint_position: (n,) controller-side [rad or m], finite float64.
-            joint_velocity: (n,) [rad/s or m/s].
-        """
+        """Return the speeds of points of the arm [m/s], without checks."""
         if not self.is_direct:
             joint_position = self._expanded(joint_position)
             joint_velocity = self._gain @ joint_velocity
@@ -207,11 +187,7 @@ class Kinematics:
     def point_places(
         self, joint_position: Sequence[float], points: Sequence[LinkPoint]
     ) -> tuple[tuple[float, ...], ...]:
-        """Return the places of points of the arm in the base frame [m], without checks.
-
-        Args:
-            joint_position: (n,) controller-side [rad or m], finite.
-        """
+        """Return the places of points of the arm in the base frame [m], without checks."""
         model, data = self._model, self._data
         pin.forwardKinematics(model, data, self._expanded(np.array(joint_position)))
         places = []
@@ -236,10 +212,6 @@ class Kinematics:
         """Return pose and speed [m/s] of a frame of the tool in one pass, without checks.
 
         In plain floats and without a `Pose`: each state message of a cell needs it.
-
-        Args:
-            joint_position: (n,) controller-side [rad or m], finite float64.
-            joint_velocity: (n,) [rad/s or m/s].
         """
         (speed,) = self.point_speeds(joint_position, joint_velocity, (tool.origin,))
         placement = pin.updateFramePlacement(self._model, self._data, self._tool)
@@ -252,12 +224,7 @@ class Kinematics:
         return ((x, y, z), turn), speed
 
     def places(self, joint_positions: Array, link: str | None = None) -> PoseArray:
-        """Return the poses of a link at many joint positions, in the base frame, without checks.
-
-        Args:
-            joint_positions: (m, n) controller-side [rad or m], finite float64.
-            link: a link of the chain; the tool link if None.
-        """
+        """Return the poses of a link at many joint positions, in the base frame, without checks."""
         frame_id = self._tool if link is None else self._link(link)
         places = PoseArray(
             np.empty((len(joint_positions), 3, 3)), np.empty((len(joint_positions), 3))

@@ -2,8 +2,8 @@
 
 Owns the protocol and the choice of its implementation: a serial arm through `serial`, `ik` and
 `paths`, a Stewart platform through `platform` and `stewart_path`. A joint vector has the limits'
-meaning: angles and shifts of a serial arm, lengths of legs. The paths returned are timed by
-`parameterization.time_path` and certified as any other.
+meaning, (n,) angles and shifts of a serial arm or lengths of legs [rad or m]. The paths returned
+are timed by `parameterization.time_path` and certified as any other.
 """
 
 from __future__ import annotations
@@ -37,42 +37,21 @@ class Mechanism(Protocol):
         """(n,) the joint position at home [rad or m]."""
 
     def forward(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Pose:
-        """Return the tool's pose.
-
-        Args:
-            joint_position: (n,) angles and shifts, or leg lengths [rad or m].
-            frame: `base` or `root`, the frame of the pose.
-        """
+        """Return the tool's pose."""
 
     def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
         """Return the (6, n) twist [v; ω] of the tool's origin per unit of joint velocity.
 
         Linear velocity comes first [m/s], then angular [rad/s], both along the axes of `frame`.
-
-        Args:
-            joint_position: (n,) [rad or m].
-            frame: `base` or `root`.
         """
 
     def solve(
         self, target: Pose, seed: Sequence[float] | Array, *, frame: str = "base"
     ) -> Solution:
-        """Return a joint position inside the limits that puts the tool at a pose.
-
-        Args:
-            target: the tool's pose in `frame`.
-            seed: (n,) position that the answer should be near [rad or m].
-            frame: `base` or `root`.
-        """
+        """Return a joint position inside the limits that puts the tool at a pose."""
 
     def line(self, start: Sequence[float] | Array, target: Pose, *, frame: str = "base") -> Path:
-        """Return the path of the tool along a straight line with an even rotation.
-
-        Args:
-            start: (n,) where the robot stands [rad or m].
-            target: the tool's pose at the end, in `frame`.
-            frame: `base` or `root`.
-        """
+        """Return the path of the tool along a straight line with an even rotation."""
 
     def curve(self, waypoints: Sequence[Sequence[float] | Array]) -> Path:
         """Return the smooth path through joint positions; through two, the straight one.
@@ -82,11 +61,7 @@ class Mechanism(Protocol):
         """
 
     def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
-        """Return the paths of PTP, LIN, CIRC and spline segments in sequence; see `plan_path`.
-
-        Args:
-            start: (n,) where the robot stands [rad or m].
-        """
+        """Return the paths of PTP, LIN, CIRC and spline segments in sequence; see `plan_path`."""
 
 
 class SerialMechanism:

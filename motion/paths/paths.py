@@ -3,7 +3,9 @@
 Owns which segments are run without a stop: those joined by zones are one path, any other ends one.
 Where lines in joint space meet curves of the tool, the zone is one in joint space. Owns also the
 step from the targets and points of a LIN, CIRC or spline segment, in its own frame, to a curve of
-the tool in the base frame. Knows no timing. The server's event loop imports this module, so inverse
+the tool in the base frame. `start` is the (n,) joint position, or the pose in the base, where the
+robot stands; the former is treated by `settle_start`. Targets are poses of the tool in `frame`,
+which is `base` or `root`. Knows no timing. The server's event loop imports this module, so inverse
 kinematics is imported only by the functions that search.
 """
 
@@ -75,7 +77,6 @@ def plan_path(
     none. Every tool segment is solved as a whole before any motion.
 
     Args:
-        start: (n,) where the robot stands; see `settle_start`.
         segments: at least one and at most `MOST_SEGMENTS`.
 
     Raises:
@@ -324,11 +325,6 @@ def linear_path(
 
     The whole path is solved before any motion; see `follow_tool_curve`.
 
-    Args:
-        start: (n,) where the robot stands; see `settle_start`.
-        target: the tool pose at the end, in `frame`.
-        frame: `base` or `root`.
-
     Returns:
         A path with two waypoints: its start and its end.
 
@@ -353,9 +349,7 @@ def linear_legs(
     already is adds no leg.
 
     Args:
-        start: (n,) where the robot stands [rad or m]; see `settle_start`.
         poses: one or more tool poses in `frame`; positions in m.
-        frame: `base` or `root`.
 
     Returns:
         One path for each leg, each beginning where the one before ends.
@@ -389,11 +383,6 @@ def joint_path_through_poses(
 ) -> list[Array]:
     """Return joint waypoints that lead the tool through poses, each near the one before.
 
-    Args:
-        start: (n,) where the robot stands; see `settle_start`.
-        poses: tool poses in `frame`.
-        frame: `base` or `root`.
-
     Returns:
         The start, then one joint position for each pose, as `JointSpline` takes them.
 
@@ -418,7 +407,6 @@ def leg_curve(kinematics: ToolKinematics, start: Pose, segment: Lin | Circ) -> T
     """Return the tool's path along a line or a circle, in the base frame.
 
     Args:
-        start: present pose of the tool, in the base frame.
         segment: the line or circle; its zone is not used.
 
     Raises:
@@ -442,7 +430,6 @@ def circle_curve(kinematics: ToolKinematics, start: Pose, circ: Circ) -> ToolArc
     """Return the tool's path along a circle, in the base frame.
 
     Args:
-        start: present pose of the tool, in the base frame.
         circ: the circle; its zone is not used.
 
     Raises:

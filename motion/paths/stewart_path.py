@@ -3,7 +3,8 @@
 Owns the line as exact functions of the path parameter (the legs follow by formula, so the tool is
 on it everywhere), and the check of any path against the platform's limits before it is timed. Each
 path implements `joint_curves.Path`, a joint vector being the six leg lengths [m], so timing,
-certificate and trajectory are those of a serial arm. Base frame. Knows no time.
+certificate and trajectory are those of a serial arm. Base frame; a start is where the platform
+stands, treated by `settle_start`. Knows no time.
 """
 
 from __future__ import annotations
@@ -48,7 +49,6 @@ class PlatformLine:
 
         Args:
             start: (6,) leg lengths [m], inside the strokes.
-            target: the pose at the end, in the base.
 
         Raises:
             PlatformLimit: the target breaks a limit; fraction 1.
@@ -132,11 +132,6 @@ def platform_line(
     frame: str = "base",
 ) -> PlatformLine:
     """Return the straight line of the platform from its present pose, checked along its length.
-
-    Args:
-        start: (6,) leg lengths where it stands; see `settle_start`.
-        target: the pose at the end, in `frame`.
-        frame: `base` or `root`.
 
     Raises:
         PlatformLimit: a pose of the line breaks a limit; with its fraction of the path.

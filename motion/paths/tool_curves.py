@@ -298,11 +298,6 @@ def circle_through(
 ) -> Circle:
     """Return the full circle from a point through two others, in their order, back to it.
 
-    Args:
-        start: (3,) where the circle begins and ends [m].
-        via: (3,) the first point that it passes [m].
-        second_via: (3,) the second point that it passes [m].
-
     Raises:
         BadCircle: two points coincide, all lie on one line, or the radius is out of bounds.
     """
@@ -324,9 +319,6 @@ def arc_about(
     both ends.
 
     Args:
-        start: (3,) [m].
-        centre: (3,) [m].
-        end: (3,) [m].
         normal: (3,) of any length, about which the arc runs counter-clockwise, so that it decides
             between the shorter and the longer arc; needed for half a circle, where the three points
             lie on one line.
@@ -361,8 +353,6 @@ def circle_about(
     """Return the full circle from a point about a centre, counter-clockwise about a normal.
 
     Args:
-        start: (3,) where the circle begins and ends [m].
-        centre: (3,) [m].
         normal: (3,) of any length, at a right angle to the radius.
 
     Raises:

@@ -46,7 +46,6 @@ def next_joints(kinematics: ToolKinematics, pose: Pose, before: Array) -> Array:
     """Return the (n,) joint position that leads the tool on to a pose nearby, in the base frame.
 
     Args:
-        pose: next pose of the tool.
         before: (n,) joint position before it.
 
     Raises:

@@ -2,7 +2,8 @@
 
 Owns the density of the samples on a tool curve, their solution by inverse kinematics from one to
 the next, the measure of the tool's deviation between samples, and the refusal where the arm would
-have to change its branch. Knows no shape of a curve and no timing. The server's event loop imports
+have to change its branch. Samples are (m,) values of s, joint positions (m, n), and the start is
+(n,), see `settle_start`. Knows no shape of a curve and no timing. The server's event loop imports
 this module, so inverse kinematics is imported only by the function that searches.
 """
 
@@ -50,7 +51,6 @@ def follow_tool_curve(
     added: the samples themselves are inside.
 
     Args:
-        start: (n,) where the robot stands; see `settle_start`.
         curve: begins at the tool's present pose, in the base frame.
 
     Returns:
@@ -110,21 +110,12 @@ class _Follower:
         return np.array(joints)
 
     def jumps(self, joints: Array) -> Array:
-        """Return for each of m - 1 spans the greatest joint step, relative to what is accepted.
-
-        Args:
-            joints: (m, n).
-        """
+        """Return for each of m - 1 spans the greatest joint step, relative to what is accepted."""
         steps: Array = (np.abs(np.diff(joints, axis=0)) / self.greatest_step).max(axis=1)
         return steps
 
     def strays(self, s: Array, joints: Array) -> NDArray[np.bool_]:
-        """Return for each of m - 1 spans True if the path leaves the curve, or a joint its range.
-
-        Args:
-            s: (m,) the samples.
-            joints: (m, n) the joint positions there.
-        """
+        """Return for each of m - 1 spans if the path leaves the curve, or a joint its range."""
         path = JointSpline(joints)
         inside = np.arange(1, _DENSER) / _DENSER
         knots = path.knots[:-1, np.newaxis] + np.diff(path.knots)[:, np.newaxis] * inside

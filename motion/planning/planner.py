@@ -5,7 +5,8 @@ and check the resulting path as it will be driven. Search and shortening check s
 keep a margin. Only the last check decides, and where it finds a contact the work is repeated at a
 finer resolution. A path that has not passed it is never returned. Owns also the choice of a goal
 for a tool pose: the joint position that inverse kinematics finds from where the robot stands if it
-is free, else the first free one from random seeds.
+is free, else the first free one from random seeds. Joint positions are (n,) [rad or m]; a start is
+treated by `settle_start`.
 
 The effort is counted in samples, so that the same seed gives the same path on any machine; time is
 only an outer limit. (OMPL, where it is installed, and the built-in search give different paths.)
@@ -104,8 +105,6 @@ def plan_free_path(
 
     Args:
         collision: the same robot in its scene.
-        start: (n,) where the robot stands; see `settle_start`.
-        goal: (n,) target.
         planner: one of `planners()`.
         seed: the same number gives the same path; 0 to 2³¹ - 1.
         time_limit: greatest duration by `clock` [s].
@@ -287,12 +286,6 @@ def free_joint_position(
     random_seed: int = 0,
 ) -> Array:
     """Return an (n,) joint position that reaches a pose without contact.
-
-    Args:
-        pose: target pose of the tool, in `frame`.
-        near: (n,) joint position that the robot comes from.
-        frame: `base` or `root`.
-        random_seed: the same number gives the same answer.
 
     Raises:
         PoseUnreachable: no joint position reaches the pose.

@@ -5,7 +5,8 @@ of one, and a slow motion that always exists. The solver obeys limits at the gri
 its answer is evaluated here (with a constant path acceleration between grid points), measured in
 between, and slowed down by the worst excess. Joint vectors are controller-side driven joints in
 file order [rad or m, s]; s is the path parameter of `joint_curves`, q' and q'' the path's
-derivatives by it.
+derivatives by it. A grid is (g,) path positions; in the bounds of a solver's rate, slope and bend
+are (g, n), q' and q'' of each joint in units of its acceleration limit.
 
 On a step of length Δs with the path acceleration u, from the path velocity v to v₊:
 
@@ -247,10 +248,6 @@ def rate_from_rest(grid: Array, slope: Array) -> Array:
     that the limits allow. Without it a solver's numbers may be thousands of times those of its
     answer, and it fails for rounding, as toppra did on short lines past a wrist singularity.
 
-    Args:
-        grid: (g,) path positions.
-        slope: (g, n) first derivative of the path, each joint in units of its acceleration limit.
-
     Returns:
         (g,), infinite where no joint moves.
     """
@@ -274,13 +271,7 @@ def steady_rate(grid: Array, slope: Array, bend: Array, greatest_rate: Array) ->
     anywhere, so that it exists for every path.
 
     Args:
-        grid: (g,) from 0 to 1.
-        slope: (g, n) first derivative of the path, each joint in units of its acceleration limit.
-        bend: (g, n) second derivative likewise.
         greatest_rate: (g,) that the other limits allow.
-
-    Returns:
-        (g,) rates from rest to rest.
     """
     gain = 0.5 / float(np.abs(slope).max())
     with np.errstate(divide="ignore"):
@@ -315,7 +306,6 @@ class VelocityProfile:
         """Return the profile with given rates at the grid points.
 
         Args:
-            grid: (g,) path positions, increasing.
             rate: (g,) path velocities, 0 or more, no two successive ones 0 [unit of s per s].
         """
         steps = np.diff(grid)
@@ -406,12 +396,7 @@ class VelocityProfile:
 
 
 def measured_places(path: Path, grid: Array) -> Array:
-    """Return the (g - 1, places) path positions where a run is measured, ends of steps included.
-
-    Args:
-        path: the path; its knots set the density.
-        grid: (g,) path positions of the profile.
-    """
+    """Return the (g - 1, places) path positions where a run is measured, ends of steps included."""
     steps = len(grid) - 1
     count = max(_MEASURED * len(path.knots) // steps, _LEAST_MEASURED)
     ahead = np.diff(grid)[:, np.newaxis] * (np.arange(count + 1) / count)

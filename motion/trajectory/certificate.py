@@ -136,13 +136,9 @@ def certify(
 
 @dataclass(frozen=True, slots=True)
 class StraightCertificate:
-    """Result of the check; it exists only for a move that passed.
+    """Result of the check; it exists only for a move that passed; fields as of `Certificate`.
 
     Attributes:
-        sample_period: time between samples [s].
-        duration: of the move [s].
-        position_margin: least distance of a joint from its limits [rad or m].
-        position_joint: name of that joint.
         start_distance: of the first sample from where the robot stands [rad or m].
     """
 

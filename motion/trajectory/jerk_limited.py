@@ -2,7 +2,7 @@
 
 Owns the use of ruckig (Berscheid and Kröger, "Jerk-limited Real-time Trajectory Generation with
 Arbitrary Target States", RSS 2021), an optional library that is imported when first used and by no
-other module. Joint vectors are controller-side driven joints in file order.
+other module. Joint vectors are (n,) controller-side driven joints in file order [rad or m, s].
 
 A move that starts at rest, or along the line to its goal, is a straight line in joint space. It is
 solved as one motion of the fraction of the line, whose limits are those of the joint that each
@@ -61,13 +61,11 @@ def jerk_limited_move(
 
     Args:
         start: (n,) where the robot is [rad or m]; see `settle_start` for feedback noise.
-        goal: (n,) target [rad or m].
         jerk: (n,) greatest jerk [rad/s³ or m/s³]; `jerk_limits(limits)` if None.
         start_velocity: (n,) velocity at the start [rad/s or m/s]; at rest if None.
         start_acceleration: (n,) acceleration at the start [rad/s² or m/s²]; 0 if None.
         speed: fraction of the velocity limits; the other limits always hold in full. A start that
             is faster slows down to it first.
-        sample_period: time between samples [s].
 
     Raises:
         LibraryMissing: ruckig is not installed.

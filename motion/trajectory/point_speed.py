@@ -73,9 +73,6 @@ class ToolSpeedLimit:
         (p(q + h d) - p(q - h d)) / 2h with d scaled so that no joint steps farther than h. It is
         smooth wherever q' is continuous, knots included.
 
-        Args:
-            s: (m,) path positions, 0 to the path's length.
-
         Returns:
             (m,) |dp/ds|: `unit` times seconds, [m] or [rad], per unit of s.
         """

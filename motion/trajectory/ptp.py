@@ -1,7 +1,8 @@
 """Point-to-point motion: the fastest straight joint move from rest to rest, in closed form.
 
 Owns the trapezoidal profile of the common path parameter. The server plans such moves on its event
-loop, so `straight_move` is plain arithmetic and takes about 10 µs.
+loop, so `straight_move` is plain arithmetic and takes about 10 µs. Joint positions are (n,) [rad or
+m]; a start is treated by `settle_start`. The sample period is in s.
 """
 
 from __future__ import annotations
@@ -118,10 +119,7 @@ def straight_move(
     samples compared with the continuous optimum.
 
     Args:
-        start: (n,) where the robot stands [rad or m]; see `settle_start` for feedback noise.
-        goal: (n,) target [rad or m].
         speed: fraction of the velocity limits; the acceleration limits always hold in full.
-        sample_period: time between samples [s].
 
     Raises:
         WrongJointCount, NotFinite: start or goal is not one finite value per joint.
@@ -159,12 +157,6 @@ def plan_joint_move(
     sample_period: float = SAMPLE_PERIOD,
 ) -> Trajectory:
     """Return all samples of a `straight_move`, with its arguments.
-
-    Args:
-        start: (n,) controller-side [rad or m].
-        goal: (n,) likewise.
-        speed: fraction of the velocity limits, more than 0 and at most 1.
-        sample_period: time between samples [s].
 
     Raises:
         MotionError: as of `straight_move`.

@@ -3,7 +3,8 @@
 Owns the meaning of a joint vector for it: six leg lengths, in file order [m], so the limits are
 those of prismatic joints. Inverse kinematics is a formula, forward kinematics a search, the reverse
 of a serial arm; the caller sees no difference. Frames: `base` is the base plate's frame, which
-`root` coincides with; the tool is the platform. Knows no path.
+`root` coincides with; the tool is the platform. Twists are (6,) [v; ω], accelerations (6,) [v̇; ω̇].
+Knows no path.
 
 Owns also that search for the pose at six leg lengths, and the proof that its answer is the right
 one. Six lengths fit up to 40 poses (Raghavan 1993; Merlet, Parallel Robots, chapter 4); only one of
@@ -178,12 +179,7 @@ class StewartKinematics:
         return tuple(self.legs.lengths(self.legs.home).tolist())
 
     def inverse(self, pose: Pose, frame: str = "base") -> Array:
-        """Return the (6,) leg lengths that hold the platform at a pose.
-
-        Args:
-            pose: of the platform, in `frame`.
-            frame: `base` or `root`.
-        """
+        """Return the (6,) leg lengths that hold the platform at a pose."""
         return self.workspace.check(self.to_base(pose, frame))
 
     def solve(
@@ -192,9 +188,7 @@ class StewartKinematics:
         """Return the answer as `ik.solve` for a serial arm; there is one, whatever the seed.
 
         Args:
-            target: of the platform, in `frame`.
             seed: (6,) leg lengths, checked and otherwise not used.
-            frame: `base` or `root`.
         """
         from ..ik.ik import Solution
 
@@ -221,7 +215,6 @@ class StewartKinematics:
 
         Args:
             joint_position: (6,) leg lengths [m]; the strokes are not checked.
-            frame: `base` or `root`, which are one.
             link: the platform's link or the root's; the platform's if None.
             seed: where the search starts first; home if None. It saves time and changes nothing.
         """
@@ -274,11 +267,6 @@ class StewartKinematics:
 
     def check_motion(self, pose: Pose, twist: Array, acceleration: Array) -> LegMotion:
         """Check the rates and accelerations of the legs in a platform motion, and return them.
-
-        Args:
-            pose: of the platform, in the base.
-            twist: (6,) [v; ω], m/s and rad/s.
-            acceleration: (6,) [v̇; ω̇].
 
         Raises:
             TooFast: a leg would be faster than its limit.

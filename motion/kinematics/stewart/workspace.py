@@ -65,6 +65,8 @@ class PlatformWorkspace:
     Attributes:
         bounds: (6,) of x, y, z [m] and roll, pitch, yaw [rad] about home, each alone.
         cone: greatest swing of a leg at an anchor [rad].
+
+    Poses are of the platform in the base; `fraction` is the place on a path, 0 to 1, for refusals.
     """
 
     def __init__(self, robot: ParallelRobot, legs: Legs, limits: JointLimits) -> None:
@@ -102,10 +104,6 @@ class PlatformWorkspace:
     def check(self, pose: Pose, fraction: float | None = None) -> Array:
         """Check a pose against every limit; return its (6,) leg lengths, inside the strokes.
 
-        Args:
-            pose: in the base.
-            fraction: how far along a path it lies, for the refusal.
-
         Raises:
             PlatformLimit: the first limit that the pose breaks: a stroke, a cone, the workspace.
         """
@@ -124,10 +122,6 @@ class PlatformWorkspace:
     def check_posture(self, pose: Pose, fraction: float | None = None) -> None:
         """Check the limits of a pose that no leg's length shows: cones [rad] and workspace [1].
 
-        Args:
-            pose: of the platform in `base` [m].
-            fraction: place on a path, 0 to 1, for the error.
-
         Raises:
             PlatformLimit: a leg swings too far, or the workspace is left.
         """
@@ -143,9 +137,7 @@ class PlatformWorkspace:
         """Check the workspace rule alone, with some slack.
 
         Args:
-            pose: of the platform in `base` [m].
             slack: greatest excess of the sum of |coordinate| / bound over 1.
-            fraction: place on a path, 0 to 1, for the error.
 
         Raises:
             PlatformLimit: the sum is greater than 1 and the slack.
