@@ -67,7 +67,31 @@ class Path(Protocol):
         """Return the least and the greatest position of each joint on the path, each (n,)."""
 
 
-class JointSpline:
+class WaypointPath:
+    """Members that the paths through waypoints share."""
+
+    knots: Array
+    waypoint_knots: Indices
+    _points: Array
+
+    @property
+    def length(self) -> float:
+        """End of the domain of s."""
+        return float(self.knots[-1])
+
+    @property
+    def dof(self) -> int:
+        """Number of joints."""
+        return int(self._points.shape[1])
+
+    @property
+    def goal(self) -> Array:
+        """(n,) the last waypoint."""
+        goal: Array = self._points[-1]
+        return goal
+
+
+class JointSpline(WaypointPath):
     """Twice continuously differentiable cubic curve through waypoints.
 
     Knots are spaced by the chords. At both ends the curve starts along its chord: of the usual end
@@ -105,10 +129,10 @@ class JointSpline:
             _check_rows(points, limits)
         kept, place = _distinct(points)
         self._points = points[kept]
-        self.waypoint_knots: Indices = place if taught is None else place[list(taught)]
+        self.waypoint_knots = place if taught is None else place[list(taught)]
         chords = np.diff(self._points, axis=0)
         spans = np.sqrt(np.einsum("ij,ij->i", chords, chords))
-        self.knots: Array = np.concatenate(([0.0], np.cumsum(spans)))
+        self.knots = np.concatenate(([0.0], np.cumsum(spans)))
         # Spans as differences of the rounded knots, so that a piece ends where the next begins.
         spans = np.diff(self.knots)[:, np.newaxis]
         slopes = chords / spans
@@ -121,22 +145,6 @@ class JointSpline:
         )
         if limits is not None:
             check_extent(self, limits)
-
-    @property
-    def length(self) -> float:
-        """End of the domain of s: the sum of the chords."""
-        return float(self.knots[-1])
-
-    @property
-    def dof(self) -> int:
-        """Number of joints."""
-        return int(self._points.shape[1])
-
-    @property
-    def goal(self) -> Array:
-        """(n,) the last waypoint."""
-        goal: Array = self._points[-1]
-        return goal
 
     def evaluate(self, s: Array, order: int = 0) -> Array:
         """Return the (m, n) position (order 0) or derivative by s (1, 2) at s: (m,)."""
