@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -160,18 +160,6 @@ class VisualShape:
     pose: Pose
     colour: str
 
-    def as_data(self) -> dict[str, Any]:
-        """Return the shape as JSON can hold it: metres, quaternion x, y, z, w."""
-        return {
-            "link": self.link,
-            "form": self.form.value,
-            "part": self.part.value,
-            "size": list(self.size),
-            "xyz": self.pose.position.tolist(),
-            "quat": self.pose.quaternion.tolist(),
-            "colour": self.colour,
-        }
-
 
 @dataclass(frozen=True, slots=True)
 class Strut:
@@ -185,16 +173,6 @@ class Strut:
     diameter: float
     colour: str
 
-    def as_data(self) -> dict[str, Any]:
-        """Return the strut as JSON can hold it."""
-        return {
-            "name": self.name,
-            "from": {"link": self.first_link, "xyz": list(self.first)},
-            "to": {"link": self.second_link, "xyz": list(self.second)},
-            "diameter": self.diameter,
-            "colour": self.colour,
-        }
-
 
 @dataclass(frozen=True, slots=True)
 class RobotVisuals:
@@ -203,14 +181,6 @@ class RobotVisuals:
     name: str
     shapes: tuple[VisualShape, ...]
     struts: tuple[Strut, ...] = ()
-
-    def as_data(self) -> dict[str, Any]:
-        """Return the visuals as JSON can hold them."""
-        return {
-            "name": self.name,
-            "shapes": [shape.as_data() for shape in self.shapes],
-            "struts": [strut.as_data() for strut in self.struts],
-        }
 
 
 # Proportions. Lengths that a file does not give are fractions of the arm's length.
