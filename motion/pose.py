@@ -133,23 +133,13 @@ class Pose:
         return rotation_distance(self.quaternion, other.quaternion)
 
     def interpolate(self, other: Pose, fraction: float) -> Pose:
-        """Return the pose at a fraction of the path to another: straight line and even rotation.
-
-        Args:
-            other: the pose at fraction 1.
-            fraction: 0 to 1.
-        """
+        """Return the pose at a fraction of the path to another: straight line and even rotation."""
         position = (1.0 - fraction) * self.position + fraction * other.position
         return Pose(position, slerp(self.quaternion, other.quaternion, fraction))
 
 
 class PoseArray(NamedTuple):
-    """Poses as arrays, m of them, such as the tool's along a curve.
-
-    Attributes:
-        rotation: (m, 3, 3).
-        position: (m, 3) [m].
-    """
+    """Poses as arrays, (m, 3, 3) and (m, 3) [m], such as the tool's along a curve."""
 
     rotation: Array
     position: Array
@@ -163,7 +153,6 @@ def slerp(start: Array, goal: Array, fraction: float) -> Array:
     Args:
         start: (4,) x, y, z, w at fraction 0.
         goal: (4,) x, y, z, w at fraction 1.
-        fraction: 0 to 1.
 
     Returns:
         (4,) unit quaternion, w not negative.

@@ -20,14 +20,10 @@ _UINT32 = struct.Struct("<I")
 
 @dataclass(frozen=True, slots=True)
 class JointLimits:
-    """Limits of the driven joints, controller side.
+    """Limits of the driven joints, controller side: positions [rad or m], speeds and accelerations.
 
     Attributes:
         names: joint names, wire order.
-        lower: least position [rad or m].
-        upper: greatest position [rad or m].
-        velocity: greatest speed [rad/s or m/s].
-        acceleration: greatest acceleration [rad/s² or m/s²].
         prismatic: True if the joint is measured in metres.
 
     Raises:

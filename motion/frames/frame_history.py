@@ -140,8 +140,6 @@ class FrameHistory:
         """Return the pose of the frame `source` in the frame `target`, now or at a time.
 
         Args:
-            source: the frame that something is given in.
-            target: the frame that it is wanted in.
             time: [ns]; None for the newest pose of every frame.
 
         Raises:

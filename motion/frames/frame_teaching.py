@@ -62,7 +62,6 @@ def frame_from_three_points(
     `on_y_side` has y > 0: Gram and Schmidt's construction.
 
     Args:
-        origin: (3,) the origin [m].
         on_x: (3,) any point on the positive x axis [m].
         on_y_side: (3,) any point of the xy plane with y > 0 [m].
 

@@ -196,7 +196,6 @@ class FrameTree:
 
         Args:
             name: a user frame or a tool.
-            pose: its new pose in its parent.
             parent: a new parent; None for the present one.
 
         Raises:
@@ -268,8 +267,6 @@ class FrameTree:
         and `transform_twist` do the same for points, vectors and twists.
 
         Args:
-            source: the frame that something is given in.
-            target: the frame that it is wanted in.
             places: poses of the frames of `moving_between` in their parents.
 
         Raises:
@@ -324,7 +321,6 @@ def transform_point(transform: Pose, point: Sequence[float] | Array) -> Array:
 
     Args:
         transform: the source frame in the target frame, as of `FrameTree.transform`.
-        point: (3,) [m].
 
     Raises:
         BadArgument, NotFinite: not three finite values.

@@ -149,7 +149,6 @@ class CartesianJogMotion:
     """Tool in Cartesian jog, moving or at rest.
 
     Attributes:
-        position: (n,) the last set-point [rad or m].
         speed: dσ/dt of the last set-point: share of the full speeds of the caps.
         twist: the direction at full speed.
         point_speed: greatest speed of tool centre point and elbow [m/s].

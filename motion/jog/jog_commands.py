@@ -88,8 +88,6 @@ class JogSetpoint(NamedTuple):
     """One set-point of a jog.
 
     Attributes:
-        position: (n,) controller-side [rad or m].
-        velocity: (n,) [rad/s or m/s].
         acceleration: (n,) mean since the last set-point [rad/s² or m/s²].
         scale: share of the asked speed that is left, 0 to 1; 1 while a ramp is still rising.
         cause: what takes the rest of the speed; None if nothing does.

@@ -51,11 +51,7 @@ BLOCK = 64
 
 
 class UndoPath:
-    """Path of one jog.
-
-    Attributes:
-        tolerance: greatest distance of a set-point from what is kept, in units of each joint.
-    """
+    """Path of one jog."""
 
     def __init__(
         self, start: Sequence[float], units: Sequence[float], tolerance: float = TOLERANCE

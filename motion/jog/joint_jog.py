@@ -146,7 +146,6 @@ class JointJogMotion:
     """Joints in a joint jog, moving or at rest.
 
     Attributes:
-        position: (n,) the last set-point [rad or m].
         scale: share of the asked speed that limits leave, of the joint that they leave least.
         cause: what takes the rest.
     """

@@ -60,7 +60,6 @@ def first_contact(
 
     Args:
         path: a path, or (w, n) waypoints joined by straight lines in joint space.
-        margin: distance that counts as touching [m].
         resolution: greatest travel of a joint between samples [rad or m].
 
     Raises:

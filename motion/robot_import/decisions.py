@@ -175,7 +175,6 @@ class Decisions:
         """Return a person's answer, or the default.
 
         Args:
-            show: returns a value in words.
             parse: reads an answer; raises `BadArgument` for one that is not accepted.
         """
         if self._strict:

@@ -259,7 +259,6 @@ class CollisionModel:
 
         Args:
             joint_positions: (m, n) controller-side, finite float64; not checked, for speed.
-            margin: distance that counts as touching [m].
         """
         data = self._with_margin(max(margin, TOUCHING))
         return any(

@@ -118,8 +118,6 @@ class SceneObject:
     """Named body of a scene.
 
     Attributes:
-        name: unique in its scene.
-        shape: its form, about its own frame.
         position: of its frame [m].
         quaternion: of its frame, x, y, z, w; normalised on the way in.
         frame: `base` or `root`, the frame of the pose unless a link holds the object.

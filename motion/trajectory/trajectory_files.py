@@ -30,10 +30,6 @@ _NS = 1_000_000_000
 def to_csv(trajectory: Trajectory, limits: JointLimits) -> str:
     """Return a trajectory as CSV.
 
-    Args:
-        trajectory: m samples of n joints.
-        limits: the names and units of the joints.
-
     Raises:
         WrongJointCount: the trajectory is of another robot.
     """
@@ -53,7 +49,6 @@ def from_csv(text: str, limits: JointLimits) -> Trajectory:
 
     Args:
         text: the whole file; a byte-order mark and any line ends are accepted.
-        limits: limits of the expected joints, in their order.
 
     Raises:
         BadArgument: a line or column that is not as written; with its number or name, and what
@@ -80,9 +75,6 @@ def from_csv(text: str, limits: JointLimits) -> Trajectory:
 
 def to_ros_yaml(trajectory: Trajectory, limits: JointLimits) -> str:
     """Return a trajectory as YAML in the layout of ROS `trajectory_msgs/JointTrajectory`.
-
-    Args:
-        trajectory: m samples of n joints.
 
     Raises:
         WrongJointCount: the trajectory is of another robot.

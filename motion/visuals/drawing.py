@@ -81,9 +81,8 @@ def draw(
 ) -> tuple[Facet, ...]:
     """Return the polygons that show a robot on a tiled floor, the farthest first.
 
-    Args:
-        joint_position: (n,) controller-side joints [rad or m], or the pose variables of a parallel
-            robot about home; home if not given.
+    The joint position is (n,) controller-side [rad or m], for a parallel robot its pose variables
+    about home; home if None.
 
     Raises:
         WrongJointCount, NotFinite: not one finite value per driven joint.

@@ -70,9 +70,6 @@ def configuration_of(
 ) -> Configuration | None:
     """Return the flags of a joint position; None if the robot's family has none.
 
-    Args:
-        joint_position: (n,) controller-side [rad or m]; limits are not checked.
-
     Raises:
         WrongJointCount, NotFinite: not one finite value per driven joint.
     """
@@ -87,11 +84,7 @@ def configuration_of(
 def flags(
     form: ClosedForm, kinematics: Kinematics, joint_position: Sequence[float]
 ) -> Configuration:
-    """Return the flags of a joint position, without checks.
-
-    Args:
-        joint_position: (n,) controller-side [rad or m].
-    """
+    """Return the flags of a joint position, without checks."""
     measures = form.measures(kinematics.robot.to_model(joint_position))
     return Configuration(
         Shoulder.FRONT if measures.shoulder >= 0.0 else Shoulder.BACK,

@@ -72,9 +72,6 @@ class Dexterity:
 def dexterity(kinematics: Kinematics, joint_position: Sequence[float] | Array) -> Dexterity:
     """Return the dexterity at a joint position.
 
-    Args:
-        joint_position: (n,) controller-side [rad or m]; limits are not checked.
-
     Raises:
         WrongJointCount, NotFinite: not one finite value per driven joint.
     """

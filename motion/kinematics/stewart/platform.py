@@ -136,8 +136,6 @@ class StewartKinematics:
     """Kinematics of one platform; it keeps no state, so the same question has one answer.
 
     Attributes:
-        limits: stroke, rate and acceleration of the legs.
-        workspace: the limits that belong to a pose.
         lower: (6,) least leg length [m], read-only.
         upper: (6,) greatest leg length [m], read-only.
         turning: (6,) False: no leg has revolutions.
