@@ -16,7 +16,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import ClassVar
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument, CertificateRefused, WrongJointCount
@@ -32,19 +33,54 @@ from .sample_checks import (
     PointSpeed,
     check_jerk,
     check_tool_speed,
+    refuse,
 )
 from .trajectory import Trajectory
 
 
 @dataclass(frozen=True, slots=True)
-class Certificate:
-    """Result of the check; it exists only for a trajectory that passed.
+class _Certified:
+    """Result of a check; it exists only for a motion that passed.
 
     Attributes:
         sample_period: time between samples [s].
         duration: of the motion [s].
         position_margin: least distance of a joint from its limits [rad or m].
         position_joint: name of that joint.
+    """
+
+    method: ClassVar[dict[str, object]] = {}
+
+    samples: int
+    sample_period: float
+    duration: float
+    position_margin: float
+    position_joint: str
+    velocity: Extreme
+    acceleration: Extreme
+
+    @property
+    def valid(self) -> bool:
+        """True always: a motion that fails gets a refusal and no certificate."""
+        return True
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the certificate as plain data for JSON."""
+        values = {field.name: _plain(getattr(self, field.name)) for field in fields(self)}
+        return {"valid": self.valid} | self.method | values
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, Extreme | PointSpeed):
+        return value._asdict()
+    return [_plain(each) for each in value] if isinstance(value, tuple) else value
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate(_Certified):
+    """Certificate of a trajectory, by its samples.
+
+    Attributes:
         mean_velocity: the greatest difference quotient of positions.
         mean_acceleration: the greatest difference quotient of velocities.
         second_difference: the greatest second difference of positions.
@@ -54,13 +90,6 @@ class Certificate:
             not given.
     """
 
-    samples: int
-    sample_period: float
-    duration: float
-    position_margin: float
-    position_joint: str
-    velocity: Extreme
-    acceleration: Extreme
     mean_velocity: Extreme
     mean_acceleration: Extreme
     second_difference: Extreme
@@ -70,20 +99,18 @@ class Certificate:
     tool_speed: tuple[PointSpeed, ...] = ()
     jerk: Extreme | None = None
 
-    @property
-    def valid(self) -> bool:
-        """True always: a trajectory that fails gets a refusal and no certificate."""
-        return True
 
-    def as_dict(self) -> dict[str, object]:
-        """Return the certificate as plain data for JSON."""
-        fields = {field: getattr(self, field) for field in self.__slots__}
-        data: dict[str, object] = {"valid": self.valid} | {
-            name: value._asdict() if isinstance(value, Extreme) else value
-            for name, value in fields.items()
-        }
-        data["tool_speed"] = [point._asdict() for point in self.tool_speed]
-        return data
+@dataclass(frozen=True, slots=True)
+class StraightCertificate(_Certified):
+    """Certificate of a straight move, by its numbers.
+
+    Attributes:
+        start_distance: of the first sample from where the robot stands [rad or m].
+    """
+
+    method: ClassVar[dict[str, object]] = {"method": "closed form"}
+
+    start_distance: float
 
 
 def certify(
@@ -134,37 +161,6 @@ def certify(
     )
 
 
-@dataclass(frozen=True, slots=True)
-class StraightCertificate:
-    """Result of the check; it exists only for a move that passed; fields as of `Certificate`.
-
-    Attributes:
-        start_distance: of the first sample from where the robot stands [rad or m].
-    """
-
-    samples: int
-    sample_period: float
-    duration: float
-    position_margin: float
-    position_joint: str
-    velocity: Extreme
-    acceleration: Extreme
-    start_distance: float
-
-    @property
-    def valid(self) -> bool:
-        """True always: a move that fails gets a refusal and no certificate."""
-        return True
-
-    def as_dict(self) -> dict[str, object]:
-        """Return the certificate as plain data for JSON."""
-        fields = {field: getattr(self, field) for field in self.__slots__}
-        return {"valid": self.valid, "method": "closed form"} | {
-            name: value._asdict() if isinstance(value, Extreme) else value
-            for name, value in fields.items()
-        }
-
-
 def certify_straight_move(
     move: StraightMove, limits: JointLimits, *, start: Sequence[float]
 ) -> StraightCertificate:
@@ -196,16 +192,16 @@ def certify_straight_move(
         # Both ends suffice: the path parameter never reverses.
         if not (lower <= here <= upper and lower <= there <= upper):
             value, time = (there, move.duration) if lower <= here <= upper else (here, 0.0)
-            _refuse("position", limits, joint, value, lower if value < lower else upper, time)
+            refuse(limits, "position", joint, value, lower if value < lower else upper, time)
         span = abs(there - here)
         # A joint moves by its span times the path parameter, so its speed is span · rate.
         if not span * top_rate <= speed * (1.0 + VELOCITY_TOLERANCE):
-            _refuse("velocity", limits, joint, span * top_rate, speed, ramp * period, "/s")
+            refuse(limits, "velocity", joint, span * top_rate, speed, ramp * period, "/s")
         if not span * top_gain <= gain * (1.0 + ACCELERATION_TOLERANCE):
-            _refuse("acceleration", limits, joint, span * top_gain, gain, 0.0, "/s²")
+            refuse(limits, "acceleration", joint, span * top_gain, gain, 0.0, "/s²")
         gap = abs(here - stands)
         if not gap <= START_TOLERANCE:
-            _refuse("start", limits, joint, gap, START_TOLERANCE, 0.0)
+            refuse(limits, "start", joint, gap, START_TOLERANCE, 0.0)
         fastest = max(fastest, (span * top_rate / speed, joint))
         sharpest = max(sharpest, (span * top_gain / gain, joint))
         spare = min(here - lower, there - lower, upper - here, upper - there)
@@ -224,17 +220,3 @@ def certify_straight_move(
         Extreme(sharpest[0], names[sharpest[1]], 0.0),
         distance,
     )
-
-
-def _refuse(
-    check: str,
-    limits: JointLimits,
-    joint: int,
-    value: float,
-    limit: float,
-    time: float,
-    per: str = "",
-) -> None:
-    kind = check if math.isfinite(value) else "finite"
-    unit = limits.unit(joint) + per
-    raise CertificateRefused(kind, limits.names[joint], value, limit, time, unit)

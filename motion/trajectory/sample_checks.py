@@ -328,16 +328,22 @@ class Inspection:
     def _refuse(
         self, check: str, joint: int, value: float, limit: float, sample: int, per: str = ""
     ) -> NoReturn:
-        if not math.isfinite(value):
-            check = "finite"
-        raise CertificateRefused(
-            check,
-            self.limits.names[joint],
-            value,
-            limit,
-            float(self.times[sample]),
-            self.limits.unit(joint) + per,
-        )
+        refuse(self.limits, check, joint, value, limit, float(self.times[sample]), per)
+
+
+def refuse(
+    limits: JointLimits,
+    check: str,
+    joint: int,
+    value: float,
+    limit: float,
+    time: float,
+    per: str = "",
+) -> NoReturn:
+    """Refuse a joint's value at a time [s], whose unit is that of the position and `per`."""
+    kind = check if math.isfinite(value) else "finite"
+    unit = limits.unit(joint) + per
+    raise CertificateRefused(kind, limits.names[joint], value, limit, time, unit)
 
 
 def _worst_joint(values: Sequence[float]) -> int:
