@@ -184,11 +184,7 @@ class UnknownRobot(MotionError, code="unknown-robot"):
 
 
 class UnsupportedKind(MotionError, code="unsupported-kind"):
-    """The robot is of a kind for which `what` does not exist.
-
-    Attributes:
-        what: what was asked for, as it stands behind "no".
-    """
+    """The robot is of a kind for which `what`, as it stands behind "no", does not exist."""
 
     name: str
     kind: str

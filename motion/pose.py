@@ -64,11 +64,7 @@ class Pose:
 
     @classmethod
     def from_values(cls, position: Sequence[float], quaternion: Sequence[float]) -> Pose:
-        """Return a pose from plain numbers: (3,) position [m] and (4,) quaternion x, y, z, w.
-
-        Raises:
-            BadArgument, NotFinite: as of a `Pose`.
-        """
+        """Return a pose of (3,) position [m] and (4,) quaternion x, y, z, w, refused as `Pose`."""
         return cls(np.array(position, dtype=np.float64), np.array(quaternion, dtype=np.float64))
 
     @classmethod
@@ -92,11 +88,7 @@ class Pose:
 
     @classmethod
     def from_matrix(cls, rotation: Array, position: Sequence[float] | Array) -> Pose:
-        """Return a pose from a (3, 3) rotation matrix and a position [m].
-
-        Raises:
-            NotFinite: a value is infinite or not a number.
-        """
+        """Return a pose of a (3, 3) rotation matrix and a position [m], or raise `NotFinite`."""
         return cls(np.asarray(position, dtype=np.float64), matrix_to_quaternion(rotation))
 
     @property

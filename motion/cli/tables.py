@@ -41,11 +41,7 @@ def print_list(robots: Iterable[Robot]) -> None:
 
 
 def print_robot(robot: Robot, dh_exactness: str = "") -> None:
-    """Print a robot's specification, limits, DH table, home and coupling.
-
-    Args:
-        dh_exactness: difference of the DH table from the joints, in words.
-    """
+    """Print a robot's specification, limits, home, coupling and DH table, with its exactness."""
     console = terminal()
     console.print(Text(f"{robot.name}: {robot.manufacturer} {robot.model}"), style="bold")
     console.print(_facts(robot))

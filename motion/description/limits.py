@@ -93,11 +93,7 @@ class JointLimits:
                 raise OutOfRange(name, float(value), lower, upper, unit, index)
 
     def check_velocity(self, velocity: Sequence[float]) -> None:
-        """Check (n,) joint velocities [rad/s or m/s] exactly, either sign.
-
-        Raises:
-            TooFast: the first joint that is faster than its limit.
-        """
+        """Check (n,) velocities [rad/s or m/s] exactly, either sign, or raise `TooFast`."""
         self.check_finite(velocity, "the joint velocity")
         for index, value in enumerate(velocity):
             limit = self.velocity[index]
@@ -105,11 +101,7 @@ class JointLimits:
                 raise TooFast(self.names[index], float(value), limit, self.unit(index), index)
 
     def check_acceleration(self, acceleration: Sequence[float]) -> None:
-        """Check (n,) joint accelerations [rad/s² or m/s²] exactly, either sign.
-
-        Raises:
-            TooSharp: the first joint that accelerates more than its limit.
-        """
+        """Check (n,) accelerations [rad/s² or m/s²] likewise, or raise `TooSharp`."""
         self.check_finite(acceleration, "the joint acceleration")
         for index, value in enumerate(acceleration):
             limit = self.acceleration[index]

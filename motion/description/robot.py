@@ -134,11 +134,7 @@ def robot_from_content(content: Mapping[str, Any], file: str) -> Robot:
 
 
 def validated(model: type[_Facts], content: Mapping[str, Any], file: str) -> _Facts:
-    """Return facts of any kind from a mapping.
-
-    Raises:
-        RobotFileError: a field is missing, unknown or wrong; all that are wrong are in it.
-    """
+    """Return facts of any kind from a mapping, or raise `RobotFileError` with all that is wrong."""
     try:
         return model.model_validate(content, context={"file": file})
     except ValidationError as error:

@@ -102,11 +102,7 @@ def frames_from_json(text: str, file: str = "frames", tree: FrameTree | None = N
 
 
 def save_frames(tree: FrameTree, path: Path) -> None:
-    """Write the frames and tools of users to a file, all or nothing.
-
-    Raises:
-        FrameFileError: the file cannot be written.
-    """
+    """Write the frames and tools of users, all or nothing, or raise `FrameFileError`."""
     beside = path.with_name(path.name + ".new")
     try:
         beside.write_text(frames_to_json(tree), encoding="utf-8")

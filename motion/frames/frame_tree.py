@@ -133,11 +133,7 @@ class FrameTree:
         return _restore, (dict(self.frames), self.selected_tool)
 
     def __getitem__(self, name: str) -> Frame:
-        """Return a frame.
-
-        Raises:
-            FrameUnknown: there is none of that name.
-        """
+        """Return a frame, or raise `FrameUnknown`."""
         try:
             return self.frames[name]
         except (KeyError, TypeError):
@@ -231,11 +227,7 @@ class FrameTree:
         return FrameTree(MappingProxyType(frames), selected)
 
     def remove(self, name: str) -> FrameTree:
-        """Return the tree without a frame.
-
-        Raises:
-            FrameInUse: other frames hang from it, or it is the selected tool.
-        """
+        """Return the tree without a frame; `FrameInUse` for a parent, or the selected tool."""
         self._own(name, "removed")
         users = [frame.name for frame in self.frames.values() if frame.parent == name]
         if name == self.selected_tool:

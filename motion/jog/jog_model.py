@@ -78,11 +78,7 @@ class JogModel:
 def jog_model(
     robot: Mechanism, tcp: Pose | None = None, collision: CollisionModel | None = None
 ) -> JogModel:
-    """Return the model of a serial arm or a platform.
-
-    Raises:
-        BadArgument: the mechanism is neither a serial arm nor a platform.
-    """
+    """Return the model of a serial arm or a platform; `BadArgument` for any other mechanism."""
     if isinstance(robot, SerialMechanism | PlatformMechanism):
         return JogModel(robot.kinematics, tcp, collision)
     accepted = "a SerialMechanism or a PlatformMechanism, as `mechanism` makes of a robot"

@@ -45,11 +45,7 @@ from .line_speed_bounds import lever_arms
 
 
 class Posture(NamedTuple):
-    """Use of a limit that belongs to no single joint.
-
-    Attributes:
-        use: 0 to 1; more is beyond the limit.
-    """
+    """Use of a limit that belongs to no single joint: 0 to 1, more is beyond the limit."""
 
     use: float
     cause: JogCause
@@ -152,11 +148,7 @@ class SerialTool:
     """
 
     def __init__(self, kinematics: Kinematics, tcp: Pose | None = None) -> None:
-        """Mount a tool.
-
-        Args:
-            tcp: the tool centre point in the tool link's frame; the link's origin if None.
-        """
+        """Mount a tool by its centre point in the tool link's frame; the link's origin if None."""
         self._kinematics = kinematics
         self.limits = kinematics.limits
         self.length = kinematics.size / 2.0
@@ -407,11 +399,7 @@ class PlatformTool:
     """
 
     def __init__(self, kinematics: StewartKinematics, tcp: Pose | None = None) -> None:
-        """Mount a tool.
-
-        Args:
-            tcp: the tool centre point in the platform's frame; its origin if None.
-        """
+        """Mount a tool by its centre point in the platform's frame; its origin if None."""
         self._kinematics = kinematics
         self._legs, self._workspace = kinematics.legs, kinematics.workspace
         self.limits = kinematics.limits
@@ -495,11 +483,7 @@ class PlatformTool:
         return JogEscape(tuple(value / greatest for value in way), True)
 
     def _assembly(self, position: Sequence[float]) -> tuple[Pose, Array]:
-        """Return the platform's pose and leg Jacobian at leg lengths.
-
-        Raises:
-            NoAssembly: no pose near the last one has these leg lengths.
-        """
+        """Return pose and leg Jacobian at leg lengths; `NoAssembly` if none is near the last."""
         lengths = list(position)
         for known, pose, jacobian in self._found:
             if known == lengths:

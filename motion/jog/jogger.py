@@ -149,11 +149,7 @@ _BEND_RETRY = 4  # ticks between trials to bend
 
 
 class Jogger:
-    """A jog of one robot.
-
-    Attributes:
-        way: the path so far, for the undo.
-    """
+    """A jog of one robot; `way` is the path so far, for the undo."""
 
     def __init__(self, model: JogModel, start: Sequence[float], caps: JogCaps) -> None:
         """Start at rest.
@@ -189,11 +185,7 @@ class Jogger:
         return list(self._motion.position)
 
     def aim(self, target: JogTarget | None) -> None:
-        """Set the target; None releases.
-
-        Raises:
-            WrongJointCount: there is not one rate per joint.
-        """
+        """Set the target; None releases; `WrongJointCount` for other than one rate per joint."""
         if isinstance(target, JointJog) and len(target.rates) != self._model.dof:
             raise WrongJointCount(len(target.rates), self._model.dof)
         if target != self._target:

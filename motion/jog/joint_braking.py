@@ -210,11 +210,7 @@ class JointLimitBraking:
     """Ends of the joint ranges, for joints that are asked for certain speeds at most."""
 
     def __init__(self, model: JogModel, speeds: Sequence[float]) -> None:
-        """Compute where the ends begin to matter.
-
-        Args:
-            speeds: (n,) greatest speed that is asked of each joint [rad/s or m/s].
-        """
+        """Compute where the ends begin to matter, for (n,) greatest speeds [rad/s or m/s]."""
         self._model = model
         self._speeds = speeds
         joints = zip(speeds, model.limits.acceleration, model.margin, strict=True)

@@ -45,11 +45,7 @@ class LinePoints:
     """Tool centre point and elbow of a serial arm, with bounds of how their velocities bend."""
 
     def __init__(self, kinematics: Kinematics, tcp: Pose | None = None) -> None:
-        """Choose the points.
-
-        Args:
-            tcp: the tool centre point in the tool link's frame; the link's origin if None.
-        """
+        """Choose the points; `tcp` is in the tool link's frame, its origin if None."""
         self._kinematics = kinematics
         offset = (0.0, 0.0, 0.0) if tcp is None else tcp.position.tolist()
         self._points = [kinematics.link_point(offset=offset)]

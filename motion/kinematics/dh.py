@@ -11,7 +11,7 @@ the root link's frame. Source: the `robot.xml` files of RoboAnalyzer 7.1, which 
 usual d.
 
 `moving` is the (r,) chain-side position of each joint that moves [rad or m], dependent ones
-included: one for each row of a table.
+included: one for each row of a table, else `WrongJointCount` or `NotFinite`.
 """
 
 from __future__ import annotations
@@ -39,21 +39,13 @@ class TableDifference(NamedTuple):
 
 
 def dh_forward(table: DhTable, moving: Sequence[float]) -> Pose:
-    """Return the tool's pose in the root link's frame.
-
-    Raises:
-        WrongJointCount, NotFinite: not one finite value per row.
-    """
+    """Return the tool's pose in the root link's frame."""
     placement = _frames(table, moving)[-1] @ _matrix(table.tool)
     return Pose.from_matrix(placement[:3, :3], placement[:3, 3])
 
 
 def dh_frames(table: DhTable, moving: Sequence[float]) -> tuple[Pose, ...]:
-    """Return the table's frames in the root link's frame.
-
-    Returns:
-        Frame 0, whose z is joint 1's axis, and the frame at the end of each row.
-    """
+    """Return the frames in the root link's: 0, with joint 1's axis as z, then each row's end."""
     frames = _frames(table, moving)
     return tuple(Pose.from_matrix(frame[:3, :3], frame[:3, 3]) for frame in frames)
 
@@ -94,22 +86,14 @@ def _matrix(placement: Placement) -> Array:
 
 
 def vrm_of(robot: SerialRobot) -> Vrm:
-    """Return a robot's VRM table.
-
-    Raises:
-        BadArgument: the robot is not one of the module's.
-    """
+    """Return a robot's VRM table, or raise `BadArgument` if it is not one of the module's."""
     if robot.vrm is None:
         raise BadArgument("robot", robot.name, "a robot of RoboAnalyzer's Virtual Robot Module")
     return robot.vrm
 
 
 def vrm_angles(vrm: Vrm, moving: Sequence[float]) -> tuple[float, ...]:
-    """Return the module's joint angles [rad].
-
-    Raises:
-        WrongJointCount: not one value per row.
-    """
+    """Return the module's joint angles [rad]."""
     if len(moving) != len(vrm.rows):
         raise WrongJointCount(len(moving), len(vrm.rows))
     signs, offsets = vrm.map.sign, vrm.map.offset

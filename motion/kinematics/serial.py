@@ -153,11 +153,7 @@ class Kinematics:
     def link_point(
         self, link: str | None = None, offset: Sequence[float] = (0.0, 0.0, 0.0)
     ) -> LinkPoint:
-        """Return a point of a link, for `point_speeds`.
-
-        Args:
-            offset: (3,) in the link's frame [m].
-        """
+        """Return a point of a link by its (3,) offset in its frame [m], for `point_speeds`."""
         x, y, z = offset
         frame = self._tool if link is None else self._link(link)
         return LinkPoint(frame, (x, y, z) if x or y or z else None)

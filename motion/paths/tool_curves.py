@@ -75,11 +75,7 @@ class ToolLine:
     """Straight line of the tool with an even rotation; without distance, a rotation in place."""
 
     def __init__(self, start: Pose, target: Pose) -> None:
-        """Join two poses, the rotation by the lesser angle.
-
-        Raises:
-            NoMotion: they are the same.
-        """
+        """Join two poses, the rotation by the lesser angle; `NoMotion` if they are the same."""
         turn = rotation_between(start, target)
         self.distance = start.position_distance(target)
         angle = math.hypot(*turn)

@@ -80,11 +80,7 @@ def singularity_near(kinematics: ToolKinematics, joint_position: Array) -> str:
 
 
 def leg_of(path: Path, fraction: float) -> tuple[int, float]:
-    """Return the part between two waypoints of a place, from 0, and how far along it, 0 to 1.
-
-    Args:
-        fraction: of the path's length.
-    """
+    """Return the part between two waypoints at a fraction of the length, and how far along it."""
     passed = path.knots[path.waypoint_knots]
     leg = int(np.clip(np.searchsorted(passed, fraction * path.length) - 1, 0, len(passed) - 2))
     begin, end = passed[leg : leg + 2].tolist()

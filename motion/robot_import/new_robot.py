@@ -58,11 +58,7 @@ class Wishes:
 
 
 def configure(chain: ImportedChain, wishes: Wishes, decisions: Decisions) -> dict[str, Any]:
-    """Return the mapping of a robot file for a chain.
-
-    Raises:
-        RobotFileError: the chain is no robot, or facts are missing and may not be assumed.
-    """
+    """Return the mapping of a robot file, or raise `RobotFileError` with what is missing."""
     content: dict[str, Any] = {"schema": SCHEMA, **_model(chain, wishes, decisions)}
     content |= limits(chain, decisions)
     content |= home(chain, wishes.home, wishes.coupling or 0, content, decisions)

@@ -182,11 +182,7 @@ def touching(robot: SerialRobot, position: Sequence[float]) -> tuple[tuple[str, 
 
 
 def free_home(robot: SerialRobot) -> Array | None:
-    """Return the random position nearest to the robot's home where nothing touches.
-
-    Returns:
-        (n,) controller-side [rad or m], or None if all of them touch.
-    """
+    """Return the (n,) random position nearest to home where nothing touches, or None."""
     model = _collision_model(robot)
     random = np.random.default_rng(0)
     lower, upper = np.array(robot.limits.lower), np.array(robot.limits.upper)

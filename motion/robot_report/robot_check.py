@@ -59,11 +59,7 @@ class CheckReport:
 
 
 def check_robot(name_or_path: str | Path) -> CheckReport:
-    """Check a robot of the project, or any robot file.
-
-    Raises:
-        UnknownRobot: the name is no robot's and no file's.
-    """
+    """Check a robot of the project, or any robot file; `UnknownRobot` if it is neither."""
     try:
         robot = load_robot(name_or_path)
     except RobotFileError as error:

@@ -27,11 +27,7 @@ class VrmReport:
 
     @classmethod
     def of(cls, robot: SerialRobot) -> VrmReport:
-        """Return the report of a robot.
-
-        Raises:
-            BadArgument: the robot is not one of the Virtual Robot Module.
-        """
+        """Return the report of a robot; `BadArgument` if it is not of the Virtual Robot Module."""
         table, difference = vrm_of(robot), vrm_difference(robot)
         angles = vrm_angles(table, moving_at_home(robot))
         return cls(robot, table, angles, difference.position, difference.rotation)
@@ -73,11 +69,7 @@ def moving_at_home(robot: SerialRobot) -> tuple[float, ...]:
 
 
 def dh_frames_at_home(robot: SerialRobot) -> tuple[Pose, ...]:
-    """Return the frames of a robot's DH table at home, in the root link's frame.
-
-    Raises:
-        BadArgument: the robot has no DH table.
-    """
+    """Return the DH frames at home in the root link's frame; `BadArgument` without a table."""
     return dh_frames(_table(robot), moving_at_home(robot))
 
 

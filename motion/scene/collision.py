@@ -136,11 +136,7 @@ def link_geometry(shape: LinkShape) -> Any:
 
 
 def object_geometry(shape: Shape) -> Any:
-    """Return the geometry of an object's shape.
-
-    Raises:
-        MeshFileError: a mesh cannot be read.
-    """
+    """Return the geometry of an object's shape; `MeshFileError` if its mesh cannot be read."""
     match shape:
         case Box(size):
             return coal.Box(*size)

@@ -210,22 +210,14 @@ class Scene:
         return tuple(each.name for each in self.objects)
 
     def get(self, name: str) -> SceneObject:
-        """Return an object.
-
-        Raises:
-            UnknownObject: there is none of that name.
-        """
+        """Return an object, or raise `UnknownObject`."""
         for each in self.objects:
             if each.name == name:
                 return each
         raise UnknownObject(name, self.names)
 
     def add(self, added: SceneObject) -> Scene:
-        """Return the scene with one more object.
-
-        Raises:
-            DuplicateObject: the name is taken.
-        """
+        """Return the scene with one more object; `DuplicateObject` if the name is taken."""
         return self._changed(objects=(*self.objects, added))
 
     def move(self, name: str, pose: Pose, frame: str = "base") -> Scene:
@@ -290,11 +282,7 @@ class Scene:
         return self._changed(allowed=self.allowed | {_pair(first, second)})
 
     def forbid(self, first: str, second: str) -> Scene:
-        """Return the scene in which two bodies no longer may touch.
-
-        Raises:
-            BadArgument: they were not allowed to.
-        """
+        """Return the scene in which two bodies may no longer touch, or raise `BadArgument`."""
         pair = _pair(first, second)
         if pair not in self.allowed:
             raise BadArgument("pair", pair, "a pair that is allowed to touch")

@@ -123,11 +123,7 @@ def load_scene(path: str | Path, links: Sequence[str] | None = None) -> Scene:
 
 
 def save_scene(scene: Scene, path: str | Path) -> None:
-    """Write a scene file: JSON where the name ends in `.json`, YAML otherwise.
-
-    Raises:
-        SceneFileError: the file cannot be written.
-    """
+    """Write a scene file, JSON by its ending or else YAML, or raise `SceneFileError`."""
     data = scene_to_data(scene)
     file = Path(path)
     if file.suffix.lower() == ".json":

@@ -102,11 +102,7 @@ class Certificate(_Certified):
 
 @dataclass(frozen=True, slots=True)
 class StraightCertificate(_Certified):
-    """Certificate of a straight move, by its numbers.
-
-    Attributes:
-        start_distance: of the first sample from where the robot stands [rad or m].
-    """
+    """Certificate of a straight move, by its numbers; `start_distance` as of `Certificate`."""
 
     method: ClassVar[dict[str, object]] = {"method": "closed form"}
 

@@ -156,11 +156,7 @@ def plan_joint_move(
     speed: float = 1.0,
     sample_period: float = SAMPLE_PERIOD,
 ) -> Trajectory:
-    """Return all samples of a `straight_move`, with its arguments.
-
-    Raises:
-        MotionError: as of `straight_move`.
-    """
+    """Return all samples of a `straight_move`, with its arguments and refusals."""
     move = straight_move(start, goal, limits, speed=speed, sample_period=sample_period)
     return move.trajectory()
 

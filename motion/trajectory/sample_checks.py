@@ -195,11 +195,7 @@ class Inspection:
         self.acceleration = trajectory.acceleration.T
 
     def check_times(self) -> None:
-        """Check that time starts at 0 and advances evenly, to 1 ns.
-
-        Raises:
-            CertificateRefused: it does not.
-        """
+        """Check that time starts at 0 and advances evenly, to 1 ns."""
         steps = self.times[1:] - self.times[:-1]
         least, greatest = float(steps.min()), float(steps.max())
         uneven = max(greatest - self.period, self.period - least)

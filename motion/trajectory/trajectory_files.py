@@ -28,11 +28,7 @@ _NS = 1_000_000_000
 
 
 def to_csv(trajectory: Trajectory, limits: JointLimits) -> str:
-    """Return a trajectory as CSV.
-
-    Raises:
-        WrongJointCount: the trajectory is of another robot.
-    """
+    """Return a trajectory as CSV; `WrongJointCount` if it is of another robot."""
     _check_dof(trajectory, limits)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -74,11 +70,7 @@ def from_csv(text: str, limits: JointLimits) -> Trajectory:
 
 
 def to_ros_yaml(trajectory: Trajectory, limits: JointLimits) -> str:
-    """Return a trajectory as YAML in the layout of ROS `trajectory_msgs/JointTrajectory`.
-
-    Raises:
-        WrongJointCount: the trajectory is of another robot.
-    """
+    """Return it as YAML of ROS `trajectory_msgs/JointTrajectory`; refused as by `to_csv`."""
     _check_dof(trajectory, limits)
     # A JSON string is a YAML string too, whatever characters the name has.
     names = ", ".join(json.dumps(name) for name in limits.names)

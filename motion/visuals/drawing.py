@@ -101,11 +101,7 @@ def draw(
 
 
 def link_poses(robot: Robot, joint_position: Sequence[float] | None = None) -> dict[str, Pose]:
-    """Return the pose of every link in the root link's frame [m]; arguments as of `draw`.
-
-    Raises:
-        WrongJointCount, NotFinite: not one finite value per driven joint.
-    """
+    """Return every link's pose in the root link's frame [m], for a joint position as of `draw`."""
     if isinstance(robot, ParallelRobot):
         variables = robot.home if joint_position is None else joint_position
         if len(variables) != robot.dof:

@@ -34,11 +34,7 @@ class Budget(NamedTuple):
     time_cap: float | None
 
     def check(self) -> None:
-        """Refuse numbers out of range.
-
-        Raises:
-            BadArgument: with the name of the number.
-        """
+        """Refuse a number out of range by a `BadArgument` with its name."""
         if self.restarts < 0:
             raise BadArgument("restarts", self.restarts, "0 or more")
         if self.iterations < 1:

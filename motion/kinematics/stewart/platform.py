@@ -183,11 +183,7 @@ class StewartKinematics:
     def solve(
         self, target: Pose, seed: Sequence[float] | Array, *, frame: str = "base"
     ) -> Solution:
-        """Return the answer as `ik.solve` for a serial arm; there is one, whatever the seed.
-
-        Args:
-            seed: (6,) leg lengths, checked and otherwise not used.
-        """
+        """Return the answer as `ik.solve` does; there is one, and the seed is only checked."""
         from ..ik.ik import Solution
 
         self._checked(seed)

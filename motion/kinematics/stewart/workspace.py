@@ -102,11 +102,7 @@ class PlatformWorkspace:
         )
 
     def check(self, pose: Pose, fraction: float | None = None) -> Array:
-        """Check a pose against every limit; return its (6,) leg lengths, inside the strokes.
-
-        Raises:
-            PlatformLimit: the first limit that the pose breaks: a stroke, a cone, the workspace.
-        """
+        """Return the (6,) leg lengths of a pose that breaks no limit, or raise `PlatformLimit`."""
         limits = self.limits
         lengths = self.legs.lengths(pose)
         inside: Array = np.clip(lengths, limits.lower, limits.upper)
@@ -120,11 +116,7 @@ class PlatformWorkspace:
         return inside
 
     def check_posture(self, pose: Pose, fraction: float | None = None) -> None:
-        """Check the limits of a pose that no leg's length shows: cones [rad] and workspace [1].
-
-        Raises:
-            PlatformLimit: a leg swings too far, or the workspace is left.
-        """
+        """Check cones and workspace, which no leg's length shows, or raise `PlatformLimit`."""
         rules = (PlatformRule.BASE_CONE, PlatformRule.PLATFORM_CONE)
         for rule, swings in zip(rules, self.swings(pose), strict=True):
             worst = int(np.argmax(swings))
