@@ -165,32 +165,20 @@ class Decisions:
         if self._strict:
             self._missing.append((question.item, f"is missing; accepted: {question.text}"))
             return default
-        answer = self._answer(question, default, show, parse)
-        if answer is None:
-            self.assumed(question.step, question.item, f"{show(default)} ({question.rule})")
-            return default
-        self._tell(ImportedFact(question.step, FactSource.ASKED, question.item, show(answer)))
-        return answer
+        text = f"{question.item}: {question.text}"
+        while self._ask is not None and (typed := self._ask(text, show(default)).strip()):
+            try:
+                answer = parse(typed)
+            except BadArgument as error:
+                text = f"{error}. {question.item}: {question.text}"
+                continue
+            self._tell(ImportedFact(question.step, FactSource.ASKED, question.item, show(answer)))
+            return answer
+        self.assumed(question.step, question.item, f"{show(default)} ({question.rule})")
+        return default
 
     def finish(self) -> None:
         """End the configuration; `RobotFileError` if something missing may not be assumed."""
         if self._missing:
             (field, problem), *more = self._missing
             raise RobotFileError(self._file, field, problem, tuple(more))
-
-    def _answer(
-        self,
-        question: MissingFact,
-        default: _Value,
-        show: Callable[[_Value], str],
-        parse: Callable[[str], _Value],
-    ) -> _Value | None:
-        if self._ask is None:
-            return None
-        text = f"{question.item}: {question.text}"
-        while typed := self._ask(text, show(default)).strip():
-            try:
-                return parse(typed)
-            except BadArgument as error:
-                text = f"{error}. {question.item}: {question.text}"
-        return None

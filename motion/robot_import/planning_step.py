@@ -339,16 +339,14 @@ def _driven_joint(joint: ImportedJoint, decisions: Decisions) -> Limits:
     screen = "mm" if unit == "m" else "degrees"
     if joint.lower is not None and joint.upper is not None:
         lower, upper = joint.lower, joint.upper
-        decisions.done(
-            _STEP, f"{where} limits", f"{on_screen(lower, unit)} to {on_screen(upper, unit)}"
-        )
+        decisions.done(_STEP, f"{where} limits", _span(lower, upper, unit))
     else:
         lower, upper = decisions.decide(
             MissingFact(
                 _STEP, f"{where} limits", f"least and greatest position in {screen}", assumed.rule
             ),
             (assumed.lower, assumed.upper),
-            lambda pair: f"{on_screen(pair[0], unit)} to {on_screen(pair[1], unit)}",
+            lambda pair: _span(*pair, unit),
             lambda text: typed_range(text, unit),
         )
     velocity = joint.velocity
