@@ -138,16 +138,13 @@ class PoseArray(NamedTuple):
 
 
 def slerp(start: Array, goal: Array, fraction: float) -> Array:
-    """Return the interpolation of two unit quaternions by the lesser angle, at a constant rate.
+    """Return the unit quaternion between two, w not negative, by the lesser angle at constant rate.
 
     Source: K. Shoemake, *Animating Rotation with Quaternion Curves*, SIGGRAPH 1985.
 
     Args:
         start: (4,) x, y, z, w at fraction 0.
         goal: (4,) x, y, z, w at fraction 1.
-
-    Returns:
-        (4,) unit quaternion, w not negative.
     """
     near = goal if float(start @ goal) >= 0.0 else -goal
     angle = rotation_distance(start, near) / 2.0

@@ -125,10 +125,7 @@ def parse_joints(text: str, option: str) -> tuple[float, ...]:
 
 
 def parse_pose(text: str, option: str) -> tuple[tuple[float, ...], tuple[float, ...], str | None]:
-    """Return the pose of `{"xyz": […], "quat": […]}`, with the frame's name if it has a `frame`.
-
-    Returns:
-        The (3,) position [m], the (4,) quaternion x, y, z, w, and the frame.
+    """Return position [m], quaternion and frame, if given, of `{"xyz": […], "quat": […]}`.
 
     Raises:
         BadArgument: the text is not such an object, or the quaternion's norm is not 1.

@@ -129,12 +129,7 @@ class Kinematics:
         return np.vstack((rotation @ jacobian[:3], rotation @ jacobian[3:]))
 
     def linearise(self, joint_position: Array) -> tuple[Array, Array, Array]:
-        """Return tool placement and Jacobian in one pass, in the base frame, without checks.
-
-        Returns:
-            The tool's (3, 3) rotation, its (3,) position [m], and the (6, n) Jacobian as of
-            `jacobian`.
-        """
+        """Return the tool's (3, 3) rotation, (3,) position and Jacobian in the base, unchecked."""
         model, data = self._model, self._data
         pin.computeJointJacobians(model, data, self._expanded(joint_position))
         # The frame placement is not refreshed by the Jacobian calls; a stale one would be read.

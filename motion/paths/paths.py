@@ -321,12 +321,9 @@ class _PartPlanner:
 def linear_path(
     kinematics: ToolKinematics, start: Sequence[float] | Array, target: Pose, *, frame: str = "base"
 ) -> JointSpline:
-    """Return the joint path of the tool along a straight line with an even rotation.
+    """Return the path, with two waypoints, of the tool along a line with an even rotation.
 
     The whole path is solved before any motion; see `follow_tool_curve`.
-
-    Returns:
-        A path with two waypoints: its start and its end.
 
     Raises:
         MotionError: as of `follow_tool_curve`, or the frame.
@@ -343,16 +340,13 @@ def linear_legs(
     *,
     frame: str = "base",
 ) -> list[JointSpline]:
-    """Return straight tool lines in sequence, through several poses.
+    """Return straight tool lines in sequence through several poses, one path for each.
 
     The legs meet at corners, so each has to be timed from rest to rest. A pose where the tool
     already is adds no leg.
 
     Args:
         poses: one or more tool poses in `frame`; positions in m.
-
-    Returns:
-        One path for each leg, each beginning where the one before ends.
 
     Raises:
         NoMotion: no pose adds a leg.
@@ -381,10 +375,7 @@ def joint_path_through_poses(
     *,
     frame: str = "base",
 ) -> list[Array]:
-    """Return joint waypoints that lead the tool through poses, each near the one before.
-
-    Returns:
-        The start, then one joint position for each pose, as `JointSpline` takes them.
+    """Return the start, and a joint position for each pose, each near the one before.
 
     Raises:
         PoseUnreachable: a pose; its fraction counts the poses.

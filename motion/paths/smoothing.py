@@ -189,11 +189,7 @@ def _curve_at_knots(clock: Array, samples: Array, knots: Array) -> Array:
 
 
 def _basis(knots: Array, at: Array) -> tuple[Indices, Array]:
-    """Return the B-splines that are not 0 at each time, by the recurrence of Cox and de Boor.
-
-    Returns:
-        (m,) the index of the first of them, and their (m, 4) values.
-    """
+    """Return the B-splines at each time by Cox and de Boor: (m,) first index, (m, 4) values."""
     padded = np.concatenate((knots[:1].repeat(_ORDER - 1), knots, knots[-1:].repeat(_ORDER - 1)))
     first = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, len(knots) - 2)
     values = np.zeros((len(at), _ORDER))

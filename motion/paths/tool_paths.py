@@ -43,7 +43,7 @@ _PROJECTIONS = 2
 def follow_tool_curve(
     kinematics: ToolKinematics, start: Sequence[float] | Array, curve: ToolCurve
 ) -> JointSpline:
-    """Return the joint path that leads the tool along a curve.
+    """Return the joint path, with the curve's waypoints, that leads the tool along a curve.
 
     The curve is sampled every 2 mm or 1° (at most 2,000 samples a piece), each solved from the one
     before. Between samples the joints follow a smooth curve. Where the tool, measured at ten times
@@ -52,9 +52,6 @@ def follow_tool_curve(
 
     Args:
         curve: begins at the tool's present pose, in the base frame.
-
-    Returns:
-        A path whose waypoints are those of the curve.
 
     Raises:
         PoseUnreachable: a pose of the curve; with its fraction of the path.
@@ -194,7 +191,7 @@ class _Follower:
 
 
 def deviation(curve: ToolCurve, places: PoseArray, guesses: Array) -> tuple[Array, Array]:
-    """Return the distances of tool places from a curve, each from the nearest place of the curve.
+    """Return the (m,) distances [m] and angles [rad] of tool places from the nearest of a curve.
 
     Nearest means in position and orientation together, found by Gauss-Newton steps along the curve:
     s grows by (e · c') / (c' · c') with the error e to the place c(s), where rotations are weighed
@@ -205,9 +202,6 @@ def deviation(curve: ToolCurve, places: PoseArray, guesses: Array) -> tuple[Arra
         curve: where the tool should be.
         places: where it is, m places.
         guesses: (m,) estimates of the places on the curve.
-
-    Returns:
-        (m,) distances [m] and (m,) angles [rad].
     """
     s = guesses
     for _ in range(_PROJECTIONS):

@@ -77,7 +77,7 @@ def search_with_ompl(
     resolution: float,
     proceed: Callable[[int], bool],
 ) -> TreeSearch:
-    """Search a polyline from start to goal.
+    """Search a polyline from start to goal; its iterations are the positions checked.
 
     Args:
         start: (n,) free.
@@ -89,9 +89,6 @@ def search_with_ompl(
         step: greatest length of an edge, for planners that have one.
         resolution: greatest distance of the checked positions on an edge.
         proceed: called with the number of positions checked; the search ends where it is False.
-
-    Returns:
-        The waypoints, and the number of positions checked as iterations.
 
     Raises:
         PlannerUnavailable: ompl is not installed.

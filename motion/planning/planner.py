@@ -101,7 +101,7 @@ def plan_free_path(
     on_progress: Callable[[PlanningProgress], None] | None = None,
     clock: Callable[[], float] | None = None,
 ) -> JointPolyline:
-    """Plan a joint path without contact.
+    """Plan a joint path without contact: lines with zones between, to be timed by `time_path`.
 
     Args:
         collision: the same robot in its scene.
@@ -110,9 +110,6 @@ def plan_free_path(
         time_limit: greatest duration by `clock` [s].
         on_progress: called now and then; what it raises ends the plan.
         clock: returns seconds; without one only the number of samples is bounded.
-
-    Returns:
-        Lines in joint space with zones between, to be timed by `time_path`.
 
     Raises:
         StartInCollision: the robot touches something at the start.

@@ -308,15 +308,12 @@ def _box_along(axes: Array, vertices: Array) -> BoxFacts:
 def link_shapes(
     link: Element, origin_of: dict[Element, Placement], file: str, where: str
 ) -> tuple[tuple[Shape, ...], tuple[str, ...]]:
-    """Return a link's collision shapes.
+    """Return a link's collision shapes, and a remark for each that was replaced or left out.
 
     Args:
         origin_of: placement in the link's frame of each of its `collision` elements.
         file: the file's name, for messages and for finding meshes.
         where: the link, in words.
-
-    Returns:
-        The shapes, and a remark for each that was replaced or left out.
     """
     shapes: list[Shape] = []
     remarks: list[str] = []

@@ -53,14 +53,11 @@ class Path(Protocol):
         """Number of joints."""
 
     def evaluate(self, s: Array, order: int = 0) -> Array:
-        """Return the position, or its first or second derivative by s.
+        """Return the (m, n) position, or its first or second derivative by s.
 
         Args:
             s: (m,) in [0, length].
             order: 0, 1 or 2.
-
-        Returns:
-            (m, n).
         """
 
     def extent(self) -> tuple[Array, Array]:

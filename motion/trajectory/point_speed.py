@@ -145,13 +145,10 @@ def rotation_speed(kinematics: Kinematics, limit: float) -> ToolSpeedLimit:
 
 
 def tool_point(kinematics: Kinematics, offset: Sequence[float] = (0.0, 0.0, 0.0)) -> PointPosition:
-    """Return where a point fixed to the tool link is, in the base frame.
+    """Return the map from (m, n) joint positions to (m, 3) places p + R · offset in the base [m].
 
     Args:
         offset: (3,) the point in the frame of the tool link [m].
-
-    Returns:
-        From (m, n) joint positions to (m, 3) places p + R · offset [m].
 
     Raises:
         BadArgument: the offset is not three finite numbers.
@@ -169,10 +166,7 @@ def tool_point(kinematics: Kinematics, offset: Sequence[float] = (0.0, 0.0, 0.0)
 
 
 def link_point(kinematics: Kinematics, link: str) -> PointPosition:
-    """Return where the origin of a link's frame is, in the base frame.
-
-    Returns:
-        From (m, n) joint positions to (m, 3) places [m].
+    """Return the map from (m, n) joint positions to (m, 3) places of a link's origin [m].
 
     Raises:
         FrameUnknown: the robot has no such link.

@@ -74,13 +74,10 @@ class PointSpeed(NamedTuple):
 def check_tool_speed(
     trajectory: Trajectory, points: Sequence[ToolSpeedLimit]
 ) -> tuple[PointSpeed, ...]:
-    """Check the speeds of points of the arm.
+    """Check the speeds of points of the arm; return one finding for each.
 
     Args:
         trajectory: the samples as they will be sent; two or more.
-
-    Returns:
-        One finding for each point.
 
     Raises:
         CertificateRefused: a point is too fast; `joint` names the point.
@@ -273,10 +270,7 @@ class Inspection:
                     self._refuse("rest", joint, value, wanted, sample, "/s")
 
     def check_start(self, start: Sequence[float] | Array) -> float:
-        """Check that the motion starts where the robot stands, a (n,) joint position [rad or m].
-
-        Returns:
-            Distance of the first sample [rad or m], of the joint that is farthest.
+        """Check that the motion starts at a (n,) position; return the farthest joint's distance.
 
         Raises:
             CertificateRefused: a joint is more than 0.01 rad or m off.

@@ -48,13 +48,10 @@ class LinkBox:
         return float(np.linalg.norm(np.maximum(local, 0.0)))
 
     def width_across(self, direction: Array) -> float:
-        """Return the lesser of its extents along its two axes that are most across a direction.
+        """Return the lesser extent [m] along its two axes that are most across a direction.
 
         Args:
             direction: (3,) of any length, in the frame that the box is in.
-
-        Returns:
-            The extent [m].
         """
         along = np.abs(self.rotation.T @ direction)
         return min(self.size[axis] for axis in np.argsort(along)[:2])
@@ -71,13 +68,10 @@ def box_of(shape: Shape) -> LinkBox:
 
 
 def chord(box: LinkBox, point: Array, direction: Array) -> tuple[float, float] | None:
-    """Return the distances where the line through a (3,) point enters and leaves a box, or None.
+    """Return where a line through a (3,) point enters and leaves a box [m along it], or None.
 
     Args:
         direction: (3,) unit vector.
-
-    Returns:
-        Distances from `point` along `direction` [m].
     """
     # The slab method: the line is inside where it is between all three pairs of faces.
     start, way = box.rotation.T @ (point - box.centre), box.rotation.T @ direction

@@ -87,14 +87,11 @@ class ClosedForm(Protocol):
         ...
 
     def branches(self, target: Array, preferred: Sequence[float]) -> Branches:
-        """Return all joint positions that reach a pose, at most eight.
+        """Return all joint positions that reach a pose, at most eight, or nearest misses with gaps.
 
         Args:
             target: (4, 4) wanted tool placement in the base frame.
             preferred: values that the free joint, and undetermined joints, keep [rad or m].
-
-        Returns:
-            The branches; where the pose is out of reach, nearest misses with their gaps.
         """
         ...
 
@@ -144,7 +141,7 @@ def arm_geometry(robot: SerialRobot) -> ArmGeometry:
 
 
 def common_point(axes: Array, points: Array) -> tuple[Array, float]:
-    """Return the point nearest to several lines, and its greatest distance from one of them.
+    """Return the (3,) point nearest to several lines, and its greatest distance from one [m].
 
     The sum of squared distances is least where Σ (I - aᵢaᵢᵀ)(x - pᵢ) = 0. Parallel lines have no
     single such point; the one of least norm is returned.
@@ -152,9 +149,6 @@ def common_point(axes: Array, points: Array) -> tuple[Array, float]:
     Args:
         axes: (k, 3) unit directions.
         points: (k, 3) a point on each line [m].
-
-    Returns:
-        The (3,) point and the distance [m].
     """
     across = np.eye(3) - axes[:, :, np.newaxis] * axes[:, np.newaxis, :]
     right = np.einsum("kij,kj->i", across, points)
