@@ -64,7 +64,7 @@ class Pose:
 
     @classmethod
     def from_values(cls, position: Sequence[float], quaternion: Sequence[float]) -> Pose:
-        """Return a pose of (3,) position [m] and (4,) quaternion x, y, z, w, refused as `Pose`."""
+        """Return the `Pose` of plain numbers: (3,) position [m] and (4,) quaternion x, y, z, w."""
         return cls(np.array(position, dtype=np.float64), np.array(quaternion, dtype=np.float64))
 
     @classmethod

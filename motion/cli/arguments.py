@@ -17,24 +17,9 @@ import typer
 
 from openpendant.tools.console import ExitCode, Faults, complain, one_line
 
+from .. import errors
 from ..description.limits import JointLimits
 from ..description.robot import SerialRobot
-from ..errors import (
-    BadArgument,
-    DuplicateObject,
-    FrameUnknown,
-    MeshFileError,
-    MotionError,
-    NotFinite,
-    OutOfRange,
-    PlannerUnavailable,
-    RobotFileError,
-    SceneFileError,
-    SceneTooLarge,
-    UnknownObject,
-    UnknownRobot,
-    WrongJointCount,
-)
 
 
 class Angles(StrEnum):
@@ -76,27 +61,27 @@ def note_out_of_range(limits: JointLimits, position: Sequence[float]) -> None:
     """Print on standard error where a (n,) position [rad or m] is outside a joint's range."""
     try:
         limits.check_position(position)
-    except OutOfRange as error:
+    except errors.OutOfRange as error:
         complain(f"note: {one_line(str(error), ' ')}")
 
 
 _USAGE_ERRORS = (
-    BadArgument,
-    DuplicateObject,
-    FrameUnknown,
-    MeshFileError,
-    NotFinite,
-    PlannerUnavailable,
-    RobotFileError,
-    SceneFileError,
-    SceneTooLarge,
-    UnknownObject,
-    UnknownRobot,
-    WrongJointCount,
+    errors.BadArgument,
+    errors.DuplicateObject,
+    errors.FrameUnknown,
+    errors.MeshFileError,
+    errors.NotFinite,
+    errors.PlannerUnavailable,
+    errors.RobotFileError,
+    errors.SceneFileError,
+    errors.SceneTooLarge,
+    errors.UnknownObject,
+    errors.UnknownRobot,
+    errors.WrongJointCount,
 )
 FAULTS: Faults = {
     **dict.fromkeys(_USAGE_ERRORS, ExitCode.USAGE),
-    MotionError: ExitCode.REFUSED,
+    errors.MotionError: ExitCode.REFUSED,
     OSError: ExitCode.OUTPUT_FAILED,
 }
 
@@ -134,36 +119,36 @@ def parse_pose(text: str, option: str) -> tuple[tuple[float, ...], tuple[float, 
     accepted = '{"xyz": [x, y, z], "quat": [x, y, z, w]}'
     value = _parse(text, option, accepted)
     if not isinstance(value, dict) or not {"xyz", "quat"} <= value.keys() <= _POSE_FIELDS:
-        raise BadArgument(option, text, accepted)
+        raise errors.BadArgument(option, text, accepted)
     frame = value.get("frame")
     if frame is not None and not isinstance(frame, str):
-        raise BadArgument(f"frame of {option}", frame, "a frame's name")
+        raise errors.BadArgument(f"frame of {option}", frame, "a frame's name")
     xyz = _numbers(value["xyz"], f"xyz of {option}", 3)
     quaternion = _numbers(value["quat"], f"quat of {option}", 4)
     norm = math.hypot(*quaternion)
     if not abs(norm - 1.0) <= NORM_TOLERANCE:
         unit = f"four numbers of norm 1 within {NORM_TOLERANCE:g}; this one is {norm:.6g}"
-        raise BadArgument(f"quat of {option}", list(quaternion), unit)
+        raise errors.BadArgument(f"quat of {option}", list(quaternion), unit)
     return xyz, quaternion, frame
 
 
 def _parse(text: str, option: str, accepted: str) -> Any:
     if len(text) > MAX_CHARACTERS:
-        raise BadArgument(option, text, f"at most {MAX_CHARACTERS} characters")
+        raise errors.BadArgument(option, text, f"at most {MAX_CHARACTERS} characters")
     try:
         # Integers are read as reals: one of thousands of digits is then infinite, not an error.
         return json.loads(text, parse_int=float)
     except (ValueError, RecursionError):
-        raise BadArgument(option, text, accepted) from None
+        raise errors.BadArgument(option, text, accepted) from None
 
 
 def _numbers(value: object, what: str, count: int | None = None) -> tuple[float, ...]:
     accepted = "a list of numbers" if count is None else f"a list of {count} numbers"
     if not isinstance(value, list) or not all(isinstance(number, float) for number in value):
-        raise BadArgument(what, value, accepted)
+        raise errors.BadArgument(what, value, accepted)
     if count is not None and len(value) != count:
-        raise BadArgument(what, value, accepted)
+        raise errors.BadArgument(what, value, accepted)
     for index, number in enumerate(value):
         if not math.isfinite(number):
-            raise NotFinite(what, index)
+            raise errors.NotFinite(what, index)
     return tuple(value)
