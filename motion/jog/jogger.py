@@ -56,16 +56,7 @@ class UndoPath:
     def __init__(
         self, start: Sequence[float], units: Sequence[float], tolerance: float = TOLERANCE
     ) -> None:
-        """Start a path.
-
-        Args:
-            start: (n,) where the robot stands [rad or m].
-            units: (n,) unit of each joint's travel, as `JogModel.unit`.
-            tolerance: in those units.
-
-        Raises:
-            BadArgument: the tolerance is not more than 0.
-        """
+        """Start a path; `units` are as `JogModel.unit`, and the tolerance in them is above 0."""
         if not tolerance > 0.0:
             raise BadArgument("tolerance", tolerance, "more than 0")
         self.tolerance = tolerance
@@ -152,10 +143,7 @@ class Jogger:
     """A jog of one robot; `way` is the path so far, for the undo."""
 
     def __init__(self, model: JogModel, start: Sequence[float], caps: JogCaps) -> None:
-        """Start at rest.
-
-        Args:
-            start: (n,) where it stands [rad or m]; also beyond a limit, to be led back inside.
+        """Start at rest where the robot stands, also beyond a limit, to be led back inside.
 
         Raises:
             WrongJointCount, NotFinite: the start is not one finite value per joint.

@@ -209,9 +209,7 @@ def _basis(knots: Array, at: Array) -> tuple[Indices, Array]:
 def _solve_banded(normal: Array, right: Array) -> Array:
     """Solve a symmetric positive definite system of half bandwidth 3, by Cholesky's L D Lᵀ.
 
-    Args:
-        normal: (k, 4) row i holds the elements (i, i) to (i, i + 3).
-        right: (k, n).
+    Row i of `normal`, (k, 4), holds the elements (i, i) to (i, i + 3).
     """
     rows = normal.tolist()
     solution = right.copy()

@@ -45,10 +45,7 @@ class PlatformLine:
     """
 
     def __init__(self, kinematics: StewartKinematics, start: Array, target: Pose) -> None:
-        """Join the platform's present pose with another.
-
-        Args:
-            start: (6,) leg lengths [m], inside the strokes.
+        """Join the platform's pose at (6,) leg lengths inside the strokes [m] with another.
 
         Raises:
             PlatformLimit: the target breaks a limit; fraction 1.

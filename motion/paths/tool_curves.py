@@ -105,12 +105,7 @@ class ToolSpline:
     """
 
     def __init__(self, poses: Sequence[Pose]) -> None:
-        """Lead the curve through two poses or more.
-
-        Raises:
-            NoMotion: there is one pose only, or all are the same.
-            BadArgument: there is no pose.
-        """
+        """Lead the curve through poses; `NoMotion` if all are the same, `BadArgument` for none."""
         rows = np.array([[*pose.position, *pose.quaternion] for pose in poses])
         # q and -q are one orientation: the one nearer to its predecessor takes the lesser angle.
         for before, row in pairwise(rows):
@@ -367,12 +362,7 @@ class ToolArc:
     def __init__(
         self, circle: Circle, start: Pose, target: Pose, turn: ToolTurn = ToolTurn.EVEN
     ) -> None:
-        """Lead the tool along a circle from where it is.
-
-        Args:
-            circle: it begins at the start's position.
-            target: its orientation ends an even rotation; its position is not used.
-        """
+        """Lead the tool along a circle from where it is; the target is an orientation only."""
         self._circle = circle
         self._radius = circle.radius
         self.length = self._radius * circle.sweep

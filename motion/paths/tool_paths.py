@@ -178,12 +178,7 @@ class _Follower:
             raise
 
     def _deviations(self, joint_positions: Array, guesses: Array) -> Array:
-        """Return how far the tool is off the curve at each (m, n), relative to what is accepted.
-
-        Args:
-            joint_positions: (m, n).
-            guesses: (m,) estimates of their places on the curve.
-        """
+        """Return how far the tool is off the curve near (m,) guesses, relative to the accepted."""
         places = self.kinematics.places(joint_positions)
         offset, tilt = deviation(self.curve, places, guesses)
         ratios: Array = np.maximum(offset / POSITION_DEVIATION, tilt / ROTATION_DEVIATION)

@@ -276,9 +276,7 @@ def _distinct(points: Array) -> tuple[Indices, Indices]:
 def _bending(spans: Array, slopes: Array) -> Array:
     """Return the (k, n) second derivatives at the knots of the spline that leaves along its chords.
 
-    Args:
-        spans: (k - 1,) distances of the knots.
-        slopes: (k - 1, n) slopes of the chords.
+    Spans are the (k - 1,) distances of the knots, slopes those of the chords, (k - 1, n).
     """
     # Rows of a symmetric tridiagonal system, solved by one sweep down and one up. The first and
     # the last row have no right-hand side: that is the end condition.

@@ -77,12 +77,7 @@ class IntersampleCheck:
     """
 
     def __init__(self, trajectory: Trajectory, limits: JointLimits) -> None:
-        """Join the samples.
-
-        Raises:
-            WrongJointCount: the trajectory is of another robot.
-            BadArgument: the trajectory has fewer than two samples.
-        """
+        """Join two samples or more of the robot, or raise `BadArgument` or `WrongJointCount`."""
         if trajectory.dof != limits.dof:
             raise WrongJointCount(trajectory.dof, limits.dof)
         if len(trajectory) < 2:
