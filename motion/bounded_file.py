@@ -51,9 +51,7 @@ def read_bounded(path: Path, most: int, refusal: Refusal) -> bytes:
     """Return a file's content.
 
     Args:
-        path: the file.
         most: greatest accepted number of bytes; no more than one beyond is read.
-        refusal: makes the error.
 
     Raises:
         MotionError: the one that `refusal` makes: the file cannot be read or is larger.
@@ -74,9 +72,7 @@ def read_text(path: Path, most: int, refusal: Refusal, encoding: str = "utf-8") 
     """Return a file's text.
 
     Args:
-        path: the file.
         most: greatest accepted number of bytes.
-        refusal: makes the error.
         encoding: `utf-8`, or `utf-8-sig`, which drops a byte-order mark.
 
     Raises:

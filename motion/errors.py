@@ -10,27 +10,8 @@ Numbers that a user gets beside the sentence have the same three names in every 
 the joint's place, `value` the number at fault and `limit` what it breaks. They are fields, or
 properties beside a field with a name of its own. `MotionError.numbers` returns all three.
 
-The file has a section for each thing that can be at fault:
-
-    MotionError
-    ├── questions: what was asked is malformed, or needs what is not installed
-    │       BadArgument, NotFinite, WrongJointCount, PlannerUnavailable, LibraryMissing
-    ├── robots:    the robot: its file, its name, its kind
-    │       RobotFileError, UnknownRobot, UnsupportedKind
-    ├── limits:    a limit of a joint would be broken
-    │       OutOfRange, TooFast, TooSharp, CertificateRefused
-    ├── motions:   the question is sound, but no such motion exists
-    │       PoseUnreachable, BranchChange, NotTimeable, NoMotion, NoPathFound
-    ├── paths:     the geometry of a path: a circle, a zone, one segment of several
-    │       BadCircle, ZoneTooLarge, SegmentRefused
-    ├── frames:    the frames: a change, the past, teaching, a file
-    │       FrameUnknown, FrameExists, FrameCycle, FramePredefined, FrameInUse,
-    │       NotInHistory, PoorGeometry, FrameFileError
-    ├── scene:     the scene: a name, a file, two bodies that touch
-    │       UnknownObject, DuplicateObject, SceneTooLarge, SceneFileError,
-    │       MeshFileError, StartInCollision, GoalInCollision, PathInCollision
-    └── platform:  a parallel robot's own limits: legs, anchors, the workspace of its platform
-            PlatformLimit, NoAssembly
+The classes stand in the order of what can be at fault: the question, the robot and its file, a
+limit of a joint, the motion, the geometry of a path, the frames, the scene, a platform.
 """
 
 from __future__ import annotations
@@ -38,50 +19,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, ClassVar, TypeVar
-
-__all__ = [
-    "BadArgument",
-    "BadCircle",
-    "BranchChange",
-    "CertificateRefused",
-    "CircleFault",
-    "DuplicateObject",
-    "FrameCycle",
-    "FrameExists",
-    "FrameFileError",
-    "FrameInUse",
-    "FramePredefined",
-    "FrameUnknown",
-    "GoalInCollision",
-    "LibraryMissing",
-    "MeshFileError",
-    "MotionError",
-    "NoAssembly",
-    "NoMotion",
-    "NoPathFound",
-    "NotFinite",
-    "NotInHistory",
-    "NotTimeable",
-    "OutOfRange",
-    "PathInCollision",
-    "PlannerUnavailable",
-    "PlatformLimit",
-    "PoorGeometry",
-    "PoseUnreachable",
-    "RobotFileError",
-    "SceneFileError",
-    "SceneTooLarge",
-    "SegmentRefused",
-    "StartInCollision",
-    "TooFast",
-    "TooSharp",
-    "UnknownObject",
-    "UnknownRobot",
-    "UnsupportedKind",
-    "WrongJointCount",
-    "ZoneTooLarge",
-]
+from typing import Any, ClassVar, TypeVar, dataclass_transform
 
 NO_INDEX = -1
 """Index of no joint."""
@@ -89,10 +27,18 @@ NO_INDEX = -1
 _Error = TypeVar("_Error", bound="MotionError")
 
 
+@dataclass_transform(eq_default=False)
 class MotionError(Exception):
-    """A motion question that is refused; `code` is its stable name in the error catalogue."""
+    """A motion question that is refused; `code` is its stable name in the error catalogue.
+
+    Each class that derives from it is a dataclass of its numbers.
+    """
 
     code: ClassVar[str] = "motion-error"
+
+    def __init_subclass__(cls, code: str) -> None:
+        cls.code = code
+        dataclass(eq=False)(cls)
 
     @property
     def numbers(self) -> tuple[int, float, float]:
@@ -142,11 +88,9 @@ def in_file(file: str, place: str, problem: str) -> str:
     return f"{file}: {place}: {problem}" if place else f"{file}: {problem}"
 
 
-@dataclass(eq=False)
-class BadArgument(MotionError):
+class BadArgument(MotionError, code="bad-argument"):
     """An argument is outside what the function accepts, whatever the robot."""
 
-    code: ClassVar[str] = "bad-argument"
     name: str
     given: object
     accepted: str
@@ -155,11 +99,9 @@ class BadArgument(MotionError):
         return f"{self.name} is {shortened(self.given)}; accepted: {self.accepted}"
 
 
-@dataclass(eq=False)
-class NotFinite(MotionError):
+class NotFinite(MotionError, code="not-finite"):
     """A number is infinite or not a number; `index` is its place in `what`."""
 
-    code: ClassVar[str] = "not-finite"
     what: str
     index: int
 
@@ -167,11 +109,9 @@ class NotFinite(MotionError):
         return f"element {self.index} of {self.what} is not a finite number"
 
 
-@dataclass(eq=False)
-class WrongJointCount(MotionError):
+class WrongJointCount(MotionError, code="wrong-joint-count"):
     """A joint vector does not have one value per driven joint."""
 
-    code: ClassVar[str] = "wrong-joint-count"
     got: int
     expected: int
 
@@ -189,11 +129,9 @@ class WrongJointCount(MotionError):
         return f"{self.got} joint values were given, the robot has {self.expected} driven joints"
 
 
-@dataclass(eq=False)
-class PlannerUnavailable(MotionError):
+class PlannerUnavailable(MotionError, code="planner-unavailable"):
     """No planner of that name can be used here; `known` are those that can."""
 
-    code: ClassVar[str] = "planner-unavailable"
     name: str
     known: tuple[str, ...]
 
@@ -201,11 +139,9 @@ class PlannerUnavailable(MotionError):
         return f"no planner {self.name!r} is available; available: {', '.join(self.known)}"
 
 
-@dataclass(eq=False)
-class LibraryMissing(MotionError):
+class LibraryMissing(MotionError, code="library-missing"):
     """What was asked for needs an optional library; `extra` of the package installs it."""
 
-    code: ClassVar[str] = "library-missing"
     library: str
     extra: str
 
@@ -219,11 +155,9 @@ _FOR_A_PLATFORM = (
 )
 
 
-@dataclass(eq=False)
-class RobotFileError(MotionError):
+class RobotFileError(MotionError, code="robot-file"):
     """A robot file cannot be used; `more` holds the further (field, problem) pairs found."""
 
-    code: ClassVar[str] = "robot-file"
     file: str
     field: str
     problem: str
@@ -239,11 +173,9 @@ class RobotFileError(MotionError):
         return in_file(self.file, self.field, self.problem) + rest
 
 
-@dataclass(eq=False)
-class UnknownRobot(MotionError):
+class UnknownRobot(MotionError, code="unknown-robot"):
     """The name belongs to no robot of the project and is no file either."""
 
-    code: ClassVar[str] = "unknown-robot"
     name: str
     known: tuple[str, ...]
 
@@ -251,17 +183,9 @@ class UnknownRobot(MotionError):
         return f"no robot or robot file is called {self.name!r}; known: {', '.join(self.known)}"
 
 
-@dataclass(eq=False)
-class UnsupportedKind(MotionError):
-    """The robot is of a kind for which `what` does not exist.
+class UnsupportedKind(MotionError, code="unsupported-kind"):
+    """The robot is of a kind for which `what`, as it stands behind "no", does not exist."""
 
-    Attributes:
-        name: the robot's.
-        kind: its kind, `parallel` for one.
-        what: what was asked for, as it stands behind "no".
-    """
-
-    code: ClassVar[str] = "unsupported-kind"
     name: str
     kind: str
     what: str
@@ -272,14 +196,12 @@ class UnsupportedKind(MotionError):
         return f"{refused}; accepted: a serial robot, see `openpendant robots list`{instead}"
 
 
-@dataclass(eq=False)
-class OutOfRange(MotionError):
+class OutOfRange(MotionError, code="out-of-range"):
     """A joint position lies outside its range; `index` is the joint's place, -1 if not known.
 
     `fraction` is how far along a path it would be there, 0 to 1.
     """
 
-    code: ClassVar[str] = "out-of-range"
     joint: str
     value: float
     lower: float
@@ -301,11 +223,9 @@ class OutOfRange(MotionError):
         )
 
 
-@dataclass(eq=False)
-class TooFast(MotionError):
+class TooFast(MotionError, code="too-fast"):
     """A joint velocity exceeds its limit; `unit` is that of the position."""
 
-    code: ClassVar[str] = "too-fast"
     joint: str
     value: float
     limit: float
@@ -319,11 +239,9 @@ class TooFast(MotionError):
         )
 
 
-@dataclass(eq=False)
-class TooSharp(MotionError):
+class TooSharp(MotionError, code="too-sharp"):
     """A joint acceleration exceeds its limit; `unit` is that of the position."""
 
-    code: ClassVar[str] = "too-sharp"
     joint: str
     value: float
     limit: float
@@ -337,15 +255,13 @@ class TooSharp(MotionError):
         )
 
 
-@dataclass(eq=False)
-class CertificateRefused(MotionError):
+class CertificateRefused(MotionError, code="certificate-refused"):
     """The independent check found a sample that may not leave.
 
     `check` names the rule, such as `velocity`; `joint`, `value` and `limit` are the offender's;
     `unit` is that of `value`; `time` [s] is the sample's, from the start of the trajectory.
     """
 
-    code: ClassVar[str] = "certificate-refused"
     check: str
     joint: str
     value: float
@@ -360,8 +276,7 @@ class CertificateRefused(MotionError):
         )
 
 
-@dataclass(eq=False)
-class PoseUnreachable(MotionError):
+class PoseUnreachable(MotionError, code="unreachable"):
     """No joint position inside the limits reaches the pose.
 
     `position` [m] is the pose's, in `frame`; `best_position_error` [m] and `best_rotation_error`
@@ -369,7 +284,6 @@ class PoseUnreachable(MotionError):
     along a path the pose lies, 0 to 1.
     """
 
-    code: ClassVar[str] = "unreachable"
     position: tuple[float, float, float]
     frame: str
     best_position_error: float
@@ -393,14 +307,12 @@ class PoseUnreachable(MotionError):
         )
 
 
-@dataclass(eq=False)
-class BranchChange(MotionError):
+class BranchChange(MotionError, code="branch-change"):
     """A tool path needs a joint to jump to another branch; `step` is the jump's size.
 
     `singularity` names the one it is at, empty if none is near.
     """
 
-    code: ClassVar[str] = "branch-change"
     fraction: float
     joint: str
     step: float
@@ -421,11 +333,9 @@ class BranchChange(MotionError):
         )
 
 
-@dataclass(eq=False)
-class NotTimeable(MotionError):
+class NotTimeable(MotionError, code="not-timeable"):
     """The timing solver found no motion along the path; `return_code` is its own word for why."""
 
-    code: ClassVar[str] = "not-timeable"
     path_length: float
     return_code: str
 
@@ -441,24 +351,19 @@ class NotTimeable(MotionError):
         )
 
 
-@dataclass(eq=False)
-class NoMotion(MotionError):
+class NoMotion(MotionError, code="no-motion"):
     """The path has no length: the robot already stands at its end."""
-
-    code: ClassVar[str] = "no-motion"
 
     def __str__(self) -> str:
         return "the robot is already there: the motion has no length"
 
 
-@dataclass(eq=False)
-class NoPathFound(MotionError):
+class NoPathFound(MotionError, code="no-path-found"):
     """A planner ended without a path free of contact.
 
     `seconds` is the time it took, None where no clock was given; `iterations` is what it counts.
     """
 
-    code: ClassVar[str] = "no-path-found"
     planner: str
     seconds: float | None
     iterations: int
@@ -499,15 +404,13 @@ _CIRCLE_FAULTS = {
 }
 
 
-@dataclass(eq=False)
-class BadCircle(MotionError):
+class BadCircle(MotionError, code="bad-circle"):
     """Points do not determine a circle that can be run along.
 
     `fault` names the rule; `measured` and `bound` are its numbers, [m] each. For a centre that is
     not equally far from both ends they are the radius at the end and that at the start.
     """
 
-    code: ClassVar[str] = "bad-circle"
     fault: CircleFault
     measured: float
     bound: float
@@ -517,8 +420,7 @@ class BadCircle(MotionError):
         return _CIRCLE_FAULTS[self.fault].format(measured=measured, bound=bound)
 
 
-@dataclass(eq=False)
-class ZoneTooLarge(MotionError):
+class ZoneTooLarge(MotionError, code="zone-too-large"):
     """A corner cannot be rounded as widely as asked.
 
     `waypoint` is the corner's place among those asked for, from 0; `largest` is the largest zone
@@ -526,7 +428,6 @@ class ZoneTooLarge(MotionError):
     bounds it.
     """
 
-    code: ClassVar[str] = "zone-too-large"
     waypoint: int
     zone: float
     largest: float
@@ -540,14 +441,12 @@ class ZoneTooLarge(MotionError):
         )
 
 
-@dataclass(eq=False)
-class SegmentRefused(MotionError):
+class SegmentRefused(MotionError, code="segment-refused"):
     """One segment of several is refused; `reason` says why, a fraction in it is the segment's.
 
     `segment` is its place in the list, from 0.
     """
 
-    code: ClassVar[str] = "segment-refused"
     segment: int
     reason: MotionError
 
@@ -555,11 +454,9 @@ class SegmentRefused(MotionError):
         return f"segment {self.segment}: {self.reason}"
 
 
-@dataclass(eq=False)
-class FrameUnknown(MotionError):
+class FrameUnknown(MotionError, code="unknown-frame"):
     """A pose is asked for in, or of, a frame the robot does not have."""
 
-    code: ClassVar[str] = "unknown-frame"
     name: str
     known: tuple[str, ...]
 
@@ -567,22 +464,18 @@ class FrameUnknown(MotionError):
         return f"no frame is called {self.name!r}; known: {', '.join(self.known)}"
 
 
-@dataclass(eq=False)
-class FrameExists(MotionError):
+class FrameExists(MotionError, code="frame-exists"):
     """A frame or tool is to be named as another already is."""
 
-    code: ClassVar[str] = "frame-exists"
     name: str
 
     def __str__(self) -> str:
         return f"a frame is called {self.name!r} already; accepted: a name not in use"
 
 
-@dataclass(eq=False)
-class FrameCycle(MotionError):
+class FrameCycle(MotionError, code="frame-cycle"):
     """A frame is to hang from itself, or from one that hangs from it."""
 
-    code: ClassVar[str] = "frame-cycle"
     name: str
     parent: str
 
@@ -593,11 +486,9 @@ class FrameCycle(MotionError):
         )
 
 
-@dataclass(eq=False)
-class FramePredefined(MotionError):
+class FramePredefined(MotionError, code="frame-predefined"):
     """A frame that belongs to the robot is to be changed; `action` is the change asked for."""
 
-    code: ClassVar[str] = "frame-predefined"
     name: str
     action: str
 
@@ -605,11 +496,9 @@ class FramePredefined(MotionError):
         return f"{self.name!r} belongs to the robot and cannot be {self.action}"
 
 
-@dataclass(eq=False)
-class FrameInUse(MotionError):
+class FrameInUse(MotionError, code="frame-in-use"):
     """A frame is to be removed while others hang from it, or a tool while it is selected."""
 
-    code: ClassVar[str] = "frame-in-use"
     name: str
     users: tuple[str, ...]
 
@@ -617,14 +506,12 @@ class FrameInUse(MotionError):
         return f"{self.name!r} cannot be removed: {', '.join(self.users)} would lose its place"
 
 
-@dataclass(eq=False)
-class NotInHistory(MotionError):
+class NotInHistory(MotionError, code="not-in-history"):
     """A frame's pose is asked for at a time [ns] that its history does not cover.
 
     `oldest` and `newest` [ns] are the bounds of the history, None where nothing is recorded.
     """
 
-    code: ClassVar[str] = "not-in-history"
     frame: str
     time: int
     oldest: int | None
@@ -639,14 +526,12 @@ class NotInHistory(MotionError):
         )
 
 
-@dataclass(eq=False)
-class PoorGeometry(MotionError):
+class PoorGeometry(MotionError, code="poor-geometry"):
     """Taught points or poses do not determine what they are to define.
 
     `measured` and `bound` are in `unit`; `least` says whether the bound is a lower one.
     """
 
-    code: ClassVar[str] = "poor-geometry"
     what: str
     measured: float
     bound: float
@@ -659,11 +544,9 @@ class PoorGeometry(MotionError):
         return f"{self.what} is {measured}; accepted: {side} {bound}"
 
 
-@dataclass(eq=False)
-class FrameFileError(MotionError):
+class FrameFileError(MotionError, code="frame-file"):
     """A file of frames and tools cannot be used; `field` is empty for the whole file."""
 
-    code: ClassVar[str] = "frame-file"
     file: str
     field: str
     problem: str
@@ -672,11 +555,9 @@ class FrameFileError(MotionError):
         return in_file(self.file, self.field, self.problem)
 
 
-@dataclass(eq=False)
-class UnknownObject(MotionError):
+class UnknownObject(MotionError, code="unknown-object"):
     """A scene holds no object of that name, or a named pair means neither an object nor a link."""
 
-    code: ClassVar[str] = "unknown-object"
     name: str
     known: tuple[str, ...]
 
@@ -685,22 +566,18 @@ class UnknownObject(MotionError):
         return f"no object or link is called {self.name!r}; known: {known}"
 
 
-@dataclass(eq=False)
-class DuplicateObject(MotionError):
+class DuplicateObject(MotionError, code="duplicate-object"):
     """A scene already holds an object of that name, or a link of the robot bears it."""
 
-    code: ClassVar[str] = "duplicate-object"
     name: str
 
     def __str__(self) -> str:
         return f"the name {self.name!r} is taken; accepted: a name of no other object and no link"
 
 
-@dataclass(eq=False)
-class SceneTooLarge(MotionError):
+class SceneTooLarge(MotionError, code="scene-too-large"):
     """More pairs of bodies with an object would have to be checked than are accepted."""
 
-    code: ClassVar[str] = "scene-too-large"
     pairs: int
     limit: int
     objects: int
@@ -718,11 +595,9 @@ class SceneTooLarge(MotionError):
         )
 
 
-@dataclass(eq=False)
-class SceneFileError(MotionError):
+class SceneFileError(MotionError, code="scene-file"):
     """A scene file cannot be used; `more` holds the further (field, problem) pairs found."""
 
-    code: ClassVar[str] = "scene-file"
     file: str
     field: str
     problem: str
@@ -733,11 +608,9 @@ class SceneFileError(MotionError):
         return in_file(self.file, self.field, self.problem) + rest
 
 
-@dataclass(eq=False)
-class MeshFileError(MotionError):
+class MeshFileError(MotionError, code="mesh-file"):
     """A mesh file cannot be used; `place` is the line or the byte, empty for the whole file."""
 
-    code: ClassVar[str] = "mesh-file"
     file: str
     place: str
     problem: str
@@ -746,11 +619,9 @@ class MeshFileError(MotionError):
         return in_file(self.file, self.place, self.problem)
 
 
-@dataclass(eq=False)
-class StartInCollision(MotionError):
+class StartInCollision(MotionError, code="start-in-collision"):
     """Two bodies touch where a motion is to start; `distance` [m] is negative by their overlap."""
 
-    code: ClassVar[str] = "start-in-collision"
     first: str
     second: str
     distance: float
@@ -763,11 +634,9 @@ class StartInCollision(MotionError):
         )
 
 
-@dataclass(eq=False)
-class GoalInCollision(MotionError):
+class GoalInCollision(MotionError, code="goal-in-collision"):
     """Two bodies touch where a motion is to end; `distance` [m] is negative by their overlap."""
 
-    code: ClassVar[str] = "goal-in-collision"
     first: str
     second: str
     distance: float
@@ -780,11 +649,9 @@ class GoalInCollision(MotionError):
         )
 
 
-@dataclass(eq=False)
-class PathInCollision(MotionError):
+class PathInCollision(MotionError, code="path-in-collision"):
     """Two bodies touch on the way; `fraction` is how far along the path, 0 to 1."""
 
-    code: ClassVar[str] = "path-in-collision"
     first: str
     second: str
     distance: float
@@ -798,8 +665,7 @@ class PathInCollision(MotionError):
         )
 
 
-@dataclass(eq=False)
-class PlatformLimit(MotionError):
+class PlatformLimit(MotionError, code="platform-limit"):
     """A pose breaks a limit of a parallel robot, short of any leg vector being asked for.
 
     `rule` names the limit (`stroke`, `base cone`, `platform cone`, `workspace sum`); `joint` and
@@ -807,7 +673,6 @@ class PlatformLimit(MotionError):
     path the pose lies, 0 to 1.
     """
 
-    code: ClassVar[str] = "platform-limit"
     rule: str
     joint: str
     value: float
@@ -826,14 +691,12 @@ class PlatformLimit(MotionError):
         )
 
 
-@dataclass(eq=False)
-class NoAssembly(MotionError):
+class NoAssembly(MotionError, code="no-assembly"):
     """No platform pose connected with home has these leg lengths [m].
 
     `residual` [m] is the greatest leg error of the best pose found, `reason` what it fails by.
     """
 
-    code: ClassVar[str] = "no-assembly"
     lengths: tuple[float, ...]
     residual: float
     reason: str

@@ -21,10 +21,7 @@ _GIMBAL = 1e-9
 
 
 def roll_pitch_yaw(rotation: Array) -> Array:
-    """Return the roll, pitch and yaw of a rotation matrix.
-
-    Args:
-        rotation: (3, 3).
+    """Return the roll, pitch and yaw of a (3, 3) rotation matrix.
 
     Returns:
         (3,) roll in (-π, π], pitch in [-π/2, π/2], yaw in (-π, π]. At a pitch of ±π/2, where only
@@ -46,8 +43,7 @@ def rpy_increment(pose: Pose, increment: Sequence[float] | Array) -> Pose:
         increment: (3,) added to roll, pitch and yaw of that frame [rad].
 
     Raises:
-        BadArgument: there are not three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not three finite values.
     """
     change = np.array(increment, dtype=np.float64)
     if change.shape != (3,):
@@ -94,9 +90,6 @@ def angular_velocity_of_rpy_rates(rpy: Sequence[float] | Array) -> Array:
 
     Its columns are the axes of the three rotations (Siciliano et al., Robotics, section 3.6):
     roll about the x axis after pitch and yaw, pitch about the y axis after yaw, yaw about z.
-
-    Args:
-        rpy: (3,) roll, pitch, yaw [rad].
 
     Raises:
         BadArgument: there are not three values.

@@ -64,11 +64,7 @@ class Pose:
 
     @classmethod
     def from_values(cls, position: Sequence[float], quaternion: Sequence[float]) -> Pose:
-        """Return a pose from plain numbers: (3,) position [m] and (4,) quaternion x, y, z, w.
-
-        Raises:
-            BadArgument, NotFinite: as of a `Pose`.
-        """
+        """Return the `Pose` of plain numbers: (3,) position [m] and (4,) quaternion x, y, z, w."""
         return cls(np.array(position, dtype=np.float64), np.array(quaternion, dtype=np.float64))
 
     @classmethod
@@ -76,8 +72,7 @@ class Pose:
         """Return a pose from a (3,) position [m] and (3,) roll, pitch, yaw [rad].
 
         Raises:
-            BadArgument: a vector does not have three values.
-            NotFinite: a value is infinite or not a number.
+            BadArgument, NotFinite: a vector is not three finite values.
         """
         half = checked_vector(rpy, 3, "rpy") / 2.0
         (sr, sp, sy), (cr, cp, cy) = np.sin(half), np.cos(half)
@@ -93,11 +88,7 @@ class Pose:
 
     @classmethod
     def from_matrix(cls, rotation: Array, position: Sequence[float] | Array) -> Pose:
-        """Return a pose from a (3, 3) rotation matrix and a position [m].
-
-        Raises:
-            NotFinite: a value is infinite or not a number.
-        """
+        """Return a pose of a (3, 3) rotation matrix and a position [m], or raise `NotFinite`."""
         return cls(np.asarray(position, dtype=np.float64), matrix_to_quaternion(rotation))
 
     @property
@@ -134,40 +125,26 @@ class Pose:
         return rotation_distance(self.quaternion, other.quaternion)
 
     def interpolate(self, other: Pose, fraction: float) -> Pose:
-        """Return the pose at a fraction of the path to another: straight line and even rotation.
-
-        Args:
-            other: the pose at fraction 1.
-            fraction: 0 to 1.
-        """
+        """Return the pose at a fraction of the path to another: straight line and even rotation."""
         position = (1.0 - fraction) * self.position + fraction * other.position
         return Pose(position, slerp(self.quaternion, other.quaternion, fraction))
 
 
 class PoseArray(NamedTuple):
-    """Poses as arrays, m of them, such as the tool's along a curve.
-
-    Attributes:
-        rotation: (m, 3, 3).
-        position: (m, 3) [m].
-    """
+    """Poses as arrays, (m, 3, 3) and (m, 3) [m], such as the tool's along a curve."""
 
     rotation: Array
     position: Array
 
 
 def slerp(start: Array, goal: Array, fraction: float) -> Array:
-    """Return the interpolation of two unit quaternions by the lesser angle, at a constant rate.
+    """Return the unit quaternion between two, w not negative, by the lesser angle at constant rate.
 
     Source: K. Shoemake, *Animating Rotation with Quaternion Curves*, SIGGRAPH 1985.
 
     Args:
         start: (4,) x, y, z, w at fraction 0.
         goal: (4,) x, y, z, w at fraction 1.
-        fraction: 0 to 1.
-
-    Returns:
-        (4,) unit quaternion, w not negative.
     """
     near = goal if float(start @ goal) >= 0.0 else -goal
     angle = rotation_distance(start, near) / 2.0
@@ -256,13 +233,10 @@ def checked_vector(values: Sequence[float] | Array, count: int, what: str) -> Ar
     """Return the caller's numbers as a (count,) array of its own.
 
     Args:
-        values: the numbers, in any unit.
-        count: how many there must be.
         what: their name in errors.
 
     Raises:
-        BadArgument: there are not so many values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not so many finite values.
     """
     vector = np.array(values, dtype=np.float64)
     if vector.shape != (count,):

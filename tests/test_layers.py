@@ -50,7 +50,7 @@ HOMES = {
         "motion/kinematics/serial.py",
         "motion/scene/collision.py",
     },
-    "coal": {"motion/scene/collision_shapes.py"},
+    "coal": {"motion/scene/collision.py"},
     "eigenpy": {"motion/kinematics/ik/levenberg_marquardt.py"},
     "toppra": {"motion/timing/toppra_solver.py"},
     "ompl": {"motion/planning/ompl_planner.py"},
@@ -58,7 +58,7 @@ HOMES = {
     "uvloop": {"controller_emulator/shell/cli.py", "server/shell/server_process.py"},
     "textual": {"tools/pendants/terminal/app.py"},
     "matplotlib": {
-        "motion/cli/plan_plot.py",
+        "motion/cli/plan_output.py",
         "motion/visuals/drawing.py",
         "tools/demo_report.py",
     },

@@ -25,13 +25,12 @@ from openpendant.tools.console import command, run
 from ..bounded_file import read_text
 from ..description.robot import SerialRobot, serial_robot
 from ..errors import BadArgument, MeshFileError
-from .arguments import Angles, to_controller
-from .faults import FAULTS, tell
-from .json_input import parse_joints, parse_pose
+from .arguments import FAULTS, Angles, parse_joints, parse_pose, tell, to_controller
 
 if TYPE_CHECKING:
-    from ..kinematics.serial import Array, Kinematics
+    from ..kinematics.serial import Kinematics
     from ..planning.planner import PlanningProgress
+    from ..pose import Array
     from ..scene.collision import CollisionModel
     from .plan_output import PlannedMotion
 
@@ -45,11 +44,7 @@ app = command()
 
 
 def main(argv: Sequence[str]) -> int:
-    """Run `openpendant plan` and return its exit code.
-
-    Args:
-        argv: the arguments after `plan`.
-    """
+    """Run `openpendant plan` and return its exit code."""
     return run(app, "plan", argv, FAULTS, tell)
 
 
@@ -105,7 +100,7 @@ def plan(
     if ros is not None:
         ros.write_text(to_ros_yaml(planned.trajectory, planned.limits), "utf-8")
     if plot is not None:
-        from .plan_plot import plot_trajectory
+        from .plan_output import plot_trajectory
 
         title = f"{planned.robot}, {planned.planner}, {planned.trajectory.duration:.2f} s"
         plot_trajectory(planned.trajectory, planned.limits, title, plot)
@@ -197,7 +192,7 @@ class _Work:
         if not text.lstrip().startswith("{"):
             accepted = "a JSON list of joint values, or a pose as an object of xyz and quat"
             raise BadArgument("goal", text, accepted)
-        from ..planning.goal_sampling import free_joint_position
+        from ..planning.planner import free_joint_position
         from ..pose import Pose
 
         xyz, quaternion, frame = parse_pose(text, "pose")

@@ -1,7 +1,7 @@
-"""Output of `openpendant plan`: its table and its JSON.
+"""Output of `openpendant plan`: its table, its JSON, and the plot of a motion's joints over time.
 
-Owns both layouts; CSV and ROS YAML are `trajectory_files`'. In JSON angles are controller-side
-[rad or m, s]; degrees and millimetres appear in the table only.
+Owns these layouts; CSV and ROS YAML are `trajectory_files`'. In JSON angles are controller-side
+[rad or m, s]; degrees and millimetres appear in the table only. Matplotlib is imported when called.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,14 +27,8 @@ class PlannedMotion:
     """Plan with the data of its making.
 
     Attributes:
-        robot: its name.
-        planner: the planner's name.
-        seed: the planner's random seed.
         plan_seconds: for goals, planning and timing [s].
         goals: joint positions reached in sequence.
-        trajectory: the motion.
-        certificate: the independent check of it.
-        limits: the robot's.
     """
 
     robot: str
@@ -98,3 +93,38 @@ def print_plan(plan: PlannedMotion, rows: int, console: Console | None = None) -
         f" acceleration {found.acceleration.ratio:.1%} ({found.acceleration.joint})"
     )
     console.print("certificate: valid, every sample keeps position, velocity and acceleration")
+
+
+_SIZE = (9.0, 9.0)  # inches
+_RESOLUTION = 120  # dots per inch
+
+
+def plot_trajectory(
+    trajectory: Trajectory, limits: JointLimits, title: str, path: str | Path
+) -> None:
+    """Write a PNG; angles in degrees, lengths in mm.
+
+    Raises:
+        OSError: the file cannot be written.
+        ModuleNotFoundError: matplotlib is not installed.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=_SIZE, layout="constrained")
+    FigureCanvasAgg(figure)
+    scale = np.where(limits.prismatic, 1e3, np.degrees(1.0))
+    unit = "° or mm" if any(limits.prismatic) else "°"
+    axes = figure.subplots(3, 1, sharex=True)
+    fields = (trajectory.position, trajectory.velocity, trajectory.acceleration)
+    names = (f"position [{unit}]", f"velocity [{unit}/s]", f"acceleration [{unit}/s²]")
+    for plot, field, name in zip(axes, fields, names, strict=True):
+        plot.plot(trajectory.times, field * scale)
+        for time in trajectory.waypoint_times[1:-1].tolist():
+            plot.axvline(time, color="0.8", linewidth=0.8, zorder=0)
+        plot.set_ylabel(name)
+        plot.grid(alpha=0.3)
+    axes[0].legend(limits.names, fontsize="small", loc="best")
+    axes[0].set_title(title)
+    axes[-1].set_xlabel("time [s]")
+    figure.savefig(path, format="png", dpi=_RESOLUTION)

@@ -22,7 +22,7 @@ from ..robot_import.imported_chain import ImportedChain
 from ..robot_import.new_robot import Wishes, configure, robot_name
 from ..robot_import.urdf import read_urdf
 from ..robot_import.urdf_tree import chain_to, possible_tips
-from .json_input import parse_joints
+from .arguments import parse_joints
 
 _SHOWN = 8  # names in a message
 

@@ -41,12 +41,7 @@ def print_list(robots: Iterable[Robot]) -> None:
 
 
 def print_robot(robot: Robot, dh_exactness: str = "") -> None:
-    """Print a robot's specification, limits, DH table, home and coupling.
-
-    Args:
-        robot: any robot.
-        dh_exactness: difference of the DH table from the joints, in words.
-    """
+    """Print a robot's specification, limits, home, coupling and DH table, with its exactness."""
     console = terminal()
     console.print(Text(f"{robot.name}: {robot.manufacturer} {robot.model}"), style="bold")
     console.print(_facts(robot))
@@ -78,8 +73,6 @@ def print_vrm(robot: SerialRobot, vrm: Vrm, angles: Sequence[float], difference:
     """Print RoboAnalyzer's rows and its angles at our home.
 
     Args:
-        robot: the robot.
-        vrm: its table.
         angles: the table's angles at our home [rad].
         difference: difference of its forward kinematics from ours, in words.
     """

@@ -29,12 +29,7 @@ _MOST_GUESSED = 20
 
 
 def field_problems(error: ValidationError, model: type[BaseModel]) -> tuple[Problem, ...]:
-    """Return every problem that a model found, in its order; one or more.
-
-    Args:
-        error: the error that pydantic raised.
-        model: the model of the whole file.
-    """
+    """Return every problem that a model found, in its order; one or more."""
     schema = model.model_json_schema()
     problems = []
     for number, found in enumerate(error.errors(include_url=False)):

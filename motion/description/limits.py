@@ -20,15 +20,14 @@ _UINT32 = struct.Struct("<I")
 
 @dataclass(frozen=True, slots=True)
 class JointLimits:
-    """Limits of the driven joints, controller side.
+    """Limits of the driven joints, controller side: positions [rad or m], speeds and accelerations.
 
     Attributes:
         names: joint names, wire order.
-        lower: least position [rad or m].
-        upper: greatest position [rad or m].
-        velocity: greatest speed [rad/s or m/s].
-        acceleration: greatest acceleration [rad/s² or m/s²].
         prismatic: True if the joint is measured in metres.
+
+    Raises:
+        WrongJointCount, NotFinite: in every check, not one finite value per joint.
     """
 
     names: tuple[str, ...]
@@ -68,11 +67,9 @@ class JointLimits:
 
         Args:
             values: (n,) one per joint.
-            what: their name, for the error.
 
         Raises:
-            WrongJointCount: the number of values differs from the number of joints.
-            NotFinite: a value is infinite or not a number.
+            WrongJointCount, NotFinite: not one finite value per joint.
         """
         if len(values) != len(self.names):
             raise WrongJointCount(len(values), len(self.names))
@@ -86,8 +83,6 @@ class JointLimits:
             position: (n,) controller-side joint position [rad or m].
 
         Raises:
-            WrongJointCount: the number of values differs from the number of joints.
-            NotFinite: a value is infinite or not a number.
             OutOfRange: the first joint that is outside its range.
         """
         self.check_finite(position, "the joint position")
@@ -98,13 +93,7 @@ class JointLimits:
                 raise OutOfRange(name, float(value), lower, upper, unit, index)
 
     def check_velocity(self, velocity: Sequence[float]) -> None:
-        """Check (n,) joint velocities [rad/s or m/s] exactly, either sign.
-
-        Raises:
-            WrongJointCount: the number of values differs from the number of joints.
-            NotFinite: a value is infinite or not a number.
-            TooFast: the first joint that is faster than its limit.
-        """
+        """Check (n,) velocities [rad/s or m/s] exactly, either sign, or raise `TooFast`."""
         self.check_finite(velocity, "the joint velocity")
         for index, value in enumerate(velocity):
             limit = self.velocity[index]
@@ -112,13 +101,7 @@ class JointLimits:
                 raise TooFast(self.names[index], float(value), limit, self.unit(index), index)
 
     def check_acceleration(self, acceleration: Sequence[float]) -> None:
-        """Check (n,) joint accelerations [rad/s² or m/s²] exactly, either sign.
-
-        Raises:
-            WrongJointCount: the number of values differs from the number of joints.
-            NotFinite: a value is infinite or not a number.
-            TooSharp: the first joint that accelerates more than its limit.
-        """
+        """Check (n,) accelerations [rad/s² or m/s²] likewise, or raise `TooSharp`."""
         self.check_finite(acceleration, "the joint acceleration")
         for index, value in enumerate(acceleration):
             limit = self.acceleration[index]

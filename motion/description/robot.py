@@ -24,13 +24,7 @@ from pydantic import ValidationError, ValidationInfo, model_validator
 from ..errors import RobotFileError, UnknownRobot, UnsupportedKind, shortened
 from .field_problems import Problem, field_problems
 from .rules import parallel_problems, serial_problems
-from .schema import (
-    SCHEMA,
-    Facts,
-    Kind,
-    ParallelFacts,
-    SerialFacts,
-)
+from .schema import SCHEMA, Facts, Kind, ParallelFacts, SerialFacts
 from .yaml_file import read_mapping
 
 _Facts = TypeVar("_Facts", bound=Facts)
@@ -85,12 +79,7 @@ def load_robot(name_or_path: str | Path) -> Robot:
 
 @cache
 def _robot_of_the_project(name: str) -> Robot:
-    """Return a robot that comes with the project; its file is read once in each process.
-
-    Raises:
-        UnknownRobot: the name is not one of `robot_names()`.
-        RobotFileError: the file is not a sound robot.
-    """
+    """Return a robot that comes with the project; its file is read once in each process."""
     known = robot_names()
     if name not in known:
         raise UnknownRobot(name, known)
@@ -103,8 +92,7 @@ def serial_robot(name_or_path: str | Path) -> SerialRobot:
 
     Raises:
         UnsupportedKind: the robot is parallel.
-        UnknownRobot: the name is not one of `robot_names()`.
-        RobotFileError: the file is missing, unreadable, or not a sound robot.
+        MotionError: as of `load_robot`.
     """
     robot = load_robot(name_or_path)
     if not isinstance(robot, SerialRobot):
@@ -127,7 +115,6 @@ def robot_from_content(content: Mapping[str, Any], file: str) -> Robot:
 
     Args:
         content: field names and values of schema `robot-facts/1`.
-        file: the file's name, for messages.
 
     Raises:
         RobotFileError: the content is not a sound robot.
@@ -147,11 +134,7 @@ def robot_from_content(content: Mapping[str, Any], file: str) -> Robot:
 
 
 def validated(model: type[_Facts], content: Mapping[str, Any], file: str) -> _Facts:
-    """Return facts of any kind from a mapping.
-
-    Raises:
-        RobotFileError: a field is missing, unknown or wrong; all that are wrong are in it.
-    """
+    """Return facts of any kind from a mapping, or raise `RobotFileError` with all that is wrong."""
     try:
         return model.model_validate(content, context={"file": file})
     except ValidationError as error:

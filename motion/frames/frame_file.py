@@ -14,6 +14,8 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias
 
@@ -72,8 +74,6 @@ def frames_from_json(text: str, file: str = "frames", tree: FrameTree | None = N
     """Return a tree with the frames and tools of a file's text.
 
     Args:
-        text: JSON of the schema.
-        file: its name, for the error.
         tree: the tree that they are added to; base, root, flange and tool if None.
 
     Raises:
@@ -84,31 +84,21 @@ def frames_from_json(text: str, file: str = "frames", tree: FrameTree | None = N
     for index, tool in enumerate(document.tools):
         where = f"tools[{index}]"
         pose = _pose(tool, file, where)
-        try:
+        with _refused_at(file, where):
             grown = grown.add_tool(tool.name, pose)
-        except MotionError as error:
-            raise FrameFileError(file, where, str(error)) from error
     for index, frame in enumerate(document.frames):
         where = f"frames[{index}]"
         pose = _pose(frame, file, where)
-        try:
+        with _refused_at(file, where):
             grown = grown.add(frame.name, pose, frame.parent)
-        except MotionError as error:
-            raise FrameFileError(file, where, str(error)) from error
-    if document.selected_tool is None:
-        return grown
-    try:
-        return grown.select_tool(document.selected_tool)
-    except MotionError as error:
-        raise FrameFileError(file, "selected_tool", str(error)) from error
+    if document.selected_tool is not None:
+        with _refused_at(file, "selected_tool"):
+            grown = grown.select_tool(document.selected_tool)
+    return grown
 
 
 def save_frames(tree: FrameTree, path: Path) -> None:
-    """Write the frames and tools of users to a file, all or nothing.
-
-    Raises:
-        FrameFileError: the file cannot be written.
-    """
+    """Write the frames and tools of users, all or nothing, or raise `FrameFileError`."""
     beside = path.with_name(path.name + ".new")
     try:
         beside.write_text(frames_to_json(tree), encoding="utf-8")
@@ -122,6 +112,14 @@ def load_frames(path: Path, tree: FrameTree | None = None) -> FrameTree:
     """Read a file of frames and tools; arguments and refusals are those of `frames_from_json`."""
     text = read_text(path, MAX_FILE_BYTES, FrameFileError)
     return frames_from_json(text, str(path), tree)
+
+
+@contextmanager
+def _refused_at(file: str, where: str) -> Iterator[None]:
+    try:
+        yield
+    except MotionError as error:
+        raise FrameFileError(file, where, str(error)) from error
 
 
 def _placed(frame: Frame) -> dict[str, Any]:
@@ -164,7 +162,5 @@ def _pose(placed: _Placed, file: str, where: str) -> Pose:
     if not abs(length - 1.0) <= UNIT_TOLERANCE:
         problem = f"has length {length:.9g}; accepted: 1, to {UNIT_TOLERANCE:g} (order x, y, z, w)"
         raise FrameFileError(file, f"{where}.quat", problem)
-    try:
+    with _refused_at(file, f"{where}.xyz"):
         return Pose.from_values(placed.xyz, placed.quat)
-    except MotionError as error:
-        raise FrameFileError(file, f"{where}.xyz", str(error)) from error

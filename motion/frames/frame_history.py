@@ -68,15 +68,13 @@ class FrameHistory:
 
     Moving frames have a straight path and an even rotation between two samples (linear position,
     slerp). A gap in the samples is interpolated in the same way, however long it is.
+
+    Raises:
+        FrameUnknown: in every method, for a frame that there is not, or was not at the time.
     """
 
     def __init__(
-        self,
-        tree: FrameTree,
-        time: int = 0,
-        *,
-        span: int = SPAN,
-        most_samples: int = MOST_SAMPLES,
+        self, tree: FrameTree, time: int = 0, *, span: int = SPAN, most_samples: int = MOST_SAMPLES
     ) -> None:
         """Start with a tree.
 
@@ -127,7 +125,6 @@ class FrameHistory:
             places: each frame in its parent.
 
         Raises:
-            FrameUnknown: there is no such frame.
             BadArgument: a frame does not move, or the time is not later.
         """
         for name in places:
@@ -143,12 +140,9 @@ class FrameHistory:
         """Return the pose of the frame `source` in the frame `target`, now or at a time.
 
         Args:
-            source: the frame that something is given in.
-            target: the frame that it is wanted in.
             time: [ns]; None for the newest pose of every frame.
 
         Raises:
-            FrameUnknown: there is, or was, no such frame.
             NotInHistory: a frame between the two moves, and the time is not in its history.
         """
         tree = self.tree if time is None else self._tree_at(time)
@@ -161,25 +155,18 @@ class FrameHistory:
         """Return the pose of `source` at one time in the `target` of another time.
 
         Args:
-            source: a frame.
             source_time: [ns].
-            target: a frame.
             target_time: [ns].
             still: the frame that is assumed not to have moved between the two times.
 
         Raises:
-            FrameUnknown: there is, or was, no such frame.
             NotInHistory: a time is not in the history of a frame that moves.
         """
         was = self.transform(source, still, source_time)
         return self.transform(target, still, target_time).inverse().compose(was)
 
     def covered(self, name: str) -> tuple[int, int] | None:
-        """Return the times [ns] of a moving frame's oldest and newest sample; None if it has none.
-
-        Raises:
-            FrameUnknown: there is no such frame.
-        """
+        """Return the times [ns] of a moving frame's oldest and newest sample, or None."""
         samples = self._places.get(self.tree[name].name)
         if samples is None or samples.oldest is None or samples.newest is None:
             return None

@@ -62,14 +62,12 @@ def frame_from_three_points(
     `on_y_side` has y > 0: Gram and Schmidt's construction.
 
     Args:
-        origin: (3,) the origin [m].
         on_x: (3,) any point on the positive x axis [m].
         on_y_side: (3,) any point of the xy plane with y > 0 [m].
 
     Raises:
         PoorGeometry: two points nearly coincide, or the three lie nearly in a line.
-        BadArgument: a point does not have three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: a vector is not three finite values.
     """
     o = checked_vector(origin, 3, "origin")
     x = _separation(o, checked_vector(on_x, 3, "on_x"), "origin", "on_x")
@@ -104,8 +102,7 @@ def frame_from_four_points(
     Raises:
         PoorGeometry: two points of an axis nearly coincide, the axes miss the right angle by more
             than 10°, or pass each other by more than a tenth of the shorter taught length.
-        BadArgument: a point does not have three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: a vector is not three finite values.
     """
     a, c = checked_vector(first_on_x, 3, "first_on_x"), checked_vector(first_on_y, 3, "first_on_y")
     x = _separation(a, checked_vector(second_on_x, 3, "second_on_x"), "first_on_x", "second_on_x")

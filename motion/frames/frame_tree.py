@@ -28,26 +28,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..errors import (
-    BadArgument,
-    FrameCycle,
-    FrameExists,
-    FrameInUse,
-    FramePredefined,
-    FrameUnknown,
-)
+from ..errors import BadArgument, FrameCycle, FrameExists, FrameInUse, FramePredefined, FrameUnknown
 from ..pose import Array, Pose, checked_vector
-
-__all__ = [
-    "BASE",
-    "FLANGE",
-    "MOST_FRAMES",
-    "ROOT",
-    "TOOL",
-    "Frame",
-    "FrameTree",
-    "Places",
-]
 
 BASE, ROOT, FLANGE, TOOL = "base", "root", "flange", "tool"
 
@@ -116,6 +98,11 @@ class FrameTree:
     Attributes:
         frames: every frame, the predefined ones first.
         selected_tool: the tool that the frame `tool` stands for; None for the bare flange.
+
+    Raises:
+        FrameUnknown: in every method, for a name of no frame.
+        FrameExists: for a new name that is in use.
+        FramePredefined: for a change of a frame of the robot, or a frame placed in `tool`.
     """
 
     frames: Mapping[str, Frame] = field(default_factory=predefined_frames)
@@ -146,11 +133,7 @@ class FrameTree:
         return _restore, (dict(self.frames), self.selected_tool)
 
     def __getitem__(self, name: str) -> Frame:
-        """Return a frame.
-
-        Raises:
-            FrameUnknown: there is none of that name.
-        """
+        """Return a frame, or raise `FrameUnknown`."""
         try:
             return self.frames[name]
         except (KeyError, TypeError):
@@ -178,9 +161,6 @@ class FrameTree:
             parent: any frame but `tool`, which stands for another.
 
         Raises:
-            FrameExists: the name is in use.
-            FrameUnknown: there is no such parent.
-            FramePredefined: the parent is `tool`.
             BadArgument: the name is no name, or there are 1,000 frames already.
         """
         if len(self.frames) >= MOST_FRAMES:
@@ -191,17 +171,12 @@ class FrameTree:
         """Return the tree with another tool; `tcp` is its centre point in the flange.
 
         Raises:
-            FrameExists: the name is in use.
             BadArgument: the name is no name, or there are 1,000 frames already.
         """
         return self.add(name, tcp, FLANGE)
 
     def select_tool(self, name: str | None) -> FrameTree:
-        """Return the tree in which the frame `tool` is a named tool, or with None the flange.
-
-        Raises:
-            FrameUnknown: there is no such tool.
-        """
+        """Return the tree in which the frame `tool` is a named tool, or with None the flange."""
         if name is None:
             tcp = Pose.identity()
         else:
@@ -217,12 +192,9 @@ class FrameTree:
 
         Args:
             name: a user frame or a tool.
-            pose: its new pose in its parent.
             parent: a new parent; None for the present one.
 
         Raises:
-            FrameUnknown: there is no such frame or parent.
-            FramePredefined: the frame belongs to the robot, or the parent is `tool`.
             FrameCycle: the parent hangs from the frame.
             FrameInUse: the selected tool would leave the flange.
         """
@@ -239,9 +211,6 @@ class FrameTree:
         """Return the tree with a frame under another name, in its place in the order.
 
         Raises:
-            FrameUnknown: there is no such frame.
-            FrameExists: the new name is in use.
-            FramePredefined: the frame belongs to the robot.
             BadArgument: the new name is no name.
         """
         self._own(name, "renamed")
@@ -258,13 +227,7 @@ class FrameTree:
         return FrameTree(MappingProxyType(frames), selected)
 
     def remove(self, name: str) -> FrameTree:
-        """Return the tree without a frame.
-
-        Raises:
-            FrameUnknown: there is no such frame.
-            FramePredefined: the frame belongs to the robot.
-            FrameInUse: other frames hang from it, or it is the selected tool.
-        """
+        """Return the tree without a frame; `FrameInUse` for a parent, or the selected tool."""
         self._own(name, "removed")
         users = [frame.name for frame in self.frames.values() if frame.parent == name]
         if name == self.selected_tool:
@@ -275,11 +238,7 @@ class FrameTree:
         return replace(self, frames=MappingProxyType(frames))
 
     def ancestors(self, name: str) -> tuple[str, ...]:
-        """Return the frame, its parent, and so on up to the base.
-
-        Raises:
-            FrameUnknown: there is no such frame.
-        """
+        """Return the frame, its parent, and so on up to the base."""
         way, frame = [name], self[name]
         while frame.parent is not None:
             way.append(frame.parent)
@@ -287,11 +246,7 @@ class FrameTree:
         return tuple(way)
 
     def moving_between(self, source: str, target: str) -> tuple[str, ...]:
-        """Return the moving frames whose places `transform` needs.
-
-        Raises:
-            FrameUnknown: there is no such frame.
-        """
+        """Return the moving frames whose places `transform` needs."""
         if source == target and self[source]:
             return ()
         ways = set(self.ancestors(source)) ^ set(self.ancestors(target))
@@ -304,8 +259,6 @@ class FrameTree:
         and `transform_twist` do the same for points, vectors and twists.
 
         Args:
-            source: the frame that something is given in.
-            target: the frame that it is wanted in.
             places: poses of the frames of `moving_between` in their parents.
 
         Raises:
@@ -360,11 +313,9 @@ def transform_point(transform: Pose, point: Sequence[float] | Array) -> Array:
 
     Args:
         transform: the source frame in the target frame, as of `FrameTree.transform`.
-        point: (3,) [m].
 
     Raises:
-        BadArgument: there are not three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not three finite values.
     """
     moved: Array = transform.position + transform.rotation @ checked_vector(point, 3, "point")
     return moved
@@ -374,8 +325,7 @@ def transform_vector(transform: Pose, vector: Sequence[float] | Array) -> Array:
     """Return a (3,) free vector, such as a velocity or a force, along the target frame's axes.
 
     Raises:
-        BadArgument: there are not three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not three finite values.
     """
     turned: Array = transform.rotation @ checked_vector(vector, 3, "vector")
     return turned
@@ -394,8 +344,7 @@ def transform_twist(transform: Pose, twist: Sequence[float] | Array) -> Array:
         twist: (6,) [v; ω], m/s and rad/s.
 
     Raises:
-        BadArgument: there are not six values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not six finite values.
     """
     values = checked_vector(twist, 6, "twist")
     rotation = transform.rotation

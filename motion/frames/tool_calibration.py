@@ -42,19 +42,12 @@ class ToolCentre:
         residuals: for each pose the distance of its TCP from the fixed point [m].
         spread: least singular value of the problem over √poses, 0 to 1: motion of a pose's TCP per
             metre of error of the TCP, in the direction where it is least.
-        smallest_turn: least rotation between any two of the poses [rad].
     """
 
     position: Array
     fixed_point: Array
     residuals: tuple[float, ...]
     spread: float
-    smallest_turn: float
-
-    @property
-    def mean_residual(self) -> float:
-        """Mean of the residuals [m]."""
-        return math.fsum(self.residuals) / len(self.residuals)
 
     @property
     def max_residual(self) -> float:
@@ -71,14 +64,6 @@ class ToolCentre:
         count = len(self.residuals)
         squares = math.fsum(residual * residual for residual in self.residuals)
         return math.sqrt(squares / (3 * count - 6) / count) / self.spread
-
-    def __str__(self) -> str:
-        x, y, z = (1e3 * float(value) for value in self.position)
-        return (
-            f"TCP at {x:.2f}, {y:.2f}, {z:.2f} mm in the flange; residual mean"
-            f" {1e3 * self.mean_residual:.3f} mm, max {1e3 * self.max_residual:.3f} mm over"
-            f" {len(self.residuals)} poses"
-        )
 
 
 def tool_centre(
@@ -104,7 +89,7 @@ def tool_centre(
         raise BadArgument("flange poses", len(flange_poses), f"{LEAST_POSES} or more")
     if not greatest_residual > 0.0:
         raise BadArgument("greatest_residual", greatest_residual, "more than 0")
-    smallest_turn = _check_turns(flange_poses)
+    _check_turns(flange_poses)
     rotations = np.array([pose.rotation for pose in flange_poses])
     positions = np.array([pose.position for pose in flange_poses])
     turned = (rotations - rotations.mean(axis=0)).reshape(-1, 3)
@@ -123,7 +108,7 @@ def tool_centre(
     if not residuals[worst] <= greatest_residual:
         what = f"the distance of the touch in pose {worst + 1} from the point that fits best"
         raise PoorGeometry(what, float(residuals[worst]), greatest_residual, "m", least=False)
-    return ToolCentre(tcp, fixed_point, tuple(residuals.tolist()), spread, smallest_turn)
+    return ToolCentre(tcp, fixed_point, tuple(residuals.tolist()), spread)
 
 
 def tool_orientation(
@@ -142,13 +127,9 @@ def tool_orientation(
         along_z: the flange where the fixed point lies on the tool's +z axis.
         along_x: the flange where it lies in the xz plane with x > 0; None for two points.
 
-    Returns:
-        The tool in the flange.
-
     Raises:
         PoorGeometry: the tool was moved away by less than 10 mm, or along x almost as along z.
-        BadArgument: the TCP does not have three values.
-        NotFinite: a value of it is infinite or not a number.
+        BadArgument, NotFinite: the TCP is not three finite values.
     """
     centre = Pose(np.asarray(tcp, dtype=np.float64), Pose.identity().quaternion)
     fixed_point = touching.compose(centre).position
@@ -166,7 +147,7 @@ def tool_orientation(
     return Pose.from_matrix(np.column_stack((x, np.cross(z, x), z)), centre.position)
 
 
-def _check_turns(poses: Sequence[Pose]) -> float:
+def _check_turns(poses: Sequence[Pose]) -> None:
     turns = {
         (first, second): poses[first].rotation_distance(poses[second])
         for first, second in combinations(range(len(poses)), 2)
@@ -175,7 +156,6 @@ def _check_turns(poses: Sequence[Pose]) -> float:
     if not smallest >= LEAST_TURN:
         what = f"the smallest turn between two poses ({first + 1} and {second + 1})"
         raise PoorGeometry(what, smallest, LEAST_TURN, "rad")
-    return smallest
 
 
 def _shown(fixed_point: Array, flange: Pose, centre: Pose, which: str) -> Array:

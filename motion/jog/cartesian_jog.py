@@ -15,9 +15,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..pose import Array
-from .jog_commands import LONGEST_STEP
+from .jog_commands import LONGEST_STEP, JogCause
 from .jog_model import JogModel
-from .jog_status import JogCause
 from .lookahead import LookAhead
 from .path_node import PathNode, is_even, speed_bounds
 from .tool_path import JogTwist, ToolPath
@@ -29,7 +28,6 @@ class Here(NamedTuple):
     """Place and speed of a motion on its path.
 
     Attributes:
-        sigma: path parameter.
         speed: dσ/dt.
         cell: index of the cell that it is in.
     """
@@ -52,8 +50,6 @@ def within_reach(nodes: Sequence[PathNode], here: Here, dt: float, asked: float)
 
     Args:
         nodes: the places of the path, σ growing.
-        here: where the tick begins.
-        dt: length of the tick [s].
         asked: upper bound of the speed.
     """
     half = 0.5 * dt
@@ -153,8 +149,6 @@ class CartesianJogMotion:
     """Tool in Cartesian jog, moving or at rest.
 
     Attributes:
-        position: (n,) the last set-point [rad or m].
-        velocity: (n,) of the last set-point [rad/s or m/s].
         speed: dσ/dt of the last set-point: share of the full speeds of the caps.
         twist: the direction at full speed.
         point_speed: greatest speed of tool centre point and elbow [m/s].
@@ -238,12 +232,7 @@ class CartesianJogMotion:
         return None
 
     def step(self, dt: float, asked: float) -> None:
-        """Advance by one tick.
-
-        Args:
-            dt: time since the last set-point [s].
-            asked: dσ/dt that is asked for.
-        """
+        """Advance by one tick."""
         if self.speed == 0.0 and not self.can_begin():
             self.velocity = [0.0] * self._model.dof
             self.scale, self.cause = 0.0, self._ahead.end

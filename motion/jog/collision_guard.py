@@ -27,7 +27,7 @@ import numpy as np
 
 from ..pose import Array
 from ..scene.collision import TOUCHING, CollisionModel
-from .jog_status import JogCause, JogSlowdown
+from .jog_commands import JogCause, JogSlowdown
 
 SLOW = 0.020
 """Bodies nearer than this slow a jog [m]."""
@@ -189,11 +189,7 @@ class CollisionGuard:
         return least, JogCause(JogSlowdown.COLLISION, after[worst], CLEAR, pair=self._pairs[worst])
 
     def _presses(
-        self,
-        pair: int,
-        start: float,
-        distance: float,
-        way: tuple[Sequence[float], Sequence[float]],
+        self, pair: int, start: float, distance: float, way: tuple[Sequence[float], Sequence[float]]
     ) -> bool:
         """Return True if bodies that touch equally at both ends do not part farther on.
 

@@ -1,10 +1,11 @@
 """Escape directions: joint directions that lead away from what holds a jog, and the keys for them.
 
 Owns the choice of the direction for each cause; the rule that a robot stands at a limit where
-little is left of the margin in which a jog slows (`proximity`, `collision_guard`); and the check
+little is left of the margin in which a jog slows (`path_node`, `collision_guard`); and the check
 that a tool jog leads away from that limit. It is asked once, when a robot has come to rest: a
 direction costs some hundred microseconds, the keys up to 1 ms. Knows no names of keys or
-directions; screens have the joints'.
+directions; screens have the joints'. Positions are where the robot stands; rates are shares of full
+speed, -1 to 1.
 
 A key moves one joint. So of a direction that moves several joints, the one that leads out fastest
 is kept. Keys out of a singularity are found by trying them: the fastest direction moves several
@@ -20,11 +21,10 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from .collision_guard import CLEAR, SLOW
-from .jog_commands import ToolJog
+from .jog_commands import JogCause, JogEscape, JogSlowdown, ToolJog
 from .jog_model import JogModel
 from .jog_robot import Footing
-from .jog_status import JogCause, JogEscape, JogSlowdown
-from .proximity import HALT_CONDITION, SLOW_CONDITION
+from .path_node import HALT_CONDITION, SLOW_CONDITION
 from .tool_path import JogTwist, ToolPath
 
 FREE_CONDITION = HALT_CONDITION - 0.2 * (HALT_CONDITION - SLOW_CONDITION)
@@ -36,27 +36,14 @@ _LOST = 1e-3  # of the greatest gain: a direction with less counts as lost
 
 
 def is_escape(model: JogModel, position: Sequence[float], rates: Sequence[float]) -> bool:
-    """Return True if a stretch of a joint jog ends where the arm is free.
-
-    Args:
-        model: the robot.
-        position: (n,) where it stands [rad or m].
-        rates: (n,) of the jog, -1 to 1.
-    """
+    """Return True if a stretch of a joint jog ends where the arm is free."""
     return model.arm.condition(_stretched(model, position, rates)) < FREE_CONDITION
 
 
 def escape_keys(model: JogModel, position: Sequence[float]) -> tuple[float, ...] | None:
-    """Return the joint jog of the fewest keys that leads out; None if no three keys do.
+    """Return the joint jog of the fewest keys, 0, 1 or -1, that leads out; None if no three do.
 
     Each key is the one that, together with those before it, gives back most of the lost directions.
-
-    Args:
-        model: the robot.
-        position: (n,) where it stands [rad or m].
-
-    Returns:
-        (n,) rates; 0, 1 or -1 each.
     """
     rates = (0.0,) * model.dof
     for _ in range(_MOST_KEYS):
@@ -100,8 +87,6 @@ def retreat(
     """Return the direction out of a cause at a joint position; None if none is needed.
 
     Args:
-        model: the robot.
-        position: (n,) where it stands [rad or m].
         cause: what holds it.
         reverse: True if the opposite of what was asked leads out.
     """
@@ -142,7 +127,6 @@ class EscapeDirection(NamedTuple):
     """A limit that the robot stands at, and a joint jog that leads away from it.
 
     Attributes:
-        cause: the limit, with its numbers.
         rates: (n,) of the joint whose key leads out fastest, 1 towards its upper limit or -1; for
             two singularities at once, of the two or three keys that do together; None if none is
             known.
@@ -155,12 +139,7 @@ class EscapeDirection(NamedTuple):
 
 
 def find_escapes(model: JogModel, position: Sequence[float]) -> list[EscapeDirection]:
-    """Return every limit that a robot stands at, joints first; empty where it is free.
-
-    Args:
-        model: the robot.
-        position: (n,) where it stands [rad or m].
-    """
+    """Return every limit that a robot stands at, joints first; empty where it is free."""
     return [_way_out(model, position, cause) for cause in _causes(model, position)]
 
 
@@ -202,13 +181,7 @@ def _causes(model: JogModel, position: Sequence[float]) -> Iterator[JogCause]:
 
 
 def leads_out(model: JogModel, position: Sequence[float], target: ToolJog) -> bool:
-    """Return True if a tool jog leads away from every limit that a robot stands at.
-
-    Args:
-        model: the robot.
-        position: (n,) where it stands [rad or m].
-        target: the jog.
-    """
+    """Return True if a tool jog leads away from every limit that a robot stands at."""
     linear, angular = target.direction()
     twist = JogTwist(linear * _PROBE, angular * _PROBE_TURN, target.axes is None)
     return target.magnitude > 0.0 and leads_along(model, position, twist)
@@ -221,8 +194,6 @@ def leads_along(model: JogModel, position: Sequence[float], twist: JogTwist) -> 
     the condition number hardly falls, more steps follow, because it may soon rise again.
 
     Args:
-        model: the robot.
-        position: (n,) where it stands [rad or m].
         twist: the direction, at any speed but 0.
     """
     sizes = (math.hypot(*twist.linear.tolist()), math.hypot(*twist.angular.tolist()))

@@ -1,7 +1,9 @@
-"""Jog commands: joint or tool jogs with their speeds and caps, and the targets of tool increments.
+"""Jog commands and set-points: joint or tool jogs with speeds and caps, and the answer to them.
 
-Owns the checks of these numbers. Rates are shares of a cap from -1 to 1, so that a key and a
-joystick ask alike. Knows no robot: `jogger` checks the number of joints.
+Owns the checks of these numbers, and the words for what slows or holds a jog: plain numbers and
+names, of which screens make the sentences and the server a verdict. Rates are shares of a cap from
+-1 to 1, so that a key and a joystick ask alike. Knows no robot: `jogger` checks the number of
+joints.
 
 Owns also the targets of increments, where one press moves the tool by a fixed amount instead of as
 long as it is held. What pendants call A, B, C is two things, which have two names here: `turned`
@@ -16,7 +18,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from enum import StrEnum
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -24,6 +27,87 @@ from ..errors import BadArgument, NotFinite
 from ..orientation import quaternion_of_vector, rpy_increment
 from ..pose import Array, Pose, quaternion_product, quaternion_to_matrix
 from ..trajectory.point_speed import REDUCED_SPEED
+
+
+class JogSlowdown(StrEnum):
+    """Cause for which a jog is slower than asked, or held."""
+
+    JOINT_LIMIT = "joint-limit"
+    """A joint approaches the end of its range."""
+    SINGULARITY = "singularity"
+    """The arm approaches a place where a direction of the tool is lost."""
+    COLLISION = "collision"
+    """Two bodies come near each other."""
+    WORKSPACE = "workspace"
+    """A platform approaches the border of its workspace, or a leg the cone of its anchor."""
+    TOOL_SPEED = "tool-speed"
+    """The tool centre point has its greatest allowed speed."""
+    ELBOW_SPEED = "elbow-speed"
+    """The elbow has the greatest speed that the tool may have."""
+    JOINT_SPEED = "joint-speed"
+    """A joint would have to exceed its velocity limit to keep the line."""
+    DIRECTION = "direction"
+    """The arm has too few axes for this motion of its tool."""
+    REACH = "reach"
+    """The line continues beyond what any joint position near this one reaches."""
+
+
+class JogCause(NamedTuple):
+    """A reason with its numbers.
+
+    Attributes:
+        value: joint position [rad or m], condition number [1], distance [m], share of the
+            workspace [1], or the speed that was asked for [m/s or rad/s].
+        limit: bound of the value, in the same unit.
+        joint: index of the joint, or -1.
+        pair: names of the two bodies, or None.
+    """
+
+    reason: JogSlowdown
+    value: float
+    limit: float
+    joint: int = -1
+    pair: tuple[str, str] | None = None
+
+
+class JogEscape(NamedTuple):
+    """Direction that leads out of what holds a jog.
+
+    Attributes:
+        joints: (n,) a joint jog that leads out, its greatest element ±1; None if none is known.
+        reverse: True if the opposite of what was asked leads out too.
+        singularity: name of the singularity that it leads out of; empty otherwise.
+    """
+
+    joints: tuple[float, ...] | None
+    reverse: bool
+    singularity: str = ""
+
+
+class JogSetpoint(NamedTuple):
+    """One set-point of a jog.
+
+    Attributes:
+        acceleration: (n,) mean since the last set-point [rad/s² or m/s²].
+        scale: share of the asked speed that is left, 0 to 1; 1 while a ramp is still rising.
+        cause: what takes the rest of the speed; None if nothing does.
+        at_rest: True if the robot stands still after this set-point.
+        retreat: direction that leads out, once a cause holds the robot at rest.
+    """
+
+    position: list[float]
+    velocity: list[float]
+    acceleration: list[float]
+    scale: float
+    cause: JogCause | None
+    at_rest: bool
+    retreat: JogEscape | None = None
+
+    @property
+    def reason(self) -> JogSlowdown | None:
+        """Reason of the cause, without its numbers."""
+        return None if self.cause is None else self.cause.reason
+
 
 Axes: TypeAlias = tuple[float, float, float, float]
 """Unit quaternion x, y, z, w of a frame in the base frame."""
@@ -81,8 +165,7 @@ class JointJog:
         rates: (n,) share of each joint's jog speed, -1 to 1; 0 for a joint that stands still.
 
     Raises:
-        BadArgument: a share is beyond ±1.
-        NotFinite: a share is infinite or not a number.
+        BadArgument, NotFinite: a share is beyond ±1, or no number.
     """
 
     rates: tuple[float, ...]
@@ -162,8 +245,7 @@ def shifted(pose: Pose, shift: Sequence[float], frame: Pose | None = None) -> Po
         frame: the frame in the base; None for the base itself, the pose for the tool's own axes.
 
     Raises:
-        BadArgument: there are not three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not three finite values.
     """
     way = np.array(_three(shift, "the shift"))
     if frame is not None:
@@ -180,8 +262,7 @@ def turned(pose: Pose, turn: Sequence[float], frame: Pose | None = None) -> Pose
         frame: the frame in the base; None for the base itself, the pose for the tool's own axes.
 
     Raises:
-        BadArgument: there are not three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not three finite values.
     """
     vector = np.array(_three(turn, "the turn"))
     if frame is not None:
@@ -199,8 +280,7 @@ def with_rpy_changed(pose: Pose, change: Sequence[float], frame: Pose | None = N
         frame: the frame in the base whose roll, pitch and yaw are meant; None for the base.
 
     Raises:
-        BadArgument: there are not three values.
-        NotFinite: a value is infinite or not a number.
+        BadArgument, NotFinite: not three finite values.
     """
     values = _three(change, "the change")
     if frame is None:

@@ -13,10 +13,8 @@ from ..paths.mechanism import Mechanism, PlatformMechanism, SerialMechanism
 from ..pose import Pose
 from ..scene.collision import CollisionModel
 from .collision_guard import CollisionGuard
-from .jog_robot import JogArm
+from .jog_robot import JogArm, PlatformTool, SerialTool
 from .line_speed_bounds import LinePoints
-from .platform_tool import PlatformTool
-from .serial_tool import SerialTool
 
 MARGIN = 0.1
 """Distance before the end of its range at which a joint begins to slow [rad or m]."""
@@ -35,8 +33,6 @@ class JogModel:
 
     Attributes:
         arm: the mechanism with its tool.
-        limits: limits of the joints.
-        dof: number n of joints.
         margin: (n,) distance before its end at which a joint begins to slow [rad or m].
         lower: (n,) where joints come to rest, a hundredth of the margin inside [rad or m].
         upper: (n,) likewise.
@@ -82,11 +78,7 @@ class JogModel:
 def jog_model(
     robot: Mechanism, tcp: Pose | None = None, collision: CollisionModel | None = None
 ) -> JogModel:
-    """Return the model of a serial arm or a platform.
-
-    Raises:
-        BadArgument: the mechanism is neither a serial arm nor a platform.
-    """
+    """Return the model of a serial arm or a platform; `BadArgument` for any other mechanism."""
     if isinstance(robot, SerialMechanism | PlatformMechanism):
         return JogModel(robot.kinematics, tcp, collision)
     accepted = "a SerialMechanism or a PlatformMechanism, as `mechanism` makes of a robot"

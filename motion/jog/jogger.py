@@ -5,44 +5,148 @@ another direction where the speed allows it. Between joint and tool jog, on a re
 bend is not possible, the robot comes to rest first. Reads no clock: the caller gives the length of
 each tick. Every set-point obeys speed and acceleration limits relative to the one before, whatever
 was asked and when.
+
+Owns also the path of the last jog, kept so that it can be followed back: joint positions thinned so
+that the straight pieces between them are nowhere farther from a set-point than a tolerance.
+Set-points are collected and thinned by the block (the algorithm of Ramer, Douglas and Peucker), so
+recording one costs next to nothing. When there are too many, the tolerance doubles and the rest is
+thinned again, so memory is bounded and the error is stated.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TypeAlias
+
+import numpy as np
 
 from ..errors import BadArgument, WrongJointCount
+from ..pose import Array
 from .cartesian_jog import CartesianJogMotion
 from .escape_directions import leads_along, retreat
-from .jog_commands import LONGEST_STEP, JogCaps, JogTarget, JointJog, ToolJog
+from .jog_commands import (
+    LONGEST_STEP,
+    JogCaps,
+    JogCause,
+    JogEscape,
+    JogSetpoint,
+    JogSlowdown,
+    JogTarget,
+    JointJog,
+    ToolJog,
+)
 from .jog_model import JogModel
-from .jog_status import JogCause, JogEscape, JogSetpoint, JogSlowdown
 from .joint_jog import JointJogMotion
 from .tool_path import JogTwist
-from .undo_path import UndoPath
+
+Position: TypeAlias = tuple[float, ...]
+
+TOLERANCE = 1e-3
+"""Greatest distance of a joint from what is kept [rad, or arm's lengths], until it must double."""
+
+MOST_POINTS = 512
+
+BLOCK = 64
+"""Set-points that are thinned together; the last of each block is kept."""
+
+
+class UndoPath:
+    """Path of one jog."""
+
+    def __init__(
+        self, start: Sequence[float], units: Sequence[float], tolerance: float = TOLERANCE
+    ) -> None:
+        """Start a path; `units` are as `JogModel.unit`, and the tolerance in them is above 0."""
+        if not tolerance > 0.0:
+            raise BadArgument("tolerance", tolerance, "more than 0")
+        self.tolerance = tolerance
+        self._units = np.array(units)
+        self._kept: list[Position] = [tuple(start)]
+        self._pending: list[Position] = []
+
+    def add(self, position: Sequence[float]) -> None:
+        """Record a set-point."""
+        place = tuple(position)
+        if place == (self._pending[-1] if self._pending else self._kept[-1]):
+            return
+        self._pending.append(place)
+        # Thinned by the block, so that most ticks only append: thinning takes time that grows with
+        # it.
+        if len(self._pending) >= BLOCK:
+            self._kept = self.waypoints()
+            self._pending = []
+            if len(self._kept) > MOST_POINTS:
+                self._coarsen()
+
+    def waypoints(self) -> list[Position]:
+        """Return the path from its start to its end; a single point where nothing moved."""
+        return self._kept[:-1] + self._thinned([self._kept[-1], *self._pending], self.tolerance)
+
+    def way_back(self) -> list[Position]:
+        """Return the path from its end to its start."""
+        return self.waypoints()[::-1]
+
+    def _coarsen(self) -> None:
+        # The second thinning is of points that deviate by the first already: errors add up.
+        kept = self._thinned(self._kept, self.tolerance)
+        self.tolerance *= 2.0
+        self._kept = kept if len(kept) <= MOST_POINTS // 2 else self._every_second(kept)
+
+    def _every_second(self, kept: list[Position]) -> list[Position]:
+        """Drop every second point of a path that no tolerance shortens; note the deviation."""
+        thinned = [*kept[:-1:2], kept[-1]]
+        triples = zip(kept[::2], kept[1::2], kept[2::2], strict=False)
+        self.tolerance += max(float(self._distances(np.array(each))[0]) for each in triples)
+        return thinned
+
+    def _thinned(self, way: list[Position], tolerance: float) -> list[Position]:
+        """Return the first and last point, and the points needed between them.
+
+        A stretch is one straight piece where all its points are within the tolerance of it;
+        otherwise it is split at the point that is farthest.
+        """
+        points = np.array(way)
+        kept = {0, len(way) - 1}
+        stretches = [(0, len(way) - 1)]
+        while stretches:
+            first, last = stretches.pop()
+            if last - first < 2:
+                continue
+            distances = self._distances(points[first : last + 1])
+            farthest = int(distances.argmax())
+            if distances[farthest] > tolerance:
+                middle = first + 1 + farthest
+                kept.add(middle)
+                stretches += [(first, middle), (middle, last)]
+        return [way[index] for index in sorted(kept)]
+
+    def _distances(self, stretch: Array) -> Array:
+        """Return how far each inner point of an (m, n) stretch is from its straight piece, (m-2,).
+
+        It is the greatest distance of a joint from the nearest place of the piece.
+        """
+        ways = (stretch[1:] - stretch[0]) / self._units
+        line = ways[-1]
+        square = float(line @ line)
+        if square:
+            shares = np.minimum(np.maximum(ways[:-1] @ line / square, 0.0), 1.0)
+        else:
+            shares = np.zeros(len(ways) - 1)
+        distances: Array = np.abs(ways[:-1] - shares[:, np.newaxis] * line).max(axis=1)
+        return distances
+
 
 _BEND_RETRY = 4  # ticks between trials to bend
 
 
 class Jogger:
-    """A jog of one robot.
-
-    Attributes:
-        caps: greatest speeds.
-        way: the path so far, for the undo.
-    """
+    """A jog of one robot; `way` is the path so far, for the undo."""
 
     def __init__(self, model: JogModel, start: Sequence[float], caps: JogCaps) -> None:
-        """Start at rest.
-
-        Args:
-            model: the robot.
-            start: (n,) where it stands [rad or m]; also beyond a limit, to be led back inside.
-            caps: greatest speeds.
+        """Start at rest where the robot stands, also beyond a limit, to be led back inside.
 
         Raises:
-            WrongJointCount: the start has not one value per joint.
-            NotFinite: the start holds an infinity or a NaN.
+            WrongJointCount, NotFinite: the start is not one finite value per joint.
             NoAssembly: a platform has no pose with the legs of the start.
         """
         model.limits.check_finite(start, "the joint position")
@@ -69,11 +173,7 @@ class Jogger:
         return list(self._motion.position)
 
     def aim(self, target: JogTarget | None) -> None:
-        """Set the target; None releases.
-
-        Raises:
-            WrongJointCount: there is not one rate per joint.
-        """
+        """Set the target; None releases; `WrongJointCount` for other than one rate per joint."""
         if isinstance(target, JointJog) and len(target.rates) != self._model.dof:
             raise WrongJointCount(len(target.rates), self._model.dof)
         if target != self._target:

@@ -1,8 +1,8 @@
 """Joint jog: set-points of joints that move each by itself, all below the speed limit of the tool.
 
 Owns how the joints change their velocities together, what slows them and in which order, and which
-places are checked for that. The rule for the ends of their ranges is `joint_limit_braking`'s, that
-for the speed of tool and elbow `point_speed_bounds`'.
+places are checked for that. The rules for the ends of their ranges and for the speed of tool and
+elbow are `joint_braking`'s.
 
 In most ticks the joints of an arm go along a straight line, for which `joint_line` has proven many
 ticks ahead what is otherwise checked in every tick. Every tick is checked while a press begins off
@@ -24,13 +24,11 @@ from typing import NamedTuple
 
 from ..errors import NoAssembly
 from .collision_guard import SLOW
-from .jog_commands import LONGEST_STEP, JogCaps
+from .jog_commands import LONGEST_STEP, JogCaps, JogCause, JogSlowdown
 from .jog_model import JogModel
-from .jog_status import JogCause, JogSlowdown
-from .joint_limit_braking import ROUNDING, Bound, JointLimitBraking
+from .joint_braking import ROUNDING, Bound, JointLimitBraking, StopOutlook, point_excess, stop_time
 from .joint_line import JogLine, line_from
-from .point_speed_bounds import StopOutlook, point_excess, stop_time
-from .proximity import SLOW_POSTURE
+from .path_node import SLOW_POSTURE
 
 
 class StopSurroundings:
@@ -52,8 +50,6 @@ class StopSurroundings:
         """Return what bodies and posture limits at the end of a stop leave of a velocity.
 
         Args:
-            dt: length of the tick [s].
-            position: (n,) where the tick begins [rad or m].
             asked: (n,) velocity, which sets the direction.
             stop: the stop after the tick towards it.
 
@@ -128,8 +124,6 @@ class _Press(NamedTuple):
 
     Attributes:
         rates: (n,) shares of the jog speeds.
-        caps: the caps that give the jog speeds.
-        speeds: (n,) the jog speeds [rad/s or m/s].
         asked: (n,) velocity that is asked for [rad/s or m/s].
         square: square of the length of that velocity; 1 where it is 0.
         ends: ends of the ranges, for joints at these speeds.
@@ -152,8 +146,6 @@ class JointJogMotion:
     """Joints in a joint jog, moving or at rest.
 
     Attributes:
-        position: (n,) the last set-point [rad or m].
-        velocity: (n,) of the last set-point [rad/s or m/s].
         scale: share of the asked speed that limits leave, of the joint that they leave least.
         cause: what takes the rest.
     """
@@ -183,13 +175,7 @@ class JointJogMotion:
         self._move(self._released(dt), dt)
 
     def step(self, dt: float, rates: tuple[float, ...], caps: JogCaps) -> None:
-        """Advance by one tick towards a velocity.
-
-        Args:
-            dt: time since the last set-point [s].
-            rates: (n,) shares of the jog speeds.
-            caps: the caps that give the jog speeds.
-        """
+        """Advance by one tick towards a velocity."""
         press = self._press
         # By identity, which is cheap: neither is changed in place, and a new press brings new ones.
         if press is None or press.rates is not rates or press.caps is not caps:
@@ -305,10 +291,6 @@ class JointJogMotion:
 
         All joints change by the same share, so from rest they start in the asked direction; except
         a joint that has to brake before the end of its range.
-
-        Args:
-            asked: (n,) velocity [rad/s or m/s].
-            bounds: (n,) of `JointLimitBraking.bounds`.
         """
         targets, share = [], 1.0
         for wanted, now, (least, most, gain) in zip(asked, self.velocity, bounds, strict=True):

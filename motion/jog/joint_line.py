@@ -20,12 +20,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from .jog_commands import LONGEST_STEP
+from .jog_commands import LONGEST_STEP, JogCause, JogSlowdown
 from .jog_model import JogModel
-from .jog_status import JogCause, JogSlowdown
-from .joint_limit_braking import ROUNDING, JointLimitBraking
+from .joint_braking import RESERVE, ROUNDING, JointLimitBraking, stop_time
 from .line_speed_bounds import LineSpeeds
-from .point_speed_bounds import RESERVE, stop_time
 
 _REASONS = (JogSlowdown.TOOL_SPEED, JogSlowdown.ELBOW_SPEED)
 _STRAIGHT = 1e-9  # of the asked speed: a lesser deviation from the line is rounding
@@ -39,7 +37,6 @@ class JogLine:
         sigma: how far along the line the motion is [s].
         share: dσ/dt, share of the asked velocity, 0 to 1.
         rise: greatest change of the share [1/s].
-        allowed: greatest speed of tool and elbow [m/s].
     """
 
     def __init__(
@@ -57,7 +54,6 @@ class JogLine:
             line: (n,) position now and (n,) velocity that is asked for.
             shares: share of that velocity, now and at most.
             free: σ up to which no end of a range matters.
-            limit: greatest speed of tool and elbow [m/s].
         """
         assert model.line_points is not None
         self.sigma = 0.0
@@ -133,11 +129,8 @@ def line_from(
     """Return the line from a place; None if the joints do not follow one, or only a short one.
 
     Args:
-        model: the robot.
         ends: ends of the ranges, at the speeds of the press.
         state: (n,) position and (n,) velocity.
-        asked: (n,) velocity that is asked for.
-        limit: greatest speed of tool and elbow [m/s].
     """
     position, velocity = state
     if model.line_points is None:

@@ -45,12 +45,7 @@ class LinePoints:
     """Tool centre point and elbow of a serial arm, with bounds of how their velocities bend."""
 
     def __init__(self, kinematics: Kinematics, tcp: Pose | None = None) -> None:
-        """Choose the points.
-
-        Args:
-            kinematics: the arm.
-            tcp: the tool centre point in the tool link's frame; the link's origin if None.
-        """
+        """Choose the points; `tcp` is in the tool link's frame, its origin if None."""
         self._kinematics = kinematics
         offset = (0.0, 0.0, 0.0) if tcp is None else tcp.position.tolist()
         self._points = [kinematics.link_point(offset=offset)]
@@ -141,7 +136,6 @@ class LineSpeeds:
         """Start at σ = 0.
 
         Args:
-            points: the points of the arm.
             line: (n,) position at σ = 0 and (n,) rates by σ.
             until: greatest σ that is asked for; all joints are in their ranges up to there.
             allowed: the speed limit [m/s]; lower speeds need no tighter bound.
@@ -223,7 +217,6 @@ def lever_arms(kinematics: Kinematics, link: str, offset: float = 0.0) -> list[f
     Valid for all driven joints in their ranges.
 
     Args:
-        kinematics: the arm.
         link: the link that the point is fixed to.
         offset: distance of the point from the link's origin [m].
     """

@@ -13,11 +13,19 @@ from collections.abc import Sequence
 
 from ..pose import Array
 from .collision_guard import SLOW
+from .jog_commands import JogCause, JogSlowdown
 from .jog_model import JogModel
 from .jog_robot import Footing
-from .jog_status import JogCause, JogSlowdown
-from .path_node import SPEED_RESERVE, PathNode, slowed, sped_up
-from .proximity import HALT_CONDITION, SLOW_CONDITION, scales, stop
+from .path_node import (
+    HALT_CONDITION,
+    SLOW_CONDITION,
+    SPEED_RESERVE,
+    PathNode,
+    scales,
+    slowed,
+    sped_up,
+    stop,
+)
 from .tool_path import ToolPath
 
 _JOINT_STEP = 0.06  # rad, or share of the arm's length: longest cell
@@ -54,9 +62,7 @@ class LookAhead:
         """Start a path.
 
         Args:
-            model: the robot.
             path: pose and direction at σ = 0.
-            position: (n,) there [rad or m].
             point_speed: greatest speed of tool centre point and elbow [m/s].
             rate: (n,) by σ, of a robot that moves; None for one at rest.
         """

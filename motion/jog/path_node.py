@@ -13,6 +13,11 @@ Owns also what joint limits leave to one tick, the bounds between two set-points
 |v| ≤ v_max, and a distance that differs from that of the mean velocity by at most a dt²/4, as it
 does for a joint that obeys its acceleration limit at every moment. The server's set-point guard
 checks these bounds again just before a set-point is sent.
+
+Owns also what slows a path near other limits, and what ends it. A margin slows by the root of what
+is left of it, which is an even deceleration: a joint before the end of its range, the condition
+number from 17 to 30 (the figures of moveit_servo), bodies from 20 mm to 5 mm apart, a platform
+before its borders. Each slows only while the limit comes nearer, so that leaving it is free.
 """
 
 from __future__ import annotations
@@ -25,8 +30,9 @@ from typing import TypeAlias
 from ..description.limits import JointLimits
 from ..pose import Array
 from .collision_guard import Distances
+from .jog_commands import JogCause, JogSlowdown
+from .jog_model import JogModel
 from .jog_robot import Posture
-from .jog_status import JogCause
 
 Inequality: TypeAlias = tuple[float, float, float]
 """α, β, a of |α x₀ + β x₁| ≤ a."""
@@ -43,9 +49,6 @@ class PathNode:
     """A place of the path, and the cell that begins there.
 
     Attributes:
-        sigma: path parameter.
-        position: (n,) [rad or m].
-        rate: (n,) by σ.
         twist: (6,) of the tool by σ.
         condition: condition number of the Jacobian.
         posture: use of the limits that belong to no joint.
@@ -57,7 +60,6 @@ class PathNode:
         open: True if the end of the known path sets `reach`.
         length: length of the cell by σ; 0 while there is none.
         cubics: (n,) cubics of the joints in the cell.
-        rows: inequalities of the cell.
         steady: greatest square of a constant dσ/dt that the joints allow in the whole cell.
     """
 
@@ -150,7 +152,6 @@ def slowed(rows: Sequence[Inequality], after: float, top: float) -> float:
     Every lesser one is allowed too, because x₀ = x₁ = 0 is and the inequalities are linear.
 
     Args:
-        rows: inequalities of the cell.
         after: greatest square at its end.
         top: greatest square at its start, for other reasons.
     """
@@ -161,7 +162,6 @@ def sped_up(rows: Sequence[Inequality], before: float, top: float) -> float:
     """Return the greatest square of dσ/dt at the end of a cell; every lesser one is allowed too.
 
     Args:
-        rows: inequalities of the cell.
         before: greatest square at its start.
         top: greatest square at its end, for other reasons.
     """
@@ -221,10 +221,8 @@ def speed_bounds(
     """Return the least and the greatest dσ/dt; the least is the greater one if none is allowed.
 
     Args:
-        limits: limits of the joints.
         rate: (n,) by σ where the tick ends.
         before: (n,) velocity where it begins [rad/s or m/s].
-        dt: length of the tick [s].
     """
     least, most = 0.0, math.inf
     joints = zip(rate, before, limits.acceleration, limits.velocity, strict=True)
@@ -260,3 +258,101 @@ def is_even(limits: JointLimits, before: State, after: State, dt: float) -> bool
         if way > allowed or way < -allowed:
             return False
     return True
+
+
+SLOW_CONDITION, HALT_CONDITION = 17.0, 30.0
+"""Condition numbers from which a tool jog slows and at which it halts."""
+
+SLOW_POSTURE = 0.9
+"""Use of a platform's own limits from which a jog slows; 1 is the limit."""
+
+_RISING = 1.0 + 1e-4  # of the least condition number so far: beyond it, the number rises
+_STEADY = 1.0 + 1e-5  # of a condition number from one node to the next: beyond it, the number rises
+
+
+def stop(
+    model: JogModel, last: PathNode, node: PathNode, least_condition: float
+) -> JogCause | None:
+    """Return what ends the path between two nodes; None if it may continue.
+
+    Args:
+        last: a node, with the cell to the next.
+        node: the next node.
+        least_condition: least condition number of the path so far.
+    """
+    places = zip(last.position, node.position, model.lower, model.upper, strict=True)
+    for joint, (before, after, lower, upper) in enumerate(places):
+        if (after > upper and after > before) or (after < lower and after < before):
+            return _joint_limit(model, joint, before)
+        if last.rate[joint] * node.rate[joint] < 0.0:
+            # A joint that reverses inside the cell is farthest out between the nodes, not at one of
+            # them.
+            turn = last.furthest(joint)
+            if turn is not None and (turn > max(upper, before) or turn < min(lower, before)):
+                return _joint_limit(model, joint, before)
+    # Compared with the least so far: an arm that starts inside a singularity's margin may leave it.
+    condition = node.condition
+    if condition >= HALT_CONDITION and condition > least_condition * _RISING:
+        return JogCause(JogSlowdown.SINGULARITY, condition, HALT_CONDITION)
+    if node.posture is not None and node.posture.use > 1.0 and _rises(last, node.posture):
+        return node.posture.cause
+    near = _nearing(model, last, node)
+    return near[1] if near is not None and near[0] <= 0.0 else None
+
+
+def scales(model: JogModel, last: PathNode | None, node: PathNode) -> list[tuple[float, JogCause]]:
+    """Return for each margin that the path enters the speed dσ/dt that it leaves, and the cause.
+
+    Args:
+        last: the node before; None for the first, where only the joints' rates give a direction.
+    """
+    found = []
+    joints = zip(node.position, node.rate, model.lower, model.upper, model.margin, strict=True)
+    for joint, (place, rate, lower, upper, margin) in enumerate(joints):
+        left = (upper - place if rate > 0.0 else place - lower) / margin
+        if rate != 0.0 and left < 1.0:
+            found.append((_even(left), _joint_limit(model, joint, place)))
+    if last is None:
+        return found
+    if node.condition > SLOW_CONDITION and node.condition > last.condition * _STEADY:
+        left = (HALT_CONDITION - node.condition) / (HALT_CONDITION - SLOW_CONDITION)
+        found.append(
+            (_even(left), JogCause(JogSlowdown.SINGULARITY, node.condition, HALT_CONDITION))
+        )
+    posture = node.posture
+    if posture is not None and posture.use > SLOW_POSTURE and _rises(last, posture):
+        left = (1.0 - posture.use) / (1.0 - SLOW_POSTURE)
+        found.append((_even(left), posture.cause))
+    near = _nearing(model, last, node)
+    if near is not None:
+        found.append(near)
+    return found
+
+
+def _nearing(model: JogModel, last: PathNode, node: PathNode) -> tuple[float, JogCause] | None:
+    guard = model.guard
+    if guard is None or node.distances is None:
+        return None
+    way = last.position, last.rate
+    near = guard.nearing(last.distances, node.distances, way, last.length)
+    if near is None and guard.in_contact(last.distances):
+        # Bodies that are farther apart at the end may come nearer first.
+        middle, _ = last.state(0.5 * last.length)
+        near = guard.nearing(last.distances, guard.look(middle), way, 0.5 * last.length)
+    return near
+
+
+def _even(left: float) -> float:
+    """Return the share of the speed from which an even deceleration ends with the margin."""
+    return math.sqrt(max(left, 0.0))
+
+
+def _rises(last: PathNode, posture: Posture) -> bool:
+    return last.posture is None or posture.use > last.posture.use
+
+
+def _joint_limit(model: JogModel, joint: int, place: float) -> JogCause:
+    limits = model.limits
+    upper = place > 0.5 * (limits.lower[joint] + limits.upper[joint])
+    bound = limits.upper[joint] if upper else limits.lower[joint]
+    return JogCause(JogSlowdown.JOINT_LIMIT, place, bound, joint)

@@ -99,7 +99,6 @@ def turning_joints(robot: SerialRobot, gain: Array) -> NDArray[np.bool_]:
     """Return (n,) True if a full revolution of the joint leaves the tool where it was, read-only.
 
     Args:
-        robot: the robot's facts.
         gain: (m, n) as of `model_map`.
     """
     # A coupled or dependent joint follows by its gain, so the gain must be a whole number.

@@ -6,7 +6,10 @@ leads the tool centre point along lines and circles, rotates about it, and retur
 vectors are the controller's; `pinocchio_model` has the map to the model's own. Besides these two
 modules only `collision` uses pinocchio; no pinocchio type goes to any other module.
 
-Frames: `base` is the controller's own base frame of the robot file, `root` the chain's root link.
+Frames: `base` is the controller's own base frame of the robot file, `root` the chain's root link;
+a link is one of the chain, the tool link if None. A joint position is (n,) controller-side [rad or
+m], a velocity (n,) [rad/s or m/s]. Limits are never checked; a method without checks wants finite
+float64.
 """
 
 from __future__ import annotations
@@ -17,16 +20,14 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
 from ..description.limits import JointLimits
 from ..description.robot import SerialRobot
 from ..description.schema import FixedJoint, JointType, Placement
 from ..errors import FrameUnknown
+from ..pose import Array as Array
 from ..pose import Pose, PoseArray
 from .pinocchio_model import base_in_root, model_map, serial_model, turning_joints
-
-Array: TypeAlias = NDArray[np.float64]
 
 FRAMES = ("base", "root")
 
@@ -65,7 +66,6 @@ class Kinematics:
     """Kinematics of one robot, for one thread: calls share scratch memory.
 
     Attributes:
-        robot: the robot's facts.
         limits: limits of the driven joints, controller side.
         dof: number n of driven joints.
         lower: (n,) least controller-side joint position [rad or m], read-only.
@@ -73,6 +73,10 @@ class Kinematics:
         turning: (n,) True if a full revolution of the joint leaves the tool where it was.
         is_direct: True if the model's vector is the controller-side one itself.
         size: a length of the order of the arm's reach [m], to weigh rotations against shifts.
+
+    Raises:
+        FrameUnknown: in every method, for a frame or a link that there is not.
+        WrongJointCount, NotFinite: in `forward` and `jacobian`, not one finite value per joint.
     """
 
     def __init__(self, robot: SerialRobot) -> None:
@@ -99,23 +103,9 @@ class Kinematics:
         return self._model
 
     def forward(
-        self,
-        joint_position: Sequence[float] | Array,
-        frame: str = "base",
-        link: str | None = None,
+        self, joint_position: Sequence[float] | Array, frame: str = "base", link: str | None = None
     ) -> Pose:
-        """Return the pose of a link.
-
-        Args:
-            joint_position: (n,) controller-side [rad or m]; limits are not checked.
-            frame: `base` or `root`, the frame the pose is expressed in.
-            link: a link of the chain; the tool link if None.
-
-        Raises:
-            WrongJointCount: not one value per driven joint.
-            NotFinite: a value is infinite or not a number.
-            FrameUnknown: there is no such frame or link.
-        """
+        """Return the pose of a link."""
         frame_id = self._tool if link is None else self._link(link)
         in_root = self._in_root(frame)
         pin.forwardKinematics(self._model, self._data, self._model_vector(joint_position))
@@ -127,18 +117,9 @@ class Kinematics:
     def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
         """Return the derivative of the tool link's motion by the joints.
 
-        Args:
-            joint_position: (n,) controller-side [rad or m]; limits are not checked.
-            frame: `base` or `root`, whose axes the velocities are expressed along.
-
         Returns:
             (6, n): linear velocity of the tool's origin [m/s], then angular velocity [rad/s], per
             unit of controller-side joint velocity.
-
-        Raises:
-            WrongJointCount: not one value per driven joint.
-            NotFinite: a value is infinite or not a number.
-            FrameUnknown: there is no such frame.
         """
         in_root = self._in_root(frame)
         _, _, jacobian = self.linearise(self._checked(joint_position))
@@ -148,15 +129,7 @@ class Kinematics:
         return np.vstack((rotation @ jacobian[:3], rotation @ jacobian[3:]))
 
     def linearise(self, joint_position: Array) -> tuple[Array, Array, Array]:
-        """Return tool placement and Jacobian in one pass, in the base frame, without checks.
-
-        Args:
-            joint_position: (n,) controller-side [rad or m], finite float64.
-
-        Returns:
-            The tool's (3, 3) rotation, its (3,) position [m], and the (6, n) Jacobian as of
-            `jacobian`.
-        """
+        """Return the tool's (3, 3) rotation, (3,) position and Jacobian in the base, unchecked."""
         model, data = self._model, self._data
         pin.computeJointJacobians(model, data, self._expanded(joint_position))
         # The frame placement is not refreshed by the Jacobian calls; a stale one would be read.
@@ -167,11 +140,7 @@ class Kinematics:
         return placement.rotation, placement.translation, jacobian
 
     def place(self, joint_position: Array) -> tuple[Array, Array]:
-        """Return the tool's (3, 3) rotation and (3,) position in the base frame, without checks.
-
-        Args:
-            joint_position: (n,) controller-side [rad or m], finite float64.
-        """
+        """Return the tool's (3, 3) rotation and (3,) position in the base frame, without checks."""
         pin.forwardKinematics(self._model, self._data, self._expanded(joint_position))
         placement = pin.updateFramePlacement(self._model, self._data, self._tool)
         return placement.rotation, placement.translation
@@ -179,15 +148,7 @@ class Kinematics:
     def link_point(
         self, link: str | None = None, offset: Sequence[float] = (0.0, 0.0, 0.0)
     ) -> LinkPoint:
-        """Return a point of a link, for `point_speeds`.
-
-        Args:
-            link: a link of the chain; the tool link if None.
-            offset: (3,) in the link's frame [m].
-
-        Raises:
-            FrameUnknown: there is no such link.
-        """
+        """Return a point of a link by its (3,) offset in its frame [m], for `point_speeds`."""
         x, y, z = offset
         frame = self._tool if link is None else self._link(link)
         return LinkPoint(frame, (x, y, z) if x or y or z else None)
@@ -195,13 +156,7 @@ class Kinematics:
     def point_speeds(
         self, joint_position: Array, joint_velocity: Array, points: Sequence[LinkPoint]
     ) -> list[float]:
-        """Return the speeds of points of the arm [m/s], without checks.
-
-        Args:
-            joint_position: (n,) controller-side [rad or m], finite float64.
-            joint_velocity: (n,) [rad/s or m/s].
-            points: the points.
-        """
+        """Return the speeds of points of the arm [m/s], without checks."""
         if not self.is_direct:
             joint_position = self._expanded(joint_position)
             joint_velocity = self._gain @ joint_velocity
@@ -223,12 +178,7 @@ class Kinematics:
     def point_places(
         self, joint_position: Sequence[float], points: Sequence[LinkPoint]
     ) -> tuple[tuple[float, ...], ...]:
-        """Return the places of points of the arm in the base frame [m], without checks.
-
-        Args:
-            joint_position: (n,) controller-side [rad or m], finite.
-            points: the points.
-        """
+        """Return the places of points of the arm in the base frame [m], without checks."""
         model, data = self._model, self._data
         pin.forwardKinematics(model, data, self._expanded(np.array(joint_position)))
         places = []
@@ -253,11 +203,6 @@ class Kinematics:
         """Return pose and speed [m/s] of a frame of the tool in one pass, without checks.
 
         In plain floats and without a `Pose`: each state message of a cell needs it.
-
-        Args:
-            joint_position: (n,) controller-side [rad or m], finite float64.
-            joint_velocity: (n,) [rad/s or m/s].
-            tool: the frame.
         """
         (speed,) = self.point_speeds(joint_position, joint_velocity, (tool.origin,))
         placement = pin.updateFramePlacement(self._model, self._data, self._tool)
@@ -270,15 +215,7 @@ class Kinematics:
         return ((x, y, z), turn), speed
 
     def places(self, joint_positions: Array, link: str | None = None) -> PoseArray:
-        """Return the poses of a link at many joint positions, in the base frame, without checks.
-
-        Args:
-            joint_positions: (m, n) controller-side [rad or m], finite float64.
-            link: a link of the chain; the tool link if None.
-
-        Raises:
-            FrameUnknown: there is no such link.
-        """
+        """Return the poses of a link at many joint positions, in the base frame, without checks."""
         frame_id = self._tool if link is None else self._link(link)
         places = PoseArray(
             np.empty((len(joint_positions), 3, 3)), np.empty((len(joint_positions), 3))
@@ -290,11 +227,7 @@ class Kinematics:
         return places
 
     def to_base(self, pose: Pose, frame: str) -> Pose:
-        """Return a pose given in `base` or `root`, expressed in the base frame.
-
-        Raises:
-            FrameUnknown: there is no such frame.
-        """
+        """Return a pose given in `base` or `root`, expressed in the base frame."""
         if not self._in_root(frame):
             return pose
         base = Pose.from_matrix(self._base.rotation, self._base.translation)

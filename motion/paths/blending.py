@@ -1,8 +1,8 @@
 """Blending: corners rounded within a zone, so that a motion need not stop at them.
 
 Owns the formula by which one straight or curved leg changes into the next within a zone, the rules
-for the size of a zone, and the path with zones in joint space. `tool_chain` uses the formula in
-space, `joint_chain` between any two joint paths. Knows no segment and no time.
+for the size of a zone, and the path with zones in joint space. `path_chains` uses the formula in
+space and between any two joint paths. Knows no segment and no time.
 
 The formula of all zones. At a corner with a zone r the second leg begins before the first ends:
 with a falling from r to 0 and b rising from 0 to r over a stretch 2r of the parameter,
@@ -35,8 +35,8 @@ import numpy as np
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument, NoMotion, NotFinite, WrongJointCount, ZoneTooLarge
-from ..trajectory.joint_curves import COINCIDENT, Indices, Path, check_extent, settle_start
-from ..trajectory.trajectory import Array
+from ..pose import Array
+from ..trajectory.joint_curves import COINCIDENT, Path, WaypointPath, check_extent, settle_start
 from .tool_kinematics import ToolKinematics
 
 
@@ -123,7 +123,7 @@ def check_zones(
             raise ZoneTooLarge(first_waypoint + index, zone, largest, unit, reason)
 
 
-class JointPolyline:
+class JointPolyline(WaypointPath):
     """Straight lines in joint space, with a zone at each waypoint between.
 
     Every waypoint but the first and the last has a zone above 0, in the unit of the path's length.
@@ -170,27 +170,11 @@ class JointPolyline:
         pieces, passing = _pieces(points, self._directions, lengths, zones)
         spans = np.array([piece.span for piece in pieces])
         self._joins: Array = np.concatenate(([0.0], np.cumsum(spans)))
-        self.knots: Array = _knots(self._joins, pieces)
-        self.waypoint_knots: Indices = np.searchsorted(self.knots, self._joins[passing])
+        self.knots = _knots(self._joins, pieces)
+        self.waypoint_knots = np.searchsorted(self.knots, self._joins[passing])
         self._coefficients = tuple(np.stack([piece.coefficients for piece in pieces], axis=1))
         if limits is not None:
             check_extent(self, limits)
-
-    @property
-    def length(self) -> float:
-        """End of the domain of s."""
-        return float(self.knots[-1])
-
-    @property
-    def dof(self) -> int:
-        """Number of joints."""
-        return int(self._points.shape[1])
-
-    @property
-    def goal(self) -> Array:
-        """(n,) the last waypoint."""
-        goal: Array = self._points[-1]
-        return goal
 
     def evaluate(self, s: Array, order: int = 0) -> Array:
         """Return the (m, n) position (order 0) or derivative by s (1, 2) at s: (m,)."""

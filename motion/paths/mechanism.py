@@ -1,15 +1,16 @@
-"""Mechanism protocol: kinematics and paths of a robot, be it a serial arm or a platform.
+"""Mechanism: kinematics and paths of a robot, be it a serial arm or a platform.
 
-Owns the protocol and the choice of its implementation: a serial arm through `serial`, `ik` and
+Owns the calls that both have, and the choice between them: a serial arm through `serial`, `ik` and
 `paths`, a Stewart platform through `platform` and `stewart_path`. A joint vector has the limits'
-meaning: angles and shifts of a serial arm, lengths of legs. The paths returned are timed by
-`parameterization.time_path` and certified as any other.
+meaning, (n,) angles and shifts of a serial arm or lengths of legs [rad or m]. The paths returned
+are timed by `parameterization.time_path` and certified as any other.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from ..description.limits import JointLimits
 from ..description.robot import ParallelRobot, Robot, SerialRobot
@@ -19,108 +20,67 @@ from .segments import Segment
 
 if TYPE_CHECKING:
     from ..kinematics.ik.ik import Solution
+    from ..kinematics.serial import Kinematics
+    from ..kinematics.stewart.platform import StewartKinematics
 
 
-class Mechanism(Protocol):
-    """Kinematics and paths of a robot; poses are of the tool, `frame` is `base` or `root`."""
+class Mechanism(ABC):
+    """Kinematics and paths of a robot; poses are of the tool, `frame` is `base` or `root`.
 
-    @property
-    def limits(self) -> JointLimits:
-        """Limits of the joint vector."""
+    Every method refuses by a `MotionError`: a malformed joint position, a pose out of reach, a
+    place of a path with its fraction, a segment with its number.
 
-    @property
-    def home_position(self) -> tuple[float, ...]:
-        """(n,) the joint position at home [rad or m]."""
+    Attributes:
+        home_position: (n,) the joint position at home [rad or m].
+    """
+
+    def __init__(
+        self, kinematics: Kinematics | StewartKinematics, home_position: tuple[float, ...]
+    ) -> None:
+        self._kinematics = kinematics
+        self.limits: JointLimits = kinematics.limits
+        self.home_position = home_position
+
+    @abstractmethod
+    def solve(
+        self, target: Pose, seed: Sequence[float] | Array, *, frame: str = "base"
+    ) -> Solution:
+        """Return a joint position inside the limits that puts the tool at a pose."""
+
+    @abstractmethod
+    def line(self, start: Sequence[float] | Array, target: Pose, *, frame: str = "base") -> Path:
+        """Return the path of the tool along a straight line with an even rotation."""
+
+    @abstractmethod
+    def curve(self, waypoints: Sequence[Sequence[float] | Array]) -> Path:
+        """Return the smooth path through joint positions; through two, the straight one."""
 
     def forward(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Pose:
-        """Return the tool's pose.
-
-        Args:
-            joint_position: (n,) angles and shifts, or leg lengths [rad or m].
-            frame: `base` or `root`, the frame of the pose.
-
-        Raises:
-            MotionError: the joint position is malformed, or of no pose.
-        """
+        """Return the tool's pose."""
+        return self._kinematics.forward(joint_position, frame)
 
     def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
         """Return the (6, n) twist [v; ω] of the tool's origin per unit of joint velocity.
 
         Linear velocity comes first [m/s], then angular [rad/s], both along the axes of `frame`.
-
-        Args:
-            joint_position: (n,) [rad or m].
-            frame: `base` or `root`.
-
-        Raises:
-            MotionError: the joint position is malformed, or of no pose.
         """
-
-    def solve(
-        self, target: Pose, seed: Sequence[float] | Array, *, frame: str = "base"
-    ) -> Solution:
-        """Return a joint position inside the limits that puts the tool at a pose.
-
-        Args:
-            target: the tool's pose in `frame`.
-            seed: (n,) position that the answer should be near [rad or m].
-            frame: `base` or `root`.
-
-        Raises:
-            MotionError: there is none, with the numbers.
-        """
-
-    def line(self, start: Sequence[float] | Array, target: Pose, *, frame: str = "base") -> Path:
-        """Return the path of the tool along a straight line with an even rotation.
-
-        Args:
-            start: (n,) where the robot stands [rad or m].
-            target: the tool's pose at the end, in `frame`.
-            frame: `base` or `root`.
-
-        Raises:
-            MotionError: a place of the line is refused; with its fraction of the path.
-        """
-
-    def curve(self, waypoints: Sequence[Sequence[float] | Array]) -> Path:
-        """Return the smooth path through joint positions; through two, the straight one.
-
-        Args:
-            waypoints: two or more, each (n,) [rad or m]; the first is where the robot stands.
-
-        Raises:
-            MotionError: a waypoint, or the path between two, is refused.
-        """
+        return self._kinematics.jacobian(joint_position, frame)
 
     def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
-        """Return the paths of PTP, LIN, CIRC and spline segments in sequence; see `plan_path`.
+        """Return the paths of PTP, LIN, CIRC and spline segments in sequence; see `plan_path`."""
+        from .paths import plan_path
 
-        Args:
-            start: (n,) where the robot stands [rad or m].
-            segments: one or more.
-
-        Raises:
-            MotionError: a segment is refused, with its number and its fraction of the path.
-        """
+        return plan_path(self._kinematics, start, segments)
 
 
-class SerialMechanism:
+class SerialMechanism(Mechanism):
     """Serial arm."""
 
     def __init__(self, robot: SerialRobot) -> None:
         from ..kinematics.serial import Kinematics
 
         self.kinematics = Kinematics(robot)
-        self.limits = robot.limits
-        self.home_position = robot.home_position
-
-    def forward(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Pose:
-        """Return the tool's pose."""
-        return self.kinematics.forward(joint_position, frame)
-
-    def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
-        """Return the (6, n) Jacobian."""
-        return self.kinematics.jacobian(joint_position, frame)
+        super().__init__(self.kinematics, robot.home_position)
 
     def solve(
         self, target: Pose, seed: Sequence[float] | Array, *, frame: str = "base"
@@ -140,30 +100,15 @@ class SerialMechanism:
         """Return the smooth path through joint positions."""
         return JointSpline(waypoints, self.limits)
 
-    def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
-        """Return the paths of segments in sequence."""
-        from .segment_planning import plan_path
 
-        return plan_path(self.kinematics, start, segments)
-
-
-class PlatformMechanism:
+class PlatformMechanism(Mechanism):
     """Stewart platform; its joint vector is six leg lengths [m]."""
 
     def __init__(self, robot: ParallelRobot) -> None:
         from ..kinematics.stewart.platform import StewartKinematics
 
         self.kinematics = StewartKinematics(robot)
-        self.limits = self.kinematics.limits
-        self.home_position = self.kinematics.home_position
-
-    def forward(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Pose:
-        """Return the platform's pose."""
-        return self.kinematics.forward(joint_position, frame)
-
-    def jacobian(self, joint_position: Sequence[float] | Array, frame: str = "base") -> Array:
-        """Return the (6, 6) Jacobian."""
-        return self.kinematics.jacobian(joint_position, frame)
+        super().__init__(self.kinematics, self.kinematics.home_position)
 
     def solve(
         self, target: Pose, seed: Sequence[float] | Array, *, frame: str = "base"
@@ -182,12 +127,6 @@ class PlatformMechanism:
         from .stewart_path import leg_curve
 
         return leg_curve(self.kinematics, waypoints)
-
-    def segments(self, start: Sequence[float] | Array, segments: Sequence[Segment]) -> list[Path]:
-        """Return the paths of segments in sequence."""
-        from .segment_planning import plan_path
-
-        return plan_path(self.kinematics, start, segments)
 
 
 def mechanism(robot: Robot) -> Mechanism:

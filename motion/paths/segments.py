@@ -14,10 +14,10 @@ from enum import Enum
 from typing import TypeAlias
 
 from ..errors import BadArgument
-from ..pose import Pose
+from ..pose import Array, Pose
 from ..trajectory.joint_curves import Path
-from ..trajectory.trajectory import MAX_DURATION, Array
-from .circles import ToolTurn
+from ..trajectory.trajectory import MAX_DURATION
+from .tool_curves import ToolTurn
 
 Target: TypeAlias = Pose | Sequence[float] | Array
 """A tool pose in the segment's frame, or a controller-side joint position (n,) [rad or m]."""
@@ -69,7 +69,7 @@ class ThroughPoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class AboutCentre:
-    """Arc about a centre to the target; see `circles.arc_about`."""
+    """Arc about a centre to the target; see `tool_curves.arc_about`."""
 
     centre: Point
     normal: Point | None = None
@@ -100,7 +100,6 @@ class Circ:
     """Motion of the tool along a circle.
 
     Attributes:
-        way: definition of the circle.
         target: end of an arc; None for a full circle, which ends where it began.
         turn: rotation of the tool; only an even rotation reaches the target's orientation.
         frame: `base` or `root`, the frame of the circle's points and of a target that is a pose.

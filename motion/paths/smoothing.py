@@ -23,8 +23,9 @@ from numpy.typing import NDArray
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument, NoMotion, NotFinite, WrongJointCount
+from ..pose import Array
 from ..trajectory.joint_curves import Indices, JointSpline
-from ..trajectory.trajectory import MAX_DURATION, Array
+from ..trajectory.trajectory import MAX_DURATION
 from .segments import SegmentRule
 
 SLOWEST, FASTEST = 0.1, 4.0
@@ -188,11 +189,7 @@ def _curve_at_knots(clock: Array, samples: Array, knots: Array) -> Array:
 
 
 def _basis(knots: Array, at: Array) -> tuple[Indices, Array]:
-    """Return the B-splines that are not 0 at each time, by the recurrence of Cox and de Boor.
-
-    Returns:
-        (m,) the index of the first of them, and their (m, 4) values.
-    """
+    """Return the B-splines at each time by Cox and de Boor: (m,) first index, (m, 4) values."""
     padded = np.concatenate((knots[:1].repeat(_ORDER - 1), knots, knots[-1:].repeat(_ORDER - 1)))
     first = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, len(knots) - 2)
     values = np.zeros((len(at), _ORDER))
@@ -212,9 +209,7 @@ def _basis(knots: Array, at: Array) -> tuple[Indices, Array]:
 def _solve_banded(normal: Array, right: Array) -> Array:
     """Solve a symmetric positive definite system of half bandwidth 3, by Cholesky's L D Lᵀ.
 
-    Args:
-        normal: (k, 4) row i holds the elements (i, i) to (i, i + 3).
-        right: (k, n).
+    Row i of `normal`, (k, 4), holds the elements (i, i) to (i, i + 3).
     """
     rows = normal.tolist()
     solution = right.copy()

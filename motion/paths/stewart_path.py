@@ -3,7 +3,8 @@
 Owns the line as exact functions of the path parameter (the legs follow by formula, so the tool is
 on it everywhere), and the check of any path against the platform's limits before it is timed. Each
 path implements `joint_curves.Path`, a joint vector being the six leg lengths [m], so timing,
-certificate and trajectory are those of a serial arm. Base frame. Knows no time.
+certificate and trajectory are those of a serial arm. Base frame; a start is where the platform
+stands, treated by `settle_start`. Knows no time.
 """
 
 from __future__ import annotations
@@ -44,12 +45,7 @@ class PlatformLine:
     """
 
     def __init__(self, kinematics: StewartKinematics, start: Array, target: Pose) -> None:
-        """Join the platform's present pose with another.
-
-        Args:
-            kinematics: the platform.
-            start: (6,) leg lengths [m], inside the strokes.
-            target: the pose at the end, in the base.
+        """Join the platform's pose at (6,) leg lengths inside the strokes [m] with another.
 
         Raises:
             PlatformLimit: the target breaks a limit; fraction 1.
@@ -134,19 +130,12 @@ def platform_line(
 ) -> PlatformLine:
     """Return the straight line of the platform from its present pose, checked along its length.
 
-    Args:
-        kinematics: the platform.
-        start: (6,) leg lengths where it stands; see `settle_start`.
-        target: the pose at the end, in `frame`.
-        frame: `base` or `root`.
-
     Raises:
         PlatformLimit: a pose of the line breaks a limit; with its fraction of the path.
         OutOfRange: the start is outside a stroke.
         NoAssembly: no pose of the workspace has the leg lengths of the start.
         NoMotion: the platform is there already.
-        WrongJointCount: the start does not have one value per leg.
-        NotFinite: the start holds an infinity or a NaN.
+        WrongJointCount, NotFinite: the start is not one finite value per leg.
         FrameUnknown: there is no such frame.
     """
     stands = np.array(settle_start(start, kinematics.limits))
@@ -162,7 +151,6 @@ def leg_curve(
     """Return the smooth curve through leg lengths, checked along its length.
 
     Args:
-        kinematics: the platform.
         waypoints: (w, 6) leg lengths [m], the first where the robot stands; two give a line.
 
     Raises:

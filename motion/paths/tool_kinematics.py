@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from ..kinematics.stewart.platform import StewartKinematics
-from ..pose import Pose
+from ..pose import Array, Pose
 from ..trajectory.joint_curves import Path
-from ..trajectory.trajectory import Array
 from .stewart_path import check_path
 
 NEAR_SINGULARITY = 0.1
@@ -47,8 +46,6 @@ def next_joints(kinematics: ToolKinematics, pose: Pose, before: Array) -> Array:
     """Return the (n,) joint position that leads the tool on to a pose nearby, in the base frame.
 
     Args:
-        kinematics: the robot.
-        pose: next pose of the tool.
         before: (n,) joint position before it.
 
     Raises:
@@ -83,12 +80,7 @@ def singularity_near(kinematics: ToolKinematics, joint_position: Array) -> str:
 
 
 def leg_of(path: Path, fraction: float) -> tuple[int, float]:
-    """Return the part between two waypoints of a place, from 0, and how far along it, 0 to 1.
-
-    Args:
-        path: any.
-        fraction: of the path's length.
-    """
+    """Return the part between two waypoints at a fraction of the length, and how far along it."""
     passed = path.knots[path.waypoint_knots]
     leg = int(np.clip(np.searchsorted(passed, fraction * path.length) - 1, 0, len(passed) - 2))
     begin, end = passed[leg : leg + 2].tolist()

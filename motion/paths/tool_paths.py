@@ -2,7 +2,8 @@
 
 Owns the density of the samples on a tool curve, their solution by inverse kinematics from one to
 the next, the measure of the tool's deviation between samples, and the refusal where the arm would
-have to change its branch. Knows no shape of a curve and no timing. The server's event loop imports
+have to change its branch. Samples are (m,) values of s, joint positions (m, n), and the start is
+(n,), see `settle_start`. Knows no shape of a curve and no timing. The server's event loop imports
 this module, so inverse kinematics is imported only by the function that searches.
 """
 
@@ -15,9 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import BranchChange, OutOfRange, PlatformLimit, PoseUnreachable
-from ..pose import Pose, PoseArray
+from ..pose import Array, Pose, PoseArray
 from ..trajectory.joint_curves import ROUNDING, JointSpline, settle_start
-from ..trajectory.trajectory import Array
 from .tool_curves import ToolCurve
 from .tool_kinematics import ToolKinematics, check_workspace, next_joints, singularity_near
 
@@ -43,7 +43,7 @@ _PROJECTIONS = 2
 def follow_tool_curve(
     kinematics: ToolKinematics, start: Sequence[float] | Array, curve: ToolCurve
 ) -> JointSpline:
-    """Return the joint path that leads the tool along a curve.
+    """Return the joint path, with the curve's waypoints, that leads the tool along a curve.
 
     The curve is sampled every 2 mm or 1° (at most 2,000 samples a piece), each solved from the one
     before. Between samples the joints follow a smooth curve. Where the tool, measured at ten times
@@ -51,12 +51,7 @@ def follow_tool_curve(
     added: the samples themselves are inside.
 
     Args:
-        kinematics: the robot.
-        start: (n,) where the robot stands; see `settle_start`.
         curve: begins at the tool's present pose, in the base frame.
-
-    Returns:
-        A path whose waypoints are those of the curve.
 
     Raises:
         PoseUnreachable: a pose of the curve; with its fraction of the path.
@@ -65,8 +60,7 @@ def follow_tool_curve(
         OutOfRange: a pose of the curve is reached only outside a joint's range, with its fraction;
             or the start is, or the path between samples.
         NoMotion: no joint moves.
-        WrongJointCount: the start does not have one value per joint.
-        NotFinite: the start holds an infinity or a NaN.
+        WrongJointCount, NotFinite: the start is not one finite value per joint.
     """
     settled = np.array(settle_start(start, kinematics.limits))
     follower = _Follower(kinematics, curve)
@@ -94,7 +88,6 @@ class _Follower:
     controller-side [rad or m].
 
     Attributes:
-        kinematics: the robot.
         curve: in the base frame.
         greatest_step: (n,) greatest motion of a joint between samples [rad or m].
     """
@@ -114,21 +107,12 @@ class _Follower:
         return np.array(joints)
 
     def jumps(self, joints: Array) -> Array:
-        """Return for each of m - 1 spans the greatest joint step, relative to what is accepted.
-
-        Args:
-            joints: (m, n).
-        """
+        """Return for each of m - 1 spans the greatest joint step, relative to what is accepted."""
         steps: Array = (np.abs(np.diff(joints, axis=0)) / self.greatest_step).max(axis=1)
         return steps
 
     def strays(self, s: Array, joints: Array) -> NDArray[np.bool_]:
-        """Return for each of m - 1 spans True if the path leaves the curve, or a joint its range.
-
-        Args:
-            s: (m,) the samples.
-            joints: (m, n) the joint positions there.
-        """
+        """Return for each of m - 1 spans if the path leaves the curve, or a joint its range."""
         path = JointSpline(joints)
         inside = np.arange(1, _DENSER) / _DENSER
         knots = path.knots[:-1, np.newaxis] + np.diff(path.knots)[:, np.newaxis] * inside
@@ -194,12 +178,7 @@ class _Follower:
             raise
 
     def _deviations(self, joint_positions: Array, guesses: Array) -> Array:
-        """Return how far the tool is off the curve at each (m, n), relative to what is accepted.
-
-        Args:
-            joint_positions: (m, n).
-            guesses: (m,) estimates of their places on the curve.
-        """
+        """Return how far the tool is off the curve near (m,) guesses, relative to the accepted."""
         places = self.kinematics.places(joint_positions)
         offset, tilt = deviation(self.curve, places, guesses)
         ratios: Array = np.maximum(offset / POSITION_DEVIATION, tilt / ROTATION_DEVIATION)
@@ -207,7 +186,7 @@ class _Follower:
 
 
 def deviation(curve: ToolCurve, places: PoseArray, guesses: Array) -> tuple[Array, Array]:
-    """Return the distances of tool places from a curve, each from the nearest place of the curve.
+    """Return the (m,) distances [m] and angles [rad] of tool places from the nearest of a curve.
 
     Nearest means in position and orientation together, found by Gauss-Newton steps along the curve:
     s grows by (e · c') / (c' · c') with the error e to the place c(s), where rotations are weighed
@@ -218,9 +197,6 @@ def deviation(curve: ToolCurve, places: PoseArray, guesses: Array) -> tuple[Arra
         curve: where the tool should be.
         places: where it is, m places.
         guesses: (m,) estimates of the places on the curve.
-
-    Returns:
-        (m,) distances [m] and (m,) angles [rad].
     """
     s = guesses
     for _ in range(_PROJECTIONS):

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import PlannerUnavailable
-from ..trajectory.trajectory import Array
+from ..pose import Array
 from .rrt_connect import TreeSearch
 
 
@@ -77,10 +77,9 @@ def search_with_ompl(
     resolution: float,
     proceed: Callable[[int], bool],
 ) -> TreeSearch:
-    """Search a polyline from start to goal.
+    """Search a polyline from start to goal; its iterations are the positions checked.
 
     Args:
-        planner: the planner.
         start: (n,) free.
         goal: (n,) free.
         lower: (n,) least position of the box that is searched.
@@ -90,9 +89,6 @@ def search_with_ompl(
         step: greatest length of an edge, for planners that have one.
         resolution: greatest distance of the checked positions on an edge.
         proceed: called with the number of positions checked; the search ends where it is False.
-
-    Returns:
-        The waypoints, and the number of positions checked as iterations.
 
     Raises:
         PlannerUnavailable: ompl is not installed.

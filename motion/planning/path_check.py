@@ -21,9 +21,9 @@ from functools import lru_cache
 import numpy as np
 
 from ..errors import PathInCollision
+from ..pose import Array
 from ..scene.collision import TOUCHING, CollisionModel
 from ..trajectory.joint_curves import Path, check_extent
-from ..trajectory.trajectory import Array
 
 RESOLUTION = 1e-3
 """Greatest travel of a joint from one sample to the next [rad or m]."""
@@ -39,8 +39,6 @@ class PathContact:
     Attributes:
         fraction: of the path's length, 0 to 1.
         joint_position: (n,) there [rad or m].
-        first: name of a body.
-        second: name of the other.
         distance: between them [m], negative by their overlap.
     """
 
@@ -61,9 +59,7 @@ def first_contact(
     """Return the first place of a path where two bodies touch; None if none do.
 
     Args:
-        collision: robot and scene.
         path: a path, or (w, n) waypoints joined by straight lines in joint space.
-        margin: distance that counts as touching [m].
         resolution: greatest travel of a joint between samples [rad or m].
 
     Raises:
@@ -102,7 +98,6 @@ def check_path(
     """Refuse a path on which two bodies touch.
 
     Args:
-        collision: robot and scene.
         path: a path, or (w, n) waypoints joined by straight lines in joint space [rad or m].
 
     Raises:

@@ -3,7 +3,10 @@
 Owns the order of the work: refuse a start or goal in contact, search, shorten, round the corners,
 and check the resulting path as it will be driven. Search and shortening check single positions and
 keep a margin. Only the last check decides, and where it finds a contact the work is repeated at a
-finer resolution. A path that has not passed it is never returned.
+finer resolution. A path that has not passed it is never returned. Owns also the choice of a goal
+for a tool pose: the joint position that inverse kinematics finds from where the robot stands if it
+is free, else the first free one from random seeds. Joint positions are (n,) [rad or m]; a start is
+treated by `settle_start`.
 
 The effort is counted in samples, so that the same seed gives the same path on any machine; time is
 only an outer limit. (OMPL, where it is installed, and the built-in search give different paths.)
@@ -24,13 +27,15 @@ from ..errors import (
     NoMotion,
     NoPathFound,
     PlannerUnavailable,
+    PoseUnreachable,
     StartInCollision,
 )
+from ..kinematics.ik.ik import solve
 from ..kinematics.serial import Kinematics
 from ..paths.blending import LEAST_ZONE, JointPolyline
+from ..pose import Array, Pose
 from ..scene.collision import CollisionModel, Proximity
 from ..trajectory.joint_curves import COINCIDENT, settle_start
-from ..trajectory.trajectory import Array
 from .ompl_planner import OmplPlanner, ompl_is_installed, search_with_ompl
 from .path_check import EdgeChecker, first_contact
 from .rrt_connect import STEP, TreeSearch, rrt_connect, shorten
@@ -65,7 +70,6 @@ class PlanningProgress:
     """Progress of a plan.
 
     Attributes:
-        stage: the present stage.
         attempt: from 1; each further one works at a finer resolution.
         iterations: of the search, all attempts together.
         seconds: since the start; None without a clock.
@@ -97,21 +101,15 @@ def plan_free_path(
     on_progress: Callable[[PlanningProgress], None] | None = None,
     clock: Callable[[], float] | None = None,
 ) -> JointPolyline:
-    """Plan a joint path without contact.
+    """Plan a joint path without contact: lines with zones between, to be timed by `time_path`.
 
     Args:
-        kinematics: the robot.
         collision: the same robot in its scene.
-        start: (n,) where the robot stands; see `settle_start`.
-        goal: (n,) target.
         planner: one of `planners()`.
         seed: the same number gives the same path; 0 to 2³¹ - 1.
         time_limit: greatest duration by `clock` [s].
         on_progress: called now and then; what it raises ends the plan.
         clock: returns seconds; without one only the number of samples is bounded.
-
-    Returns:
-        Lines in joint space with zones between, to be timed by `time_path`.
 
     Raises:
         StartInCollision: the robot touches something at the start.
@@ -120,8 +118,7 @@ def plan_free_path(
         PlannerUnavailable: there is no such planner here.
         NoMotion: the robot is already there.
         OutOfRange: start or goal is outside a joint's range.
-        WrongJointCount: start or goal does not have one value per joint.
-        NotFinite: start or goal holds an infinity or a NaN.
+        WrongJointCount, NotFinite: start or goal is not one finite value per joint.
         BadArgument: the seed or the time limit.
     """
     if planner not in planners():
@@ -199,12 +196,7 @@ class _Report:
 
 
 def _margin(collision: CollisionModel, start: Array, goal: Array) -> float:
-    """Return the distance to keep from bodies, at most half of that of start and goal.
-
-    Raises:
-        StartInCollision: the start has none.
-        GoalInCollision: the goal has none.
-    """
+    """Return the distance to keep from bodies, at most half of that of start and goal."""
     margin = MARGIN
     for position, refusal in ((start, StartInCollision), (goal, GoalInCollision)):
         nearest: Proximity | None = collision.distance(position)
@@ -276,3 +268,39 @@ def _free_zone(collision: CollisionModel, around: Array, lengths: Array) -> floa
             return zone
         zone /= 2.0
     return None
+
+
+SEEDS = 16
+"""Random joint positions from which further solutions are sought."""
+
+
+def free_joint_position(
+    collision: CollisionModel,
+    pose: Pose,
+    near: Sequence[float] | Array,
+    *,
+    frame: str = "base",
+    random_seed: int = 0,
+) -> Array:
+    """Return an (n,) joint position that reaches a pose without contact.
+
+    Raises:
+        PoseUnreachable: no joint position reaches the pose.
+        GoalInCollision: all that were found touch; of the nearest one.
+        FrameUnknown: there is no such frame.
+    """
+    kinematics = collision.kinematics
+    first = solve(kinematics, pose, near, frame=frame, random_seed=random_seed).joint_position
+    if not collision.collides(first):
+        return first
+    random = np.random.default_rng(random_seed)
+    for _ in range(SEEDS):
+        seed = random.uniform(kinematics.lower, kinematics.upper)
+        try:
+            found = solve(kinematics, pose, seed, frame=frame, random_seed=random_seed)
+        except PoseUnreachable:
+            continue
+        if not collision.collides(found.joint_position):
+            return found.joint_position
+    contact = collision.contacts(first)[0]
+    raise GoalInCollision(contact.first, contact.second, contact.distance)

@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..trajectory.trajectory import Array
+from ..pose import Array
 
 STEP = 0.5
 """Greatest length of an edge [rad or m]."""
@@ -56,7 +56,6 @@ def rrt_connect(
         lower: (n,) least position of the box that is searched.
         upper: (n,) greatest position.
         edge_free: returns True if a straight line is free.
-        random: source of the samples.
         step: greatest length of an edge.
         iterations: greatest number of samples.
         proceed: called with the number of each iteration; the search ends where it returns False.
@@ -146,18 +145,13 @@ _LEAST_GAIN = 1e-3
 
 
 def shorten(
-    waypoints: Array,
-    edge_free: EdgeFree,
-    *,
-    random: np.random.Generator,
-    attempts: int = ATTEMPTS,
+    waypoints: Array, edge_free: EdgeFree, *, random: np.random.Generator, attempts: int = ATTEMPTS
 ) -> Array:
     """Return a polyline with the same ends that is not longer.
 
     Args:
         waypoints: (w, n).
         edge_free: returns True if a straight line between two positions is free.
-        random: source of the places.
         attempts: shortcuts tried; the same number again after that many failed in a row.
     """
     points = _without_detours(waypoints, edge_free)

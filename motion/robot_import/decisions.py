@@ -2,9 +2,10 @@
 
 Owns the record of the source of each fact of a new robot; the values assumed for a joint that is
 not fully described, by the rules that `docs/robots.md` lists; and the text form of such values:
-screens use degrees and millimetres. The assumptions are cautious: a robot is moved slower than it
-could be, never faster than stated anywhere. The questions, and their place, are `new_robot`'s; the
-dialogue with a person is the caller's.
+screens use degrees and millimetres, and a text that is not accepted raises `BadArgument`. The
+assumptions are cautious: a robot is moved slower than it could be, never faster than stated
+anywhere. The questions, and their place, are `new_robot`'s; the dialogue with a person is the
+caller's.
 """
 
 from __future__ import annotations
@@ -52,11 +53,7 @@ def on_screen(value: float, unit: str) -> str:
 
 
 def typed_range(text: str, unit: str) -> tuple[float, float]:
-    """Return two values, in degrees or millimetres, as a range [rad or m].
-
-    Raises:
-        BadArgument: not two numbers, the first less than the second.
-    """
+    """Return two values in degrees or millimetres, the first less, as a range [rad or m]."""
     values = typed_values(text, (unit, unit))
     if not values[0] < values[1]:
         raise BadArgument("range", text, "the least value, then the greatest")
@@ -64,11 +61,7 @@ def typed_range(text: str, unit: str) -> tuple[float, float]:
 
 
 def typed_rate(text: str, unit: str) -> float:
-    """Return a rate per second, in degrees or millimetres, as [rad/s or m/s].
-
-    Raises:
-        BadArgument: not one number more than 0.
-    """
+    """Return a rate above 0 per second, in degrees or millimetres, as [rad/s or m/s]."""
     (value,) = typed_values(text, (unit,))
     if not value > 0.0:
         raise BadArgument("speed", text, "more than 0")
@@ -76,11 +69,7 @@ def typed_rate(text: str, unit: str) -> float:
 
 
 def typed_values(text: str, units: tuple[str, ...]) -> tuple[float, ...]:
-    """Return numbers separated by spaces or commas, in degrees or millimetres, as [rad or m].
-
-    Raises:
-        BadArgument: not one finite number per unit.
-    """
+    """Return a finite number per unit, separated by spaces or commas, as [rad or m]."""
     accepted = f"{len(units)} finite numbers" if len(units) > 1 else "a finite number"
     try:
         values = [float(part) for part in text.replace(",", " ").split()]
@@ -141,7 +130,6 @@ class Decisions:
     """Decisions on open facts, one after the other, with a report of each.
 
     Args:
-        file: the description's name, for messages.
         tell: called with every finding as it is made.
         ask: asks a person; None to assume what is missing.
         strict: refuse what is missing, all of it at the end, instead of asking or assuming.
@@ -173,47 +161,24 @@ class Decisions:
         show: Callable[[_Value], str],
         parse: Callable[[str], _Value],
     ) -> _Value:
-        """Return a person's answer, or the default.
-
-        Args:
-            question: the missing fact.
-            default: the value assumed.
-            show: returns a value in words.
-            parse: reads an answer; raises `BadArgument` for one that is not accepted.
-        """
+        """Return a person's answer, or the default; `parse` refuses an answer by `BadArgument`."""
         if self._strict:
             self._missing.append((question.item, f"is missing; accepted: {question.text}"))
             return default
-        answer = self._answer(question, default, show, parse)
-        if answer is None:
-            self.assumed(question.step, question.item, f"{show(default)} ({question.rule})")
-            return default
-        self._tell(ImportedFact(question.step, FactSource.ASKED, question.item, show(answer)))
-        return answer
+        text = f"{question.item}: {question.text}"
+        while self._ask is not None and (typed := self._ask(text, show(default)).strip()):
+            try:
+                answer = parse(typed)
+            except BadArgument as error:
+                text = f"{error}. {question.item}: {question.text}"
+                continue
+            self._tell(ImportedFact(question.step, FactSource.ASKED, question.item, show(answer)))
+            return answer
+        self.assumed(question.step, question.item, f"{show(default)} ({question.rule})")
+        return default
 
     def finish(self) -> None:
-        """End the configuration.
-
-        Raises:
-            RobotFileError: something was missing and nothing may be assumed.
-        """
+        """End the configuration; `RobotFileError` if something missing may not be assumed."""
         if self._missing:
             (field, problem), *more = self._missing
             raise RobotFileError(self._file, field, problem, tuple(more))
-
-    def _answer(
-        self,
-        question: MissingFact,
-        default: _Value,
-        show: Callable[[_Value], str],
-        parse: Callable[[str], _Value],
-    ) -> _Value | None:
-        if self._ask is None:
-            return None
-        text = f"{question.item}: {question.text}"
-        while typed := self._ask(text, show(default)).strip():
-            try:
-                return parse(typed)
-            except BadArgument as error:
-                text = f"{error}. {question.item}: {question.text}"
-        return None

@@ -46,11 +46,7 @@ class DerivedTable:
 
 
 def derive_table(joints: tuple[ImportedJoint, ...]) -> DerivedTable | None:
-    """Return the standard table of a chain; None if none has lengths that a table may hold.
-
-    Args:
-        joints: root to tip; one row is made per joint that is not fixed.
-    """
+    """Return the table of a chain, a row per moving joint; None if its lengths fit no table."""
     axes = _axes_at_zero(joints)
     for parallel in _PARALLEL:
         table = _table(joints, axes, parallel)
@@ -60,11 +56,7 @@ def derive_table(joints: tuple[ImportedJoint, ...]) -> DerivedTable | None:
 
 
 def table_residual(joints: tuple[ImportedJoint, ...], table: DhTable) -> tuple[float, float]:
-    """Return the greatest difference of the table's tool pose from the chain's at random positions.
-
-    Returns:
-        Distance [m] and angle [rad].
-    """
+    """Return the greatest distance [m] and angle [rad] from the chain at random positions."""
     random = np.random.default_rng(0)
     position = rotation = 0.0
     for _ in range(_SAMPLES):

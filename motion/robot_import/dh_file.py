@@ -10,7 +10,8 @@ Robotics", ch. 3, whose row i holds alpha and a of index i - 1. Both name theta 
 joint that moves; the value in the file is what is added to the joint's position.
 
 The CSV form is read as the mapping that the YAML form holds: declarations stand in comments
-(`# convention: standard`), then one line names the columns, then there is a line per joint.
+(`# convention: standard`), then one line names the columns, then there is a line per joint. What is
+no sound table raises `RobotFileError`, which names the row and what is accepted.
 """
 
 from __future__ import annotations
@@ -53,11 +54,7 @@ _NUMBER_COLUMNS = frozenset(
 
 
 def read_dh_csv(path: Path) -> dict[str, Any]:
-    """Return the content of a table's YAML form: declarations, and `joints` as a list of rows.
-
-    Raises:
-        RobotFileError: the file cannot be read or is no table of cells.
-    """
+    """Return the content of a table's YAML form: declarations, and `joints` as a list of rows."""
     file = str(path)
     text = read_text(path, MAX_FILE_BYTES, RobotFileError, "utf-8-sig")
     lines = text.splitlines()
@@ -180,11 +177,7 @@ class _DhFile(Facts):
 
 
 def read_dh_file(path: Path) -> ImportedChain:
-    """Read a Denavit–Hartenberg table; the file's ending sets its form.
-
-    Raises:
-        RobotFileError: the file is no sound table; it names the row and what is accepted.
-    """
+    """Read a Denavit–Hartenberg table; the file's ending sets its form."""
     file = str(path)
     content = read_dh_csv(path) if path.suffix.lower() == ".csv" else read_mapping(path)
     table = validated(_DhFile, content, file)

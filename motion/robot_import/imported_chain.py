@@ -21,19 +21,11 @@ UNTURNED = Placement(xyz=(0.0, 0.0, 0.0), rpy=(0.0, 0.0, 0.0))
 
 @dataclass(frozen=True, slots=True)
 class ImportedJoint:
-    """Joint of the chain; None where the description says nothing.
+    """Joint of the chain, limits in [rad or m, s]; None where the description says nothing.
 
     Attributes:
-        name: the joint's name.
-        type: kind of its motion.
-        parent: link it is fastened to.
-        child: link it carries.
         origin: the joint's frame in that of the parent link.
         axis: unit vector in the joint's own frame; None for a fixed joint.
-        lower: least position [rad or m].
-        upper: greatest position [rad or m].
-        velocity: greatest speed [rad/s or m/s].
-        acceleration: greatest acceleration [rad/s² or m/s²].
         effort: greatest torque or force [N·m or N].
         dependent: its dependence on driven joints, if it has no motor.
         continuous: True if it may rotate without end, by the description.
@@ -69,9 +61,7 @@ class ImportedChain:
     """Chain of joints from a root link to a tool link, as described.
 
     Attributes:
-        file: the file it was read from.
         source: kind of the description, in words.
-        name: the robot's own name there.
         joints: root to tip, fixed joints included.
         collision: shapes of each link that has some, in the link's frame.
         masses: mass of each link that states one [kg].

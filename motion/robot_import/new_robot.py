@@ -46,11 +46,8 @@ class Wishes:
     """Decisions of the caller beforehand; None leaves one to the description or the defaults.
 
     Attributes:
-        name: the robot's name.
         home: chain-side position of the driven joints [rad or m].
         coupling: the factor that ties joint 3 to joint 2, as in the schema: -1, 0 or 1.
-        manufacturer: maker of the robot.
-        model: the maker's name for it.
     """
 
     name: str | None = None
@@ -61,11 +58,7 @@ class Wishes:
 
 
 def configure(chain: ImportedChain, wishes: Wishes, decisions: Decisions) -> dict[str, Any]:
-    """Return the mapping of a robot file for a chain.
-
-    Raises:
-        RobotFileError: the chain is no robot, or facts are missing and may not be assumed.
-    """
+    """Return the mapping of a robot file, or raise `RobotFileError` with what is missing."""
     content: dict[str, Any] = {"schema": SCHEMA, **_model(chain, wishes, decisions)}
     content |= limits(chain, decisions)
     content |= home(chain, wishes.home, wishes.coupling or 0, content, decisions)

@@ -52,12 +52,9 @@ class LinkTree:
         above = _joints_above(model)
         roots = [link for link in model.links if link not in above]
         if len(roots) > 1:
-            raise RobotFileError(
-                model.file,
-                "",
-                f"has {len(roots)} links that hang on nothing"
-                f" ({', '.join(roots[:_SHOWN])}); accepted: one",
-            )
+            shown = ", ".join(roots[:_SHOWN])
+            problem = f"has {len(roots)} links that hang on nothing ({shown}); accepted: one"
+            raise RobotFileError(model.file, "", problem)
         below: dict[str, list[UrdfJoint]] = {link: [] for link in model.links}
         for joint in model.joints:
             below[joint.parent].append(joint)
@@ -141,11 +138,8 @@ def _joints_above(model: UrdfModel) -> dict[str, UrdfJoint]:
     for joint in model.joints:
         for field, link in (("parent", joint.parent), ("child", joint.child)):
             if link not in model.links:
-                raise RobotFileError(
-                    model.file,
-                    f"joint {joint.name!r}.{field}",
-                    f"is {link!r}, which is no link of the file; accepted: the name of one",
-                )
+                problem = f"is {link!r}, which is no link of the file; accepted: the name of one"
+                raise RobotFileError(model.file, f"joint {joint.name!r}.{field}", problem)
         if joint.child in above:
             raise RobotFileError(
                 model.file,
@@ -228,9 +222,8 @@ def chain_to(model: UrdfModel, tip: str) -> ImportedChain:
     way = tree.way(tip)
     joints = tuple(_imported(joint, way, model) for joint in way)
     if not any(joint.driven for joint in joints):
-        raise RobotFileError(
-            model.file, f"link {tip!r}", "has no motor between itself and the root"
-        )
+        problem = "has no motor between itself and the root"
+        raise RobotFileError(model.file, f"link {tip!r}", problem)
     links = [tree.root, *(joint.child for joint in way)]
     shapes: dict[str, tuple[Shape, ...]] = {link: model.links[link].shapes for link in links}
     remarks = [remark for link in links for remark in model.links[link].remarks]
@@ -251,11 +244,10 @@ def chain_to(model: UrdfModel, tip: str) -> ImportedChain:
 def _imported(joint: UrdfJoint, way: list[UrdfJoint], model: UrdfModel) -> ImportedJoint:
     kind = _JOINT_TYPES.get(joint.type)
     if kind is None:
-        raise RobotFileError(
-            model.file,
-            f"joint {joint.name!r}.type",
-            f"is {joint.type}, which is more than one axis; accepted: {', '.join(_JOINT_TYPES)}",
+        problem = (
+            f"is {joint.type}, which is more than one axis; accepted: {', '.join(_JOINT_TYPES)}"
         )
+        raise RobotFileError(model.file, f"joint {joint.name!r}.type", problem)
     if kind is JointType.FIXED:
         return ImportedJoint(joint.name, kind, joint.parent, joint.child, joint.origin)
     bounded = joint.lower is not None or joint.upper is not None
@@ -290,23 +282,18 @@ def _dependence(joint: UrdfJoint, way: list[UrdfJoint], model: UrdfModel) -> Dep
         gain, offset = gain * follower.mimic.multiplier, offset + gain * follower.mimic.offset
         leader = by_name.get(follower.mimic.joint)
         if leader is None or leader.type is UrdfType.FIXED:
-            raise RobotFileError(
-                model.file,
-                where,
-                f"is {follower.mimic.joint!r}; accepted: a moving joint between root and tip",
-            )
+            problem = f"is {follower.mimic.joint!r}; accepted: a moving joint between root and tip"
+            raise RobotFileError(model.file, where, problem)
         if leader.name in seen:
-            raise RobotFileError(
-                model.file, where, "leads back to itself; accepted: a driven joint"
-            )
+            problem = "leads back to itself; accepted: a driven joint"
+            raise RobotFileError(model.file, where, problem)
         seen.add(leader.name)
         follower = leader
     if names.index(follower.name) > names.index(joint.name):
-        raise RobotFileError(
-            model.file,
-            where,
-            f"is {follower.name!r}, which is further from the root; accepted: a joint before it",
+        problem = (
+            f"is {follower.name!r}, which is further from the root; accepted: a joint before it"
         )
+        raise RobotFileError(model.file, where, problem)
     return Dependence(terms=(Term(joint=follower.name, gain=gain),), offset=offset)
 
 

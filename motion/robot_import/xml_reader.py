@@ -1,7 +1,7 @@
 """XML files of unknown origin: one element tree read within bounds, and numbers in it.
 
 Owns the bounds: file size, number and depth of elements, no document type (so no entities). Knows
-nothing of robots beyond the error it raises.
+nothing of robots beyond `RobotFileError`, which it raises for anything else.
 """
 
 from __future__ import annotations
@@ -76,11 +76,7 @@ def _refuse_hostile_structure(raw: bytes, file: str) -> None:
 def numbers(
     element: ElementTree.Element, attribute: str, count: int, file: str, where: str
 ) -> tuple[float, ...] | None:
-    """Return the numbers an attribute lists; None if the element has no such attribute.
-
-    Raises:
-        RobotFileError: not `count` finite numbers separated by spaces.
-    """
+    """Return the numbers an attribute lists; None if the element has no such attribute."""
     text = element.get(attribute)
     if text is None:
         return None
@@ -94,10 +90,6 @@ def numbers(
 
 
 def number(element: ElementTree.Element, attribute: str, file: str, where: str) -> float | None:
-    """Return the number an attribute holds; None if the element has no such attribute.
-
-    Raises:
-        RobotFileError: it is not one finite number.
-    """
+    """Return the number an attribute holds; None if the element has no such attribute."""
     values = numbers(element, attribute, 1, file, where)
     return None if values is None else values[0]

@@ -18,34 +18,25 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..description.robot import ParallelRobot, Robot, SerialRobot, load_robot
 from ..description.schema import Joint
 from ..errors import RobotFileError
-from ..kinematics.dh import dh_forward
+from ..kinematics.dh import SAMPLES, dh_difference, vrm_difference
 from ..kinematics.pinocchio_model import model_map
-from ..kinematics.serial import Array, Kinematics
-from ..pose import Pose
-
-if TYPE_CHECKING:
-    from ..kinematics.serial import Array, Kinematics
+from ..kinematics.serial import Kinematics
+from ..kinematics.stewart.platform import StewartKinematics, uniqueness
+from ..pose import Array, Pose
+from ..scene.collision import CollisionModel
 
 DH_TOLERANCE = 1e-9  # m and rad
 REACH_TOLERANCE = 0.2  # of the stated reach, which makers measure to different points
 VRM_TOLERANCE = 1e-6  # m and rad, beyond what the file says of the difference
-_DH_SAMPLES = 50
 _COLLISION_SAMPLES = 200
 _ROUNDING = 1e-9  # rad or m, or either per second
-
-
-class DhResidual(NamedTuple):
-    """Greatest difference of table and joints over random positions."""
-
-    position: float  # m
-    rotation: float  # rad
 
 
 class _Finding(NamedTuple):
@@ -68,11 +59,7 @@ class CheckReport:
 
 
 def check_robot(name_or_path: str | Path) -> CheckReport:
-    """Check a robot of the project, or any robot file.
-
-    Raises:
-        UnknownRobot: the name is no robot's and no file's.
-    """
+    """Check a robot of the project, or any robot file; `UnknownRobot` if it is neither."""
     try:
         robot = load_robot(name_or_path)
     except RobotFileError as error:
@@ -85,29 +72,7 @@ def check_robot(name_or_path: str | Path) -> CheckReport:
     return CheckReport(robot.name, problems, tuple(remarks))
 
 
-def dh_residual(robot: SerialRobot) -> DhResidual | None:
-    """Return the difference of a robot's table from its chain of joints; None without a table."""
-    from ..kinematics.serial import Kinematics
-
-    if robot.dh is None:
-        return None
-    kinematics = Kinematics(robot)
-    gain, offset = model_map(robot)
-    random = np.random.default_rng(0)
-    worst_position = worst_rotation = 0.0
-    for _ in range(_DH_SAMPLES):
-        position = random.uniform(kinematics.lower, kinematics.upper)
-        by_chain = kinematics.forward(position, "root")
-        by_table = dh_forward(robot.dh, (gain @ position + offset).tolist())
-        worst_position = max(worst_position, by_chain.position_distance(by_table))
-        worst_rotation = max(worst_rotation, by_chain.rotation_distance(by_table))
-    return DhResidual(worst_position, worst_rotation)
-
-
 def _arm(robot: SerialRobot) -> Iterator[_Finding]:
-    # Imported here, since listing and showing robots must not wait for pinocchio.
-    from ..kinematics.serial import Kinematics
-
     kinematics = Kinematics(robot)
     yield from _dh(robot)
     yield from _vrm(robot)
@@ -118,8 +83,6 @@ def _arm(robot: SerialRobot) -> Iterator[_Finding]:
 
 
 def _platform(robot: ParallelRobot) -> Iterator[_Finding]:
-    from ..kinematics.stewart.platform import StewartKinematics, uniqueness
-
     kinematics = StewartKinematics(robot)
     legs, workspace = kinematics.legs, kinematics.workspace
     measure = uniqueness(legs, workspace.bounds)
@@ -146,13 +109,11 @@ def _name_remarks(robot: Robot, path: Path) -> list[str]:
 
 
 def _dh(robot: SerialRobot) -> Iterator[_Finding]:
-    residual = dh_residual(robot)
+    residual = dh_difference(robot)
     if residual is None:
         yield _Finding("dh: no table, so the chain has nothing to be compared with", bad=False)
         return
-    verdict = (
-        f"{residual.position:.1e} m and {residual.rotation:.1e} rad over {_DH_SAMPLES} positions"
-    )
+    verdict = f"{residual.position:.1e} m and {residual.rotation:.1e} rad over {SAMPLES} positions"
     if max(residual) > DH_TOLERANCE:
         text = f"dh: the table and the joints differ by {verdict}; accepted: {DH_TOLERANCE:.0e}"
         yield _Finding(text, bad=True)
@@ -161,8 +122,6 @@ def _dh(robot: SerialRobot) -> Iterator[_Finding]:
 
 
 def _vrm(robot: SerialRobot) -> Iterator[_Finding]:
-    from ..kinematics.vrm import vrm_difference
-
     if robot.vrm is None:
         return
     found, stated = vrm_difference(robot), robot.vrm.fk_difference
@@ -211,7 +170,6 @@ def _limits(kinematics: Kinematics) -> Iterator[_Finding]:
 
 
 def _reach(kinematics: Kinematics) -> Iterator[_Finding]:
-
     measured = reach(kinematics)
     wrist = "" if measured.wrist is None else f"{measured.wrist:.3f} m to the wrist, "
     text = f"reach: {wrist}{measured.tool:.3f} m to the tool"
@@ -225,8 +183,6 @@ def _reach(kinematics: Kinematics) -> Iterator[_Finding]:
 
 
 def _self_collision(kinematics: Kinematics) -> Iterator[_Finding]:
-    from ..scene.collision import CollisionModel
-
     model = CollisionModel(kinematics)
     if not model.pairs:
         yield _Finding("self-collision: no shapes that could touch, so none is found", bad=False)

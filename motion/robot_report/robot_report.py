@@ -11,7 +11,7 @@ from typing import Any
 from ..description.robot import Robot, SerialRobot
 from ..description.schema import Dependence, DhTable, Vrm
 from ..errors import BadArgument, UnsupportedKind
-from ..kinematics.dh import dh_frames
+from ..kinematics.dh import dh_difference, dh_frames, vrm_angles, vrm_difference, vrm_of
 from ..pose import Pose
 
 
@@ -27,13 +27,7 @@ class VrmReport:
 
     @classmethod
     def of(cls, robot: SerialRobot) -> VrmReport:
-        """Return the report of a robot.
-
-        Raises:
-            BadArgument: the robot is not one of the Virtual Robot Module.
-        """
-        from ..kinematics.vrm import vrm_angles, vrm_difference, vrm_of
-
+        """Return the report of a robot; `BadArgument` if it is not of the Virtual Robot Module."""
         table, difference = vrm_of(robot), vrm_difference(robot)
         angles = vrm_angles(table, moving_at_home(robot))
         return cls(robot, table, angles, difference.position, difference.rotation)
@@ -75,22 +69,16 @@ def moving_at_home(robot: SerialRobot) -> tuple[float, ...]:
 
 
 def dh_frames_at_home(robot: SerialRobot) -> tuple[Pose, ...]:
-    """Return the frames of a robot's DH table at home, in the root link's frame.
-
-    Raises:
-        BadArgument: the robot has no DH table.
-    """
+    """Return the DH frames at home in the root link's frame; `BadArgument` without a table."""
     return dh_frames(_table(robot), moving_at_home(robot))
 
 
 def dh_exactness(robot: Robot) -> str:
     """Return the difference of a robot's DH table from its joints, in words."""
-    from .robot_check import dh_residual
-
     if not isinstance(robot, SerialRobot) or robot.dh is None:
         return ""
     try:
-        residual = dh_residual(robot)
+        residual = dh_difference(robot)
     except ModuleNotFoundError:
         return "not compared; that needs the extra 'server'"
     assert residual is not None

@@ -43,9 +43,8 @@ class ClearPath:
     def __init__(self, collision: CollisionModel) -> None:
         """Build one without any check made yet.
 
-        Args:
-            collision: robot and scene. In a scene with a mesh nothing is proven, since the time for
-                a distance from a mesh grows with its number of triangles.
+        In a scene with a mesh nothing is proven, since the time for a distance from a mesh grows
+        with its number of triangles.
         """
         self._collision = collision
         self._pairs = range(len(collision.pairs))
@@ -88,12 +87,7 @@ class ClearPath:
         return used < 1.0
 
     def _keep(self, place: Array, spare: Array) -> None:
-        """Keep a check of all pairs.
-
-        Args:
-            place: (n,) where it was made.
-            spare: (p,) excess of each pair's distance over `MARGIN`, above 0 [m].
-        """
+        """Keep a check of all pairs: (n,) place, (p,) excess of distances over `MARGIN` [m]."""
         self._seen_at = place.tolist()
         # For each pair the sum over the joints is at least its own approach as a share of its
         # `spare`.

@@ -1,15 +1,16 @@
 """Collision model: contacts and distances of a robot, the scene around it and attached objects.
 
-Owns the placing of the robot file's shapes and of a scene's on the pinocchio model.
-`collision_shapes` makes the shapes; `collision_pairs` chooses the pairs to check and bounds how far
-each pair can approach per unit of joint travel. Only this module, `kinematics/serial` and
-`kinematics/pinocchio_model` import pinocchio. Joint vectors are controller-side driven joints in
-file order; distances and points are in m, in the base frame.
+Owns the shapes as coal geometries, their placing on the pinocchio model, the pairs to check, and
+the bound of how far each pair can approach per unit of joint travel. The only module that imports
+coal; besides it only `kinematics/serial` and `kinematics/pinocchio_model` import pinocchio. Joint
+vectors are controller-side driven joints in file order; distances and points are in m, in the base
+frame.
 
 The model checks all pairs of bodies except these: links of one joint or of consecutive ones, the
 first and last link of the wrist of an arm of six axes or more, pairs that the robot file or the
 scene allows, and fixed objects with fixed links, which no motion changes. An attached object is
-checked against everything, also against the link that holds it.
+checked against everything, also against the link that holds it. Pairs are chosen for all bodies at
+once, because the server's event loop waits for it when a scene changes.
 
 The wrist is left out because its maker limits the middle joint so that its links do not meet, while
 our shapes of them are coarse: on a UR5 they would meet in a quarter of all positions.
@@ -19,17 +20,146 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import coal
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
+from ..description.schema import BoxFacts as LinkBox
+from ..description.schema import CapsuleFacts as LinkCapsule
+from ..description.schema import Shape as LinkShape
 from ..errors import DuplicateObject, FrameUnknown, SceneTooLarge, UnknownObject
 from ..kinematics.pinocchio_model import greatest_travel, model_map
-from ..kinematics.serial import Array, Kinematics
-from .collision_pairs import CollisionBody, checked_pairs, sweep_of
-from .collision_shapes import link_geometry, object_geometry
-from .scene import Scene, SceneObject
+from ..kinematics.serial import Kinematics
+from ..pose import Array
+from .mesh_file import read_mesh
+from .scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Shape, Sphere
+
+
+@dataclass(frozen=True, slots=True)
+class CollisionBody:
+    """Shape on the model.
+
+    Attributes:
+        name: of the link or the object; a link may have several shapes.
+        joint: moving joint of the model that carries it, counted from 1; 0 for none.
+        is_link: True if it is a shape of the robot.
+        is_held: True if a link holds it.
+    """
+
+    name: str
+    joint: int
+    is_link: bool
+    is_held: bool
+
+
+def checked_pairs(
+    bodies: Sequence[CollisionBody], allowed: Iterable[Sequence[str]], wrist: Sequence[int]
+) -> NDArray[np.bool_]:
+    """Return which pairs of bodies are checked: (b, b), true above the diagonal only.
+
+    Args:
+        allowed: pairs of names that are not checked against one another.
+        wrist: first and last joint of the wrist, whose links are not; empty for none.
+    """
+    joint = np.array([body.joint for body in bodies], dtype=np.intp)
+    is_link = np.array([body.is_link for body in bodies], dtype=bool)
+    stands = (joint == 0) & ~np.array([body.is_held for body in bodies], dtype=bool)
+    numbers: dict[str, int] = {}
+    name = np.array([numbers.setdefault(body.name, len(numbers)) for body in bodies], dtype=np.intp)
+    # Pairs that need no check, first among links, then among objects, then among all.
+    unchecked = np.abs(joint[:, np.newaxis] - joint) <= 1
+    if wrist:
+        first, last = joint == wrist[0], joint == wrist[1]
+        unchecked |= (first[:, np.newaxis] & last) | (last[:, np.newaxis] & first)
+    unchecked &= is_link[:, np.newaxis] & is_link
+    unchecked |= (joint[:, np.newaxis] == joint) & ~(is_link[:, np.newaxis] | is_link)
+    unchecked |= stands[:, np.newaxis] & stands
+    unchecked |= name[:, np.newaxis] == name
+    unchecked |= _allowed(numbers, allowed)[name[:, np.newaxis], name]
+    return np.triu(~unchecked, 1)
+
+
+def _allowed(numbers: dict[str, int], allowed: Iterable[Sequence[str]]) -> NDArray[np.bool_]:
+    """Return which names, by their numbers, may touch."""
+    found = np.zeros((len(numbers), len(numbers)), dtype=bool)
+    for first, second, *_ in allowed:
+        # A link without a shape has no number.
+        if first in numbers and second in numbers:
+            row, column = numbers[first], numbers[second]
+            found[row, column] = found[column, row] = True
+    return found
+
+
+def sweep_of(
+    joint: NDArray[np.intp],
+    reach: Array,
+    lengths: Sequence[float],
+    travel: Sequence[float],
+    prismatic: Sequence[bool],
+) -> Array:
+    """Return how far the bodies of each pair can move relative to each other: (p, j).
+
+    Per unit of travel of each moving joint [m/rad or m/m], over all positions. A revolute joint
+    moves a point on the farther body by at most its distance to the axis. Links being rigid, that
+    is at most the lengths of the links between and the body's own radius.
+
+    Args:
+        joint: (p, 2) number of the moving joint that carries each body of a pair, 0 for none.
+        reach: (p, 2) radius of a ball about the origin of that joint that holds the body [m].
+        lengths: (j,) distance of each moving joint from the one before it [m].
+        travel: (j,) greatest distance of each moving joint from its zero [rad or m].
+        prismatic: (j,) True if it slides.
+    """
+    near, far = joint.min(axis=1), joint.max(axis=1)
+    lever = np.where(joint[:, 1] >= joint[:, 0], reach[:, 1], reach[:, 0])
+    sweep = np.zeros((len(joint), len(lengths)))
+    for index in range(len(lengths) - 1, -1, -1):
+        between = (near <= index) & (index < far)
+        sweep[between, index] = 1.0 if prismatic[index] else lever[between]
+        lever[between] += lengths[index]
+        if prismatic[index]:
+            lever[between] += travel[index]
+    return sweep
+
+
+def link_geometry(shape: LinkShape) -> Any:
+    """Return the geometry of a link's shape; where it is placed is no part of it."""
+    if isinstance(shape, LinkBox):
+        return coal.Box(*shape.size)
+    if isinstance(shape, LinkCapsule):
+        return coal.Capsule(shape.radius, shape.length)
+    return coal.Sphere(shape.radius)
+
+
+def object_geometry(shape: Shape) -> Any:
+    """Return the geometry of an object's shape; `MeshFileError` if its mesh cannot be read."""
+    match shape:
+        case Box(size):
+            return coal.Box(*size)
+        case Sphere(radius):
+            return coal.Sphere(radius)
+        case Cylinder(radius, length):
+            return coal.Cylinder(radius, length)
+        case Capsule(radius, length):
+            return coal.Capsule(radius, length)
+        case Mesh(file, scale):
+            return _surface(file, scale)
+
+
+def _surface(file: str, scale: Sequence[float]) -> Any:
+    """Return the triangles of a mesh file as a hierarchy of oriented boxes; it has no inside."""
+    vertices, corners = read_mesh(file)
+    surface = coal.BVHModelOBBRSS()
+    surface.beginModel(len(corners), len(vertices))
+    surface.addVertices(vertices * np.array(scale))
+    surface.addTriangles(corners)
+    surface.endModel()
+    return surface
+
 
 TOUCHING = 1e-6
 """Bodies nearer than this touch [m].
@@ -66,27 +196,22 @@ class CollisionModel:
     """Robot and scene for collision checks, for one thread: calls share scratch memory.
 
     Attributes:
-        kinematics: the robot.
-        scene: the objects around it.
         pairs: (p,) names of the two bodies of each pair that is checked; a body of several shapes
             comes several times.
         sweep: (p, j) greatest distance that the two bodies of a pair can move relative to each
             other per unit of travel of each moving joint of the model [m/rad or m/m], an upper
             bound over all positions.
+
+    Raises:
+        WrongJointCount, NotFinite: in the methods that take a single position.
     """
 
     def __init__(
-        self,
-        kinematics: Kinematics,
-        scene: Scene | None = None,
-        *,
-        most_pairs: float = math.inf,
+        self, kinematics: Kinematics, scene: Scene | None = None, *, most_pairs: float = math.inf
     ) -> None:
         """Build the model.
 
         Args:
-            kinematics: the robot.
-            scene: the objects around it; none by default.
             most_pairs: greatest number of pairs with an object of the scene.
 
         Raises:
@@ -122,12 +247,7 @@ class CollisionModel:
         self._padded: dict[float, Any] = {}
 
     def collides(self, joint_position: Sequence[float] | Array) -> bool:
-        """Return True if any checked pair touches at a (n,) controller-side position [rad or m].
-
-        Raises:
-            WrongJointCount: not one value per driven joint.
-            NotFinite: a value is infinite or not a number.
-        """
+        """Return True if any checked pair touches at a (n,) controller-side position [rad or m]."""
         return self.any_collides(self._checked(joint_position)[np.newaxis])
 
     def any_collides(self, joint_positions: Array, margin: float = TOUCHING) -> bool:
@@ -135,7 +255,6 @@ class CollisionModel:
 
         Args:
             joint_positions: (m, n) controller-side, finite float64; not checked, for speed.
-            margin: distance that counts as touching [m].
         """
         data = self._with_margin(max(margin, TOUCHING))
         return any(
@@ -144,12 +263,7 @@ class CollisionModel:
         )
 
     def contacts(self, joint_position: Sequence[float] | Array) -> tuple[Proximity, ...]:
-        """Return every two bodies that touch at a (n,) position, deepest overlap first, each once.
-
-        Raises:
-            WrongJointCount: not one value per driven joint.
-            NotFinite: a value is infinite or not a number.
-        """
+        """Return every two bodies that touch at a (n,) position, deepest overlap first."""
         distances = self.clearances(self._checked(joint_position))
         found: dict[tuple[str, str], Proximity] = {}
         for pair in np.argsort(distances, kind="stable").tolist():
@@ -159,12 +273,7 @@ class CollisionModel:
         return tuple(found.values())
 
     def distance(self, joint_position: Sequence[float] | Array) -> Proximity | None:
-        """Return the nearest two bodies at a (n,) position; None where there is nothing to check.
-
-        Raises:
-            WrongJointCount: not one value per driven joint.
-            NotFinite: a value is infinite or not a number.
-        """
+        """Return the nearest two bodies at a (n,) position; None without pairs."""
         distances = self.clearances(self._checked(joint_position))
         return self._proximity(int(np.argmin(distances))) if self.pairs else None
 

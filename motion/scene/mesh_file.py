@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..bounded_file import read_bounded
 from ..errors import MeshFileError
-from ..trajectory.trajectory import Array
+from ..pose import Array
 
 MAX_BYTES = 64 << 20
 MAX_TRIANGLES = 500_000
@@ -37,11 +37,7 @@ class Triangles(NamedTuple):
 
 
 def read_mesh(path: str | Path) -> Triangles:
-    """Read a mesh; the ending `.stl` or `.obj` sets its format.
-
-    Raises:
-        MeshFileError: the file cannot be read or is not a sound mesh.
-    """
+    """Read a sound mesh, or raise `MeshFileError`; the ending `.stl` or `.obj` sets its format."""
     file = Path(path)
     suffix = file.suffix.lower()
     if suffix not in (".stl", ".obj"):

@@ -1,32 +1,106 @@
 """Scene around a robot as plain data: objects, the links that hold them, and pairs that may touch.
 
-Owns the rules of adding, moving, attaching and allowing, and the revision number; the shapes are
-`scene_shapes`', and exported here too. A scene is a value: every change returns a new one. Knows no
-file, no robot and no collision library; poses are position [m] and quaternion x, y, z, w.
+Owns the shapes and the sizes accepted, the rules of adding, moving, attaching and allowing, and the
+revision number. A scene is a value: every change returns a new one. `taken` and `left` are the
+changes that a program's `attach` and `detach` make, in a run and in the dry run alike. Knows no
+file, no robot and no collision library. Lengths in m; poses are position [m] and quaternion
+x, y, z, w; shapes stand in their own frame.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from ..errors import BadArgument, DuplicateObject, FrameUnknown, NotFinite, UnknownObject
 from ..pose import Pose
-from .scene_shapes import GREATEST_SIZE, Box, Capsule, Cylinder, Mesh, Shape, Sphere, Vector
 
-__all__ = [
-    "Box",
-    "Capsule",
-    "Cylinder",
-    "Mesh",
-    "Pair",
-    "Scene",
-    "SceneObject",
-    "Shape",
-    "Sphere",
-]
+LEAST_SIZE = 1e-6
+"""Smallest edge, radius or scale of a shape [m]."""
+GREATEST_SIZE = 1e3
+"""Largest edge, radius, length or coordinate [m]."""
+
+Vector: TypeAlias = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """Cuboid about its centre; `size` holds the full edge lengths [m]."""
+
+    size: Vector
+
+    def __post_init__(self) -> None:
+        if len(self.size) != 3:
+            raise BadArgument("size of a box", self.size, "three lengths")
+        for value in self.size:
+            _check_size("size of a box", value)
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """Ball about its centre; `radius` [m]."""
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        _check_size("radius of a sphere", self.radius)
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """Cylinder along local z about its centre; `radius` and full `length` [m]."""
+
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        _check_size("radius of a cylinder", self.radius)
+        _check_size("length of a cylinder", self.length)
+
+
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """Cylinder along local z with round caps; `length` is the straight part [m]."""
+
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        _check_size("radius of a capsule", self.radius)
+        _check_size("length of a capsule", self.length)
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """Surface of triangles in an STL or OBJ file; it has no inside.
+
+    Attributes:
+        scale: factor to metres along each axis; 0.001 for a file in millimetres.
+    """
+
+    file: str
+    scale: Vector = (1.0, 1.0, 1.0)
+
+    def __post_init__(self) -> None:
+        if not self.file:
+            raise BadArgument("file of a mesh", self.file, "the path of an STL or OBJ file")
+        if len(self.scale) != 3:
+            raise BadArgument("scale of a mesh", self.scale, "three factors")
+        for value in self.scale:
+            _check_size("scale of a mesh", value)
+
+
+Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Mesh
+
+
+def _check_size(what: str, value: float) -> None:
+    if not math.isfinite(value):
+        raise NotFinite(what, 0)
+    if not LEAST_SIZE <= value <= GREATEST_SIZE:
+        raise BadArgument(what, value, f"{LEAST_SIZE:g} to {GREATEST_SIZE:g}")
+
 
 SCENE_FRAMES = ("base", "root")
 
@@ -44,8 +118,6 @@ class SceneObject:
     """Named body of a scene.
 
     Attributes:
-        name: unique in its scene.
-        shape: its form, about its own frame.
         position: of its frame [m].
         quaternion: of its frame, x, y, z, w; normalised on the way in.
         frame: `base` or `root`, the frame of the pose unless a link holds the object.
@@ -107,7 +179,7 @@ class Scene:
 
     Raises:
         DuplicateObject: two objects bear one name.
-        UnknownObject: an allowed pair names no object of the scene.
+        UnknownObject: an allowed pair, or what a method is to change, is no object of the scene.
         BadArgument: an allowed pair names the same twice.
     """
 
@@ -138,39 +210,26 @@ class Scene:
         return tuple(each.name for each in self.objects)
 
     def get(self, name: str) -> SceneObject:
-        """Return an object.
-
-        Raises:
-            UnknownObject: there is none of that name.
-        """
+        """Return an object, or raise `UnknownObject`."""
         for each in self.objects:
             if each.name == name:
                 return each
         raise UnknownObject(name, self.names)
 
     def add(self, added: SceneObject) -> Scene:
-        """Return the scene with one more object.
-
-        Raises:
-            DuplicateObject: the name is taken.
-        """
+        """Return the scene with one more object; `DuplicateObject` if the name is taken."""
         return self._changed(objects=(*self.objects, added))
 
     def move(self, name: str, pose: Pose, frame: str = "base") -> Scene:
         """Return the scene with an object standing elsewhere; a link that held it lets go.
 
         Raises:
-            UnknownObject: there is none of that name.
             FrameUnknown: the frame is neither `base` nor `root`.
         """
         return self._replaced(self.get(name).at(pose, frame))
 
     def remove(self, name: str) -> Scene:
-        """Return the scene without an object, and without the allowed pairs that name it.
-
-        Raises:
-            UnknownObject: there is none of that name.
-        """
+        """Return the scene without an object, and without the allowed pairs that name it."""
         gone = self.get(name)
         return self._changed(
             objects=tuple(each for each in self.objects if each is not gone),
@@ -181,13 +240,11 @@ class Scene:
         """Return the scene with an object held by a link, where it is now.
 
         Args:
-            name: the object.
             link: the link of the robot that takes it, such as the tool link.
             link_pose: pose of that link, in the frame of the object's pose.
             touching: links and objects it may touch from now on, such as the hand that holds it.
 
         Raises:
-            UnknownObject: there is no such object.
             BadArgument: a link holds the object already.
         """
         taken = self.get(name)
@@ -204,12 +261,10 @@ class Scene:
         The allowed pairs stay until they are forbidden, because a hand that lets go still touches.
 
         Args:
-            name: the object.
             link_pose: pose of the link that holds it, in `frame`.
             frame: `base` or `root`, the frame of the object's pose from now on.
 
         Raises:
-            UnknownObject: there is no such object.
             BadArgument: no link holds the object.
         """
         held = self.get(name)
@@ -227,11 +282,7 @@ class Scene:
         return self._changed(allowed=self.allowed | {_pair(first, second)})
 
     def forbid(self, first: str, second: str) -> Scene:
-        """Return the scene in which two bodies no longer may touch.
-
-        Raises:
-            BadArgument: they were not allowed to.
-        """
+        """Return the scene in which two bodies may no longer touch, or raise `BadArgument`."""
         pair = _pair(first, second)
         if pair not in self.allowed:
             raise BadArgument("pair", pair, "a pair that is allowed to touch")
@@ -243,9 +294,7 @@ class Scene:
         )
 
     def _changed(
-        self,
-        objects: tuple[SceneObject, ...] | None = None,
-        allowed: frozenset[Pair] | None = None,
+        self, objects: tuple[SceneObject, ...] | None = None, allowed: frozenset[Pair] | None = None
     ) -> Scene:
         return Scene(
             self.objects if objects is None else objects,
@@ -267,3 +316,29 @@ def _finite(values: Sequence[float], count: int, what: str) -> tuple[float, ...]
         if not math.isfinite(value):
             raise NotFinite(what, index)
     return tuple(float(value) for value in values)
+
+
+def taken(scene: Scene, name: str, link: str, link_pose: Pose) -> Scene:
+    """Return the scene after a link has taken an object, both being where they are.
+
+    Args:
+        link: the link that carries it from now on, and may touch what it carries.
+        link_pose: pose of the link in the base frame.
+
+    Raises:
+        MotionError: there is no such object, or it is carried already.
+    """
+    return scene.attach(name, link, link_pose, touching=(link,))
+
+
+def left(scene: Scene, name: str, flange: str, link_pose: Callable[[str], Pose]) -> Scene:
+    """Return the scene after an object is left where it is.
+
+    Args:
+        flange: the link that tools are bolted to, for an object that no link carries.
+        link_pose: returns the pose of a link in the base frame.
+
+    Raises:
+        MotionError: there is no such object, or nobody carries it.
+    """
+    return scene.detach(name, link_pose(scene.get(name).link or flange))

@@ -123,11 +123,7 @@ def load_scene(path: str | Path, links: Sequence[str] | None = None) -> Scene:
 
 
 def save_scene(scene: Scene, path: str | Path) -> None:
-    """Write a scene file: JSON where the name ends in `.json`, YAML otherwise.
-
-    Raises:
-        SceneFileError: the file cannot be written.
-    """
+    """Write a scene file, JSON by its ending or else YAML, or raise `SceneFileError`."""
     data = scene_to_data(scene)
     file = Path(path)
     if file.suffix.lower() == ".json":
@@ -141,13 +137,7 @@ def save_scene(scene: Scene, path: str | Path) -> None:
 
 
 def unusable_mesh(path: str | Path, scene: Scene, error: MeshFileError) -> SceneFileError:
-    """Return the error of a scene file one of whose meshes cannot be used.
-
-    Args:
-        path: the scene file.
-        scene: the scene read from it.
-        error: the error of the mesh file of one of its objects.
-    """
+    """Return the error of a scene file one of whose meshes cannot be used."""
     index = next(
         index
         for index, each in enumerate(scene.objects)
@@ -163,8 +153,6 @@ def scene_from_data(
     """Build a scene from plain data of the schema.
 
     Args:
-        content: the mapping that a scene file holds.
-        source: name of the source in errors.
         links: links of the robot that it is for; None leaves names of links unchecked.
 
     Raises:

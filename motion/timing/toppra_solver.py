@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from ..trajectory.trajectory import Array
+from ..pose import Array
 
 _NOT_CALLED = ("matplotlib", "matplotlib.pyplot", "scipy", "scipy.interpolate", "scipy.sparse")
 """Libraries that toppra imports and nothing here calls: most of the time of its import."""

@@ -2,7 +2,7 @@
 
 Owns the use of ruckig (Berscheid and Kröger, "Jerk-limited Real-time Trajectory Generation with
 Arbitrary Target States", RSS 2021), an optional library that is imported when first used and by no
-other module. Joint vectors are controller-side driven joints in file order.
+other module. Joint vectors are (n,) controller-side driven joints in file order [rad or m, s].
 
 A move that starts at rest, or along the line to its goal, is a straight line in joint space. It is
 solved as one motion of the fraction of the line, whose limits are those of the joint that each
@@ -21,8 +21,9 @@ import numpy as np
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument, LibraryMissing, NoMotion, NotTimeable, OutOfRange, WrongJointCount
+from ..pose import Array
 from .joint_curves import COINCIDENT, ROUNDING, settle_start
-from .trajectory import MAX_DURATION, SAMPLE_PERIOD, Array, Trajectory, check_rates
+from .trajectory import MAX_DURATION, SAMPLE_PERIOD, Trajectory, check_rates
 
 RAMP = 0.1
 """Default time in which a joint builds up its full acceleration [s]."""
@@ -60,19 +61,15 @@ def jerk_limited_move(
 
     Args:
         start: (n,) where the robot is [rad or m]; see `settle_start` for feedback noise.
-        goal: (n,) target [rad or m].
-        limits: joint limits to obey.
         jerk: (n,) greatest jerk [rad/s³ or m/s³]; `jerk_limits(limits)` if None.
         start_velocity: (n,) velocity at the start [rad/s or m/s]; at rest if None.
         start_acceleration: (n,) acceleration at the start [rad/s² or m/s²]; 0 if None.
         speed: fraction of the velocity limits; the other limits always hold in full. A start that
             is faster slows down to it first.
-        sample_period: time between samples [s].
 
     Raises:
         LibraryMissing: ruckig is not installed.
-        WrongJointCount: a vector does not have one value per joint.
-        NotFinite: a vector holds an infinity or a NaN.
+        WrongJointCount, NotFinite: a vector is not one finite value per joint.
         OutOfRange: the start, the goal, or what must be passed in between, is outside a range.
         TooFast, TooSharp: the state at the start is beyond a limit.
         NoMotion: the robot stands at the goal already.

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument, NoMotion, NotFinite, OutOfRange, WrongJointCount
-from .trajectory import Array
+from ..pose import Array
 
 Indices: TypeAlias = NDArray[np.intp]
 
@@ -53,21 +53,42 @@ class Path(Protocol):
         """Number of joints."""
 
     def evaluate(self, s: Array, order: int = 0) -> Array:
-        """Return the position, or its first or second derivative by s.
+        """Return the (m, n) position, or its first or second derivative by s.
 
         Args:
             s: (m,) in [0, length].
             order: 0, 1 or 2.
-
-        Returns:
-            (m, n).
         """
 
     def extent(self) -> tuple[Array, Array]:
         """Return the least and the greatest position of each joint on the path, each (n,)."""
 
 
-class JointSpline:
+class WaypointPath:
+    """Members that the paths through waypoints share."""
+
+    knots: Array
+    waypoint_knots: Indices
+    _points: Array
+
+    @property
+    def length(self) -> float:
+        """End of the domain of s."""
+        return float(self.knots[-1])
+
+    @property
+    def dof(self) -> int:
+        """Number of joints."""
+        return int(self._points.shape[1])
+
+    @property
+    def goal(self) -> Array:
+        """(n,) the last waypoint."""
+        goal: Array = self._points[-1]
+        return goal
+
+
+class JointSpline(WaypointPath):
     """Twice continuously differentiable cubic curve through waypoints.
 
     Knots are spaced by the chords. At both ends the curve starts along its chord: of the usual end
@@ -94,8 +115,7 @@ class JointSpline:
                 curve; all of them by default.
 
         Raises:
-            WrongJointCount: a waypoint does not have one value per joint.
-            NotFinite: a waypoint holds an infinity or a NaN.
+            WrongJointCount, NotFinite: a waypoint is not one finite value per joint.
             OutOfRange: a waypoint, or the curve between two, is outside a joint's range.
             NoMotion: there is one waypoint only, or all are one place.
             BadArgument: there is no waypoint.
@@ -106,10 +126,10 @@ class JointSpline:
             _check_rows(points, limits)
         kept, place = _distinct(points)
         self._points = points[kept]
-        self.waypoint_knots: Indices = place if taught is None else place[list(taught)]
+        self.waypoint_knots = place if taught is None else place[list(taught)]
         chords = np.diff(self._points, axis=0)
         spans = np.sqrt(np.einsum("ij,ij->i", chords, chords))
-        self.knots: Array = np.concatenate(([0.0], np.cumsum(spans)))
+        self.knots = np.concatenate(([0.0], np.cumsum(spans)))
         # Spans as differences of the rounded knots, so that a piece ends where the next begins.
         spans = np.diff(self.knots)[:, np.newaxis]
         slopes = chords / spans
@@ -122,22 +142,6 @@ class JointSpline:
         )
         if limits is not None:
             check_extent(self, limits)
-
-    @property
-    def length(self) -> float:
-        """End of the domain of s: the sum of the chords."""
-        return float(self.knots[-1])
-
-    @property
-    def dof(self) -> int:
-        """Number of joints."""
-        return int(self._points.shape[1])
-
-    @property
-    def goal(self) -> Array:
-        """(n,) the last waypoint."""
-        goal: Array = self._points[-1]
-        return goal
 
     def evaluate(self, s: Array, order: int = 0) -> Array:
         """Return the (m, n) position (order 0) or derivative by s (1, 2) at s: (m,)."""
@@ -196,11 +200,9 @@ def settle_start(position: Sequence[float] | Array, limits: JointLimits) -> list
 
     Args:
         position: (n,) the feedback [rad or m].
-        limits: the ranges.
 
     Raises:
-        WrongJointCount: not one value per joint.
-        NotFinite: a value is infinite or not a number.
+        WrongJointCount, NotFinite: not one finite value per joint.
         OutOfRange: a joint stands outside its range by more than the noise.
     """
     settled = [float(value) for value in position]
@@ -274,9 +276,7 @@ def _distinct(points: Array) -> tuple[Indices, Indices]:
 def _bending(spans: Array, slopes: Array) -> Array:
     """Return the (k, n) second derivatives at the knots of the spline that leaves along its chords.
 
-    Args:
-        spans: (k - 1,) distances of the knots.
-        slopes: (k - 1, n) slopes of the chords.
+    Spans are the (k - 1,) distances of the knots, slopes those of the chords, (k - 1, n).
     """
     # Rows of a symmetric tridiagonal system, solved by one sweep down and one up. The first and
     # the last row have no right-hand side: that is the end condition.

@@ -27,8 +27,8 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from ..errors import BadArgument
+from ..pose import Array
 from .joint_curves import Path
-from .trajectory import Array
 
 if TYPE_CHECKING:
     from ..kinematics.serial import Kinematics
@@ -73,10 +73,6 @@ class ToolSpeedLimit:
         (p(q + h d) - p(q - h d)) / 2h with d scaled so that no joint steps farther than h. It is
         smooth wherever q' is continuous, knots included.
 
-        Args:
-            path: the path.
-            s: (m,) path positions, 0 to the path's length.
-
         Returns:
             (m,) |dp/ds|: `unit` times seconds, [m] or [rad], per unit of s.
         """
@@ -96,7 +92,6 @@ def speed_ratios(points: Sequence[ToolSpeedLimit], path: Path, s: Array) -> Arra
 
     Args:
         points: k limits.
-        path: what is run along.
         s: path positions, of any shape.
 
     Returns:
@@ -107,15 +102,11 @@ def speed_ratios(points: Sequence[ToolSpeedLimit], path: Path, s: Array) -> Arra
 
 
 def reduced_speed(
-    kinematics: Kinematics,
-    limit: float = REDUCED_SPEED,
-    *,
-    tool: Sequence[float] = (0.0, 0.0, 0.0),
+    kinematics: Kinematics, limit: float = REDUCED_SPEED, *, tool: Sequence[float] = (0.0, 0.0, 0.0)
 ) -> tuple[ToolSpeedLimit, ...]:
     """Return the limits of reduced speed: for the tool centre point, and for an elbow.
 
     Args:
-        kinematics: the robot.
         limit: greatest speed of either point [m/s].
         tool: (3,) the tool centre point in the frame of the tool link [m].
 
@@ -136,7 +127,6 @@ def rotation_speed(kinematics: Kinematics, limit: float) -> ToolSpeedLimit:
     """Return a limit of the tool's rotation speed, for use beside those of `reduced_speed`.
 
     Args:
-        kinematics: the robot.
         limit: greatest rotation speed |ω| of the tool link relative to the base [rad/s].
 
     Returns:
@@ -155,14 +145,10 @@ def rotation_speed(kinematics: Kinematics, limit: float) -> ToolSpeedLimit:
 
 
 def tool_point(kinematics: Kinematics, offset: Sequence[float] = (0.0, 0.0, 0.0)) -> PointPosition:
-    """Return where a point fixed to the tool link is, in the base frame.
+    """Return the map from (m, n) joint positions to (m, 3) places p + R · offset in the base [m].
 
     Args:
-        kinematics: the robot.
         offset: (3,) the point in the frame of the tool link [m].
-
-    Returns:
-        From (m, n) joint positions to (m, 3) places p + R · offset [m].
 
     Raises:
         BadArgument: the offset is not three finite numbers.
@@ -180,14 +166,7 @@ def tool_point(kinematics: Kinematics, offset: Sequence[float] = (0.0, 0.0, 0.0)
 
 
 def link_point(kinematics: Kinematics, link: str) -> PointPosition:
-    """Return where the origin of a link's frame is, in the base frame.
-
-    Args:
-        kinematics: the robot.
-        link: a link of the chain.
-
-    Returns:
-        From (m, n) joint positions to (m, 3) places [m].
+    """Return the map from (m, n) joint positions to (m, 3) places of a link's origin [m].
 
     Raises:
         FrameUnknown: the robot has no such link.
@@ -208,9 +187,6 @@ def elbow_link(kinematics: Kinematics) -> str | None:
     first axis is a rail, 2 of a SCARA. Its child link's frame has its origin on that axis, where
     upper arm and forearm meet. Two axes count as parallel where the sine of the angle between them
     is below 1e-6 with all joints at 0, and as apart from 1 mm on.
-
-    Args:
-        kinematics: the robot.
     """
     standing = np.zeros(kinematics.dof)
     shoulders: list[tuple[Array, Array]] = []

@@ -1,7 +1,8 @@
 """Point-to-point motion: the fastest straight joint move from rest to rest, in closed form.
 
 Owns the trapezoidal profile of the common path parameter. The server plans such moves on its event
-loop, so `straight_move` is plain arithmetic and takes about 10 µs.
+loop, so `straight_move` is plain arithmetic and takes about 10 µs. Joint positions are (n,) [rad or
+m]; a start is treated by `settle_start`. The sample period is in s.
 """
 
 from __future__ import annotations
@@ -14,8 +15,9 @@ import numpy as np
 
 from ..description.limits import JointLimits
 from ..errors import NoMotion, NotTimeable
+from ..pose import Array
 from .joint_curves import COINCIDENT, settle_start
-from .trajectory import MAX_DURATION, SAMPLE_PERIOD, Array, Row, Trajectory, check_rates
+from .trajectory import MAX_DURATION, SAMPLE_PERIOD, Row, Trajectory, check_rates
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,15 +119,10 @@ def straight_move(
     samples compared with the continuous optimum.
 
     Args:
-        start: (n,) where the robot stands [rad or m]; see `settle_start` for feedback noise.
-        goal: (n,) target [rad or m].
-        limits: joint limits to obey.
         speed: fraction of the velocity limits; the acceleration limits always hold in full.
-        sample_period: time between samples [s].
 
     Raises:
-        WrongJointCount: start or goal does not have one value per joint.
-        NotFinite: start or goal holds an infinity or a NaN.
+        WrongJointCount, NotFinite: start or goal is not one finite value per joint.
         OutOfRange: start or goal is outside a joint's range.
         NoMotion: no joint has to move by 1e-5 rad or m or more.
         NotTimeable: the motion would last longer than an hour.
@@ -159,18 +156,7 @@ def plan_joint_move(
     speed: float = 1.0,
     sample_period: float = SAMPLE_PERIOD,
 ) -> Trajectory:
-    """Return all samples of a `straight_move`, with its arguments.
-
-    Args:
-        start: (n,) controller-side [rad or m].
-        goal: (n,) likewise.
-        limits: the robot's.
-        speed: fraction of the velocity limits, more than 0 and at most 1.
-        sample_period: time between samples [s].
-
-    Raises:
-        MotionError: as of `straight_move`.
-    """
+    """Return all samples of a `straight_move`, with its arguments and refusals."""
     move = straight_move(start, goal, limits, speed=speed, sample_period=sample_period)
     return move.trajectory()
 

@@ -43,8 +43,9 @@ import numpy as np
 
 from ..description.limits import JointLimits
 from ..errors import CertificateRefused, WrongJointCount
+from ..pose import Array
 from .point_speed import PointPosition, ToolSpeedLimit
-from .trajectory import Array, Trajectory
+from .trajectory import Trajectory
 
 SPEED_TOLERANCE = 1e-6
 JERK_TOLERANCE = 1e-3
@@ -73,14 +74,10 @@ class PointSpeed(NamedTuple):
 def check_tool_speed(
     trajectory: Trajectory, points: Sequence[ToolSpeedLimit]
 ) -> tuple[PointSpeed, ...]:
-    """Check the speeds of points of the arm.
+    """Check the speeds of points of the arm; return one finding for each.
 
     Args:
         trajectory: the samples as they will be sent; two or more.
-        points: the points and their limits.
-
-    Returns:
-        One finding for each point.
 
     Raises:
         CertificateRefused: a point is too fast; `joint` names the point.
@@ -93,7 +90,6 @@ def check_jerk(trajectory: Trajectory, limits: JointLimits, jerk: Sequence[float
 
     Args:
         trajectory: the samples as they will be sent; two or more.
-        limits: limits of the same joints.
         jerk: (n,) greatest jerk [rad/s³ or m/s³].
 
     Raises:
@@ -196,11 +192,7 @@ class Inspection:
         self.acceleration = trajectory.acceleration.T
 
     def check_times(self) -> None:
-        """Check that time starts at 0 and advances evenly, to 1 ns.
-
-        Raises:
-            CertificateRefused: it does not.
-        """
+        """Check that time starts at 0 and advances evenly, to 1 ns."""
         steps = self.times[1:] - self.times[:-1]
         least, greatest = float(steps.min()), float(steps.max())
         uneven = max(greatest - self.period, self.period - least)
@@ -278,10 +270,7 @@ class Inspection:
                     self._refuse("rest", joint, value, wanted, sample, "/s")
 
     def check_start(self, start: Sequence[float] | Array) -> float:
-        """Check that the motion starts where the robot stands, a (n,) joint position [rad or m].
-
-        Returns:
-            Distance of the first sample [rad or m], of the joint that is farthest.
+        """Check that the motion starts at a (n,) position; return the farthest joint's distance.
 
         Raises:
             CertificateRefused: a joint is more than 0.01 rad or m off.
@@ -329,16 +318,22 @@ class Inspection:
     def _refuse(
         self, check: str, joint: int, value: float, limit: float, sample: int, per: str = ""
     ) -> NoReturn:
-        if not math.isfinite(value):
-            check = "finite"
-        raise CertificateRefused(
-            check,
-            self.limits.names[joint],
-            value,
-            limit,
-            float(self.times[sample]),
-            self.limits.unit(joint) + per,
-        )
+        refuse(self.limits, check, joint, value, limit, float(self.times[sample]), per)
+
+
+def refuse(
+    limits: JointLimits,
+    check: str,
+    joint: int,
+    value: float,
+    limit: float,
+    time: float,
+    per: str = "",
+) -> NoReturn:
+    """Refuse a joint's value at a time [s], whose unit is that of the position and `per`."""
+    kind = check if math.isfinite(value) else "finite"
+    unit = limits.unit(joint) + per
+    raise CertificateRefused(kind, limits.names[joint], value, limit, time, unit)
 
 
 def _worst_joint(values: Sequence[float]) -> int:

@@ -11,14 +11,12 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import BadArgument
-
-Array: TypeAlias = NDArray[np.float64]
+from ..pose import Array
 
 SAMPLE_PERIOD = 0.01
 """Time between samples [s]."""

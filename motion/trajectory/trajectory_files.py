@@ -19,7 +19,8 @@ import numpy as np
 
 from ..description.limits import JointLimits
 from ..errors import BadArgument, WrongJointCount
-from .trajectory import Array, Trajectory
+from ..pose import Array
+from .trajectory import Trajectory
 
 _TIME = "time [s]"
 _QUANTITIES = {"position": "", "velocity": "/s", "acceleration": "/s²"}
@@ -27,15 +28,7 @@ _NS = 1_000_000_000
 
 
 def to_csv(trajectory: Trajectory, limits: JointLimits) -> str:
-    """Return a trajectory as CSV.
-
-    Args:
-        trajectory: m samples of n joints.
-        limits: the names and units of the joints.
-
-    Raises:
-        WrongJointCount: the trajectory is of another robot.
-    """
+    """Return a trajectory as CSV; `WrongJointCount` if it is of another robot."""
     _check_dof(trajectory, limits)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -52,7 +45,6 @@ def from_csv(text: str, limits: JointLimits) -> Trajectory:
 
     Args:
         text: the whole file; a byte-order mark and any line ends are accepted.
-        limits: limits of the expected joints, in their order.
 
     Raises:
         BadArgument: a line or column that is not as written; with its number or name, and what
@@ -78,15 +70,7 @@ def from_csv(text: str, limits: JointLimits) -> Trajectory:
 
 
 def to_ros_yaml(trajectory: Trajectory, limits: JointLimits) -> str:
-    """Return a trajectory as YAML in the layout of ROS `trajectory_msgs/JointTrajectory`.
-
-    Args:
-        trajectory: m samples of n joints.
-        limits: the names of the joints.
-
-    Raises:
-        WrongJointCount: the trajectory is of another robot.
-    """
+    """Return it as YAML of ROS `trajectory_msgs/JointTrajectory`; refused as by `to_csv`."""
     _check_dof(trajectory, limits)
     # A JSON string is a YAML string too, whatever characters the name has.
     names = ", ".join(json.dumps(name) for name in limits.names)

@@ -81,15 +81,11 @@ def draw(
 ) -> tuple[Facet, ...]:
     """Return the polygons that show a robot on a tiled floor, the farthest first.
 
-    Args:
-        robot: any robot.
-        joint_position: (n,) controller-side joints [rad or m], or the pose variables of a parallel
-            robot about home; home if not given.
-        view: the camera.
+    The joint position is (n,) controller-side [rad or m], for a parallel robot its pose variables
+    about home; home if None.
 
     Raises:
-        WrongJointCount: not one value per driven joint.
-        NotFinite: a value is infinite or not a number.
+        WrongJointCount, NotFinite: not one finite value per driven joint.
     """
     visuals = robot_visuals(robot)
     places = link_poses(robot, joint_position)
@@ -105,12 +101,7 @@ def draw(
 
 
 def link_poses(robot: Robot, joint_position: Sequence[float] | None = None) -> dict[str, Pose]:
-    """Return the pose of every link in the root link's frame [m]; arguments as of `draw`.
-
-    Raises:
-        WrongJointCount: not one value per driven joint.
-        NotFinite: a value is infinite or not a number.
-    """
+    """Return every link's pose in the root link's frame [m], for a joint position as of `draw`."""
     if isinstance(robot, ParallelRobot):
         variables = robot.home if joint_position is None else joint_position
         if len(variables) != robot.dof:

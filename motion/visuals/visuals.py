@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,13 +48,10 @@ class LinkBox:
         return float(np.linalg.norm(np.maximum(local, 0.0)))
 
     def width_across(self, direction: Array) -> float:
-        """Return the lesser of its extents along its two axes that are most across a direction.
+        """Return the lesser extent [m] along its two axes that are most across a direction.
 
         Args:
             direction: (3,) of any length, in the frame that the box is in.
-
-        Returns:
-            The extent [m].
         """
         along = np.abs(self.rotation.T @ direction)
         return min(self.size[axis] for axis in np.argsort(along)[:2])
@@ -71,15 +68,10 @@ def box_of(shape: Shape) -> LinkBox:
 
 
 def chord(box: LinkBox, point: Array, direction: Array) -> tuple[float, float] | None:
-    """Return the distances where the line through a (3,) point enters and leaves a box, or None.
+    """Return where a line through a (3,) point enters and leaves a box [m along it], or None.
 
     Args:
-        box: the box.
-        point: a point on the line.
         direction: (3,) unit vector.
-
-    Returns:
-        Distances from `point` along `direction` [m].
     """
     # The slab method: the line is inside where it is between all three pairs of faces.
     start, way = box.rotation.T @ (point - box.centre), box.rotation.T @ direction
@@ -150,8 +142,6 @@ class VisualShape:
 
     Attributes:
         link: the link it moves with.
-        form: the solid.
-        part: what it stands for.
         size: extents along its own x, y, z [m]; a capsule's length includes its caps.
         pose: of its centre in the link's frame.
         colour: `#rrggbb`.
@@ -163,18 +153,6 @@ class VisualShape:
     size: tuple[float, float, float]
     pose: Pose
     colour: str
-
-    def as_data(self) -> dict[str, Any]:
-        """Return the shape as JSON can hold it: metres, quaternion x, y, z, w."""
-        return {
-            "link": self.link,
-            "form": self.form.value,
-            "part": self.part.value,
-            "size": list(self.size),
-            "xyz": self.pose.position.tolist(),
-            "quat": self.pose.quaternion.tolist(),
-            "colour": self.colour,
-        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,16 +167,6 @@ class Strut:
     diameter: float
     colour: str
 
-    def as_data(self) -> dict[str, Any]:
-        """Return the strut as JSON can hold it."""
-        return {
-            "name": self.name,
-            "from": {"link": self.first_link, "xyz": list(self.first)},
-            "to": {"link": self.second_link, "xyz": list(self.second)},
-            "diameter": self.diameter,
-            "colour": self.colour,
-        }
-
 
 @dataclass(frozen=True, slots=True)
 class RobotVisuals:
@@ -207,14 +175,6 @@ class RobotVisuals:
     name: str
     shapes: tuple[VisualShape, ...]
     struts: tuple[Strut, ...] = ()
-
-    def as_data(self) -> dict[str, Any]:
-        """Return the visuals as JSON can hold them."""
-        return {
-            "name": self.name,
-            "shapes": [shape.as_data() for shape in self.shapes],
-            "struts": [strut.as_data() for strut in self.struts],
-        }
 
 
 # Proportions. Lengths that a file does not give are fractions of the arm's length.
@@ -366,11 +326,7 @@ def _foot(link: str, boxes: Sequence[LinkBox], length: float, colours: Palette) 
 
 
 def _flange(
-    robot: SerialRobot,
-    link: str,
-    boxes: dict[str, list[LinkBox]],
-    length: float,
-    colours: Palette,
+    robot: SerialRobot, link: str, boxes: dict[str, list[LinkBox]], length: float, colours: Palette
 ) -> VisualShape:
     """Return a disc for a link that is only a frame, as wide as the last link with shapes."""
     before = [box for each in robot.links[: robot.links.index(link) + 1] for box in boxes[each]]

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import MotionError
 from openpendant.motion.scene.scene import Scene
+from openpendant.motion.trajectory.certificate import certify_straight_move
 from openpendant.motion.trajectory.ptp import StraightMove, straight_move
-from openpendant.motion.trajectory.straight_certificate import certify_straight_move
 from openpendant.simplemsg.pendant import JogEnd
 from openpendant.simplemsg.verdicts import VerdictCode
 

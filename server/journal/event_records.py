@@ -26,8 +26,9 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import MotionError
+from openpendant.motion.pose import Array
 from openpendant.motion.trajectory.certificate import certify
-from openpendant.motion.trajectory.trajectory import Array, FineSamples, Trajectory
+from openpendant.motion.trajectory.trajectory import FineSamples, Trajectory
 from openpendant.simplemsg.journal import Part, base64_value, with_long_texts
 from openpendant.simplemsg.pendant.roles import Role
 from openpendant.simplemsg.verdicts import VerdictCode

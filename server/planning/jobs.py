@@ -13,9 +13,8 @@ from dataclasses import dataclass, field
 
 from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.motion.scene.scene import Scene
-from openpendant.motion.trajectory.certificate import Certificate
+from openpendant.motion.trajectory.certificate import Certificate, StraightCertificate
 from openpendant.motion.trajectory.ptp import StraightMove
-from openpendant.motion.trajectory.straight_certificate import StraightCertificate
 from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.simplemsg.pendant import Motion
 from openpendant.simplemsg.verdicts import VerdictCode

@@ -22,8 +22,7 @@ from openpendant.motion.errors import FrameInUse, MotionError, SceneFileError
 from openpendant.motion.frames.frame_file import frames_from_json, frames_to_json
 from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.motion.pose import Pose
-from openpendant.motion.scene.attachments import left, taken
-from openpendant.motion.scene.scene import Mesh, Scene
+from openpendant.motion.scene.scene import Mesh, Scene, left, taken
 from openpendant.motion.scene.scene_file import scene_from_data, scene_to_data
 from openpendant.simplemsg.verdicts import VerdictCode
 

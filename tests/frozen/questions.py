@@ -13,8 +13,16 @@ from typing import Any, get_args
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.frames.frame_tree import FrameTree
 from openpendant.motion.pose import Pose
-from openpendant.motion.scene.scene import Box, Capsule, Cylinder, Mesh, Scene, SceneObject, Sphere
-from openpendant.motion.scene.scene_shapes import Shape
+from openpendant.motion.scene.scene import (
+    Box,
+    Capsule,
+    Cylinder,
+    Mesh,
+    Scene,
+    SceneObject,
+    Shape,
+    Sphere,
+)
 from openpendant.server.access.account_store import AccountAction, AccountChange
 from openpendant.server.access.admission import VerifyJob
 from openpendant.server.access.passwords import PasswordHash

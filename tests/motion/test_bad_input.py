@@ -30,7 +30,7 @@ from openpendant.motion.errors import (
 from openpendant.motion.frames.frame_file import frames_from_json
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.paths.blending import JointPolyline
-from openpendant.motion.paths.segment_planning import plan_path
+from openpendant.motion.paths.paths import plan_path
 from openpendant.motion.paths.segments import Lin
 from openpendant.motion.planning.planner import plan_free_path
 from openpendant.motion.pose import Pose

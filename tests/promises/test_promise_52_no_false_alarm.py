@@ -21,12 +21,11 @@ from openpendant.motion.errors import MotionError
 from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogTarget, JointJog, ToolJog
 from openpendant.motion.jog.line_speed_bounds import lever_arms
 from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.motion.paths.paths import JointSpline
 from openpendant.motion.timing.parameterization import time_path
-from openpendant.motion.trajectory.certificate import certify
+from openpendant.motion.trajectory.certificate import certify, certify_straight_move
+from openpendant.motion.trajectory.joint_curves import JointSpline
 from openpendant.motion.trajectory.point_speed import elbow_link, reduced_speed
 from openpendant.motion.trajectory.ptp import straight_move
-from openpendant.motion.trajectory.straight_certificate import certify_straight_move
 from openpendant.server.cell.execution.setpoint_sources import JogRows, Press
 from openpendant.server.cell.execution.trajectory_execution import ActiveMotion
 from openpendant.server.control import REDUCED_SPEED, MotionKind

@@ -13,8 +13,7 @@ from rigs.motion.robot_families import FAMILIES
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.paths.tool_curves import ToolLine
 from openpendant.motion.paths.tool_paths import follow_tool_curve
-from openpendant.motion.pose import Pose
-from openpendant.motion.trajectory.trajectory import Array
+from openpendant.motion.pose import Array, Pose
 from openpendant.tools.bench.path_accuracy import (
     GREATEST_ANGLE,
     GREATEST_DISTANCE,

@@ -29,8 +29,8 @@ from openpendant.motion.errors import MotionError, PoseUnreachable
 from openpendant.motion.kinematics.closed_form import arm_geometry, closed_form
 from openpendant.motion.kinematics.ik import ik
 from openpendant.motion.kinematics.ik.levenberg_marquardt import rotation_angle
-from openpendant.motion.kinematics.serial import Array, Kinematics
-from openpendant.motion.pose import Pose
+from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.pose import Array, Pose
 
 from .table import Benchmark, Bound, Judged, MissingRequirement, Sides
 

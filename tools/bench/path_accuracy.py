@@ -31,13 +31,21 @@ from openpendant.controller_emulator.shell.settings import EmulatorSettings
 from openpendant.motion.description.robot import SerialRobot, load_robot, robot_names, serial_robot
 from openpendant.motion.errors import BranchChange, OutOfRange, PoseUnreachable
 from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.motion.paths.circles import ToolArc, ToolTurn, arc_about, circle_about
-from openpendant.motion.paths.tool_chain import ToolChain
-from openpendant.motion.paths.tool_curves import ToolCurve, ToolLine, ToolSpline, turned_by
+from openpendant.motion.paths.path_chains import ToolChain
+from openpendant.motion.paths.tool_curves import (
+    ToolArc,
+    ToolCurve,
+    ToolLine,
+    ToolSpline,
+    ToolTurn,
+    arc_about,
+    circle_about,
+    turned_by,
+)
 from openpendant.motion.paths.tool_paths import follow_tool_curve
-from openpendant.motion.pose import Pose
+from openpendant.motion.pose import Array, Pose
 from openpendant.motion.timing.parameterization import time_path
-from openpendant.motion.trajectory.trajectory import Array, Trajectory
+from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.server.settings.cell_settings import ControllerLink
 from openpendant.server.uplinks import dialect_of
 from openpendant.simplemsg import Message, ReplyCode, codec_for

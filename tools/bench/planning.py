@@ -21,8 +21,8 @@ from openpendant.motion.planning.planner import BUILT_IN, DEFAULT_PLANNER, plan_
 from openpendant.motion.scene.clearance import ClearPath
 from openpendant.motion.scene.collision import CollisionModel
 from openpendant.motion.scene.scene import Box, Scene, SceneObject
+from openpendant.motion.trajectory.certificate import certify_straight_move
 from openpendant.motion.trajectory.ptp import straight_move
-from openpendant.motion.trajectory.straight_certificate import certify_straight_move
 from openpendant.server.planning.jobs import JointPathJob
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.refusal import Refusal

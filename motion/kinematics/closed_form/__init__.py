@@ -10,21 +10,11 @@ from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 from . import three_parallel, wrist_partitioned
-from .geometry import ArmGeometry, Branches, ClosedForm, Measures, Position, arm_geometry
+from .geometry import ArmGeometry, ClosedForm, arm_geometry
 from .wrist_partitioned import LinearAxis
 
 if TYPE_CHECKING:
     from ..serial import Kinematics
-
-__all__ = [
-    "ArmGeometry",
-    "Branches",
-    "ClosedForm",
-    "Measures",
-    "Position",
-    "arm_geometry",
-    "closed_form",
-]
 
 _known: WeakKeyDictionary[Kinematics, ClosedForm | None] = WeakKeyDictionary()
 

@@ -21,18 +21,25 @@ import numpy as np
 
 from ...pose import Array
 from .geometry import (
+    EXACT,
+    FREE,
     FULL_TURN,
     ArmGeometry,
     Branches,
     Measures,
+    OrthoParallelBase,
     Position,
     common_point,
     inverse,
+    ortho_parallel_base,
+    parallel,
+    perpendicular,
     rotation_about,
+    turn_into_plane,
+    two_links,
     wrapped,
+    zyz_angles,
 )
-from .ortho_parallel import EXACT, OrthoParallelBase, ortho_parallel_base, parallel, perpendicular
-from .subproblems import FREE, turn_into_plane, two_links, zyz_angles
 
 _PITCHES = 24  # tried where every pitch is possible but the preferred one is out of reach
 
@@ -139,13 +146,7 @@ class ThreeParallel:
         return positions, gaps
 
     def _with_another_pitch(
-        self,
-        q1: float,
-        s: float,
-        z: float,
-        remaining: _Rotation,
-        kept: float,
-        gap: float,
+        self, q1: float, s: float, z: float, remaining: _Rotation, kept: float, gap: float
     ) -> _Lifted:
         """Return a pitch in reach, where every pitch gives the same rotation; none if none is."""
         # Outwards from the preferred one: +1, -1, +2, -2, …

@@ -22,18 +22,23 @@ import numpy as np
 
 from ...pose import Array
 from .geometry import (
+    EXACT,
     ArmGeometry,
     Branches,
     ClosedForm,
     Measures,
+    OrthoParallelBase,
     Position,
     common_point,
     inverse,
+    ortho_parallel_base,
+    perpendicular,
     rotation_about,
+    turn_into_plane,
+    two_links,
     wrapped,
+    zyz_angles,
 )
-from .ortho_parallel import EXACT, OrthoParallelBase, ortho_parallel_base, perpendicular
-from .subproblems import turn_into_plane, two_links, zyz_angles
 
 
 @dataclass(frozen=True, slots=True, eq=False)

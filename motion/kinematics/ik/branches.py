@@ -15,9 +15,10 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from ...errors import OutOfRange
-from ..closed_form import Branches, ClosedForm, Position
+from ...pose import Array
+from ..closed_form.geometry import Branches, ClosedForm, Position
 from ..revolutions import JointRanges
-from ..serial import Array, Kinematics
+from ..serial import Kinematics
 from .configuration import Configuration
 
 _BORDERLINE = 1e-3  # m or rad from a singularity
@@ -83,7 +84,6 @@ class BranchChoice:
 
         Args:
             target: (4, 4) wanted tool placement in the base frame.
-            wish: seed, configuration and tolerance.
         """
         for preferred in self._preferences(wish.seed):
             yield self._offer(self._form.branches(target, preferred), wish)
@@ -95,7 +95,6 @@ class BranchChoice:
 
         Args:
             target: (4, 4) wanted tool placement in the base frame.
-            wish: seed, configuration and tolerance.
         """
         for preferred in self._preferences(wish.seed):
             any_fits = False

@@ -12,9 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from ..closed_form import ClosedForm, Measures, closed_form
+from ...pose import Array
+from ..closed_form import closed_form
+from ..closed_form.geometry import ClosedForm, Measures
 from ..revolutions import revolutions_of
-from ..serial import Array, Kinematics
+from ..serial import Kinematics
 
 _ON_THE_BORDER = 1e-6
 """Distance from a singularity within which either flag is right [m or rad]."""
@@ -46,9 +48,6 @@ class Configuration:
     """Flags of one of the joint positions that reach a pose.
 
     Attributes:
-        shoulder: front or back.
-        elbow: up or down.
-        wrist: flipped or not.
         turns: (n,) revolutions of each joint, 0 from -π up to π; None for any, in a query.
     """
 
@@ -71,13 +70,8 @@ def configuration_of(
 ) -> Configuration | None:
     """Return the flags of a joint position; None if the robot's family has none.
 
-    Args:
-        kinematics: the robot.
-        joint_position: (n,) controller-side [rad or m]; limits are not checked.
-
     Raises:
-        WrongJointCount: not one value per driven joint.
-        NotFinite: a value is infinite or not a number.
+        WrongJointCount, NotFinite: not one finite value per driven joint.
     """
     values = [float(value) for value in joint_position]
     kinematics.limits.check_finite(values, "the joint position")
@@ -90,13 +84,7 @@ def configuration_of(
 def flags(
     form: ClosedForm, kinematics: Kinematics, joint_position: Sequence[float]
 ) -> Configuration:
-    """Return the flags of a joint position, without checks.
-
-    Args:
-        form: the robot's closed form.
-        kinematics: the robot.
-        joint_position: (n,) controller-side [rad or m].
-    """
+    """Return the flags of a joint position, without checks."""
     measures = form.measures(kinematics.robot.to_model(joint_position))
     return Configuration(
         Shoulder.FRONT if measures.shoulder >= 0.0 else Shoulder.BACK,

@@ -11,12 +11,11 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from ...pose import Pose
-from ..serial import Array, Kinematics
+from ...pose import Array, Pose
+from ..serial import Kinematics
 from .configuration import Configuration, configuration_of
-from .ik_problem import IkProblem
+from .ik_problem import Budget, IkProblem
 from .levenberg_marquardt import Found
-from .search_budget import Budget
 
 POSITION_TOLERANCE = 1e-5  # m
 ROTATION_TOLERANCE = 1e-4  # rad
@@ -67,7 +66,6 @@ def solve(
     """Return a joint position, the nearest to the seed where the arm has a closed form.
 
     Args:
-        kinematics: the robot.
         target: the wanted tool pose in `frame`.
         seed: (n,) controller-side joint position to start from [rad or m]; it is moved to the
             nearest bound where it lies outside the limits.
@@ -84,8 +82,7 @@ def solve(
     Raises:
         PoseUnreachable: no joint position reaches the pose; with the nearest residual.
         OutOfRange: the pose is reached only with a joint outside its range.
-        WrongJointCount: the seed does not have one value per driven joint.
-        NotFinite: a value of the seed is infinite or not a number.
+        WrongJointCount, NotFinite: the seed is not one finite value per driven joint.
         FrameUnknown: there is no such frame.
         BadArgument: a budget or a tolerance is out of range, or a configuration is asked of a
             robot without flags.

@@ -24,10 +24,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..closed_form import ClosedForm, arm_geometry, closed_form
-from ..closed_form.geometry import rotation_about
+from ...pose import Array
+from ..closed_form import closed_form
+from ..closed_form.geometry import ClosedForm, arm_geometry, rotation_about
 from ..revolutions import JointRanges
-from ..serial import Array, Kinematics
+from ..serial import Kinematics
 from .branches import BranchChoice
 
 _SAMPLES = 6

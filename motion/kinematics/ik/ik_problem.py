@@ -1,9 +1,10 @@
-"""Problem of inverse kinematics: one query, the order of the methods, and the choice among answers.
+"""Problem of inverse kinematics: one query, its budget, the order of the methods, and the choice.
 
 Owns that order: a numeric search from the seed when the target is near it; a closed form where the
 arm has one, with every branch and revolution; otherwise a numeric search from the seed, then from
-random positions. Every answer is checked again by forward kinematics and against the limits. Knows
-no clock: a function tells it that the time is over.
+random positions. Every answer is checked again by forward kinematics and against the limits. Effort
+is counted in restarts and iterations, so that the same query gets the same answer on any machine.
+Knows no clock: a function tells it that the time is over.
 """
 
 from __future__ import annotations
@@ -11,17 +12,38 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from ...errors import BadArgument, MotionError, PoseUnreachable, WrongJointCount
-from ...pose import Pose
-from ..serial import Array, Kinematics
+from ...pose import Array, Pose
+from ..serial import Kinematics
 from .branches import BranchChoice, BranchPreference, Offer
 from .configuration import Configuration
 from .ik_context import arm_of
 from .levenberg_marquardt import DampedSearch, Found, rotation_angle
-from .search_budget import Budget
+
+
+class Budget(NamedTuple):
+    """Restarts, iterations of each attempt, and the greatest duration of a search [s]."""
+
+    restarts: int
+    iterations: int
+    random_seed: int
+    time_cap: float | None
+
+    def check(self) -> None:
+        """Refuse a number out of range by a `BadArgument` with its name."""
+        if self.restarts < 0:
+            raise BadArgument("restarts", self.restarts, "0 or more")
+        if self.iterations < 1:
+            raise BadArgument("iterations", self.iterations, "1 or more")
+        if self.random_seed < 0:
+            raise BadArgument("random_seed", self.random_seed, "0 or more")
+        if self.time_cap is not None and not self.time_cap >= 0.0:
+            raise BadArgument("time_cap", self.time_cap, "0 or more, or None")
+
 
 _NEAR_DISTANCE = 0.02  # m: nearer targets are searched from the seed first
 _NEAR_ANGLE = 0.1  # rad

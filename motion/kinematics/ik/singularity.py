@@ -15,8 +15,9 @@ from enum import StrEnum
 
 import numpy as np
 
+from ...pose import Array
 from ..closed_form import closed_form
-from ..serial import Array, Kinematics
+from ..serial import Kinematics
 
 _INVOLVED = 0.1  # share of a unit joint direction that makes a joint part of a singularity
 _STEP = 1e-6  # rad, or arm's sizes: of the finite differences
@@ -71,13 +72,8 @@ class Dexterity:
 def dexterity(kinematics: Kinematics, joint_position: Sequence[float] | Array) -> Dexterity:
     """Return the dexterity at a joint position.
 
-    Args:
-        kinematics: the robot.
-        joint_position: (n,) controller-side [rad or m]; limits are not checked.
-
     Raises:
-        WrongJointCount: not one value per driven joint.
-        NotFinite: a value is infinite or not a number.
+        WrongJointCount, NotFinite: not one finite value per driven joint.
     """
     position = np.asarray(joint_position, dtype=np.float64)
     kinematics.limits.check_finite(position.tolist(), "the joint position")

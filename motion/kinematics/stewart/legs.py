@@ -7,7 +7,8 @@ in the base, R, p the platform's placement and u_i the direction of leg i from t
     l_i = |p + R a_i - b_i|                    u_i = (p + R a_i - b_i) / l_i
     dl_i/dt = u_i · v + (R a_i × u_i) · ω      a row [u_i, R a_i × u_i] of the leg Jacobian
 
-Base frame throughout [m, rad, s]; twists are [v; ω], v of the platform's origin. Knows no limits.
+Base frame throughout [m, rad, s]; rotations are (3, 3), positions (3,), twists (6,) [v; ω] with v
+of the platform's origin, accelerations (6,) [v̇; ω̇]. Knows no limits.
 """
 
 from __future__ import annotations
@@ -55,12 +56,7 @@ class Legs:
         return cls(base, platform, home)
 
     def vectors(self, rotation: Array, position: Array) -> Array:
-        """Return the (6, 3) vectors from base anchor to platform anchor.
-
-        Args:
-            rotation: (3, 3) of the platform.
-            position: (3,) of its origin [m].
-        """
+        """Return the (6, 3) vectors from base anchor to platform anchor."""
         legs: Array = position + self.platform @ rotation.T - self.base
         return legs
 
@@ -105,11 +101,6 @@ class Legs:
 
         With c = p + R a - b and d a dot for the time derivative, l l' = c · c' gives
         l'' = (c' · c' + c · c'' - l'²) / l.
-
-        Args:
-            pose: of the platform.
-            twist: (6,) [v; ω].
-            acceleration: (6,) [v̇; ω̇].
         """
         rotation = pose.rotation
         arms = self.platform @ rotation.T

@@ -3,7 +3,8 @@
 Owns the meaning of a joint vector for it: six leg lengths, in file order [m], so the limits are
 those of prismatic joints. Inverse kinematics is a formula, forward kinematics a search, the reverse
 of a serial arm; the caller sees no difference. Frames: `base` is the base plate's frame, which
-`root` coincides with; the tool is the platform. Knows no path.
+`root` coincides with; the tool is the platform. Twists are (6,) [v; ω], accelerations (6,) [v̇; ω̇].
+Knows no path.
 
 Owns also that search for the pose at six leg lengths, and the proof that its answer is the right
 one. Six lengths fit up to 40 poses (Raghavan 1993; Merlet, Parallel Robots, chapter 4); only one of
@@ -53,7 +54,6 @@ class Assembly(NamedTuple):
         position: (3,) [m].
         jacobian: (6, 6) leg Jacobian there, twist to leg rates.
         residual: greatest leg error [m].
-        iterations: number of iterations of the search.
     """
 
     rotation: Array
@@ -67,7 +67,6 @@ def assemble(legs: Legs, lengths: Array, start: Pose) -> Assembly:
     """Return a platform placement with given leg lengths, by Newton's method.
 
     Args:
-        legs: the anchors.
         lengths: (6,) [m], finite.
         start: where the search starts.
 
@@ -104,7 +103,6 @@ def uniqueness(legs: Legs, bounds: Array, samples: int = 2000, random_seed: int 
     """Return c of the module docstring over sampled poses; below 1 there is no second pose.
 
     Args:
-        legs: the anchors.
         bounds: (6,) of x, y, z [m], roll, pitch, yaw [rad] about home.
         samples: poses, half of them on the workspace's border; its 12 corners are added.
         random_seed: the same number gives the same answer.
@@ -138,15 +136,16 @@ class StewartKinematics:
     """Kinematics of one platform; it keeps no state, so the same question has one answer.
 
     Attributes:
-        robot: the robot's facts.
-        legs: the geometry of its legs.
-        limits: stroke, rate and acceleration of the legs.
-        workspace: the limits that belong to a pose.
-        dof: 6.
         lower: (6,) least leg length [m], read-only.
         upper: (6,) greatest leg length [m], read-only.
         turning: (6,) False: no leg has revolutions.
         size: the radius of the platform's anchors [m], to weigh rotations against shifts.
+
+    Raises, in every method:
+        NoAssembly: no pose of the workspace has these leg lengths.
+        PlatformLimit: the pose breaks a stroke, a cone or the workspace rule.
+        WrongJointCount, NotFinite: not one finite value per leg.
+        FrameUnknown: there is no such frame or link.
     """
 
     def __init__(self, robot: ParallelRobot) -> None:
@@ -178,34 +177,13 @@ class StewartKinematics:
         return tuple(self.legs.lengths(self.legs.home).tolist())
 
     def inverse(self, pose: Pose, frame: str = "base") -> Array:
-        """Return the (6,) leg lengths that hold the platform at a pose.
-
-        Args:
-            pose: of the platform, in `frame`.
-            frame: `base` or `root`.
-
-        Raises:
-            PlatformLimit: the pose breaks a stroke, a cone or the workspace rule.
-            FrameUnknown: there is no such frame.
-        """
+        """Return the (6,) leg lengths that hold the platform at a pose."""
         return self.workspace.check(self.to_base(pose, frame))
 
     def solve(
         self, target: Pose, seed: Sequence[float] | Array, *, frame: str = "base"
     ) -> Solution:
-        """Return the answer as `ik.solve` for a serial arm; there is one, whatever the seed.
-
-        Args:
-            target: of the platform, in `frame`.
-            seed: (6,) leg lengths, checked and otherwise not used.
-            frame: `base` or `root`.
-
-        Raises:
-            PlatformLimit: the pose breaks a stroke, a cone or the workspace rule.
-            WrongJointCount: the seed does not have one value per leg.
-            NotFinite: a value of the seed is infinite or not a number.
-            FrameUnknown: there is no such frame.
-        """
+        """Return the answer as `ik.solve` does; there is one, and the seed is only checked."""
         from ..ik.ik import Solution
 
         self._checked(seed)
@@ -231,15 +209,8 @@ class StewartKinematics:
 
         Args:
             joint_position: (6,) leg lengths [m]; the strokes are not checked.
-            frame: `base` or `root`, which are one.
             link: the platform's link or the root's; the platform's if None.
             seed: where the search starts first; home if None. It saves time and changes nothing.
-
-        Raises:
-            NoAssembly: no pose of the workspace has these leg lengths.
-            WrongJointCount: not one value per leg.
-            NotFinite: a value is infinite or not a number.
-            FrameUnknown: there is no such frame or link.
         """
         lengths = self._checked(joint_position)
         self.to_base(self.legs.home, frame)
@@ -256,41 +227,23 @@ class StewartKinematics:
         Returns:
             (6, 6): linear velocity of the platform's origin [m/s], then angular velocity [rad/s],
             per unit of leg rate [m/s].
-
-        Raises:
-            NoAssembly: no pose of the workspace has these leg lengths.
-            WrongJointCount: not one value per leg.
-            NotFinite: a value is infinite or not a number.
-            FrameUnknown: there is no such frame.
         """
         self.to_base(self.legs.home, frame)
         return self.linearise(self._checked(joint_position))[2]
 
     def linearise(self, joint_position: Array) -> tuple[Array, Array, Array]:
-        """Return the platform's (3, 3) rotation, (3,) position [m] and the (6, 6) Jacobian.
-
-        Raises:
-            NoAssembly: no pose of the workspace has these leg lengths.
-        """
+        """Return the platform's (3, 3) rotation, (3,) position [m] and the (6, 6) Jacobian."""
         found = self._assembly(joint_position)
         jacobian = np.asarray(np.linalg.inv(found.jacobian), dtype=np.float64)
         return found.rotation, found.position, jacobian
 
     def place(self, joint_position: Array) -> tuple[Array, Array]:
-        """Return the platform's (3, 3) rotation and (3,) position in the base.
-
-        Raises:
-            NoAssembly: no pose of the workspace has these leg lengths.
-        """
+        """Return the platform's (3, 3) rotation and (3,) position in the base."""
         found = self._assembly(joint_position)
         return found.rotation, found.position
 
     def places(self, joint_positions: Array) -> PoseArray:
-        """Return the platform's poses at many (m, 6) leg lengths on one path, in the base.
-
-        Raises:
-            NoAssembly: no pose of the workspace has these leg lengths.
-        """
+        """Return the platform's poses at many (m, 6) leg lengths on one path, in the base."""
         rotation, position = np.empty((len(joint_positions), 3, 3)), []
         seed: Pose | None = None
         for row, lengths in enumerate(joint_positions):
@@ -301,22 +254,13 @@ class StewartKinematics:
         return PoseArray(rotation, np.array(position))
 
     def to_base(self, pose: Pose, frame: str) -> Pose:
-        """Return a pose given in `base` or `root`, expressed in the base frame: they are one.
-
-        Raises:
-            FrameUnknown: there is no such frame.
-        """
+        """Return a pose given in `base` or `root`, expressed in the base frame: they are one."""
         if frame not in FRAMES:
             raise FrameUnknown(frame, FRAMES)
         return pose
 
     def check_motion(self, pose: Pose, twist: Array, acceleration: Array) -> LegMotion:
         """Check the rates and accelerations of the legs in a platform motion, and return them.
-
-        Args:
-            pose: of the platform, in the base.
-            twist: (6,) [v; ω], m/s and rad/s.
-            acceleration: (6,) [v̇; ω̇].
 
         Raises:
             TooFast: a leg would be faster than its limit.

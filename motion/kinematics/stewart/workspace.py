@@ -65,20 +65,15 @@ class PlatformWorkspace:
     Attributes:
         bounds: (6,) of x, y, z [m] and roll, pitch, yaw [rad] about home, each alone.
         cone: greatest swing of a leg at an anchor [rad].
+
+    Poses are of the platform in the base; `fraction` is the place on a path, 0 to 1, for refusals.
     """
 
     def __init__(self, robot: ParallelRobot, legs: Legs, limits: JointLimits) -> None:
         self.legs, self.limits = legs, limits
         workspace = robot.workspace
         self.bounds: Array = np.array(
-            [
-                workspace.x,
-                workspace.y,
-                workspace.z,
-                workspace.roll,
-                workspace.pitch,
-                workspace.yaw,
-            ]
+            [workspace.x, workspace.y, workspace.z, workspace.roll, workspace.pitch, workspace.yaw]
         )
         self.bounds.flags.writeable = False
         self.cone = robot.leg.anchor_cone_rad
@@ -107,15 +102,7 @@ class PlatformWorkspace:
         )
 
     def check(self, pose: Pose, fraction: float | None = None) -> Array:
-        """Check a pose against every limit; return its (6,) leg lengths, inside the strokes.
-
-        Args:
-            pose: in the base.
-            fraction: how far along a path it lies, for the refusal.
-
-        Raises:
-            PlatformLimit: the first limit that the pose breaks: a stroke, a cone, the workspace.
-        """
+        """Return the (6,) leg lengths of a pose that breaks no limit, or raise `PlatformLimit`."""
         limits = self.limits
         lengths = self.legs.lengths(pose)
         inside: Array = np.clip(lengths, limits.lower, limits.upper)
@@ -129,15 +116,7 @@ class PlatformWorkspace:
         return inside
 
     def check_posture(self, pose: Pose, fraction: float | None = None) -> None:
-        """Check the limits of a pose that no leg's length shows: cones [rad] and workspace [1].
-
-        Args:
-            pose: of the platform in `base` [m].
-            fraction: place on a path, 0 to 1, for the error.
-
-        Raises:
-            PlatformLimit: a leg swings too far, or the workspace is left.
-        """
+        """Check cones and workspace, which no leg's length shows, or raise `PlatformLimit`."""
         rules = (PlatformRule.BASE_CONE, PlatformRule.PLATFORM_CONE)
         for rule, swings in zip(rules, self.swings(pose), strict=True):
             worst = int(np.argmax(swings))
@@ -150,9 +129,7 @@ class PlatformWorkspace:
         """Check the workspace rule alone, with some slack.
 
         Args:
-            pose: of the platform in `base` [m].
             slack: greatest excess of the sum of |coordinate| / bound over 1.
-            fraction: place on a path, 0 to 1, for the error.
 
         Raises:
             PlatformLimit: the sum is greater than 1 and the slack.

@@ -23,9 +23,10 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from openpendant.motion.description.limits import JointLimits
+from openpendant.motion.pose import Array
 from openpendant.motion.trajectory.ptp import StraightMove
 from openpendant.motion.trajectory.time_scaling import ScaledRun
-from openpendant.motion.trajectory.trajectory import Array, Row, Trajectory
+from openpendant.motion.trajectory.trajectory import Row, Trajectory
 from openpendant.simplemsg.pendant import JogEnd
 from openpendant.simplemsg.verdicts import VerdictCode
 

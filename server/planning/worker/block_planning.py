@@ -30,16 +30,17 @@ from openpendant.motion.frames.frame_tree import BASE, FLANGE, TOOL, FrameTree
 from openpendant.motion.kinematics.ik.configuration import Configuration, Elbow, Shoulder, Wrist
 from openpendant.motion.kinematics.ik.ik import solve
 from openpendant.motion.kinematics.serial import Kinematics, with_tool
-from openpendant.motion.paths.segment_planning import plan_path
+from openpendant.motion.paths.paths import plan_path
+from openpendant.motion.paths.segments import SegmentRule
 from openpendant.motion.planning.path_check import first_contact
-from openpendant.motion.pose import Pose
+from openpendant.motion.pose import Array, Pose
 from openpendant.motion.scene.collision import CollisionModel
 from openpendant.motion.scene.scene import Scene
-from openpendant.motion.timing.parameterization import SegmentRule, time_path
+from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import Certificate, certify
 from openpendant.motion.trajectory.joint_curves import Path
 from openpendant.motion.trajectory.point_speed import ToolSpeedLimit, reduced_speed, tool_point
-from openpendant.motion.trajectory.trajectory import Array, Trajectory
+from openpendant.motion.trajectory.trajectory import Trajectory
 
 from ...programs.interpreter.motion_blocks import BlockMove, MotionBlock
 from ...programs.language.points import ArmConfiguration, PointPose, TeachPoint, check_consistency

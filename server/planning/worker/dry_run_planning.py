@@ -22,8 +22,7 @@ import numpy as np
 from openpendant.motion.errors import MotionError
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
-from openpendant.motion.scene.attachments import left, taken
-from openpendant.motion.scene.scene import Scene
+from openpendant.motion.scene.scene import Scene, left, taken
 from openpendant.motion.trajectory.trajectory import Trajectory
 
 from ...programs.interpreter.dry_run import dry_run, reachability

@@ -15,11 +15,12 @@ import numpy as np
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.errors import MotionError
 from openpendant.motion.kinematics.serial import Kinematics, with_tool
-from openpendant.motion.paths.paths import JointSpline, joint_path_through_poses, linear_legs
+from openpendant.motion.paths.paths import joint_path_through_poses, linear_legs
 from openpendant.motion.pose import Pose
 from openpendant.motion.scene.scene import Scene
 from openpendant.motion.timing.parameterization import time_legs, time_path
 from openpendant.motion.trajectory.certificate import Certificate, certify
+from openpendant.motion.trajectory.joint_curves import JointSpline
 from openpendant.motion.trajectory.point_speed import ToolSpeedLimit, reduced_speed
 from openpendant.motion.trajectory.ptp import plan_joint_move
 from openpendant.motion.trajectory.trajectory import Trajectory

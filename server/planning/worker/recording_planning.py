@@ -12,10 +12,11 @@ import numpy as np
 from openpendant.motion.errors import BadArgument
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.paths.smoothing import SmoothedRecording, smooth
+from openpendant.motion.pose import Array
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.joint_curves import COINCIDENT, JointSpline
 from openpendant.motion.trajectory.point_speed import ToolSpeedLimit
-from openpendant.motion.trajectory.trajectory import Array, Trajectory, join
+from openpendant.motion.trajectory.trajectory import Trajectory, join
 from openpendant.simplemsg.verdicts import VerdictCode
 
 from ...refusal import Refusal

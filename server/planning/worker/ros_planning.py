@@ -11,8 +11,9 @@ from dataclasses import replace
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import NoMotion
-from openpendant.motion.paths.paths import COINCIDENT, JointSpline
-from openpendant.motion.timing.parameterization import SegmentRule, time_path
+from openpendant.motion.paths.segments import SegmentRule
+from openpendant.motion.timing.parameterization import time_path
+from openpendant.motion.trajectory.joint_curves import COINCIDENT, JointSpline
 from openpendant.motion.trajectory.trajectory import Trajectory, join
 
 from ..jobs import JointVector, RosPathJob, RosPoint

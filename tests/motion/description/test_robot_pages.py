@@ -15,10 +15,16 @@ from rigs.motion.robot_families import one_of_each_family
 from openpendant.motion.cli.robots import main
 from openpendant.motion.description.robot import SerialRobot, robot_names
 from openpendant.motion.errors import BadArgument, WrongJointCount
-from openpendant.motion.kinematics.dh import dh_forward, dh_frames
+from openpendant.motion.kinematics.dh import (
+    dh_forward,
+    dh_frames,
+    vrm_angles,
+    vrm_difference,
+    vrm_forward,
+    vrm_of,
+)
 from openpendant.motion.kinematics.pinocchio_model import model_map
 from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.motion.kinematics.vrm import vrm_angles, vrm_difference, vrm_forward, vrm_of
 from openpendant.motion.pose import Pose
 from openpendant.motion.robot_report.robot_check import check_robot, reach
 from openpendant.motion.robot_report.robot_report import dh_frames_at_home, moving_at_home

@@ -48,7 +48,7 @@ def test_under_noise_the_tcp_is_found_as_closely_as_is_stated(noise: float) -> N
     found = tool_centre(touching(TCP, TURNS, noise))
     error = float(np.linalg.norm(found.position - TCP))
     assert error <= 4.0 * found.uncertainty
-    assert 0.2 * noise <= found.mean_residual <= found.max_residual <= 4.0 * noise
+    assert 0.2 * noise <= np.mean(found.residuals) <= found.max_residual <= 4.0 * noise
     assert noise / 10.0 <= found.uncertainty <= 3.0 * noise
 
 
@@ -72,13 +72,6 @@ def test_more_touches_make_the_tcp_surer() -> None:
     assert tool_centre(touching(TCP, more, 1e-4)).uncertainty < (
         tool_centre(touching(TCP, TURNS[:4], 1e-4)).uncertainty
     )
-
-
-def test_a_person_reads_millimetres() -> None:
-    text = str(tool_centre(touching(TCP, TURNS, 1e-4)))
-    assert "TCP at 12." in text or "TCP at 11.9" in text
-    assert "residual mean 0." in text
-    assert text.endswith("mm over 6 poses")
 
 
 @pytest.mark.parametrize("count", [0, 1, 3])

@@ -14,7 +14,7 @@ import pytest
 from rigs.motion.bodies_on_rails import BodiesOnRails, always, standing_at
 
 from openpendant.motion.jog.collision_guard import CLEAR, NEAR, SLOW, CollisionGuard
-from openpendant.motion.jog.jog_status import JogSlowdown
+from openpendant.motion.jog.jog_commands import JogSlowdown
 
 STILL = ((0.0, 0.0), (0.0, 0.0))
 AHEAD = ((0.0, 0.0), (1.0, 0.0))

@@ -16,13 +16,12 @@ from rigs.motion.jogged_robots import FAST, UR5_BENT, model, robot
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.jog import JogCaps, Jogger, JogModel, JogSlowdown, JointJog
 from openpendant.motion.jog.collision_guard import CollisionGuard
+from openpendant.motion.jog.jog_commands import JogCause
 from openpendant.motion.jog.jog_robot import Footing, Posture
-from openpendant.motion.jog.jog_status import JogCause
+from openpendant.motion.jog.joint_braking import StopOutlook, point_excess
 from openpendant.motion.jog.joint_jog import StopSurroundings
 from openpendant.motion.jog.lookahead import LookAhead
-from openpendant.motion.jog.path_node import PathNode, is_even, speed_bounds
-from openpendant.motion.jog.point_speed_bounds import StopOutlook, point_excess
-from openpendant.motion.jog.proximity import scales, stop
+from openpendant.motion.jog.path_node import PathNode, is_even, scales, speed_bounds, stop
 from openpendant.motion.jog.tool_path import JogTwist, ToolPath
 from openpendant.motion.paths.mechanism import SerialMechanism
 

@@ -22,11 +22,10 @@ from openpendant.motion.jog import (
 )
 from openpendant.motion.jog.collision_guard import NEAR, CollisionGuard
 from openpendant.motion.jog.jog_robot import Posture
-from openpendant.motion.jog.path_node import PathNode
-from openpendant.motion.jog.proximity import HALT_CONDITION, scales
-from openpendant.motion.kinematics.serial import Array, Kinematics
+from openpendant.motion.jog.path_node import HALT_CONDITION, PathNode, scales
+from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.paths.mechanism import SerialMechanism, mechanism
-from openpendant.motion.pose import Pose
+from openpendant.motion.pose import Array, Pose
 from openpendant.motion.scene.collision import CollisionModel
 from openpendant.motion.scene.scene import Box, Scene, SceneObject
 

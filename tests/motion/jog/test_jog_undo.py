@@ -10,7 +10,7 @@ from rigs.motion.jogged_robots import REDUCED, UR5_BENT, model
 
 from openpendant.motion.errors import BadArgument
 from openpendant.motion.jog import Jogger, JointJog, ToolJog
-from openpendant.motion.jog.undo_path import MOST_POINTS, TOLERANCE, UndoPath
+from openpendant.motion.jog.jogger import MOST_POINTS, TOLERANCE, UndoPath
 
 UNITS = (1.0, 1.0)
 

@@ -20,7 +20,7 @@ from openpendant.motion.jog import (
     joint_jog,
 )
 from openpendant.motion.jog.collision_guard import SLOW, CollisionGuard
-from openpendant.motion.jog.joint_limit_braking import JointLimitBraking
+from openpendant.motion.jog.joint_braking import JointLimitBraking
 from openpendant.motion.jog.joint_line import JogLine
 from openpendant.motion.paths.mechanism import SerialMechanism
 from openpendant.motion.scene.collision import CollisionModel

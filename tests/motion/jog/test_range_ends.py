@@ -8,7 +8,7 @@ import pytest
 from rigs.motion.jogged_robots import UR5_BENT, model
 
 from openpendant.motion.jog.jog_commands import LONGEST_STEP
-from openpendant.motion.jog.joint_limit_braking import JointLimitBraking
+from openpendant.motion.jog.joint_braking import JointLimitBraking
 
 UR5 = model("ur5")
 SPEEDS = [0.5 * limit for limit in UR5.limits.velocity]

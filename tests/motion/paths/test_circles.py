@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from openpendant.motion.errors import BadArgument, BadCircle, CircleFault, NotFinite
-from openpendant.motion.paths.circles import (
+from openpendant.motion.paths.tool_curves import (
     Circle,
     ToolArc,
     ToolTurn,

@@ -4,7 +4,7 @@ from numpy.typing import NDArray
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import BadArgument, OutOfRange
-from openpendant.motion.paths.joint_chain import JointChain
+from openpendant.motion.paths.path_chains import JointChain
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.joint_curves import JointLine, JointSpline

@@ -15,15 +15,11 @@ from openpendant.motion.errors import (
     PoseUnreachable,
 )
 from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.motion.paths.paths import (
-    JointSpline,
-    joint_path_through_poses,
-    linear_legs,
-    linear_path,
-)
+from openpendant.motion.paths.paths import joint_path_through_poses, linear_legs, linear_path
 from openpendant.motion.pose import Pose
 from openpendant.motion.timing.parameterization import time_legs, time_path
 from openpendant.motion.trajectory.certificate import certify
+from openpendant.motion.trajectory.joint_curves import JointSpline
 
 Array = NDArray[np.float64]
 

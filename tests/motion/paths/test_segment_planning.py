@@ -25,9 +25,7 @@ from openpendant.motion.errors import (
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.orientation import rotation_of_vector
 from openpendant.motion.paths.blending import JointPolyline
-from openpendant.motion.paths.circles import ToolTurn
-from openpendant.motion.paths.paths import linear_path, plan_path
-from openpendant.motion.paths.segment_planning import MOST_SEGMENTS
+from openpendant.motion.paths.paths import MOST_SEGMENTS, linear_path, plan_path
 from openpendant.motion.paths.segments import (
     AboutCentre,
     Circ,
@@ -41,6 +39,7 @@ from openpendant.motion.paths.segments import (
     SplineSpace,
     ThroughPoint,
 )
+from openpendant.motion.paths.tool_curves import ToolTurn
 from openpendant.motion.pose import Pose
 from openpendant.motion.timing.parameterization import time_legs
 from openpendant.motion.trajectory.certificate import certify

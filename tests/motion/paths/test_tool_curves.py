@@ -8,12 +8,14 @@ from numpy.typing import NDArray
 from rigs.data.example_counts import few
 
 from openpendant.motion.errors import BadArgument, NoMotion, NotFinite, ZoneTooLarge
-from openpendant.motion.paths.circles import ToolArc, ToolTurn, arc_through
-from openpendant.motion.paths.tool_chain import ToolChain
+from openpendant.motion.paths.path_chains import ToolChain
 from openpendant.motion.paths.tool_curves import (
+    ToolArc,
     ToolCurve,
     ToolLine,
     ToolSpline,
+    ToolTurn,
+    arc_through,
     check_point,
     turned_by,
 )

@@ -15,9 +15,8 @@ from openpendant.motion.errors import (
 )
 from openpendant.motion.kinematics.ik.ik import solve
 from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.motion.paths.circles import ToolArc, circle_about
-from openpendant.motion.paths.tool_chain import ToolChain
-from openpendant.motion.paths.tool_curves import ToolLine
+from openpendant.motion.paths.path_chains import ToolChain
+from openpendant.motion.paths.tool_curves import ToolArc, ToolLine, circle_about
 from openpendant.motion.paths.tool_paths import deviation, follow_tool_curve
 from openpendant.motion.pose import Pose, PoseArray
 from openpendant.motion.timing.parameterization import time_path

@@ -19,12 +19,12 @@ from openpendant.motion.errors import (
     WrongJointCount,
 )
 from openpendant.motion.paths.blending import JointPolyline
-from openpendant.motion.planning.goal_sampling import free_joint_position
 from openpendant.motion.planning.path_check import first_contact
 from openpendant.motion.planning.planner import (
     BUILT_IN,
     PlanningProgress,
     PlanningStage,
+    free_joint_position,
     plan_free_path,
     planners,
 )

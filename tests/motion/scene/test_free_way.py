@@ -5,8 +5,9 @@ import pytest
 from rigs.data.example_counts import counts
 from rigs.motion.loaded_robots import serial_robot
 
-from openpendant.motion.kinematics.serial import Array, Kinematics
+from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.planning.path_check import first_contact
+from openpendant.motion.pose import Array
 from openpendant.motion.scene.clearance import MARGIN, MOST, ClearPath
 from openpendant.motion.scene.collision import CollisionModel
 from openpendant.motion.scene.scene import Box, Cylinder, Mesh, Scene, SceneObject, Sphere

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from openpendant.motion.timing.path_limits import rate_from_rest, steady_rate, timing_grid
+from openpendant.motion.timing.parameterization import rate_from_rest, steady_rate, timing_grid
 
 GRID = timing_grid(np.array([0.0, 0.5, 1.0]))
 

@@ -20,7 +20,8 @@ from openpendant.motion.errors import (
     OutOfRange,
     WrongJointCount,
 )
-from openpendant.motion.timing.parameterization import SegmentRule, time_legs, time_path
+from openpendant.motion.paths.segments import SegmentRule
+from openpendant.motion.timing.parameterization import time_legs, time_path
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.joint_curves import JointLine, JointSpline
 from openpendant.motion.trajectory.ptp import plan_joint_move

@@ -11,13 +11,10 @@ from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.description.robot import robot_names
 from openpendant.motion.errors import OutOfRange
 from openpendant.motion.timing.parameterization import time_path
-from openpendant.motion.trajectory.certificate import (
-    ACCELERATION_TOLERANCE,
-    VELOCITY_TOLERANCE,
-    certify,
-)
-from openpendant.motion.trajectory.intersample import IntersampleCheck
+from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.joint_curves import JointSpline
+from openpendant.motion.trajectory.sample_checks import ACCELERATION_TOLERANCE, VELOCITY_TOLERANCE
+from openpendant.motion.trajectory.time_scaling import IntersampleCheck
 
 Array = NDArray[np.float64]
 

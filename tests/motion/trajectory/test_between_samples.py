@@ -6,9 +6,9 @@ from rigs.motion.loaded_robots import serial_robot
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import BadArgument, WrongJointCount
 from openpendant.motion.timing.parameterization import time_path
-from openpendant.motion.trajectory.intersample import IntersampleCheck
 from openpendant.motion.trajectory.joint_curves import JointSpline
 from openpendant.motion.trajectory.ptp import plan_joint_move
+from openpendant.motion.trajectory.time_scaling import IntersampleCheck
 from openpendant.motion.trajectory.trajectory import Trajectory
 
 Array = NDArray[np.float64]

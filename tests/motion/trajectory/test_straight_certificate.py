@@ -10,9 +10,8 @@ from rigs.motion.loaded_robots import serial_robot
 
 from openpendant.motion.description.robot import robot_names
 from openpendant.motion.errors import CertificateRefused, WrongJointCount
-from openpendant.motion.trajectory.certificate import certify
+from openpendant.motion.trajectory.certificate import certify, certify_straight_move
 from openpendant.motion.trajectory.ptp import StraightMove, straight_move
-from openpendant.motion.trajectory.straight_certificate import certify_straight_move
 
 SERIAL = [name for name in robot_names() if name != "stewart_classroom"]
 UR5 = serial_robot("ur5")

@@ -12,8 +12,8 @@ import pytest
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import CertificateRefused
+from openpendant.motion.trajectory.certificate import certify_straight_move
 from openpendant.motion.trajectory.ptp import StraightMove
-from openpendant.motion.trajectory.straight_certificate import certify_straight_move
 
 LIMITS = JointLimits(
     names=("base", "arm"),

@@ -14,11 +14,10 @@ from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.errors import BadArgument, WrongJointCount
 from openpendant.motion.timing.parameterization import time_path
 from openpendant.motion.trajectory.certificate import certify
-from openpendant.motion.trajectory.intersample import IntersampleCheck
 from openpendant.motion.trajectory.jerk_limited import jerk_limited_move
 from openpendant.motion.trajectory.joint_curves import JointLine, JointSpline
 from openpendant.motion.trajectory.ptp import plan_joint_move
-from openpendant.motion.trajectory.time_scaling import ScaledRun
+from openpendant.motion.trajectory.time_scaling import IntersampleCheck, ScaledRun
 from openpendant.motion.trajectory.trajectory import Trajectory
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from openpendant.motion.description.limits import JointLimits
 from openpendant.motion.jog import JogCaps, JogCause, JogSetpoint, JogSlowdown, JogTarget, JointJog
-from openpendant.motion.jog.undo_path import UndoPath
+from openpendant.motion.jog.jogger import UndoPath
 
 LINK = 0.5
 """Length of each link [m]."""

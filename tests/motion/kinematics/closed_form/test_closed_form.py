@@ -9,7 +9,8 @@ from rigs.data.example_counts import counts
 from rigs.motion.loaded_robots import serial_robot
 
 from openpendant.motion.description.robot import robot_names
-from openpendant.motion.kinematics.closed_form import ArmGeometry, arm_geometry, closed_form
+from openpendant.motion.kinematics.closed_form import closed_form
+from openpendant.motion.kinematics.closed_form.geometry import ArmGeometry, arm_geometry
 from openpendant.motion.kinematics.closed_form.three_parallel import ThreeParallel
 from openpendant.motion.kinematics.closed_form.three_parallel import recognise as three_parallel
 from openpendant.motion.kinematics.closed_form.wrist_partitioned import LinearAxis, WristPartitioned

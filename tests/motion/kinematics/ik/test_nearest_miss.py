@@ -8,8 +8,7 @@ from rigs.motion.loaded_robots import serial_robot
 
 from openpendant.motion.errors import MotionError, PoseUnreachable
 from openpendant.motion.kinematics.ik import ik
-from openpendant.motion.kinematics.ik.ik_problem import IkProblem
-from openpendant.motion.kinematics.ik.search_budget import Budget
+from openpendant.motion.kinematics.ik.ik_problem import Budget, IkProblem
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.motion.pose import Pose
 

@@ -8,8 +8,8 @@ from typing import cast
 import pytest
 from rigs.cells.server_rig import ServerRig, ready
 
-from openpendant.motion.jog import jog_status as motion_jog
-from openpendant.motion.jog.jog_status import JogCause
+from openpendant.motion.jog import jog_commands as motion_jog
+from openpendant.motion.jog.jog_commands import JogCause
 from openpendant.server.cell import state_report
 from openpendant.server.cell.execution.setpoint_sources import JogRows
 from openpendant.server.events.effects import Broadcast

@@ -11,8 +11,8 @@ from rigs.data.program_samples import linked
 
 from openpendant.motion.frames.frame_tree import BASE, FrameTree
 from openpendant.motion.kinematics.ik.configuration import configuration_of
-from openpendant.motion.pose import Pose
-from openpendant.motion.trajectory.trajectory import Array, Trajectory
+from openpendant.motion.pose import Array, Pose
+from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.server.planning.jobs import BlockJob, DryRunFound, DryRunJob, DryRunSlice
 from openpendant.server.planning.worker.block_planning import Places, plan_block
 from openpendant.server.planning.worker.dry_run_planning import DryRuns

@@ -9,7 +9,7 @@ import pytest
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics
-from openpendant.motion.paths.segment_planning import plan_path
+from openpendant.motion.paths.paths import plan_path
 from openpendant.motion.paths.segments import Circ, Lin, Ptp, Spline, ThroughPoint
 from openpendant.motion.pose import Pose
 from openpendant.server.planning.worker.block_segments import segments_of

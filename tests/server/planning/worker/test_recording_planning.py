@@ -11,10 +11,10 @@ import pytest
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.errors import BadArgument
 from openpendant.motion.kinematics.serial import Kinematics
+from openpendant.motion.pose import Array
 from openpendant.motion.scene.scene import Scene, SceneObject, Sphere
 from openpendant.motion.trajectory.certificate import certify
 from openpendant.motion.trajectory.point_speed import reduced_speed
-from openpendant.motion.trajectory.trajectory import Array
 from openpendant.server.planning.jobs import RecordingJob
 from openpendant.server.planning.worker.job_planner import answer
 from openpendant.server.planning.worker.recording_planning import (

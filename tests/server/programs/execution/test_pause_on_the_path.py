@@ -12,10 +12,11 @@ import pytest
 from rigs.cells import program_cell
 from rigs.cells.program_cell import ProgramCell
 
-from openpendant.motion.timing.velocity_profile import VelocityProfile
+from openpendant.motion.pose import Array
+from openpendant.motion.timing.parameterization import VelocityProfile
 from openpendant.motion.trajectory.joint_curves import JointLine, Path
 from openpendant.motion.trajectory.ptp import StraightMove
-from openpendant.motion.trajectory.trajectory import Array, Trajectory
+from openpendant.motion.trajectory.trajectory import Trajectory
 from openpendant.server.events.effects import Effect, StorePlan
 from openpendant.simplemsg import JointTrajPtFull
 from openpendant.simplemsg.pendant import MotionControlAction, SetSpeed
