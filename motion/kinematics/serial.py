@@ -25,8 +25,7 @@ from ..description.limits import JointLimits
 from ..description.robot import SerialRobot
 from ..description.schema import FixedJoint, JointType, Placement
 from ..errors import FrameUnknown
-from ..pose import Array as Array
-from ..pose import Pose, PoseArray
+from ..pose import Array, Pose, PoseArray
 from .pinocchio_model import base_in_root, model_map, serial_model, turning_joints
 
 FRAMES = ("base", "root")

@@ -26,7 +26,8 @@ import numpy as np
 
 from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.errors import MotionError, PoseUnreachable
-from openpendant.motion.kinematics.closed_form import arm_geometry, closed_form
+from openpendant.motion.kinematics.closed_form import closed_form
+from openpendant.motion.kinematics.closed_form.geometry import arm_geometry
 from openpendant.motion.kinematics.ik import ik
 from openpendant.motion.kinematics.ik.levenberg_marquardt import rotation_angle
 from openpendant.motion.kinematics.serial import Kinematics

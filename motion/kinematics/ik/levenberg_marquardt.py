@@ -24,8 +24,9 @@ from typing import NamedTuple
 import eigenpy
 import numpy as np
 
+from ...pose import Array
 from ..revolutions import JointRanges
-from ..serial import Array, Kinematics, rotation_vector
+from ..serial import Kinematics, rotation_vector
 
 
 def solve_positive_definite(matrix: Array, right: Array) -> Array:
