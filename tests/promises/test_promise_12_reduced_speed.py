@@ -88,7 +88,6 @@ class T1:
         raise AssertionError("the motion does not end")
 
     def runs(self) -> list[list[JointTrajPtFull]]:
-        """Return the set-points that were sent, motion by motion."""
         points = [item for item in self.cell.sent if isinstance(item, JointTrajPtFull)]
         runs: list[list[JointTrajPtFull]] = []
         for point in points:

@@ -72,7 +72,6 @@ async def test_promise_21_who_has_no_place_is_closed_at_once_and_the_others_stay
 
 
 async def answers(sock: socket.socket, wire: Connection, within: float) -> list[Received]:
-    """Return all that a connection is told until it is closed."""
     loop, heard = asyncio.get_running_loop(), list[Received]()
     async with asyncio.timeout(within):
         while data := await loop.sock_recv(sock, 4_096):
@@ -163,7 +162,6 @@ def test_promise_21_connections_that_agree_on_tls_are_counted_beside_all_places(
 
 @pytest.fixture
 def system(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
-    """Limits as the test sets them; the last is in force."""
     limits = [(1_024, 4_096)]
     monkeypatch.setattr(resource, "getrlimit", lambda _: limits[-1])
     monkeypatch.setattr(resource, "setrlimit", lambda _, pair: limits.append(pair))

@@ -35,7 +35,6 @@ def moves(arrival: Arrival) -> bool:
 
 
 def stop_after_freeze(rig: PromiseRig) -> tuple[int, Arrival | None]:
-    """Let the server stand still until somebody stops the robot; return both times."""
     frozen = time.monotonic_ns()
     os.kill(rig.server_pid, signal.SIGSTOP)
     try:
@@ -45,7 +44,6 @@ def stop_after_freeze(rig: PromiseRig) -> tuple[int, Arrival | None]:
 
 
 def come_back(pendant: WirePendant) -> None:
-    """Let go of the key and reset what the watchdog's stop has latched."""
     pendant.beats = False
     pendant.wait_until(lambda state: state.stop != StopKind.NONE)
     pendant.come_to_rest()

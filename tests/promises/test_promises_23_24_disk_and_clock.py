@@ -40,8 +40,6 @@ _CODEC = Codec(PENDANT, ByteOrder.LITTLE, 4)
 
 
 class Story:
-    """A motion and a jog, with a program saved again and again meanwhile."""
-
     def __init__(self, failure: StoreError | None = None) -> None:
         self.cell = EmulatedCell("ur5")
         self.cell.store.failure = failure
@@ -62,7 +60,6 @@ class Story:
         self.saves.append((ReplyCode(answer.reply_code), code))
 
     def run(self) -> list[bytes]:
-        """Return every frame that left for the controller."""
         pendant, cell = self.pendant, self.cell
         assert pendant.move(cell.position[0] + 0.5, *cell.position[1:], speed=0.5) is V.ACCEPTED
         while cell.core.cell.activity is not Activity.IDLE:

@@ -87,7 +87,6 @@ def moves(arrival: Arrival) -> bool:
 
 
 def slows_down(rig: PromiseRig, since: int) -> Callable[[Arrival], bool]:
-    """Return what tells the first set-point that is slower than the one before it."""
     before = [abs(each.joint_velocity or 0.0) for each in rig.controller.arrivals[-20:]]
     last = max(before)
 
@@ -127,8 +126,6 @@ def no_motion(rig: PromiseRig, since: int) -> None:
 
 
 class End(Enum):
-    """How a connection ends."""
-
     FIN = "fin"
     RESET = "reset"
     KILL = "kill"
@@ -282,7 +279,6 @@ def test_a_press_changes_the_set_point_within_30_ms(
 
 
 def frame_of_its_own(pendant: WirePendant, number: int) -> Message:
-    """Return one of the frames in front of a stop: questions, moves, and what means nothing."""
     match number % 3:
         case 0:
             return Management(pendant.request(), b'{"op": "why", "key": "a question of 88 bytes"}')

@@ -1,5 +1,3 @@
-"""Server and emulated controller on uvloop: all that they do on Python's own event loop."""
-
 from __future__ import annotations
 
 import asyncio
@@ -78,7 +76,6 @@ async def test_a_robot_moves_and_stops_over_tls_and_the_run_can_be_repeated(
 
 
 def lose(pendant: WirePendant, end: str) -> None:
-    """End a connection: by FIN, by RST, or with the process that alone holds the socket."""
     match end:
         case "fin":
             pendant.close()

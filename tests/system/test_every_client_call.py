@@ -44,8 +44,6 @@ DEADLINE = 0.25
 
 
 class Noting:
-    """Notes which public names of an object are used."""
-
     used: ClassVar[set[str]]
 
     def __getattribute__(self, name: str) -> Any:
@@ -55,14 +53,10 @@ class Noting:
 
 
 class Pendant(Noting, PendantClient):
-    """The asynchronous client."""
-
     used: ClassVar[set[str]] = set()
 
 
 class RoboAnalyzer(Noting, RoboAnalyzerClient):
-    """RoboAnalyzer's calls."""
-
     used: ClassVar[set[str]] = set()
 
 
@@ -114,7 +108,6 @@ async def connected(port: int, **options: Any) -> Pendant:
 
 @asynccontextmanager
 async def in_control(port: int) -> AsyncIterator[Pendant]:
-    """A pendant in control of a robot that stands at home, in automatic."""
     async with await connected(port) as pendant, pendant.control():
         assert pendant.state is not None
         if pendant.state.stop != StopKind.NONE:  # of an attempt before
@@ -276,7 +269,6 @@ JOGS: list[tuple[str, Callable[[Pendant], Any], Callable[[list[float], list[floa
 
 
 async def jogged(pendant: Pendant, press: Callable[[Pendant], Any]) -> tuple[list[float], ...]:
-    """Hold a key for a moment; return where the joints were, and how far they and the tool went."""
     joints, tool = pendant.joints(), pendant.tool_pose().position
     async with pendant.enabling(), press(pendant) as jog:
         await jog.hold(0.25)

@@ -1,5 +1,3 @@
-"""Every management operation by its typed call, over sockets; every reply against its schema."""
-
 from __future__ import annotations
 
 import asyncio
@@ -161,7 +159,6 @@ async def tools(pendant: Pendant) -> None:
 
 
 async def turned(pendant: Pendant, *angles: float) -> tuple[float, ...]:
-    """Turn the flange about its own point; return the joints that hold it there."""
     here = pendant.tool_pose()
     now = roll_pitch_yaw(here.orientation)
     turn = quaternion_of(*(old + new for old, new in zip(now, angles, strict=True)))
@@ -215,7 +212,6 @@ async def accounts(pendant: Pendant) -> None:
 
 
 def blocking(port: int) -> None:
-    """A part of it by the blocking client, whose groups come from the same definitions."""
     with SyncPendantClient.connect("127.0.0.1", port) as pendant, pendant.control():
         pendant.set_mode(OperatingMode.AUTOMATIC)
         at = pendant.programs.create("waits")["revision"]

@@ -35,7 +35,6 @@ def stops_received(journal: Path) -> list[int]:
 
 
 async def freeze_in_motion(cell: Any, journal: Path) -> dict[str, int]:
-    """Freeze the server of a moving robot for a second; return what the referee counted."""
     pendant = await cell.ready_pendant()
     async with pendant.control():
         start = pendant.joints()

@@ -1,5 +1,3 @@
-"""Our server drives the minimum controller, as processes on real sockets."""
-
 from __future__ import annotations
 
 import asyncio
@@ -34,7 +32,6 @@ class Cell:
     pendant: PendantClient
 
     async def is_ready(self) -> None:
-        """Wait until nothing keeps the robot from moving."""
         async with asyncio.timeout(PATIENCE):
             while (await self.pendant.snapshot())["obstacle"]:
                 await self.pendant.next_state()
@@ -52,8 +49,6 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @dataclass
 class Served:
-    """The processes of a cell."""
-
     controller: Controller
     server: asyncio.subprocess.Process
     port: int
@@ -96,7 +91,6 @@ async def in_control(served: Served) -> AsyncIterator[Cell]:
 
 @pytest_asyncio.fixture
 async def cell(program: Path, tmp_path: Path) -> AsyncIterator[Cell]:
-    """A cell for a test that breaks it."""
     async with serving(program, tmp_path) as served, in_control(served) as cell:
         yield cell
 
@@ -109,7 +103,6 @@ async def served(program: Path, tmp_path_factory: pytest.TempPathFactory) -> Asy
 
 @pytest_asyncio.fixture(loop_scope="module")
 async def shared_cell(served: Served) -> AsyncIterator[Cell]:
-    """The cell for all tests that leave it ready, wherever the robot stands then."""
     async with in_control(served) as cell:
         yield cell
 
@@ -149,7 +142,6 @@ async def test_joint_moves_poses_and_taught_paths_arrive(shared_cell: Cell) -> N
 
 
 async def begin(cell: Cell) -> Any:
-    """Begin a long motion and wait until the robot is under way."""
     start = cell.pendant.joints()[0]
     move = await cell.pendant.move_joints(cell.moved(0, FAR), speed=0.1)
     await cell.pendant.wait_until(lambda state: state.positions[0] > start + 0.02)
@@ -233,7 +225,6 @@ async def test_a_server_that_dies_in_motion_leaves_the_robot_at_rest(cell: Cell)
 
 
 async def judged(program: Path, sections: str) -> list[dict[str, Any]]:
-    """Have a controller judged on some sections of its profile; return what was found."""
     controller = await Controller.start(program)
     tester = await asyncio.create_subprocess_exec(
         *(sys.executable, "-m", "openpendant.tools", "packets", "conformance"),

@@ -218,7 +218,6 @@ async def test_a_controller_that_dies_in_motion_aborts_it_and_nothing_resumes(
 
 
 async def operate(port: int, action: OperatorAction) -> int:
-    """Do at the emulated controller what its operator would do; return the reply code."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
     writer.write(codec_for(PENDANT).encode(OperatorEvent(action=action)))
     async with asyncio.timeout(PATIENCE):

@@ -1,5 +1,3 @@
-"""What a program does beside moving, on processes: carries, waits, branches, keeps to its frame."""
-
 from __future__ import annotations
 
 import asyncio
@@ -41,7 +39,6 @@ move LIN up speed 100 mm/s
 
 
 async def set_input(port: int, number: int, value: bool) -> None:
-    """Switch an input as the cabling of the emulated controller would."""
     reader, writer = await asyncio.open_connection("127.0.0.1", port)
     writer.write(codec_for(PENDANT).encode(SetInputs(0, 1 << number, value << number)))
     await reader.readexactly(16)
@@ -50,7 +47,6 @@ async def set_input(port: int, number: int, value: bool) -> None:
 
 
 async def prepare(pendant: PendantClient) -> tuple[float, ...]:
-    """Make tool, frame, object and program; return where the tool stands."""
     placed = {"position": (0.0, 0.0, 0.1), "orientation": UPRIGHT}
     made = await pendant.manage(
         {"op": "tools.add", "name": "gripper", "tcp": placed, "expected_revision": 0}

@@ -79,7 +79,6 @@ def motion_packets(scenario: str) -> list[Packet]:
 
 
 def trajectories(packets: list[Packet]) -> Iterator[list[Packet]]:
-    """Split packets where a trajectory or a STOP begins."""
     group: list[Packet] = []
     for packet in packets:
         begins = packet.sequence in (0, START_DOWNLOAD, STOP)
@@ -123,7 +122,6 @@ class RosClient:
         return int(reply_code)
 
     async def lose_reply_and_reconnect(self, packet: Packet) -> None:
-        """Send a point and lose the link before its reply, as the capture's server did."""
         assert self._streams is not None
         _, writer = self._streams
         writer.write(packet.data)
@@ -140,14 +138,12 @@ class RosClient:
 
 
 def ros_client(cell: Any) -> RosClient:
-    """Return a client of the cell's server, which is closed with the cell at the latest."""
     client = RosClient(cell.ports["ros_motion"])
     cell.at_end(client.close)
     return client
 
 
 async def at_zero(cell: Any) -> PendantClient:
-    """Return a pendant that has brought the robot to zero, where every capture begins."""
     pendant: PendantClient = await cell.ready_pendant()
     if distance(pendant, ZERO) > EXACT:
         async with pendant.control():
@@ -162,8 +158,6 @@ def distance(pendant: PendantClient, goal: tuple[float, ...]) -> float:
 
 
 async def arrive(pendant: PendantClient, goal: tuple[float, ...]) -> float:
-    """Wait until the robot stands at a goal; return when the last state of motion was seen."""
-
     def stands_there(state: State) -> bool:
         assert state.error_code == 0, f"the controller shows error {state.error_code}"
         gap = max(abs(a - b) for a, b in zip(state.positions, goal, strict=False))
@@ -174,7 +168,6 @@ async def arrive(pendant: PendantClient, goal: tuple[float, ...]) -> float:
 
 
 async def replay(client: RosClient, pendant: PendantClient, packets: list[Packet]) -> None:
-    """Send every trajectory, letting the robot arrive at each before the next packet."""
     for group in trajectories(packets):
         stop = group[0].sequence == STOP
         for number, packet in enumerate(group):
@@ -204,11 +197,7 @@ ENDS = {
 }
 """Scenario: the pose where it ends; None where the last point of the capture says it."""
 
-SLOW = {
-    "stream_no_velocities",
-    "stream_reordered_joints",
-    "stream_invalid_reply_header",
-}
+SLOW = {"stream_no_velocities", "stream_reordered_joints", "stream_invalid_reply_header"}
 """Near to others in what the server does with them, and seconds long: for the soak run."""
 
 QUICK = [scenario for scenario in ENDS if scenario not in SLOW]

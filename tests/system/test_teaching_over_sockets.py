@@ -1,5 +1,3 @@
-"""Teaching, editing and playing back as an app does it, over sockets; and its journal rerun."""
-
 from __future__ import annotations
 
 import asyncio
@@ -21,8 +19,6 @@ CONFIG = f'{PATIENT}controller.signals = "openpendant"\n'
 
 
 class Taught:
-    """A program that is edited from revision to revision."""
-
     def __init__(self, pendant: PendantClient, name: str) -> None:
         self.pendant = pendant
         self.name = name
@@ -49,7 +45,6 @@ class Taught:
         return str(answer["body"])
 
     async def moves(self) -> list[str]:
-        """The points of the moves, in order."""
         lines = [line.split() for line in (await self.text()).splitlines()]
         return [words[2] for words in lines if words[:1] == ["move"]]
 
@@ -62,7 +57,6 @@ async def go_aside(pendant: PendantClient, by: float) -> None:
 
 
 async def edited(pendant: PendantClient) -> Taught:
-    """Go through every edit; what each left is looked at."""
     program = Taught(pendant, "taught")
     await program.change("create")
     await program.record("p0")

@@ -22,8 +22,6 @@ READY, NOT_READY = 0, 1
 
 
 class ReplyTo:
-    """Runs the command against one server."""
-
     def __init__(self, port: int, capsys: pytest.CaptureFixture[str]) -> None:
         self._address = f"127.0.0.1:{port}"
         self._capsys = capsys

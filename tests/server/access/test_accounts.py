@@ -1,5 +1,3 @@
-"""Accounts: names, and who can manage the others."""
-
 from __future__ import annotations
 
 import pytest

@@ -1,5 +1,3 @@
-"""Admission: who is granted what, and when that ends."""
-
 from __future__ import annotations
 
 import random

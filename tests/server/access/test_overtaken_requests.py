@@ -1,5 +1,3 @@
-"""Which requests a stop of their own connection overtakes: the one table of it."""
-
 from __future__ import annotations
 
 import json
@@ -7,11 +5,7 @@ import json
 import pytest
 from rigs.peers.server_clients import hello
 
-from openpendant.server.access.permissions import (
-    OF_MESSAGE,
-    OVERTAKEN,
-    is_overtaken,
-)
+from openpendant.server.access.permissions import OF_MESSAGE, OVERTAKEN, is_overtaken
 from openpendant.server.events.management_body import parse
 from openpendant.simplemsg import CommType, Message, Ping, joint_array
 from openpendant.simplemsg.pendant import (

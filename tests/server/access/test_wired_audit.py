@@ -1,5 +1,3 @@
-"""What the audit log says of a cell: who moved, stopped and changed what."""
-
 from __future__ import annotations
 
 import json
@@ -10,12 +8,7 @@ from rigs.cells.server_rig import ServerRig
 
 from openpendant.server.access.audit import AuditEvent, ChainCheck, Link, write_line
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.pendant import (
-    Authority,
-    AuthorityAction,
-    Management,
-    SetMode,
-)
+from openpendant.simplemsg.pendant import Authority, AuthorityAction, Management, SetMode
 from openpendant.simplemsg.verdicts import VerdictCode
 
 
@@ -25,7 +18,6 @@ def rig() -> GuardedRig:
 
 
 def told(rig: GuardedRig, *events: AuditEvent) -> list[tuple[AuditEvent, str]]:
-    """Return what was noted of some kinds, and who it was, in order."""
     return [(entry.event, entry.who) for entry in rig.desk.log if entry.event in events]
 
 
@@ -66,10 +58,7 @@ def test_a_take_over_is_noted_for_both(rig: GuardedRig) -> None:
     otto.take()
     assert ann.code(Authority(1, AuthorityAction.FORCE)) is VerdictCode.ACCEPTED
     noted = told(rig, AuditEvent.AUTHORITY_ENDED, AuditEvent.AUTHORITY_FORCED)
-    assert noted == [
-        (AuditEvent.AUTHORITY_ENDED, "otto"),
-        (AuditEvent.AUTHORITY_FORCED, "ann"),
-    ]
+    assert noted == [(AuditEvent.AUTHORITY_ENDED, "otto"), (AuditEvent.AUTHORITY_FORCED, "ann")]
 
 
 def test_a_change_of_the_mode_is_noted(rig: GuardedRig) -> None:

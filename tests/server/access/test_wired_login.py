@@ -34,7 +34,6 @@ def rig() -> GuardedRig:
 
 
 def code_of(messages: list[Message]) -> str:
-    """Return the pairing code among messages."""
     (reply,) = [message for message in messages if isinstance(message, PairingReply)]
     return reply.code
 
@@ -178,9 +177,7 @@ def test_only_an_admin_gets_a_code(rig: GuardedRig) -> None:
 
 
 @pytest.mark.parametrize(
-    "message",
-    [Login(7, 3, "otto", "otto's password"), Pairing(7, 9)],
-    ids=["login", "pairing"],
+    "message", [Login(7, 3, "otto", "otto's password"), Pairing(7, 9)], ids=["login", "pairing"]
 )
 def test_an_unknown_kind_is_refused_with_what_would_be_accepted(
     rig: GuardedRig, message: Message

@@ -1,5 +1,3 @@
-"""Whoever is logged out or sent away hears of it, also where he may not look on any more."""
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -43,7 +41,6 @@ def rig() -> GuardedRig:
 
 
 def guest(rig: GuardedRig, teacher: Pendant, address: str = LAN) -> Pendant:
-    """Return a pendant that paired, and is sent the state."""
     (reply,) = teacher.send(Pairing(5, PairingAction.ISSUE))
     assert isinstance(reply, PairingReply)
     paired = rig.visitor(address, state_rate=50)
@@ -54,7 +51,6 @@ def guest(rig: GuardedRig, teacher: Pendant, address: str = LAN) -> Pendant:
 
 
 def sent_away(pendant: Pendant) -> list[Outcome]:
-    """Return what a pendant was told of the end of what it was granted."""
     return [outcome for outcome in pendant.all(Outcome) if outcome.request_id == 0]
 
 

@@ -1,5 +1,3 @@
-"""Whose name stands beside what was done: that of a login, and never one that was only claimed."""
-
 from __future__ import annotations
 
 import json
@@ -29,7 +27,6 @@ def rig() -> GuardedRig:
 
 
 def impostor(rig: GuardedRig, name: str = "ann", address: str = LAN) -> Pendant:
-    """Return a pendant that says it is called so, and does not log in."""
     pendant = rig.stranger(Port.PENDANT, address)
     pendant.hello(name)
     pendant.got.clear()

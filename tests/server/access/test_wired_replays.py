@@ -95,7 +95,6 @@ def rig() -> GuardedRig:
 
 
 def code_of(pendant: Pendant, message: Message) -> V:
-    """Return the code that a request is refused with, or ACCEPTED, whatever form the answer has."""
     answers = pendant.send(message)
     for answer in answers:
         match answer:
@@ -107,7 +106,6 @@ def code_of(pendant: Pendant, message: Message) -> V:
 
 
 def points(rig: GuardedRig) -> int:
-    """Return how many set-points left for the robot."""
     return sum(isinstance(item, SendToController) for _, item in rig.log)
 
 
@@ -205,7 +203,6 @@ def held_press(rig: GuardedRig) -> Pendant:
 
 
 def keep_pressing(rig: GuardedRig, sender: Pendant, beat: Message, holder: Pendant) -> None:
-    """Have one beat sent again and again for longer than the deadline, enabling held."""
     for _ in range(6):
         rig.wait(50)
         holder.send(Enabling(1))

@@ -1,5 +1,3 @@
-"""Which role may ask what, at the pendant face."""
-
 from __future__ import annotations
 
 import json
@@ -13,22 +11,9 @@ from rigs.peers.server_clients import Pendant
 from openpendant.server.access.account_store import AccountChange
 from openpendant.server.access.accounts import AccountBook
 from openpendant.server.access.audit import AuditEvent
-from openpendant.server.access.permissions import (
-    FREE,
-    OF_MESSAGE,
-    TOPICS,
-    needs_of,
-    permission_of,
-)
+from openpendant.server.access.permissions import FREE, OF_MESSAGE, TOPICS, needs_of, permission_of
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg import (
-    CommType,
-    JointTrajPt,
-    Message,
-    ReplyCode,
-    joint_array,
-    refused,
-)
+from openpendant.simplemsg import CommType, JointTrajPt, Message, ReplyCode, joint_array, refused
 from openpendant.simplemsg.declaration import Direction
 from openpendant.simplemsg.pendant import (
     PENDANT_MESSAGES,
@@ -58,7 +43,6 @@ def rig() -> GuardedRig:
 
 
 def asked(pendant: Pendant, **body: object) -> dict[str, Any]:
-    """Make a management request and return the body of its answer."""
     request = Management(77, json.dumps(body).encode())
     (answer,) = [each for each in pendant.send(request) if isinstance(each, Management)]
     found: dict[str, Any] = json.loads(answer.body)

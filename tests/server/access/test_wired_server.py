@@ -1,5 +1,3 @@
-"""The whole server with accounts: lock-out, replayed frames, TLS; real sockets."""
-
 from __future__ import annotations
 
 import asyncio
@@ -113,7 +111,6 @@ CODEC = codec_for(PENDANT, ByteOrder.LITTLE, 4)
 
 
 def as_recorded(goal: tuple[float, ...]) -> list[Message]:
-    """Return what an operator sends to take the authority, move, jog and reset."""
     joints = joint_array(goal)
     return [
         Authority(2, AuthorityAction.REQUEST),
@@ -230,8 +227,6 @@ async def test_an_account_that_is_removed_beside_the_server_is_logged_out(tmp_pa
 
 
 class FullDisk:
-    """A disk that takes nothing."""
-
     def open(self, path: Path) -> FullDisk:
         path.touch()
         return self

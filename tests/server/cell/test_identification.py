@@ -1,5 +1,3 @@
-"""Whether a controller says that it is emulated: asked once, on the state connection only."""
-
 from __future__ import annotations
 
 import pytest
@@ -26,7 +24,6 @@ def asked(rig: ServerRig) -> int:
 
 
 def say(rig: ServerRig, code: int, *, again: bool = False) -> list[str]:
-    """Have the controller answer; return what is logged of it."""
     reply = HeaderOnly(TYPE, reply_code=code)
     out = rig.hear(STATE, Unasked(reply) if again else reply)
     return [item.text for item in out if isinstance(item, LogLine)]

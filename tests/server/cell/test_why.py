@@ -1,5 +1,3 @@
-"""Why is it not moving: the whole chain, the first broken condition, its cause and remedy."""
-
 from __future__ import annotations
 
 import json
@@ -82,7 +80,6 @@ def override_of_0(rig: ServerRig, pad: JogPad) -> None:
 
 
 def lowered_to_0(rig: ServerRig, pad: JogPad) -> None:
-    """A motion was paused by it: raising comes before resuming."""
     moving(rig, pad)
     override_of_0(rig, pad)
     pad.hold(500)
@@ -184,7 +181,6 @@ def test_a_controller_that_calls_itself_unable_while_it_moves_is_said_to_move() 
 
 
 def _role_of(pendant: Pendant) -> tuple[str, int]:
-    """Return what is broken first, and the code of the condition of the role."""
     (reply,) = [
         each
         for each in pendant.send(Management(7, b'{"op": "why"}'))

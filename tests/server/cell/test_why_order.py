@@ -146,7 +146,6 @@ def take(rig: ServerRig, pad: JogPad, kind: str) -> None:
 
 
 def come_back_inside(rig: ServerRig, pad: JogPad, kind: str) -> None:
-    """As the remedy says: set the recovery mode and jog, which has conditions of its own."""
     is_ours = rig.core.cell.modes.is_ours
     assert pad.mode(RECOVERY) is (V.ACCEPTED if is_ours else V.MODE_NOT_OURS)
     mend_all(rig, pad, "jog")
@@ -212,7 +211,6 @@ def settle(rig: ServerRig, pad: JogPad) -> None:
 
 
 def mend_all(rig: ServerRig, pad: JogPad, kind: str) -> list[str]:
-    """Mend what is broken first until nothing is; return what was mended, in order."""
     mended: list[str] = []
     while (broken := ask(pad, kind)["broken"]) and broken not in mended:
         mended.append(broken)

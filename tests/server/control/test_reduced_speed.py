@@ -149,7 +149,6 @@ def joint_path(cell: ManualCell) -> None:
 
 
 def wrist_turn(cell: ManualCell) -> None:
-    """The flange stands almost still, and the tip is far from its axis."""
     here = cell.cell.position
     goal = (*here[:4], here[4] + 2.0, here[5] + 3.0)
     assert cell.pendant.code(JointMove(cell.request(), 1.0, 6, joint_array(goal))) is V.ACCEPTED

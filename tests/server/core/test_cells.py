@@ -1,5 +1,3 @@
-"""Several cells behind one pendant port: hello names the cell, and a fault stays where it is."""
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -45,15 +43,11 @@ def core(name: str) -> CellCore:
 
 
 class Handled(NamedTuple):
-    """What followed from an event, and which cell it came from last."""
-
     cell: int
     outgoing: list[Effect]
 
 
 class Room:
-    """Several cells, and what an event of a connection leads to."""
-
     def __init__(self, names: Sequence[str]) -> None:
         self._server = ServerCore([core(name) for name in names])
         self.cores = self._server.cores
@@ -84,7 +78,6 @@ def sent(outgoing: list[Effect]) -> list[Message]:
 
 
 def refusal(outgoing: list[Effect]) -> Verdict:
-    """Return the verdict of a hello that was refused, and see that the connection is closed."""
     (answer,) = sent(outgoing)
     assert isinstance(answer, Verdict)
     assert any(item.session == GUEST for item in outgoing if isinstance(item, Close))

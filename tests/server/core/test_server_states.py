@@ -1,5 +1,3 @@
-"""Any order of events: what must hold after each of them."""
-
 from __future__ import annotations
 
 from hypothesis import settings
@@ -28,8 +26,6 @@ WHO = st.integers(0, 2)
 
 
 class WatchedRig(ServerRig):
-    """A rig that checks each order to the controller at the moment it is given."""
-
     def perform(self, outgoing: list[Effect]) -> list[Effect]:
         stopped = False
         for item in outgoing:
@@ -53,8 +49,6 @@ class WatchedRig(ServerRig):
 
 
 class AnyOrder(RuleBasedStateMachine):
-    """Three pendants, one ROS-I client, a controller that may fail, and time."""
-
     def __init__(self) -> None:
         super().__init__()
         self.rig = WatchedRig(plans_at_once=False)
@@ -107,7 +101,6 @@ class AnyOrder(RuleBasedStateMachine):
 
     @rule(who=WHO, planned=st.booleans(), ticks=st.integers(0, 30))
     def set_off(self, who: int, planned: bool, ticks: int) -> None:
-        """Make a motion likely: a sound controller, the authority, a target a way off."""
         self.mend()
         pendant = self.pendant(who)
         pendant.take()
@@ -221,7 +214,6 @@ class AnyOrder(RuleBasedStateMachine):
         assert self.rig.controller.awaited <= 1 or fault or self.rig.stops
 
     def teardown(self) -> None:
-        """However it went: mended and left alone, the cell comes to rest and works again."""
         self.mend()
         if self.client is not None:
             self.client.close()

@@ -1,5 +1,3 @@
-"""Pending questions: each answer reaches who waits for it, and long work has one turn a tick."""
-
 from __future__ import annotations
 
 import pytest
@@ -19,8 +17,6 @@ MISSING = NotFound("program", "a")
 
 
 class Book:
-    """A book of questions, and what was told of them."""
-
     def __init__(self) -> None:
         self.pending = Pending()
         self.told: list[tuple[object, int]] = []

@@ -1,5 +1,3 @@
-"""A recording on its way to a planning process: whole, and never much of it in one turn."""
-
 from __future__ import annotations
 
 import asyncio
@@ -28,8 +26,6 @@ def _job(pieces: tuple[bytes, ...]) -> RecordingJob:
 
 
 class Pickles:
-    """Counts the bytes of all that is pickled."""
-
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.sizes: list[int] = []
         self._dumps = pickle.dumps
@@ -122,9 +118,7 @@ def test_no_turn_of_the_loop_handles_more_than_a_piece(monkeypatch: pytest.Monke
 
 
 @pytest.mark.realtime
-def test_a_process_that_dies_over_a_long_question_fails_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_process_that_dies_over_a_long_question_fails_it(monkeypatch: pytest.MonkeyPatch) -> None:
     command = f"{WARM} head -c {3 * MIB} >/dev/null"
     answer = asyncio.run(_ask(command, monkeypatch, lambda stdin: None))
     assert answer.result == Refusal(VerdictCode.PLANNER_FAILED)

@@ -45,8 +45,6 @@ Planner = Callable[..., Any]
 
 
 def forgetful(plan: Planner) -> Planner:
-    """Return a planner that knows of no speed limits of points."""
-
     def planned(*arguments: Any, tool_speed: Sequence[ToolSpeedLimit] = (), **named: Any) -> Any:
         assert tool_speed
         return plan(*arguments, **named)

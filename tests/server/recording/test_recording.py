@@ -1,5 +1,3 @@
-"""Recording: which reports are taken, what is on the disk when, and what ends it."""
-
 from __future__ import annotations
 
 from collections.abc import Iterator
@@ -243,7 +241,6 @@ def test_all_that_waits_is_written_when_the_server_goes_down(
 
 
 def _stopped_at_a_busy_disk(cell: RecordedCell, is_description: bool) -> None:
-    """Stop a recording whose last rows, or whose final description, find the disk busy."""
     cell.start()
     for _ in range(10):
         cell.report((0.0, 0.0))

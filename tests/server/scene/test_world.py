@@ -1,5 +1,3 @@
-"""Frames, tools and scene of a cell: in force once kept, changed at rest, never overwritten."""
-
 from __future__ import annotations
 
 import math

@@ -1,5 +1,3 @@
-"""A fault of ours on a pendant's message: its robot stops, it is parted with, the rest goes on."""
-
 from __future__ import annotations
 
 import asyncio
@@ -29,8 +27,6 @@ pytestmark = [pytest.mark.asyncio, pytest.mark.virtual_clock]
 
 
 class LaterPlanner:
-    """Plans at once, and delivers as late as a real planner would."""
-
     def submit(self, job: Job, deliver: Deliver) -> None:
         asyncio.get_running_loop().call_later(0.03, deliver, answer(ROBOT, job))
 
@@ -118,7 +114,6 @@ def fail_to_look_at_deadlines(app: App, patch: pytest.MonkeyPatch) -> None:
 
 
 async def talk(other: PendantClient | None, port: int) -> None:
-    """Listen and ask on a connection, or on a new one, until it is closed."""
     pendant = other or await PendantClient.connect("127.0.0.1", port)
     while True:
         await pendant.next_state()

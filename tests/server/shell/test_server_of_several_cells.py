@@ -1,5 +1,3 @@
-"""One server for two emulated robots, with real sockets on a virtual clock."""
-
 from __future__ import annotations
 
 import asyncio
@@ -33,8 +31,6 @@ NAMES = ("left", "right")
 
 
 class LaterPlanner:
-    """Plans at once, and delivers as late as a real planner would."""
-
     def submit(self, job: Job, deliver: Deliver) -> None:
         asyncio.get_running_loop().call_later(0.03, deliver, answer(ROBOT, job))
 
@@ -123,7 +119,6 @@ async def test_a_pendant_that_names_no_cell_is_told_which_there_are() -> None:
 
 
 def raising(after: int, tick: Callable[[int], list[Effect]]) -> Callable[[int], list[Effect]]:
-    """Return a tick that goes wrong after so many."""
     ticks = 0
 
     def broken(now: int) -> list[Effect]:

@@ -1,5 +1,3 @@
-"""Server and emulated controller, core to core on a virtual clock; the referee must see nothing."""
-
 from __future__ import annotations
 
 import pytest
@@ -11,13 +9,7 @@ from openpendant.motion.description.robot import serial_robot
 from openpendant.motion.kinematics.serial import Kinematics
 from openpendant.server.settings.cell_settings import ControllerPath
 from openpendant.simplemsg import JointTrajPt, JointTrajPtFull
-from openpendant.simplemsg.pendant import (
-    Activity,
-    AuthorityBeat,
-    Motion,
-    OperatorAction,
-    PoseMove,
-)
+from openpendant.simplemsg.pendant import Activity, AuthorityBeat, Motion, OperatorAction, PoseMove
 from openpendant.simplemsg.verdicts import VerdictCode as V
 
 

@@ -1,5 +1,3 @@
-"""Who finds no place hears why and when to come again, or is closed; nobody waits for ever."""
-
 from __future__ import annotations
 
 from dataclasses import dataclass, field
@@ -23,8 +21,6 @@ FULL = Refusal(VerdictCode.NO_PLACE, "more than 16 connections; come again in 5 
 
 @dataclass
 class Visitor(ClientConnection):
-    """A connection that notes what is done to it."""
-
     port: Port = Port.PENDANT
     session: int = 1
     done: list[Message | str] = field(default_factory=list)

@@ -1,5 +1,3 @@
-"""What is counted of a recording's rows, one by one or chunk by chunk."""
-
 from __future__ import annotations
 
 import pytest
@@ -27,8 +25,6 @@ rows = st.lists(st.tuples(st.floats(0.001, 1.0), st.booleans()), max_size=60).ma
 
 
 class Chunks:
-    """A store with the chunks of one recording."""
-
     def __init__(self, chunks: list[bytes]) -> None:
         self.chunks = chunks
         self.error: NotFound | None = None

@@ -365,8 +365,6 @@ def test_a_store_in_memory_keeps_no_room_on_a_disk(
 
 
 class Revisions(RuleBasedStateMachine):
-    """The store against a dictionary, whatever revision is quoted."""
-
     def __init__(self) -> None:
         super().__init__()
         self.store = SqliteStore(

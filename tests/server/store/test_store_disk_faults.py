@@ -28,7 +28,6 @@ Mount = Callable[[int], Path]
 
 @pytest.fixture
 def mount(tmp_path: Path) -> Iterator[Mount]:
-    """Mounts a small disk of so many KiB; skips where that is not allowed."""
     folder = tmp_path / "disk"
     folder.mkdir()
     mounted = False
@@ -47,7 +46,6 @@ def mount(tmp_path: Path) -> Iterator[Mount]:
 
 
 def fill_up(store: SqliteStore) -> int:
-    """Save programs until the disk is full; return how many were acknowledged."""
     for number in range(10_000):
         try:
             save(store, f"p{number:05d}", BODY)
@@ -61,9 +59,7 @@ def check_all_there(store: SqliteStore, count: int) -> None:
     assert {store.load(PROGRAM, heading.name).body for heading in store.headings()} == {BODY}
 
 
-def test_a_full_file_refuses_what_is_new_and_saves_again_once_there_is_room(
-    tmp_path: Path,
-) -> None:
+def test_a_full_file_refuses_what_is_new_and_saves_again_once_there_is_room(tmp_path: Path) -> None:
     with opened(tmp_path / "store.db") as store:
         store.connection.execute("PRAGMA max_page_count = 40")
         saved = fill_up(store)
@@ -94,7 +90,6 @@ def test_a_full_disk_refuses_what_is_new_and_saves_again_once_there_is_room(moun
 
 
 def take_the_rest(disk: Path, number: int = 1) -> None:
-    """Fill a disk to its last page with another file."""
     file = os.open(disk / f"other-{number}", os.O_CREAT | os.O_WRONLY)
     with contextlib.suppress(OSError):
         while True:

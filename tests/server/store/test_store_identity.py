@@ -33,7 +33,6 @@ def path(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def store(path: Path) -> Iterator[SqliteStore]:
-    """A store with a program in it, and with a copy from before that beside it."""
     with opened(path) as store:
         with contextlib.closing(open_for_reading(path)) as reader:
             sqlite_file.copy(reader.connection, path.with_name("older.db"))
@@ -290,7 +289,6 @@ with opened(path) as store:
 
 
 def killed(path: Path) -> None:
-    """Leave a file whose log was not moved into it, and an older copy beside it."""
     command = [sys.executable, "-c", KILLED, str(path), str(path.with_name("older.db"))]
     tests = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
     subprocess.run(command, env=tests, check=True)

@@ -1,5 +1,3 @@
-"""The generic controller's dialect: how a set-point is written, what an answer means."""
-
 from __future__ import annotations
 
 import pytest

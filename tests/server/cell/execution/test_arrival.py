@@ -38,7 +38,6 @@ NOTHING = joint_array(())
 
 
 def reported(feedback: Feedback, position: Sequence[float], speed: float, now: int) -> None:
-    """Have the controller report joints and, behind them, that it stands."""
     fields = ValidField.POSITION | ValidField.VELOCITY
     joints, speeds = joint_array(position), joint_array([speed] * len(position))
     feedback.take(JointFeedback(0, fields, 0.0, joints, speeds, NOTHING), now)
@@ -46,8 +45,6 @@ def reported(feedback: Feedback, position: Sequence[float], speed: float, now: i
 
 
 class Sent:
-    """A motion whose last point was taken at a time; the robot reports at its end or later."""
-
     def __init__(self, taken: int = END) -> None:
         uplink = GenericUplink(LINK, LIMITS.velocity)
         self.execution = PointStream(StoredRows(MOVE, LIMITS), LIMITS, uplink, LINK, 0)
@@ -67,7 +64,6 @@ class Sent:
         return self.execution.phase is StreamPhase.ARRIVED
 
     def arrives(self, position: Sequence[float], speed: float, now: int) -> bool:
-        """Tell whether the motion arrives by a report of a time."""
         reported(self.feedback, position, speed, now)
         assert self.advance(now) is None
         return self.has_arrived
@@ -127,7 +123,6 @@ def following(started: int, count: int = 10) -> TrackingMonitor:
 
 
 def seen(progress: TrackingMonitor, position: float, at: int) -> int:
-    """Return when the robot began by a report of a time, each in ms."""
     feedback = Feedback(1, LINK)
     reported(feedback, [position], 0.0, at * MS)
     progress.update(feedback)

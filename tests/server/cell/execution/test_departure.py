@@ -1,5 +1,3 @@
-"""The last look at each set-point: a fault of ours must not leave."""
-
 from __future__ import annotations
 
 import math
@@ -19,7 +17,6 @@ ROWS = [plan_joint_move((0.0, 0.0), GOAL, LIMITS).row(index) for index in range(
 
 
 def check_all(rows: list[Row]) -> int | None:
-    """Return the place of the first row that may not leave."""
     check = SetpointGuard(LIMITS)
     for index, row in enumerate(rows):
         refusal = check.check(row)
@@ -35,7 +32,6 @@ def altered(
     position: list[float] | None = None,
     velocity: list[float] | None = None,
 ) -> list[Row]:
-    """Return the rows with one value of the tenth spoilt."""
     row = ROWS[10]
     spoilt = Row(
         row.time if time is None else time,
@@ -80,7 +76,6 @@ def test_the_first_sample_must_be_at_rest() -> None:
 
 
 def walk(chance: Random) -> list[Row]:
-    """Return samples that come near a limit, and most often go beyond it at last."""
     step = chance.choice((0.004, 0.01, 0.02))
     push = [
         chance.choice((0.01, 0.1, 0.5, 0.999, 1.0015)) * chance.choice((-1, 0, 1)) for _ in "ab"

@@ -29,7 +29,6 @@ STEP = 0.1
 
 
 def motion(*speeds: float, joint: int = 1, at: Sequence[float] = (0.0, 0.0)) -> list[Row]:
-    """Return a motion of one joint from rest, by its speeds; each way is that of the mean speed."""
     rows = [Row(0.0, list(at), [0.0, 0.0], [])]
     for index, speed in enumerate(speeds):
         position, velocity = list(rows[-1].position), [0.0, 0.0]
@@ -40,19 +39,16 @@ def motion(*speeds: float, joint: int = 1, at: Sequence[float] = (0.0, 0.0)) -> 
 
 
 def shifted(rows: list[Row], shift: float, joint: int = 1) -> list[Row]:
-    """Return a motion whose last sample lies elsewhere."""
     position = list(rows[-1].position)
     position[joint] += shift
     return [*rows[:-1], Row(rows[-1].time, position, rows[-1].velocity, [])]
 
 
 def timed(rows: list[Row], time: float) -> list[Row]:
-    """Return a motion whose last sample has another time."""
     return [*rows[:-1], Row(time, rows[-1].position, rows[-1].velocity, [])]
 
 
 def judged(rows: list[Row], start: Sequence[float] | None = None) -> tuple[int, Refusal | None]:
-    """Return how many samples leave, and why the next one does not."""
     check = SetpointGuard(LIMITS, start)
     for index, row in enumerate(rows):
         if (refusal := check.check(row)) is not None:

@@ -1,5 +1,3 @@
-"""Playing a trajectory: in order, once each, never more than the lead ahead."""
-
 from __future__ import annotations
 
 import pytest
@@ -33,8 +31,6 @@ DONE = HeaderOnly(MsgType.JOINT_TRAJ_PT_FULL)
 
 
 class Player:
-    """An execution with an uplink that answers when told."""
-
     def __init__(self) -> None:
         self.uplink = GenericUplink(LINK, LIMITS.velocity)
         self.execution = PointStream(StoredRows(TRAJECTORY, LIMITS), LIMITS, self.uplink, LINK, 0)
@@ -69,7 +65,6 @@ class Player:
         return self.execution.phase
 
     def send_all(self, now: int = END) -> int:
-        """Send what is due, each point answered at once; return how many points left."""
         count = 0
         while self.next(now) is not None:
             self.answer()

@@ -1,5 +1,3 @@
-"""What a status must show to end what is under way: something new."""
-
 from __future__ import annotations
 
 import pytest

@@ -35,8 +35,6 @@ ROUND = 0.015
 
 
 class HeldJog:
-    """A key of the first joint, held however either end stalls."""
-
     def __init__(self, lead: float) -> None:
         self.cell = StallingCell(jog={"lead": lead})
         self.pendant: Pendant = self.cell.holder()
@@ -70,7 +68,6 @@ class HeldJog:
             self.most_ahead = max(self.most_ahead, self.ahead)
 
     def stall(self, who: Who, milliseconds: int) -> None:
-        """Stall one end; the key is held on, and its beats wait for a server that stalls."""
         self.cell.stall(who, milliseconds, (BEAT, self.beat))
         self.most_ahead = max(self.most_ahead, self.ahead)
 

@@ -1,5 +1,3 @@
-"""What a drive does without one of the connections to its controller."""
-
 from __future__ import annotations
 
 import pytest

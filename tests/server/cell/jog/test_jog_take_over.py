@@ -1,5 +1,3 @@
-"""A press that takes over from another: in the surroundings of that one, or not at all."""
-
 from __future__ import annotations
 
 import json
@@ -31,7 +29,6 @@ BALL = {"name": "ball", "shape": {"type": "sphere", "radius": 0.05}, "position":
 
 
 def jogging() -> tuple[ServerRig, JogPad]:
-    """Return a rig in the middle of a jog at full speed."""
     rig = ready(modes={"initial": "manual_high"})
     pad = JogPad(rig)
     pad.squeeze()
@@ -89,8 +86,6 @@ def test_a_press_that_was_taken_over_is_told_as_it_ended(
 
 
 class JoggedCell:
-    """A robot in its scene, and a pendant whose key repeats by itself, as a terminal's does."""
-
     def __init__(self) -> None:
         self.cell = EmulatedCell(has_surroundings=True, modes={"initial": "manual_high"})
         self.pendant: Pendant = self.cell.pendant("keys", state_rate=100.0)
@@ -127,7 +122,6 @@ class JoggedCell:
         assert [r.reply_code for r in replies if isinstance(r, Management)] == [ReplyCode.SUCCESS]
 
     def swap_tools(self) -> None:
-        """Let other frames and tools be in force, as a change does that was being saved."""
         view = self.cell.core.environment
         assert view is not None
         view.world._view.surround(view.world.frames, view.world.scene)

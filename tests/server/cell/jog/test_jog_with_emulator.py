@@ -1,5 +1,3 @@
-"""Jogging an emulated robot, every message through the codec, on one virtual clock."""
-
 from __future__ import annotations
 
 import numpy as np

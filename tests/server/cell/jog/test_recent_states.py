@@ -1,5 +1,3 @@
-"""Which state messages a press may quote: those of the last half second, and no others."""
-
 from __future__ import annotations
 
 import pytest

@@ -50,7 +50,6 @@ class Jogged:
         self.wait(50)
 
     def mode(self, mode: OperatingMode) -> None:
-        """Change the mode, for which the enabling device is let go once."""
         self.pendant.send(Enabling(EnablingPosition.RELEASED))
         assert self.pendant.code(SetMode(self.pendant._next(), mode)) is V.ACCEPTED
         self.wait(50)
@@ -62,7 +61,6 @@ class Jogged:
             self.cell.wait(50)
 
     def press(self, space: int, values: tuple[float, ...], frame: str, milliseconds: int) -> None:
-        """Hold a key for a time and let go."""
         self.presses += 1
         quoted = self.pendant.all(State)[-1].sequence
         start = JogStart(
@@ -97,7 +95,6 @@ class Jogged:
         self.press(way["space"], tuple(way["values"]), way["frame"], LEAVING_MS)
 
     def stand_at(self, **joints: float) -> None:
-        """Put the robot near a joint position, by a motion in automatic."""
         goal = list(self.cell.position)
         for name, value in joints.items():
             goal[int(name[1:]) - 1] = value

@@ -1,5 +1,3 @@
-"""Management: one JSON object in, one out, whatever came in."""
-
 from __future__ import annotations
 
 import json
@@ -100,7 +98,6 @@ def test_anything_else_is_refused_with_code_and_text(body: bytes) -> None:
 
 
 def _refusals() -> list[dict[str, Any]]:
-    """Return the bodies of a request that is refused at once, later, and for a program's text."""
     reply_to: ReplyTo[Any] = ReplyTo(1, 7, "ann")
     later = reply_to.refuse(Refusal(VerdictCode.OUT_OF_RANGE, "too far", 2, 1.5, 1.25))
     in_text = reply_to.refuse(Refusal(VerdictCode.PROGRAM_SYNTAX), line=3, column=4)

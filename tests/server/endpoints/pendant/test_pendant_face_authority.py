@@ -1,5 +1,3 @@
-"""The pendant face: who holds the authority, and who may stop and reset."""
-
 from __future__ import annotations
 
 from rigs.cells.server_rig import MS, ready

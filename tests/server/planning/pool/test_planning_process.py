@@ -1,5 +1,3 @@
-"""The planning process: another is started when it ends, and no job stays without an answer."""
-
 from __future__ import annotations
 
 import asyncio
@@ -55,7 +53,6 @@ def children(monkeypatch: pytest.MonkeyPatch) -> Children:
 
 @asynccontextmanager
 async def planning(processes: int) -> AsyncIterator[Ask]:
-    """A pool that is kept up; yields what has it plan some jobs and returns the answers."""
     pool = PlanningPool(["ur5"] * processes)
     keeper = asyncio.create_task(pool.keep_up())
     answers: asyncio.Queue[Any] = asyncio.Queue()
@@ -84,7 +81,6 @@ async def until(holds: Callable[[], bool]) -> None:
 
 
 def outlast(seconds: float) -> None:
-    """Keep the loop from turning for longer than a timer; that is due in the next turn then."""
     time.sleep(2 * seconds)
 
 

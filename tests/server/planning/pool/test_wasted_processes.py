@@ -1,5 +1,3 @@
-"""A planning process that is busy with what nobody waits for gives way to who does wait."""
-
 from __future__ import annotations
 
 import asyncio

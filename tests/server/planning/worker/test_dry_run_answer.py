@@ -1,5 +1,3 @@
-"""What of a long dry run comes back from the planning process."""
-
 from __future__ import annotations
 
 import json

@@ -1,5 +1,3 @@
-"""Recordings, scene and signals with the server's and the emulator's cores joined."""
-
 from __future__ import annotations
 
 import json
@@ -26,7 +24,6 @@ def cell() -> Iterator[EmulatedCell]:
 
 
 def ask(pendant: Pendant, op: str, **fields: Any) -> dict[str, Any]:
-    """Make a request and return the answer that came on this call stack."""
     pendant.last_request += 1
     request = Management(pendant.last_request, json.dumps({"op": op, **fields}).encode())
     (reply,) = [each for each in pendant.send(request) if isinstance(each, Management)]

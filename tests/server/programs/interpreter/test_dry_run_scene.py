@@ -1,5 +1,3 @@
-"""A dry run knows what the tool carries, from the statement that takes it on."""
-
 from __future__ import annotations
 
 import math

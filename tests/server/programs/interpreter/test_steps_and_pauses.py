@@ -1,5 +1,3 @@
-"""A step that is paused, and a step out of a pause: one statement each, and never more."""
-
 from __future__ import annotations
 
 import pytest
@@ -23,7 +21,6 @@ JOINED = "move PTP a\nmove PTP b zone 1 deg\nmove PTP c zone 1 deg\nmove PTP a\n
 
 
 def answer(rig: ProgramRig) -> list[str]:
-    """Have done what was asked for last; inputs are on."""
     return rig.value(True) if isinstance(rig.actions[-1], QueryInput) else rig.done()
 
 

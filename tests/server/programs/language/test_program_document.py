@@ -1,5 +1,3 @@
-"""A program's JSON: what is refused says the field."""
-
 from __future__ import annotations
 
 import json
@@ -126,11 +124,7 @@ def test_a_body_that_is_too_large_is_refused_unread() -> None:
     "read", [program_from_source, lambda text, file: source_of(text.encode(), file).program]
 )
 def test_a_key_that_stands_twice_in_what_somebody_wrote_is_refused(
-    document: dict[str, Any],
-    read: Callable[[str, str], Program],
-    once: str,
-    twice: str,
-    key: str,
+    document: dict[str, Any], read: Callable[[str, str], Program], once: str, twice: str, key: str
 ) -> None:
     text = json.dumps(document, separators=(",", ":"))
     assert text.count(once) == 1

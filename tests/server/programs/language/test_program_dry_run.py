@@ -1,5 +1,3 @@
-"""Walking through a program without moving."""
-
 from __future__ import annotations
 
 import pytest

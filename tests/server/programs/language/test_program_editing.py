@@ -1,5 +1,3 @@
-"""Edits, and their undo and redo."""
-
 from __future__ import annotations
 
 import json

@@ -1,5 +1,3 @@
-"""Undo and redo, on the JSON of a program."""
-
 from __future__ import annotations
 
 import pytest

@@ -1,5 +1,3 @@
-"""A real planning process: what the event loop spends on the largest program, and two robots."""
-
 from __future__ import annotations
 
 import asyncio
@@ -59,7 +57,6 @@ class Watched:
 
 @pytest.fixture(scope="module")
 def watched() -> Watched:
-    """A planning process that takes seconds to load all that it needs."""
     return asyncio.run(_watched())
 
 
@@ -91,7 +88,6 @@ async def _watched() -> Watched:
 
 
 async def _plan(pool: PlanningPool, robot: str) -> PlanAnswer:
-    """Have a robot's motion planned."""
     answers: asyncio.Queue[PlanAnswer] = asyncio.Queue()
     start = (0.0, -1.0, 1.0, 0.1, 0.2, 0.3)
     job = JointPathJob(1, start, (tuple(value + 0.1 for value in start),), 0.5)

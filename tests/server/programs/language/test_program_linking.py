@@ -1,5 +1,3 @@
-"""Calls are known to lead somewhere before a run begins."""
-
 from __future__ import annotations
 
 import pickle

@@ -1,5 +1,3 @@
-"""What a program may be called, as pendants are told."""
-
 from __future__ import annotations
 
 import pytest

@@ -1,5 +1,3 @@
-"""From text to program: what is taken, and what an error says and where."""
-
 from __future__ import annotations
 
 import math
@@ -294,9 +292,7 @@ def test_a_byte_order_mark_is_no_character_of_the_first_line() -> None:
 
 
 @pytest.mark.parametrize("read", [parse_source, lambda text: parse_bytes(text.encode())])
-def test_a_byte_order_mark_is_taken_from_text_as_from_bytes(
-    read: Callable[[str], Source],
-) -> None:
+def test_a_byte_order_mark_is_taken_from_text_as_from_bytes(read: Callable[[str], Source]) -> None:
     assert read("\ufeff" + HEAD).program == parse(HEAD)
 
 

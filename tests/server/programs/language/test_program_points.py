@@ -1,5 +1,3 @@
-"""What a teach point may hold, and whether its joints agree with its pose."""
-
 from __future__ import annotations
 
 import math

@@ -1,5 +1,3 @@
-"""A run from start to end: what is asked for, in which order, and how it ends."""
-
 from __future__ import annotations
 
 import pytest

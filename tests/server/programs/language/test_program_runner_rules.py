@@ -1,5 +1,3 @@
-"""What holds of every run, whatever comes in: nothing moves after a stop, one request at a time."""
-
 from __future__ import annotations
 
 from hypothesis import given
