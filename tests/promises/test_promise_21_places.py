@@ -20,7 +20,7 @@ from openpendant.server.shell.open_files import files_needed, provide_files
 from openpendant.server.shell.rejections import MOST_TURNED_AWAY
 from openpendant.simplemsg import PENDANT, ByteOrder, Connection, Received, Role
 from openpendant.simplemsg.pendant import Verdict
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
 
 PLACES = 16
@@ -97,7 +97,7 @@ async def test_promise_20_who_has_no_place_is_told_when_to_come_again(
             await asyncio.get_running_loop().sock_sendall(late, greeting[begin : begin + piece])
         (told,) = await answers(late, wire, 0.05)
         assert isinstance(told, Verdict)
-        assert (told.code, told.value) == (VerdictCode.NO_PLACE, 5.0)
+        assert (told.code, told.value) == (V.NO_PLACE, 5.0)
         assert told.text == "more than 16 connections; come again in 5 s"
         assert served.connections == PLACES
 
@@ -113,7 +113,7 @@ async def test_promise_20_who_does_as_told_finds_a_place_that_strangers_took() -
         assert served.connections == MOST_STRANGERS
         with pytest.raises(Refused, match="64 pendants") as refused:
             await PendantClient.connect("127.0.0.1", served.pendant)
-        assert refused.value.code == VerdictCode.NO_PLACE
+        assert refused.value.code == V.NO_PLACE
         await asyncio.sleep(refused.value.value)
         async with await PendantClient.connect("127.0.0.1", served.pendant):
             assert served.connections == 1

@@ -18,7 +18,7 @@ from rigs.peers.wire_pendant import WirePendant
 from rigs.processes.promise_rig import PromiseRig, promise_rig
 
 from openpendant.simplemsg.pendant import StopKind
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 REAL, EMULATED = figure(26, "stopped"), figure(26, "emulated_stopped")
 EXPLICIT = {"deadline": figure(26, "stop").seconds}
@@ -47,7 +47,7 @@ def come_back(pendant: WirePendant) -> None:
     pendant.beats = False
     pendant.wait_until(lambda state: state.stop != StopKind.NONE)
     pendant.come_to_rest()
-    assert pendant.reset() is VerdictCode.ACCEPTED
+    assert pendant.reset() is V.ACCEPTED
     pendant.wait_until(lambda state: state.stop == StopKind.NONE)
 
 

@@ -17,7 +17,7 @@ import pytest_asyncio
 from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
 
 from openpendant.simplemsg.pendant import State
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient
 
 
@@ -54,8 +54,7 @@ class RunningCell:
         await pendant.wait_until(lambda state: state.motion_possible == 1)
         # The store is read while the first clients come, and no motion begins before.
         while any(  # noqa: ASYNC110 - what is waited for tells nobody
-            each["code"] == VerdictCode.CHANGE_WHILE_MOVING
-            for each in (await pendant.why())["conditions"]
+            each["code"] == V.CHANGE_WHILE_MOVING for each in (await pendant.why())["conditions"]
         ):
             await asyncio.sleep(0.01)
         return pendant

@@ -28,7 +28,7 @@ from openpendant.simplemsg.pendant import (
     State,
     StopKind,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted, Motion, PendantClient, Pose, Refused, RunKind
 from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
 
@@ -172,7 +172,7 @@ async def test_looking_on_hellos_states_snapshots_and_news(port: int) -> None:
         async with await connected(port, client="another") as other:
             with pytest.raises(Refused) as refused:
                 await other.take_control()
-            assert refused.value.code == VerdictCode.HELD_BY_OTHER
+            assert refused.value.code == V.HELD_BY_OTHER
         await pendant.set_mode(OperatingMode.MANUAL_HIGH)
         await pendant.stop("a look at the news")
         await pendant.wait_until(lambda state: state.stop == StopKind.SOFTWARE)
@@ -225,7 +225,7 @@ async def test_each_motion_arrives_where_it_was_asked_to(port: int) -> None:
         await pendant.program_stop()
         with pytest.raises(Aborted) as aborted:
             await long.done()
-        assert aborted.value.code == VerdictCode.PROGRAM_STOPPED
+        assert aborted.value.code == V.PROGRAM_STOPPED
 
 
 JOGS: list[tuple[str, Callable[[Pendant], Any], Callable[[list[float], list[float]], bool]]] = [

@@ -14,7 +14,7 @@ import pytest
 from rigs.peers.minimum_controller import CODEC, STOP
 
 from openpendant.simplemsg.pendant import StopKind
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
@@ -51,7 +51,7 @@ async def freeze_in_motion(cell: Any, journal: Path) -> dict[str, int]:
 
         with pytest.raises(Aborted) as aborted:
             await move.done()
-        assert aborted.value.code == VerdictCode.SERVER_LATE
+        assert aborted.value.code == V.SERVER_LATE
         state = await pendant.wait_until(lambda state: state.stop != StopKind.NONE, within=5)
         assert state.stop == StopKind.PROTECTIVE
         await pendant.wait_until(lambda state: not any(state.velocities), within=5)

@@ -16,7 +16,7 @@ from rigs.clock.busy_machine import PATIENCE, UNHURRIED
 from rigs.peers.minimum_controller import Controller, compiled
 
 from openpendant.simplemsg.pendant import Activity, LinkState, Motion
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted, PendantClient, Pose, Refused
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
@@ -148,10 +148,10 @@ async def begin(cell: Cell) -> Any:
     return move
 
 
-async def aborted(move: Any) -> VerdictCode:
+async def aborted(move: Any) -> V:
     with pytest.raises(Aborted) as error:
         await asyncio.wait_for(move.done(), PATIENCE)
-    return VerdictCode(error.value.code)
+    return V(error.value.code)
 
 
 @on_the_shared_loop
@@ -160,12 +160,12 @@ async def test_a_software_stop_stops_it_and_latches(shared_cell: Cell) -> None:
     before = pendant.joints()[0]
     move = await begin(cell)
     await pendant.stop("seen something")
-    assert await aborted(move) is VerdictCode.STOPPED
+    assert await aborted(move) is V.STOPPED
     at_rest = await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
     assert at_rest.positions[0] - before < FAR / 2
     with pytest.raises(Refused) as refused:
         await pendant.move_joints(cell.moved(0, 0.1))
-    assert refused.value.code == VerdictCode.STOP_LATCHED
+    assert refused.value.code == V.STOP_LATCHED
     await pendant.reset_stop()
     await (await pendant.move_joints(cell.moved(0, -0.05), speed=0.5)).done()
 
@@ -175,7 +175,7 @@ async def test_its_emergency_stop_aborts_and_the_reset_moves_nothing(shared_cell
     cell, pendant = shared_cell, shared_cell.pendant
     move = await begin(cell)
     cell.controller.press(signal.SIGUSR1)
-    assert await aborted(move) is VerdictCode.CONTROLLER_STOPPED
+    assert await aborted(move) is V.CONTROLLER_STOPPED
     state = await pendant.wait_until(
         lambda state: (
             state.e_stopped == 1 and state.activity == Activity.IDLE and state.in_motion == 0
@@ -183,7 +183,7 @@ async def test_its_emergency_stop_aborts_and_the_reset_moves_nothing(shared_cell
     )
     with pytest.raises(Refused) as refused:
         await pendant.move_joints(cell.moved(0, 0.1))
-    assert refused.value.code == VerdictCode.CONTROLLER_NOT_READY
+    assert refused.value.code == V.CONTROLLER_NOT_READY
 
     cell.controller.press(signal.SIGUSR2)
     again = await pendant.wait_until(lambda state: state.motion_possible == 1)
@@ -198,11 +198,11 @@ async def test_when_it_dies_in_motion_the_server_says_so_and_nothing_resumes(
     pendant = cell.pendant
     move = await begin(cell)
     cell.controller.press(signal.SIGKILL)
-    assert await aborted(move) is VerdictCode.CONTROLLER_LOST
+    assert await aborted(move) is V.CONTROLLER_LOST
     await pendant.wait_until(lambda state: state.link == LinkState.DOWN)
     with pytest.raises(Refused) as refused:
         await pendant.move_joints([0.0] * 6)
-    assert refused.value.code == VerdictCode.CONTROLLER_DOWN
+    assert refused.value.code == V.CONTROLLER_DOWN
 
     again = await Controller.start(program, cell.controller.motion, cell.controller.state)
     try:

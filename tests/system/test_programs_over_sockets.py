@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from openpendant.simplemsg.pendant import Activity, ProgramState
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted, PendantClient, Refused, RunKind
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio, pytest.mark.soak]
@@ -68,13 +68,13 @@ async def test_three_points_are_taught_run_stepped_paused_resumed_and_stopped(
         held = pendant.joints()
         with pytest.raises(Refused) as refused:
             await pendant.move_joints(held)
-        assert refused.value.code == VerdictCode.PROGRAM_RUNNING
+        assert refused.value.code == V.PROGRAM_RUNNING
         await pendant.resume()
         await pendant.wait_until(lambda state: state.activity == Activity.MOVING)
         await pendant.program_stop()
         with pytest.raises(Aborted) as aborted:
             await rest.done()
-        assert aborted.value.code == VerdictCode.PROGRAM_STOPPED
+        assert aborted.value.code == V.PROGRAM_STOPPED
         await pendant.wait_until(lambda state: state.activity == Activity.IDLE)
         state = await pendant.next_state()
         assert state.program_state == ProgramState.NONE

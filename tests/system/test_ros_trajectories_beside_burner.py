@@ -39,7 +39,8 @@ from openpendant.simplemsg import (
     TriState,
     joint_array,
 )
-from openpendant.simplemsg.verdicts import STATUS_ERROR_OFFSET, VerdictCode
+from openpendant.simplemsg.verdicts import STATUS_ERROR_OFFSET
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 VECTORS = Path(__file__).parents[1] / "vectors"
 HOME = serial_robot("ur5").home_position
@@ -207,7 +208,7 @@ class Client:
     async def shows(self, line: str) -> bool:
         said = re.search(r": ([A-Z_]+) \((\d+)\): ", line)
         assert said is not None, line
-        verdict = VerdictCode(int(said.group(2)))
+        verdict = V(int(said.group(2)))
         assert verdict.name == said.group(1)
         of_controller = verdict.name.startswith("CONTROLLER_")
         deadline = time.monotonic() + PATIENCE

@@ -9,7 +9,7 @@ import pytest
 from rigs.clock.busy_machine import PATIENT
 
 from openpendant.simplemsg.pendant import Activity
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.packets.rerun import main as rerun
 from openpendant.tools.pendants.client import OperatingMode, PendantClient, Refused, RunKind
 
@@ -81,7 +81,7 @@ async def edited(pendant: PendantClient) -> Taught:
     await program.change("undo")
     with pytest.raises(Refused) as late:
         await pendant.manage({"op": "programs.undo", "name": "taught", "expected_revision": 1})
-    assert late.value.code == VerdictCode.REVISION_CONFLICT
+    assert late.value.code == V.REVISION_CONFLICT
     assert f"{program.revision}" in str(late.value)
     assert await program.moves() == ["p0", "p1", "middle"]
     return program

@@ -26,7 +26,7 @@ from openpendant.simplemsg.pendant import (
     State,
     StopKind,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
 
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
@@ -200,7 +200,7 @@ async def test_a_held_key_moves_and_silence_ends_it_within_the_deadline(start_ce
         assert next(each for each in idle if each > struck) - struck < 1.0e9 * SCALE
         with pytest.raises(Refused) as refused:
             await observer.take_control()
-        assert refused.value.code == VerdictCode.HELD_BY_OTHER
+        assert refused.value.code == V.HELD_BY_OTHER
     assert (await cell.end())["violations"] == 0
 
 

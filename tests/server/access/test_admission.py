@@ -15,10 +15,10 @@ from openpendant.server.access.passwords import NOBODYS_HASH
 from openpendant.server.access.secret import Secret
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant.roles import Permission, Role
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
-def code_of(answer: object) -> VerdictCode | None:
+def code_of(answer: object) -> V | None:
     return answer.code if isinstance(answer, Refusal) else None
 
 
@@ -40,7 +40,7 @@ def test_with_accounts_or_from_outside_nobody_is_admin_by_himself(
 ) -> None:
     desk = Desk(book, single_user_host)
     assert desk.arrive(1, address) is None
-    assert code_of(desk.login.may(1, Permission.MOVE)) is VerdictCode.LOGIN_NEEDED
+    assert code_of(desk.login.may(1, Permission.MOVE)) is V.LOGIN_NEEDED
 
 
 @pytest.mark.parametrize(
@@ -65,16 +65,14 @@ def test_every_connection_that_said_hello_may_stop(session: int) -> None:
     desk.log_in(2, "vera")
     for _ in range(10):
         desk.attempt(1, "ann", "wrong")
-    assert code_of(desk.attempt(1, "ann", "wrong")) is VerdictCode.LOCKED_OUT
+    assert code_of(desk.attempt(1, "ann", "wrong")) is V.LOCKED_OUT
     assert desk.login.may(session, Permission.STOP) is None
 
 
 def test_before_hello_nobody_may_do_anything() -> None:
     desk = Desk()
-    assert {code_of(desk.login.may(7, permission)) for permission in Permission} == {
-        VerdictCode.HELLO_FIRST
-    }
-    assert code_of(desk.attempt(7, "ann", "x")) is VerdictCode.HELLO_FIRST
+    assert {code_of(desk.login.may(7, permission)) for permission in Permission} == {V.HELLO_FIRST}
+    assert code_of(desk.attempt(7, "ann", "x")) is V.HELLO_FIRST
 
 
 # Passwords.
@@ -87,7 +85,7 @@ def test_the_right_password_grants_the_accounts_role() -> None:
     assert desk.login.may(1, Permission.MOVE) is None
     refusal = desk.login.may(1, Permission.EDIT_PROGRAM)
     assert refusal is not None
-    assert refusal.code is VerdictCode.ROLE_TOO_LOW
+    assert refusal.code is V.ROLE_TOO_LOW
     assert refusal.text == "edit-program needs the role programmer; otto is operator"
 
 
@@ -100,7 +98,7 @@ def test_wrong_unknown_and_disabled_are_answered_in_the_same_words(
 ) -> None:
     desk = Desk()
     desk.arrive(1)
-    assert desk.attempt(1, name, password) == Refusal(VerdictCode.LOGIN_FAILED)
+    assert desk.attempt(1, name, password) == Refusal(V.LOGIN_FAILED)
     assert desk.login.grant_of(1) is None
 
 
@@ -111,17 +109,17 @@ def test_an_unknown_user_is_checked_too() -> None:
     job = desk.login.try_password(1, "nobody", Secret("guess"), START)
     assert isinstance(job, VerifyJob)
     assert job.kept is NOBODYS_HASH
-    assert code_of(desk.login.verified(job.job_id, True, START)) is VerdictCode.LOGIN_FAILED
+    assert code_of(desk.login.verified(job.job_id, True, START)) is V.LOGIN_FAILED
 
 
 def test_unknown_names_are_locked_as_known_ones_are() -> None:
-    def answers(name: str) -> list[VerdictCode | None]:
+    def answers(name: str) -> list[V | None]:
         desk = Desk()
         desk.arrive(1)
         return [code_of(desk.attempt(1, name, "wrong")) for _ in range(8)]
 
     assert answers("ann") == answers("nobody")
-    assert answers("ann")[5] is VerdictCode.LOCKED_OUT
+    assert answers("ann")[5] is V.LOCKED_OUT
 
 
 def test_a_lock_refuses_the_right_password_too_and_says_for_how_long() -> None:
@@ -131,7 +129,7 @@ def test_a_lock_refuses_the_right_password_too_and_says_for_how_long() -> None:
         desk.attempt(1, "ann", "wrong")
     refusal = desk.attempt(1, "ann", "ann's password", START + 10 * SECOND_NS)
     assert isinstance(refusal, Refusal)
-    assert (refusal.code, refusal.value) == (VerdictCode.LOCKED_OUT, 50.0)
+    assert (refusal.code, refusal.value) == (V.LOCKED_OUT, 50.0)
     assert "50 s" in refusal.text
     assert desk.log_in(1, "ann", START + 60 * SECOND_NS).role is Role.ADMIN
 
@@ -145,7 +143,7 @@ def test_reconnecting_does_not_escape_the_lock() -> None:
         desk.login.closed(session, START)
         desk.login.verified(job.job_id, False, START)
     desk.arrive(6)
-    assert code_of(desk.attempt(6, "ann", "wrong")) is VerdictCode.LOCKED_OUT
+    assert code_of(desk.attempt(6, "ann", "wrong")) is V.LOCKED_OUT
 
 
 def test_a_thousand_tries_of_many_names_reach_the_hash_thirty_times() -> None:
@@ -154,9 +152,7 @@ def test_a_thousand_tries_of_many_names_reach_the_hash_thirty_times() -> None:
     checked = 0
     for session in range(1_000):
         desk.arrive(session)
-        checked += (
-            code_of(desk.attempt(session, f"name {session}", "x")) is VerdictCode.LOGIN_FAILED
-        )
+        checked += code_of(desk.attempt(session, f"name {session}", "x")) is V.LOGIN_FAILED
         desk.login.closed(session, START)
     assert checked == 30
 
@@ -166,7 +162,7 @@ def test_one_connection_checks_one_password_at_a_time() -> None:
     desk.arrive(1)
     assert isinstance(desk.login.try_password(1, "ann", Secret("a"), START), VerifyJob)
     second = desk.login.try_password(1, "ann", Secret("b"), START)
-    assert code_of(second) is VerdictCode.LOGIN_BUSY
+    assert code_of(second) is V.LOGIN_BUSY
 
 
 def test_a_check_that_the_worker_had_no_room_for_is_no_attempt() -> None:
@@ -175,7 +171,7 @@ def test_a_check_that_the_worker_had_no_room_for_is_no_attempt() -> None:
     for _ in range(10):
         job = desk.login.try_password(1, "ann", Secret("x"), START)
         assert isinstance(job, VerifyJob)
-        assert desk.login.not_verified(job.job_id).code is VerdictCode.LOGIN_BUSY
+        assert desk.login.not_verified(job.job_id).code is V.LOGIN_BUSY
     assert desk.log_in(1, "ann").name == "ann"
 
 
@@ -189,7 +185,7 @@ def test_a_grant_belongs_to_one_connection() -> None:
     assert isinstance(desk.login.verified(job.job_id, is_right(job), START), Granted)
     assert desk.login.grant_of(2) is None
     desk.login.logout(1, START)
-    assert code_of(desk.login.verified(job.job_id, True, START)) is VerdictCode.LOGIN_FAILED
+    assert code_of(desk.login.verified(job.job_id, True, START)) is V.LOGIN_FAILED
     assert desk.login.grant_of(1) is None
 
 
@@ -199,7 +195,7 @@ def test_an_outcome_that_comes_after_its_connection_grants_nothing() -> None:
     job = desk.login.try_password(1, "ann", Secret("ann's password"), START)
     assert isinstance(job, VerifyJob)
     desk.login.closed(1, START)
-    assert code_of(desk.login.verified(job.job_id, True, START)) is VerdictCode.LOGIN_FAILED
+    assert code_of(desk.login.verified(job.job_id, True, START)) is V.LOGIN_FAILED
     desk.arrive(1)
     assert desk.login.grant_of(1) is None
 
@@ -230,7 +226,7 @@ def test_whose_account_is_changed_is_logged_out(book: AccountBook) -> None:
     desk.log_in(1, "otto")
     (change,) = desk.login.accounts_changed(book, START)
     assert isinstance(change, GrantEnded)
-    assert code_of(desk.login.may(1, Permission.MOVE)) is VerdictCode.LOGIN_NEEDED
+    assert code_of(desk.login.may(1, Permission.MOVE)) is V.LOGIN_NEEDED
 
 
 def test_another_role_holds_at_once() -> None:
@@ -240,7 +236,7 @@ def test_another_role_holds_at_once() -> None:
     book = AccountBook([account("otto", Role.VIEWER), account("ann", Role.ADMIN)])
     (change,) = desk.login.accounts_changed(book, START)
     assert change == Granted(1, Role.VIEWER, "otto", Basis.ACCOUNT)
-    assert code_of(desk.login.may(1, Permission.MOVE)) is VerdictCode.ROLE_TOO_LOW
+    assert code_of(desk.login.may(1, Permission.MOVE)) is V.ROLE_TOO_LOW
 
 
 def test_an_account_changed_while_its_password_is_checked_is_not_granted() -> None:
@@ -249,7 +245,7 @@ def test_an_account_changed_while_its_password_is_checked_is_not_granted() -> No
     job = desk.login.try_password(1, "otto", Secret("otto's password"), START)
     assert isinstance(job, VerifyJob)
     desk.login.accounts_changed(AccountBook([account("ann", Role.ADMIN)]), START)
-    assert code_of(desk.login.verified(job.job_id, True, START)) is VerdictCode.LOGIN_FAILED
+    assert code_of(desk.login.verified(job.job_id, True, START)) is V.LOGIN_FAILED
 
 
 def test_the_first_account_ends_the_single_user() -> None:
@@ -258,7 +254,7 @@ def test_the_first_account_ends_the_single_user() -> None:
     (change,) = desk.login.accounts_changed(BOOK, START)
     assert isinstance(change, GrantEnded)
     assert desk.login.may(1, Permission.OBSERVE) is None
-    assert code_of(desk.login.may(1, Permission.MOVE)) is VerdictCode.LOGIN_NEEDED
+    assert code_of(desk.login.may(1, Permission.MOVE)) is V.LOGIN_NEEDED
 
 
 # Pairing.
@@ -285,7 +281,7 @@ def test_the_code_of_one_cell_opens_no_other() -> None:
     code = teacher(desk)
     desk.arrive(2, cell="another cell")
     answer = desk.login.pair(2, Secret(code.shown), "Tim", START)
-    assert code_of(answer) is VerdictCode.PAIRING_WRONG
+    assert code_of(answer) is V.PAIRING_WRONG
 
 
 @pytest.mark.parametrize("session", [2, 3])
@@ -294,7 +290,7 @@ def test_only_who_may_pair_gets_a_code(session: int) -> None:
     desk.arrive(2)
     desk.arrive(3)
     desk.log_in(3, "otto")
-    expected = {2: VerdictCode.LOGIN_NEEDED, 3: VerdictCode.ROLE_TOO_LOW}[session]
+    expected = {2: V.LOGIN_NEEDED, 3: V.ROLE_TOO_LOW}[session]
     assert code_of(desk.login.issue_pairing(session, START, random.Random(1))) is expected
     assert code_of(desk.login.withdraw_pairing(session, START)) is expected
 
@@ -304,9 +300,9 @@ def test_guessing_a_code_is_locked_after_five_tries() -> None:
     code = teacher(desk)
     desk.arrive(2)
     answers = [code_of(desk.login.pair(2, Secret("WRONG"), "Tim", START)) for _ in range(6)]
-    assert answers == [VerdictCode.PAIRING_WRONG] * 5 + [VerdictCode.LOCKED_OUT]
+    assert answers == [V.PAIRING_WRONG] * 5 + [V.LOCKED_OUT]
     right = desk.login.pair(2, Secret(code.shown), "Tim", START)
-    assert code_of(right) is VerdictCode.LOCKED_OUT
+    assert code_of(right) is V.LOCKED_OUT
 
 
 @pytest.mark.parametrize("name", ["ANN", "otto", "tim"])
@@ -317,7 +313,7 @@ def test_nobody_is_called_like_an_account_or_another_guest(name: str) -> None:
     desk.arrive(3)
     desk.login.pair(2, Secret(code.shown), "Tim", START)
     answer = desk.login.pair(3, Secret(code.shown), name, START)
-    assert code_of(answer) is VerdictCode.NAME_TAKEN
+    assert code_of(answer) is V.NAME_TAKEN
 
 
 def test_a_bad_name_is_told_before_the_code_is_looked_at() -> None:
@@ -326,7 +322,7 @@ def test_a_bad_name_is_told_before_the_code_is_looked_at() -> None:
     desk.arrive(2)
     for _ in range(10):
         answer = desk.login.pair(2, Secret("WRONG"), "a/b", START)
-        assert code_of(answer) is VerdictCode.BAD_ACCOUNT_NAME
+        assert code_of(answer) is V.BAD_ACCOUNT_NAME
 
 
 def test_the_end_of_the_lesson_takes_back_what_guests_were_granted() -> None:
@@ -335,10 +331,8 @@ def test_the_end_of_the_lesson_takes_back_what_guests_were_granted() -> None:
     desk.arrive(2)
     desk.login.pair(2, Secret(code.shown), "Tim", START)
     assert desk.login.withdraw_pairing(1, START) == [GrantEnded(2, "the lesson is over")]
-    assert code_of(desk.login.may(2, Permission.MOVE)) is VerdictCode.LOGIN_NEEDED
-    assert (
-        code_of(desk.login.pair(2, Secret(code.shown), "Tim", START)) is VerdictCode.PAIRING_WRONG
-    )
+    assert code_of(desk.login.may(2, Permission.MOVE)) is V.LOGIN_NEEDED
+    assert code_of(desk.login.pair(2, Secret(code.shown), "Tim", START)) is V.PAIRING_WRONG
 
 
 # What is noted.

@@ -33,7 +33,7 @@ from openpendant.simplemsg.pendant import (
     Verdict,
 )
 from openpendant.simplemsg.pendant.roles import Role
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 _RISING = ("viewer", "operator", "programmer", "admin")
 _USERS = dict(zip(_RISING, ("vera", "otto", "paul", "ann"), strict=True))
@@ -91,10 +91,10 @@ LEAST: tuple[tuple[str, Message], ...] = (
 
 def is_refused_for_its_role(answers: list[Message]) -> bool:
     for answer in answers:
-        if isinstance(answer, Verdict) and answer.code == VerdictCode.ROLE_TOO_LOW:
+        if isinstance(answer, Verdict) and answer.code == V.ROLE_TOO_LOW:
             return True
         if isinstance(answer, Management) and answer.reply_code == ReplyCode.FAILURE:
-            return bool(json.loads(answer.body).get("code") == VerdictCode.ROLE_TOO_LOW)
+            return bool(json.loads(answer.body).get("code") == V.ROLE_TOO_LOW)
     return False
 
 

@@ -9,7 +9,7 @@ from rigs.cells.server_rig import ServerRig
 from openpendant.server.access.audit import AuditEvent, ChainCheck, Link, write_line
 from openpendant.server.refusal import Refusal
 from openpendant.simplemsg.pendant import Authority, AuthorityAction, Management, SetMode
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 @pytest.fixture
@@ -42,7 +42,7 @@ def test_a_stop_and_its_reset_are_noted_with_who_and_why(rig: GuardedRig) -> Non
     otto.move(1.0, 0.0)
     visitor.stop("a hand in the way")
     rig.wait(2_000)
-    assert otto.reset() is VerdictCode.ACCEPTED
+    assert otto.reset() is V.ACCEPTED
     stop, reset = (
         next(entry for entry in rig.desk.log if entry.event is event)
         for event in (AuditEvent.STOP, AuditEvent.RESET)
@@ -50,13 +50,13 @@ def test_a_stop_and_its_reset_are_noted_with_who_and_why(rig: GuardedRig) -> Non
     assert (stop.session, stop.detail["reason"]) == (visitor.session, "a hand in the way")
     assert (reset.who, reset.role) == ("otto", "operator")
     (ended,) = [entry for entry in rig.desk.log if entry.event is AuditEvent.MOTION_ENDED]
-    assert ended.detail["code"] == VerdictCode.STOPPED
+    assert ended.detail["code"] == V.STOPPED
 
 
 def test_a_take_over_is_noted_for_both(rig: GuardedRig) -> None:
     otto, ann = rig.user("otto"), rig.user("ann")
     otto.take()
-    assert ann.code(Authority(1, AuthorityAction.FORCE)) is VerdictCode.ACCEPTED
+    assert ann.code(Authority(1, AuthorityAction.FORCE)) is V.ACCEPTED
     noted = told(rig, AuditEvent.AUTHORITY_ENDED, AuditEvent.AUTHORITY_FORCED)
     assert noted == [(AuditEvent.AUTHORITY_ENDED, "otto"), (AuditEvent.AUTHORITY_FORCED, "ann")]
 
@@ -77,13 +77,13 @@ def test_a_motion_that_is_refused_is_noted_with_who_what_and_why(rig: GuardedRig
     otto.move(9.0, 0.0)
     refused = [entry for entry in rig.desk.log if entry.event is AuditEvent.REFUSED]
     assert [(entry.who, entry.detail["code"]) for entry in refused] == [
-        ("ann", VerdictCode.HELD_BY_OTHER),
-        ("otto", VerdictCode.OUT_OF_RANGE),
+        ("ann", V.HELD_BY_OTHER),
+        ("otto", V.OUT_OF_RANGE),
     ]
     assert refused[1].detail["wanted"] == "joint_move"
     rig.plans_at_once = False
     otto.path((0.1, 0.1))
-    rig.plan(Refusal(VerdictCode.TOO_FAST, "joint 1 is too fast"))
+    rig.plan(Refusal(V.TOO_FAST, "joint 1 is too fast"))
     last = rig.desk.log[-1]
     assert (last.event, last.who, last.detail["text"]) == (
         AuditEvent.REFUSED,
@@ -147,4 +147,4 @@ def test_a_ros_client_is_noted_by_its_address() -> None:
 def test_without_a_log_nothing_is_kept() -> None:
     rig = ServerRig()
     rig.connect_controller()
-    assert rig.holder().move(0.1, 0.0) is VerdictCode.ACCEPTED
+    assert rig.holder().move(0.1, 0.0) is V.ACCEPTED

@@ -31,7 +31,7 @@ from openpendant.simplemsg.pendant import (
     StopChanged,
 )
 from openpendant.simplemsg.pendant.roles import Role
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
 
 
@@ -45,7 +45,7 @@ def guest(rig: GuardedRig, teacher: Pendant, address: str = LAN) -> Pendant:
     assert isinstance(reply, PairingReply)
     paired = rig.visitor(address, state_rate=50)
     request = Login(1, LoginKind.PAIRING, "Mia", reply.code)
-    assert paired.code(request) is VerdictCode.ACCEPTED
+    assert paired.code(request) is V.ACCEPTED
     paired.got.clear()
     return paired
 
@@ -78,7 +78,7 @@ def test_whoever_loses_his_login_hears_that_he_has_lost_control_and_may_not_look
     assert (lost.holder, lost.reason) == (0, AuthorityReason.LOGGED_OUT)
     (told,) = sent_away(otto)
     assert (told.comm_type, told.outcome) == (CommType.TOPIC, OutcomeKind.ABORTED)
-    assert told.code == VerdictCode.LOGIN_NEEDED
+    assert told.code == V.LOGIN_NEEDED
     assert "the account was changed; log in again" in told.text
 
 
@@ -86,7 +86,7 @@ def test_a_guest_hears_that_the_lesson_is_over_and_nothing_after_that(rig: Guard
     ann = rig.user("ann")
     mia = guest(rig, ann)
     mia.take()
-    assert ann.code(Pairing(6, PairingAction.WITHDRAW)) is VerdictCode.ACCEPTED
+    assert ann.code(Pairing(6, PairingAction.WITHDRAW)) is V.ACCEPTED
     assert [news.holder for news in mia.all(AuthorityChanged)] == [mia.session, 0]
     assert "the lesson is over" in sent_away(mia)[-1].text
     mia.got.clear()
@@ -142,7 +142,7 @@ def test_whoever_was_sent_away_is_told_why_with_each_refusal(rig: GuardedRig) ->
     ann.code(Pairing(6, PairingAction.WITHDRAW))
     mia.take()
     (_, code), text = mia.verdicts()[-1], mia.got[-1]
-    assert code is VerdictCode.LOGIN_NEEDED
+    assert code is V.LOGIN_NEEDED
     assert "the lesson is over" in getattr(text, "text", "")
 
 
@@ -150,8 +150,8 @@ def test_whoever_was_sent_away_may_stop_and_log_in_again(rig: GuardedRig) -> Non
     ann = rig.user("ann")
     mia = guest(rig, ann)
     ann.code(Pairing(6, PairingAction.WITHDRAW))
-    assert mia.code(SoftwareStop(7, "still here")) is VerdictCode.ACCEPTED
-    assert log_in(mia, "vera") is VerdictCode.ACCEPTED
+    assert mia.code(SoftwareStop(7, "still here")) is V.ACCEPTED
+    assert log_in(mia, "vera") is V.ACCEPTED
     ann.reset()
     ann.take()
     ann.reset()

@@ -18,7 +18,7 @@ from openpendant.simplemsg.pendant import (
     StopChanged,
     Verdict,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 @pytest.fixture
@@ -67,7 +67,7 @@ def test_everybody_is_shown_that_whoever_stopped_has_not_logged_in(rig: GuardedR
     impostor(rig).stop("boo")
     assert ann.all(StopChanged)[-1].client == "ann (not logged in)"
     ann.take()
-    assert ann.move(0.1, 0.0) is VerdictCode.STOP_LATCHED
+    assert ann.move(0.1, 0.0) is V.STOP_LATCHED
     assert ann.all(Verdict)[-1].text == "software stop by ann (not logged in): boo"
     ann.send(Management(901, b'{"op": "snapshot"}'))
     answer = ann.all(Management)[-1]

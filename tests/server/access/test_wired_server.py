@@ -45,7 +45,7 @@ from openpendant.simplemsg.pendant import (
     SetSpeed,
     Verdict,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient, Refused
 from openpendant.tools.pendants.connection_errors import PendantError
 from openpendant.tools.pendants.terminal.cli import main as terminal
@@ -66,9 +66,9 @@ async def test_promise_29_a_lock_is_told_at_once_and_a_stop_goes_through(tmp_pat
             with pytest.raises(Refused) as refused:
                 await pendant.login("otto", password=WRONG)
             codes.append(refused.value.code)
-            if refused.value.code == VerdictCode.LOCKED_OUT:
+            if refused.value.code == V.LOCKED_OUT:
                 took.append(time.monotonic() - began)
-        assert codes == [VerdictCode.LOGIN_FAILED] * 5 + [VerdictCode.LOCKED_OUT] * 5
+        assert codes == [V.LOGIN_FAILED] * 5 + [V.LOCKED_OUT] * 5
         # A busy machine delays one of them or another, a hash that is computed each of them.
         assert statistics.median(took) < 0.1, took
         await pendant.stop("locked out, and stopping")
@@ -86,7 +86,7 @@ async def guess(source: str, port: int, name: str) -> float:
     (answer,) = answers.receive(await reader.read(65_536))
     taken = time.perf_counter() - began
     assert isinstance(answer, Verdict)
-    assert answer.code == VerdictCode.LOGIN_FAILED
+    assert answer.code == V.LOGIN_FAILED
     writer.close()
     return taken
 
@@ -156,7 +156,7 @@ async def test_promise_28_recorded_frames_do_nothing_on_another_connection(tmp_p
                     await read_codes()
             with suppress(TimeoutError):  # nothing else comes
                 await asyncio.wait_for(read_codes(), 0.3)
-            assert codes == [VerdictCode.LOGIN_NEEDED] * 5
+            assert codes == [V.LOGIN_NEEDED] * 5
             holder = server.app.cells[0].core.cell.authority.holder
             assert holder is not None
             assert holder.client == "otto"
@@ -223,7 +223,7 @@ async def test_an_account_that_is_removed_beside_the_server_is_logged_out(tmp_pa
         assert server.app.cells[0].core.cell.authority.holder is None
         with pytest.raises(Refused) as refused:
             await otto.take_control()
-        assert refused.value.code == VerdictCode.LOGIN_NEEDED
+        assert refused.value.code == V.LOGIN_NEEDED
 
 
 class FullDisk:

@@ -68,7 +68,7 @@ from openpendant.simplemsg.pendant import (
     SetSpeed,
     SoftwareStop,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 SESSIONS = range(1, 6)
 ROS = 5
@@ -161,7 +161,7 @@ class Disorder:
             lambda: self._stop(session),
             lambda: Opened(session, port, "127.0.0.1"),
             lambda: Closed(session),
-            lambda: Misdirected(9, Refusal(VerdictCode.UNKNOWN_CELL)),
+            lambda: Misdirected(9, Refusal(V.UNKNOWN_CELL)),
             lambda: ClientFailed(session, "1-1"),
             lambda: Skipped((session, session)),
             lambda: Regranted(session),
@@ -226,7 +226,7 @@ def _answer_to(ask: Ask) -> object:
     if isinstance(question, JointPathJob):
         return ServerRig.plan_of(question)
     if isinstance(question, Job):
-        return ServerRig.plan_of(question, Refusal(VerdictCode.PLANNER_FAILED))
+        return ServerRig.plan_of(question, Refusal(V.PLANNER_FAILED))
     return None
 
 

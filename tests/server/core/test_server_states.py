@@ -19,7 +19,7 @@ from openpendant.simplemsg.pendant import (
     OutcomeKind,
     Verdict,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 COORDINATE = st.sampled_from([-2.5, -2.0, -0.7, 0.0, 0.1, 1.3, 2.0])
 WHO = st.integers(0, 2)
@@ -74,7 +74,7 @@ class AnyOrder(RuleBasedStateMachine):
     def release(self, who: int) -> None:
         pendant = self.pendant(who)
         before = self.rig.core.cell.authority.holder
-        if pendant.release() is not VerdictCode.ACCEPTED:
+        if pendant.release() is not V.ACCEPTED:
             assert self.rig.core.cell.authority.holder == before
 
     @rule(who=WHO)
@@ -182,7 +182,7 @@ class AnyOrder(RuleBasedStateMachine):
         for pendant in self.everybody:
             verdicts = [message.request_id for message in pendant.all(Verdict)]
             assert len(verdicts) == len(set(verdicts))
-            begun = {m.request_id for m in pendant.all(Verdict) if m.code == VerdictCode.ACCEPTED}
+            begun = {m.request_id for m in pendant.all(Verdict) if m.code == V.ACCEPTED}
             outcomes = [message.request_id for message in pendant.all(Outcome)]
             assert len(outcomes) == len(set(outcomes))
             assert set(outcomes) <= begun
@@ -224,10 +224,10 @@ class AnyOrder(RuleBasedStateMachine):
         assert self.rig.activity() is Activity.IDLE
         pendant = self.rig.pendant("last")
         pendant.take()
-        assert pendant.reset() is VerdictCode.ACCEPTED
+        assert pendant.reset() is V.ACCEPTED
         here = self.rig.controller.position
         goal = (here[0] + (0.3 if here[0] < 1 else -0.3), here[1])
-        assert pendant.move(*goal) is VerdictCode.ACCEPTED
+        assert pendant.move(*goal) is V.ACCEPTED
         self.rig.wait(2_000)
         assert pendant.all(Outcome)[-1].outcome == OutcomeKind.COMPLETED
 
@@ -243,5 +243,5 @@ def test_the_machine_itself_gets_a_motion_done() -> None:
     pendant.path((0.1, 0.0), (1.3, 0.1))
     rig.plan()
     rig.wait(2_000)
-    assert pendant.outcomes() == [(pendant.last_request, VerdictCode.ACCEPTED)]
+    assert pendant.outcomes() == [(pendant.last_request, V.ACCEPTED)]
     assert rig.now % MS == 0

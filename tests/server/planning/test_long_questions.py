@@ -14,7 +14,7 @@ from openpendant.server.planning.pool.planning_pool import PlanningPool
 from openpendant.server.planning.task import PlanTask, read_question, split_question
 from openpendant.server.refusal import Refusal
 from openpendant.server.store.recording_format import Extract
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MIB = 1 << 20
 WARM = r"printf '\004\000\000\000\200\004N.';"
@@ -109,7 +109,7 @@ def test_no_turn_of_the_loop_handles_more_than_a_piece(monkeypatch: pytest.Monke
         # Answers None by ending once it has read all, as a process that dies does.
         command = f"{WARM} head -c {60 * MIB} >/dev/null"
         answer = await _ask(command, monkeypatch, watch)
-        assert answer.result == Refusal(VerdictCode.PLANNER_FAILED)
+        assert answer.result == Refusal(V.PLANNER_FAILED)
 
     asyncio.run(test())
     assert sum(in_turn.values()) > 60 * MIB
@@ -121,4 +121,4 @@ def test_no_turn_of_the_loop_handles_more_than_a_piece(monkeypatch: pytest.Monke
 def test_a_process_that_dies_over_a_long_question_fails_it(monkeypatch: pytest.MonkeyPatch) -> None:
     command = f"{WARM} head -c {3 * MIB} >/dev/null"
     answer = asyncio.run(_ask(command, monkeypatch, lambda stdin: None))
-    assert answer.result == Refusal(VerdictCode.PLANNER_FAILED)
+    assert answer.result == Refusal(V.PLANNER_FAILED)

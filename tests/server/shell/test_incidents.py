@@ -18,7 +18,7 @@ from openpendant.server.settings.cell_settings import make_settings
 from openpendant.server.shell.app import App
 from openpendant.server.shell.cell_shell import CellParts
 from openpendant.simplemsg.pendant import Activity, StopKind
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import Aborted, ConnectionLost, PendantClient
 
 ROBOT = "ur5"
@@ -72,7 +72,7 @@ async def test_a_fault_on_a_message_stops_the_robot_and_ends_that_connection_alo
                 await other.release_control()
         with pytest.raises(Aborted) as aborted:
             await move.done()
-        assert aborted.value.code == VerdictCode.PROTECTIVE_STOP
+        assert aborted.value.code == V.PROTECTIVE_STOP
         assert "incident" in aborted.value.text
         state = await holder.wait_until(lambda state: state.activity == Activity.IDLE)
         assert state.stop == StopKind.PROTECTIVE
@@ -146,7 +146,7 @@ async def test_a_fault_anywhere_in_serving_a_client_is_one_incident(
                 await talk(other, port)
             with pytest.raises(Aborted) as aborted:
                 await move.done()
-        assert aborted.value.code == VerdictCode.PROTECTIVE_STOP
+        assert aborted.value.code == V.PROTECTIVE_STOP
         assert app.cells[0].core.fault is None
         await holder.wait_until(lambda state: state.activity == Activity.IDLE)
         await holder.reset_stop()

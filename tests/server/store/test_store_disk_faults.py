@@ -18,7 +18,7 @@ from openpendant.server.store.file_check import check_store
 from openpendant.server.store.free_space import RESERVE_BYTES
 from openpendant.server.store.sqlite_store import SqliteStore, open_store
 from openpendant.server.store.store_errors import DiskFull, ReadOnly, StoreFailed
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 PROGRAM = DocumentKind.PROGRAM
 BODY = '{"text": "' + "x" * 8_000 + '"}'
@@ -67,7 +67,7 @@ def test_a_full_file_refuses_what_is_new_and_saves_again_once_there_is_room(tmp_
         for _ in range(3):
             with pytest.raises(DiskFull, match="full") as refused:
                 save(store, "more", BODY)
-        assert refused.value.refusal().code == VerdictCode.DISK_FULL
+        assert refused.value.refusal().code == V.DISK_FULL
         check_all_there(store, saved)
         store.connection.execute("PRAGMA max_page_count = 4000")
         save(store, "more", BODY)
@@ -199,7 +199,7 @@ def test_a_read_only_disk_is_read_and_every_change_is_refused(
         check_all_there(store, 1)
         with pytest.raises(ReadOnly) as refused:
             save(store, "more", BODY)
-        assert refused.value.refusal().code == VerdictCode.STORE_READ_ONLY
+        assert refused.value.refusal().code == V.STORE_READ_ONLY
     assert "nothing can be saved" in caplog.text
     assert check_store(path).problems == ()
 

@@ -20,7 +20,7 @@ from openpendant.server.store.file_check import check_store
 from openpendant.server.store.file_identity import NotOurFile
 from openpendant.server.store.sqlite_store import SqliteStore, open_for_reading, open_store
 from openpendant.server.store.store_errors import StoreError, StoreFailed
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 PROGRAM = DocumentKind.PROGRAM
 LARGE = '{"text": "' + "x" * 9_000 + '"}'
@@ -124,7 +124,7 @@ def test_the_next_change_is_refused_and_says_what_became_of_the_file(
     for _ in range(3):
         with pytest.raises(NotOurFile, match=words) as refused:
             save(store, "more")
-        assert refused.value.refusal().code == VerdictCode.STORE_FAILED
+        assert refused.value.refusal().code == V.STORE_FAILED
     with pytest.raises(NotOurFile, match=words):
         store.delete(PROGRAM, "weld", expected_revision=1, author="ann")
     assert store.load(PROGRAM, "weld").body == "{}"

@@ -27,7 +27,7 @@ from openpendant.simplemsg import (
     ValidField,
     joint_array,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MS = 1_000_000
 LINK = ControllerLink()
@@ -111,7 +111,7 @@ def test_a_robot_that_is_elsewhere_2_s_after_the_end_has_not_arrived() -> None:
     assert sent.advance(late - 1) is None
     refusal = sent.advance(late)
     assert refusal is not None
-    assert (refusal.code, refusal.joint) == (VerdictCode.NOT_ARRIVED, 1)
+    assert (refusal.code, refusal.joint) == (V.NOT_ARRIVED, 1)
 
 
 def following(started: int, count: int = 10) -> TrackingMonitor:

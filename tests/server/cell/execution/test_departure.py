@@ -10,7 +10,7 @@ from openpendant.motion.trajectory.ptp import plan_joint_move, straight_move
 from openpendant.motion.trajectory.trajectory import Row
 from openpendant.server.cell.execution.setpoint_guard import SetpointGuard
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 GOAL = (1.0, -0.5)
 ROWS = [plan_joint_move((0.0, 0.0), GOAL, LIMITS).row(index) for index in range(20)]
@@ -21,7 +21,7 @@ def check_all(rows: list[Row]) -> int | None:
     for index, row in enumerate(rows):
         refusal = check.check(row)
         if refusal is not None:
-            assert refusal.code is VerdictCode.CERTIFICATE_REFUSED
+            assert refusal.code is V.CERTIFICATE_REFUSED
             assert "not sent" in refusal.text
             return index
     return None

@@ -19,7 +19,7 @@ from openpendant.simplemsg import (
     ValidField,
     joint_array,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MS = 1_000_000
 LINK = ControllerLink()
@@ -183,7 +183,7 @@ def test_not_arriving_within_2_s_is_told_with_the_worst_joint(player: Player) ->
     assert player.advance(late - 1) is None
     refusal = player.advance(late)
     assert refusal is not None
-    assert (refusal.code, refusal.joint) == (VerdictCode.NOT_ARRIVED, 1)
+    assert (refusal.code, refusal.joint) == (V.NOT_ARRIVED, 1)
     assert (refusal.value, refusal.limit) == pytest.approx((-0.1, -0.2))
 
 
@@ -191,14 +191,14 @@ def test_stale_feedback_ends_it_just_after_250_ms(player: Player) -> None:
     assert player.advance(250 * MS) is None
     refusal = player.advance(250 * MS + 1)
     assert refusal is not None
-    assert refusal.code is VerdictCode.FEEDBACK_STALE
+    assert refusal.code is V.FEEDBACK_STALE
 
 
 def test_a_report_that_is_no_position_ends_it(player: Player) -> None:
     player.report((float("nan"), 0.0), MS)
     refusal = player.advance(MS)
     assert refusal is not None
-    assert refusal.code is VerdictCode.NOT_FINITE
+    assert refusal.code is V.NOT_FINITE
 
 
 def test_an_unanswered_point_ends_it_at_the_deadline(player: Player) -> None:
@@ -207,7 +207,7 @@ def test_an_unanswered_point_ends_it_at_the_deadline(player: Player) -> None:
     assert player.advance(500 * MS - 1) is None
     refusal = player.advance(500 * MS)
     assert refusal is not None
-    assert refusal.code is VerdictCode.CONTROLLER_SILENT
+    assert refusal.code is V.CONTROLLER_SILENT
 
 
 @pytest.mark.parametrize(
@@ -229,14 +229,14 @@ def test_an_under_run_is_the_servers_where_it_was_away_and_left_the_robot_dry(
     for now in range(0, 101 * MS, 10 * MS):
         player.send_all(now)
     now += away_ms * MS
-    own = Refusal(VerdictCode.CONTROLLER_STOPPED, "error")
+    own = Refusal(V.CONTROLLER_STOPPED, "error")
     player.execution.blamed(own, player.feedback, now)
     later = now + told_after_ms * MS
     player.feedback.take(Status(1, 0, max(error, 0), 1, 1, 2, 1), later)
     for at in range(now, later, 10 * MS):
         player.execution.blamed(own, player.feedback, at)  # nobody is away any more
     told = player.execution.blamed(own, player.feedback, later)
-    assert (told.code is VerdictCode.SERVER_LATE) is is_ours
+    assert (told.code is V.SERVER_LATE) is is_ours
     assert (told is own) is not is_ours
 
 
@@ -245,8 +245,8 @@ def test_it_starts_only_where_the_robot_stands(player: Player) -> None:
     player.report((0.0, 0.0101), 1)
     refusal = start_mismatch(TRAJECTORY, player.feedback)
     assert refusal is not None
-    assert (refusal.code, refusal.joint) == (VerdictCode.NOT_STANDING, 1)
+    assert (refusal.code, refusal.joint) == (V.NOT_STANDING, 1)
     player.report((0.0, 0.0), 2, (0.01, 0.0))
     moving = start_mismatch(TRAJECTORY, player.feedback)
     assert moving is not None
-    assert moving.code is VerdictCode.NOT_STANDING
+    assert moving.code is V.NOT_STANDING

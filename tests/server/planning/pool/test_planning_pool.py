@@ -10,7 +10,7 @@ from openpendant.server.planning.pool import planning_pool
 from openpendant.server.planning.pool.planning_pool import PlanningPool
 from openpendant.server.planning.task import PlanTask
 from openpendant.server.refusal import Refusal
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 
 def path_job(number: int) -> JointPathJob:
@@ -127,7 +127,7 @@ def test_waiting_jobs_fail_only_where_no_process_is_left(bench: Bench) -> None:
     assert bench.answers == []
     bench.processes[1].is_down = True
     bench.pool.hand_out()
-    assert bench.answers == [PlanAnswer(1, Refusal(VerdictCode.PLANNER_FAILED), 0.0)]
+    assert bench.answers == [PlanAnswer(1, Refusal(V.PLANNER_FAILED), 0.0)]
 
 
 def test_the_planners_of_two_cells_take_turns(bench: Bench) -> None:

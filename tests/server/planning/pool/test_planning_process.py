@@ -16,10 +16,10 @@ from openpendant.server.planning.pool.planning_process import PlanningProcess
 from openpendant.server.planning.task import PlanTask
 from openpendant.server.refusal import Refusal
 from openpendant.server.settings.cell_settings import EventLoop
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 PLANNED = ("ur5", JOB, 0)
-FAILED = Refusal(VerdictCode.PLANNER_FAILED)
+FAILED = Refusal(V.PLANNER_FAILED)
 
 Ask = Callable[[int], Awaitable[list[Any]]]
 

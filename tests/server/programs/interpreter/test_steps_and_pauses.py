@@ -14,7 +14,7 @@ from openpendant.server.programs.interpreter.run_events import (
     StepBack,
     StepForward,
 )
-from openpendant.simplemsg.verdicts import VerdictCode
+from openpendant.simplemsg.verdicts import VerdictCode as V
 
 MOVES = "move PTP a\nmove PTP b\nmove PTP c\nmove PTP a"
 JOINED = "move PTP a\nmove PTP b zone 1 deg\nmove PTP c zone 1 deg\nmove PTP a\nmove PTP b"
@@ -152,5 +152,5 @@ def test_a_step_back_inside_of_joined_moves_is_refused_with_what_is_accepted_the
     rig.do(StepBack())
     refused = rig.actions[-1]
     assert isinstance(refused, EventRefused)
-    assert refused.refusal.code is VerdictCode.STEP_BACK_REFUSED
+    assert refused.refusal.code is V.STEP_BACK_REFUSED
     assert accepted in refused.refusal.text
