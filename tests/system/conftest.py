@@ -16,6 +16,7 @@ import pytest
 import pytest_asyncio
 from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
 
+from openpendant.simplemsg import PENDANT, Message, codec_for
 from openpendant.simplemsg.pendant import State
 from openpendant.simplemsg.verdicts import VerdictCode as V
 from openpendant.tools.pendants.client import PendantClient
@@ -58,6 +59,16 @@ class RunningCell:
         ):
             await asyncio.sleep(0.01)
         return pendant
+
+    async def tell_controller(self, message: Message) -> int:
+        """Send a message to the controller's motion port; return the reply's code."""
+        reader, writer = await asyncio.open_connection("127.0.0.1", self.controller["motion"])
+        writer.write(codec_for(PENDANT).encode(message))
+        async with asyncio.timeout(PATIENCE):
+            reply = codec_for(PENDANT).decode(await reader.readexactly(16))
+        writer.close()
+        await writer.wait_closed()
+        return reply.reply_code
 
     def at_end(self, close: Callable[[], Awaitable[None]]) -> None:
         self._stack.push_async_callback(close)

@@ -6,17 +6,14 @@ What each test used of the library is noted, and the last one demands that nothi
 from __future__ import annotations
 
 import asyncio
-import json
 import math
-import subprocess
-import sys
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from itertools import count
 from typing import Any, ClassVar
 
 import pytest
-from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
+from rigs.clock.busy_machine import PATIENCE
 
 from openpendant.simplemsg.pendant import (
     AccountRole,
@@ -35,6 +32,8 @@ from openpendant.tools.pendants.roboanalyzer import RoboAnalyzerClient
 pytestmark = [pytest.mark.realtime, pytest.mark.asyncio]
 
 SECRET = "a long enough password"
+
+CELL = {"has_store": True, "server": ("--signals", "openpendant")}
 
 NUMBERS = count(1)
 """For what is kept under a name, so that a test can begin anew."""
@@ -64,40 +63,9 @@ def public(kind: type) -> set[str]:
     return {name for name in dir(kind) if not name.startswith("_")} - {"connect"}
 
 
-@pytest.fixture(scope="module")
-def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
-    """The pendant port of one server with an emulated UR5, for the whole module."""
-    folder = tmp_path_factory.mktemp("cell")
-    config = folder / "cell.toml"
-    config.write_text(PATIENT, "utf-8")
-    emulator, controller = started(
-        "openpendant.controller_emulator",
-        *("--robot", "ur5", "--motion-port", "0", "--state-port", "0"),
-        *("--report", str(folder / "referee.json")),
-    )
-    server, ports = started(
-        "openpendant.server",
-        *("--config", str(config), "--robot", "ur5"),
-        *("--pendant-port", "0", "--ros-motion-port", "0"),
-        *("--ros-state-port", "0", "--store", str(folder / "store.db")),
-        *("--controller", f"127.0.0.1:{controller['motion']}:{controller['state']}"),
-        *("--signals", "openpendant"),
-    )
-    try:
-        yield ports["pendant"]
-    finally:
-        for process in (server, emulator):
-            process.terminate()
-            process.communicate(timeout=20 * SCALE)
-    assert json.loads((folder / "referee.json").read_text("utf-8"))["violations"] == 0
-
-
-def started(module: str, *arguments: str) -> tuple[subprocess.Popen[str], dict[str, int]]:
-    process = subprocess.Popen(
-        [sys.executable, "-m", module, *arguments, "--json"], stdout=subprocess.PIPE, text=True
-    )
-    assert process.stdout is not None
-    return process, json.loads(process.stdout.readline())
+@pytest.fixture
+def port(cell_of_the_file: Any) -> int:
+    return int(cell_of_the_file.ports["pendant"])
 
 
 async def connected(port: int, **options: Any) -> Pendant:

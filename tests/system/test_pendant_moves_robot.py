@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 from rigs.clock.busy_machine import PATIENCE, PATIENT, SCALE
 
-from openpendant.simplemsg import PENDANT, codec_for
 from openpendant.simplemsg.pendant import (
     Activity,
     LinkState,
@@ -217,16 +216,6 @@ async def test_a_controller_that_dies_in_motion_aborts_it_and_nothing_resumes(
     assert refused.value.code == V.CONTROLLER_DOWN
 
 
-async def operate(port: int, action: OperatorAction) -> int:
-    reader, writer = await asyncio.open_connection("127.0.0.1", port)
-    writer.write(codec_for(PENDANT).encode(OperatorEvent(action=action)))
-    async with asyncio.timeout(PATIENCE):
-        reply = await reader.readexactly(16)
-    writer.close()
-    await writer.wait_closed()
-    return codec_for(PENDANT).decode(reply).reply_code
-
-
 async def test_an_emergency_stop_at_the_controller_aborts_and_its_reset_moves_nothing(
     shared_cell: Any,
 ) -> None:
@@ -235,7 +224,7 @@ async def test_an_emergency_stop_at_the_controller_aborts_and_its_reset_moves_no
     move = await pendant.move_joints(moved(pendant, 0, FAR), speed=0.05)
     await pendant.wait_until(lambda state: state.in_motion == 1)
 
-    assert await operate(shared_cell.controller["motion"], OperatorAction.EMERGENCY_STOP) == 1
+    assert await shared_cell.tell_controller(OperatorEvent(OperatorAction.EMERGENCY_STOP)) == 1
     with pytest.raises(Aborted) as aborted:
         await asyncio.wait_for(move.done(), PATIENCE)
     assert aborted.value.code == V.CONTROLLER_STOPPED
@@ -248,7 +237,7 @@ async def test_an_emergency_stop_at_the_controller_aborts_and_its_reset_moves_no
         await pendant.move_joints(moved(pendant, 0, 0.1))
     assert refused.value.code == V.CONTROLLER_NOT_READY
 
-    assert await operate(shared_cell.controller["motion"], OperatorAction.RESET) == 1
+    assert await shared_cell.tell_controller(OperatorEvent(OperatorAction.RESET)) == 1
     again = await pendant.wait_until(lambda state: state.motion_possible == 1)
     assert again.positions == state.positions
     await (await pendant.move_joints(moved(pendant, 0, 0.1))).done()

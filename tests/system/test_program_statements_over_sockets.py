@@ -1,11 +1,9 @@
 from __future__ import annotations
 
-import asyncio
 from typing import Any
 
 import pytest
 
-from openpendant.simplemsg import PENDANT, codec_for
 from openpendant.simplemsg.pendant import ProgramState, SetInputs
 from openpendant.tools.pendants.client import PendantClient
 
@@ -36,14 +34,6 @@ move LIN down speed 100 mm/s
 detach part
 move LIN up speed 100 mm/s
 """
-
-
-async def set_input(port: int, number: int, value: bool) -> None:
-    reader, writer = await asyncio.open_connection("127.0.0.1", port)
-    writer.write(codec_for(PENDANT).encode(SetInputs(0, 1 << number, value << number)))
-    await reader.readexactly(16)
-    writer.close()
-    await writer.wait_closed()
 
 
 async def prepare(pendant: PendantClient) -> tuple[float, ...]:
@@ -104,8 +94,8 @@ async def test_a_program_carries_waits_branches_and_follows_its_frame(
         assert await carried_by(pendant) is not None
         assert pendant.tool_pose().position == pytest.approx((x + SHIFT, y, z + LIFT), abs=1e-3)
 
-        await set_input(cell.controller["motion"], 2, True)
-        await set_input(cell.controller["motion"], 1, True)
+        for number in (2, 1):
+            await cell.tell_controller(SetInputs(0, 1 << number, 1 << number))
         await run.done()
         signals = await pendant.manage({"op": "signals.read"})
         assert [n for n, value in enumerate(signals["outputs"]) if value] == [3]
